@@ -118,10 +118,10 @@ def _team(browser: Browser, folder: Path) -> None:
     shading = shading_of(replay, "digit", tick)
     (HERE / "beliefs.svg").write_text(svg_of(replay.scene(tick), Options(shading=shading)))
     replay, _ = _run("corridor_swap", folder)
-    aside = replay.scene(_first(replay, StoryKind.PLAN) + 4)
+    aside = replay.scene(_first(replay, StoryKind.PLAN) + 6)
     (HERE / "joint_plan.svg").write_text(svg_of(aside))
     replay, page = _run("team_of_six", folder)
-    _shoot(browser, page, _first(replay, StoryKind.PLAN), HERE / "giving_way.png")
+    _shoot(browser, page, _first(replay, StoryKind.PLAN) + 4, HERE / "giving_way.png")
 
 
 def _studio(browser: Browser) -> None:

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
-from safenav.scenario import needs
-from safenav.scenario.model import Obstacle, Robot
 from safenav.scenario.objective import Target
 from safenav.world.map import Region, RegionMap
 from safenav.world.moves import Mobility, Pose
@@ -51,16 +49,3 @@ class Reachability:
         if not self._graph.one_way or len(set(targets)) < 2:
             return all(map(self.reaches, targets))  # every step can be undone
         return bool(self._graph.live(self._graph.on_each(targets), self._reached))
-
-
-def is_cut_off(
-    robot: Robot, here: Region, obstacle: Obstacle, number: int, world: RegionMap
-) -> bool:
-    """Return whether a robot in ``here`` that takes a load by need ``number`` can never put it
-    down: the map and its own ``avoid`` leave no path to the regions of a later need of the load.
-    Headings do not count, so that the robot's steps do not change the result."""
-    if not obstacle.type.takes(number):
-        return False
-    places = Reachability(Mobility.FREE, Pose(here), world, robot.objective.avoid)
-    after = range(number + 1, number + len(needs.chain(obstacle.needs, number)))
-    return not all(places.reaches(frozenset(obstacle.resolution_regions(world, k))) for k in after)

@@ -14,7 +14,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import starmap
 
-from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.scenario.model import Tracking
@@ -24,68 +23,12 @@ from safenav.spec.movement import among, one_of
 from safenav.spec.specification import Constraint, Origin, Owner, Section, Specification, Variable
 from safenav.spec.task import Task
 from safenav.world.map import Region, RegionMap
-from safenav.world.moves import Mobility, Pose
+from safenav.world.moves import Mobility
 
 SOURCE = "paper, Section V-D, the runtime-assignable goal"
 NEXT = "'"
 ABLE = "it never loses a region that it is assigned"
 HOME = "it does not leave permanently unless assigned elsewhere"
-
-
-class AssignedGoal(Struct, frozen=True):
-    """A command of the coordination layer: go to ``place``, and ``wait`` there or not."""
-
-    place: Region
-    wait: bool
-
-
-class CommandInputs:
-    """Conversion of signals to inputs that satisfy the specification's assumption: the assigned
-    region does not change while a request is open. ``refused``: the pose of the last move that was
-    refused because the team could not have continued; ``stopped``: the pose of the last one into a
-    known obstacle."""
-
-    def __init__(self, assignable: AssignableRegions) -> None:
-        self.assignable = assignable
-        self._neutral = neutral(assignable)
-        self._sent: Region | None = None
-        self.refused: Pose | None = None
-        self.stopped: Pose | None = None
-
-    def inputs(self, signal: AssignedGoal | None, region: Region) -> dict[str, int]:
-        """Return the inputs for a robot in ``region`` under ``signal``."""
-        if signal is None:
-            self._sent = None
-            return self._values(False, self._neutral, False)
-        if signal.wait and region == signal.place:
-            self._sent = None
-            return self._values(False, self._neutral, True)
-        if self._sent not in (None, signal.place):  # it waits once between two requests
-            self._sent = None
-            return self._values(False, self._neutral, True)
-        self._sent = signal.place
-        return self._values(True, signal.place, False)
-
-    def after_waiting(self, place: Region | None) -> dict[str, int]:
-        """Return the inputs after a wait: a request to go to ``place``, or none."""
-        known = place is not None
-        return self._values(known, self._neutral if place is None else place, False)
-
-    def sent(self, place: Region | None) -> None:
-        """Record that the inputs of ``after_waiting`` for ``place`` are in use."""
-        self._sent = place
-
-    def stop(self) -> dict[str, int]:
-        """Return the inputs that keep the robot where it is; a request stays open."""
-        return self._values(self._sent is not None, self._neutral, True)
-
-    def forget(self) -> None:
-        """Record that no request is open in the strategy's memory."""
-        self._sent = None
-
-    @staticmethod
-    def _values(request: bool, assigned: Region, wait: bool) -> dict[str, int]:
-        return {"request": int(request), "assigned": assigned, "wait": int(wait)}
 
 
 def inputs(world: RegionMap) -> tuple[Variable, ...]:

@@ -101,7 +101,7 @@ def outcome(trace: Path) -> str:
 )
 def test_a_run_keeps_its_time_limit(scenario: Path, before: str, tmp_path: Path) -> None:
     trace = tmp_path / "t.jsonl"
-    arguments = ("run", scenario, "--no-map", "--time-limit", "0.5", "--trace", trace)
+    arguments = ("run", scenario, "--no-map", "--time-limit", "0.05", "--trace", trace)
     run = safenav(*arguments, before=before)
     run.communicate(timeout=300)
     assert (run.returncode, outcome(trace)) == (3, "time_limit")

@@ -67,7 +67,7 @@ def timetable(e: Line, s: State) -> Iterator[str]:
     if (e.kind == "appeared") is one.present:
         yield f"{one.name} has {e.kind}, but it is {'present' if one.present else 'absent'}"
     if e.cause == "battery":
-        empty = (r for r in s.robots.values() if r.pose[0] == one.region and _is_empty(r, s))
+        empty = (r for r in s.robots.values() if r.pose[0] == one.region and _is_empty(r, s, now))
         if one.type != s.scenario.flat or not any(empty):
             yield f"{one.name} appears, but no charge is used up there"
         return
@@ -82,12 +82,12 @@ def timetable(e: Line, s: State) -> Iterator[str]:
             yield f"the scenario does not let {one.name} be {e.kind} at {now:g}"
 
 
-def _is_empty(robot: Robot, s: State) -> bool:
+def _is_empty(robot: Robot, s: State, now: float) -> bool:
     charge, battery = robot.charge, robot.data.battery
     if charge is None:
         return False
     if s.live:
-        return True  # its charge now is followed from its last step
+        charge = robot.charge_at(now, s.scenario.chargers or ())
     return bool(charge < battery.move)
 
 
