@@ -163,6 +163,25 @@ def test_joint_plans_exclude_rounds_that_a_robot_out_of_service_prevents() -> No
     assert (result.outcome, result.cause) == (Outcome.OPERATOR_NEEDED, "out_of_service")
 
 
+SIDING = """
+map: {grid: ["#########", "#.......#", "####.####", "#########"]}
+catalogue: {robots: {cart: {mobility: free, layer: ground, capabilities: []}}}
+robots:
+  a: {model: cart, start: [1, 1], objective: {visit: [[1, 7], [1, 1]]}}
+  b: {model: cart, start: [1, 7], objective: {visit: [[1, 1], [1, 7]]}}
+  c: {model: cart, start: [2, 4], objective: {visit: [[1, 4], [2, 4]]}}
+changes: [{at: 1, robot: c, service: out}]
+clock: live
+"""
+
+
+def test_no_deadlock_is_reported_while_a_robot_out_of_service_is_in_the_way() -> None:
+    """It stands where the others could let each other pass."""
+    trace = attended(SIDING, ["service c back"])
+    assert trace.one("waiting")["cause"] == "out_of_service"
+    assert trace.outcome["outcome"] == "completed"
+
+
 @pytest.mark.parametrize(
     ("line", "message"),
     [

@@ -348,6 +348,7 @@ def _planned(
         only = frozenset(pair for pair in mine if pair[0] not in sharing)
         floor = replace(floor, barred=floor.barred | only)
     charges = charges_now(team, state)
+    out = [i for i, robot in enumerate(state.robots) if not robot.active]
     answer = answers.plan(floor, joint, served, len(state.over), charges, state.time)
     match answer:
         case Found(plan, first):
@@ -356,11 +357,10 @@ def _planned(
             decide(now.Planned(plan))  # type: ignore[operator]
         case Unserved(gates):
             decide(now.SetAside(tuple(floor.gates[g] for g in gates)))  # type: ignore[operator]
-        case Deadlock():
-            return _deadlock(team, state, answer)
+        case Deadlock():  # a robot out of service may stand in the way
+            return _without(team, state, out) if out else _deadlock(team, state, answer)
         case None:
             why = "search budget exhausted while planning a joint plan; no verdict"
-            out = [i for i, robot in enumerate(state.robots) if not robot.active]
             left = [i for i in out if not (done(team, state, i) and stands(team, state, i))]
             return _without(team, state, left, why) if left else End("search_limit", why)
     return None
