@@ -10,6 +10,7 @@ from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.reading.compatibility import conflicts
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.reading.robots import resolve_robots
+from safenav.scenario.values import RobotName
 from safenav.scenario.yaml.document import clipped, entries_of
 from safenav.scenario.yaml.source import parsed
 from safenav.scenario.yaml.typed import read
@@ -34,7 +35,7 @@ def joined(scenario: Scenario, text: str) -> Scenario:
             message = f"the team has a robot {clipped(key.text)} already"
             reading.add(key, message, "choose another name")
     reading.named = (*(key.text for key, _ in entries_of(root)), *known_names)
-    team = read(dict[language.RobotName, language.RobotKeys], root, "robots", reading)
+    team = read(dict[RobotName, language.RobotKeys], root, "robots", reading)
     found = resolve_robots(team or {}, reading, scenario.robots)
     reading.refuse_if_any()
     if len(found) != 1:
