@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from math import isfinite
 from typing import Any
 
 MOST_NUMBER = 2**53 - 1
@@ -24,7 +23,7 @@ class JsonError(ValueError):
 
 def read_json(text: str | bytes) -> Any:
     """Return the value of a JSON text in UTF-8. Raises ValueError (``JsonError`` for a repeated
-    key, a number that is not finite or beyond 2**53 - 1, and too many levels)."""
+    key, a number beyond 2**53 - 1, and too many levels)."""
     text = text.decode("utf-8") if isinstance(text, bytes) else text
     try:
         return json.loads(
@@ -54,8 +53,8 @@ def _whole(digits: str) -> int:
 
 
 def _fraction(digits: str) -> float:
-    if not isfinite(number := float(digits)):
-        raise JsonError(f"the number {digits[:_SHOWN]} is too large")
+    if abs(number := float(digits)) > MOST_NUMBER:
+        raise JsonError(f"the number {digits[:_SHOWN]} is beyond {MOST_NUMBER}")
     return number
 
 

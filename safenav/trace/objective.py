@@ -6,8 +6,6 @@ import json
 import re
 from collections.abc import Mapping
 
-from msgspec import Struct
-
 ONE_TARGET = ("hold",)
 """Kinds with a single target, so that a list is a set of regions."""
 SEVERAL_TARGETS = ("patrol",)
@@ -20,8 +18,9 @@ EXAMPLE = '{"visit": [3, [5, 6]]}'
 """An objective, for messages and the schema."""
 
 
-class Objective(Struct, frozen=True):
-    """The objective of a robot.
+class Objective:
+    """The objective of a robot: frozen data, but not a ``Struct``, because its keys are data, too,
+    so that msgspec has it made by ``of``.
 
     ``targets``: sets of regions of which any counts, in the objective's own order; none for ``ltl``
     and for kinds that this version does not know. The list of any other kind holds targets, so that
@@ -30,12 +29,32 @@ class Objective(Struct, frozen=True):
     the robot never enters; ``always``: formulas that each of its steps keeps.
     """
 
-    kind: str
-    targets: tuple[frozenset[int], ...]
-    body: str
-    literal: bool = False
-    avoid: frozenset[int] = frozenset()
-    always: tuple[str, ...] = ()
+    __slots__ = ("always", "avoid", "body", "kind", "literal", "targets")
+
+    def __init__(
+        self,
+        kind: str,
+        targets: tuple[frozenset[int], ...],
+        body: str,
+        literal: bool = False,
+        avoid: frozenset[int] = frozenset(),
+        always: tuple[str, ...] = (),
+    ) -> None:
+        self.kind = kind
+        self.targets = targets
+        self.body = body
+        self.literal = literal
+        self.avoid = avoid
+        self.always = always
+
+    def _values(self) -> tuple[object, ...]:
+        return self.kind, self.body, self.literal, self.avoid, self.always
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Objective) and self._values() == other._values()
+
+    def __hash__(self) -> int:
+        return hash(self._values())
 
     @classmethod
     def of(cls, value: object) -> Objective | None:

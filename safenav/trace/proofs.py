@@ -6,9 +6,8 @@ Obstacles and robots are named; poses are places, a region and a heading (null w
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated
 
-from msgspec import Meta, Struct
+from msgspec import Struct
 
 from safenav.bounds import Count, Place, Sha256
 
@@ -21,14 +20,13 @@ class Reach(Struct, frozen=True):
     live: bool
 
 
-class Closure(Struct, frozen=True):
+class Closure(Struct, frozen=True, tag_field="kind", tag="closure"):
     """The most that the team can do. ``resolved``: the open obstacles that it can resolve;
     ``never``: those that it cannot; ``robots``: the reach of each robot without the former."""
 
     resolved: tuple[str, ...]
     never: tuple[str, ...]
     robots: Mapping[str, Reach]
-    kind: Annotated[str, Meta(pattern="closure", description="closure")] = "closure"
 
 
 class Option(Struct, frozen=True):
@@ -48,11 +46,10 @@ class Choice(Struct, frozen=True):
     proof: Proof
 
 
-class Tree(Struct, frozen=True):
+class Tree(Struct, frozen=True, tag_field="kind", tag="tree"):
     """All options (or one that is lossless), each refuted."""
 
     choices: tuple[Choice, ...]
-    kind: Annotated[str, Meta(pattern="tree", description="tree")] = "tree"
 
 
 class JointGoal(Struct, frozen=True):
@@ -61,7 +58,7 @@ class JointGoal(Struct, frozen=True):
     rounds: Count
 
 
-class JointSearch(Struct, frozen=True):
+class JointSearch(Struct, frozen=True, tag_field="kind", tag="joint"):
     """No order of moves completes the mission: ``states`` joint states can be reached, whose sorted
     lines have this ``sha256``. ``start``: the pose of each robot; ``stages``: the next need of each
     open obstacle; ``memory``: what the formulas of some robots remember there, which the search
@@ -74,15 +71,13 @@ class JointSearch(Struct, frozen=True):
     states: Count
     sha256: Sha256
     memory: Mapping[str, Mapping[str, int]] | None = None
-    kind: Annotated[str, Meta(pattern="joint", description="joint")] = "joint"
 
 
-class NoRoom(Struct, frozen=True):
+class NoRoom(Struct, frozen=True, tag_field="kind", tag="room"):
     """Each of these ``robots`` must be at its last target at the end, each is in conflict with all
     others, and these targets are fewer regions than they are robots."""
 
     robots: tuple[str, ...]
-    kind: Annotated[str, Meta(pattern="room", description="room")] = "room"
 
 
 Proof = Closure | Tree | JointSearch | NoRoom

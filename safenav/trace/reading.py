@@ -226,7 +226,7 @@ class _Reader:
         try:
             record: Record = convert(kind, data)
         except WrongError as error:
-            found = [*error.sentences]
+            found = [str(error)]
         else:
             found = [*flaws(data, kind.type)]
         for sentence in found:

@@ -19,13 +19,13 @@ from safenav.outcome import Outcome, Verdict
 from safenav.trace import vocabulary
 from safenav.trace.objective import Objective
 from safenav.trace.proofs import Proof
-from safenav.trace.setting import ObstacleHeader, ScenarioHeader
+from safenav.trace.setting import ObstacleHeader, ScenarioHeader, without_underscore
 
 VERSION = 3
 """The version of the format; there is no other."""
 
 
-class TickLine(Struct, frozen=True):
+class TickLine(Struct, frozen=True, rename=without_underscore):
     """``tick``: 0 before the first move; in a live run the number of the pass."""
 
     tick: Count
@@ -69,7 +69,7 @@ class Tried(Struct, frozen=True):
     verdict: Verdict
 
 
-class PlacesFrom(Struct, frozen=True):
+class PlacesFrom(Struct, frozen=True, rename=without_underscore):
     """Regions that a robot can be sent to from some places only: from ``from_``, while it remembers
     ``memory``, and from those of other entries of the same ``places``."""
 

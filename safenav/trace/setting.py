@@ -10,6 +10,11 @@ from safenav.bounds import Count, Heading, Positive, Region, Seconds
 from safenav.trace.objective import Objective
 
 
+def without_underscore(name: str) -> str:
+    """Return the name of a field in JSON: the underscore distinguishes it from words of Python."""
+    return name.rstrip("_")
+
+
 class BatteryHeader(Struct, frozen=True):
     """Charge: its capacity, its initial value, the cost of a step (``move``) and of a tick
     without one (``stay``), the gain of a tick on a charger."""
@@ -72,7 +77,7 @@ class NeedHeader(Struct, frozen=True):
     same: bool | None = None
 
 
-class ObstacleHeader(Struct, frozen=True):
+class ObstacleHeader(Struct, frozen=True, rename=without_underscore):
     """A hidden obstacle. ``blocks``: the names of the robots that it physically stops, whatever
     they can do. ``traversable``: the truth of this run.
     ``needs``: all its needs if there are several (``action`` and ``resolution_regions`` are

@@ -178,6 +178,7 @@ def test_the_address_names_the_tick(browser: Browser, pages: dict[str, Path]) ->
 
 def test_what_the_map_shows_can_be_chosen(browser: Browser, pages: dict[str, Path]) -> None:
     browser.open(pages["door"])
+    browser.one(".show summary").click()
     shown = {
         "region numbers": ".numbers text",
         "trails": ".trails .trail path",
@@ -245,6 +246,7 @@ def test_the_page_hatches_beliefs_and_tints_sight(browser: Browser, pages: dict[
 
 def test_the_shown_view_can_be_chosen(browser: Browser, pages: dict[str, Path]) -> None:
     browser.open(pages["meeting"], "#tick=1")
+    browser.one(".show summary").click()
     chosen = browser.one(".viewer select")
     for option in chosen.find_elements("css selector", "option"):
         option.click()

@@ -9,6 +9,7 @@ from report import made_traces
 from report.browser import Browser, Keys
 from safenav.report.page.html import page_of
 from safenav.report.replay.reading import read_replay
+from tests.warm import safenav
 
 PHONE = {"width": 390, "height": 844}
 
@@ -99,14 +100,36 @@ def test_a_low_window_shows_map_state_and_events_at_once(
 ) -> None:
     """On a laptop the events began at the lower edge, and a long story lay over the choices."""
     browser.open(pages[name], "#tick=6", width=1280, height=640)
-    below = {s: browser.one(s).rect for s in (".map", ".tools", ".story", ".below", ".controls")}
-    for (upper, a), (lower, b) in pairwise(below.items()):
+    boxes = {s: browser.one(s).rect for s in (".map", ".strip", ".controls")}
+    over = browser.all("main.walled")  # the strip stands on the outer wall
+    for (upper, a), (lower, b) in pairwise(
+        [pair for pair in boxes.items() if not (over and pair[0] == ".strip")]
+    ):
         assert a["y"] + a["height"] <= b["y"] + 0.5, f"{upper} lies over {lower}"
     rows = browser.one(".events .list").rect
-    assert rows["y"] < 0.72 * 640 and rows["height"] > 0.22 * 640
+    assert rows["y"] < 0.85 * 640 and rows["height"] > 0.15 * 640
     for panel in (".robots", ".stack", ".obstacles"):
+        if not browser.all(panel):
+            continue  # it would be empty
         box = browser.one(panel).rect
-        assert box["height"] > 24 and box["y"] + box["height"] <= rows["y"], panel
+        above, beside = box["y"] + box["height"] <= rows["y"], box["x"] + box["width"] <= rows["x"]
+        assert box["height"] > 24 and (above or beside), panel
+
+
+@pytest.mark.parametrize("number", [1, 2, 3])
+def test_most_of_the_window_is_the_map(browser: Browser, tmp_path: Path, number: int) -> None:
+    """The free floor took a fifth of the window."""
+    scenario = Path(__file__).parents[2] / "scenarios" / f"case_study_{number}.yaml"
+    assert safenav("run", str(scenario), "--trace", "run.jsonl", cwd=tmp_path).returncode == 0
+    assert safenav("replay", "run.jsonl", cwd=tmp_path).returncode == 0
+    browser.open(tmp_path / "run.html", width=1440, height=900)
+    share = browser.run("""
+        const run = JSON.parse(document.getElementById("run").textContent);
+        const side = 40 * document.querySelector("svg.floor").getScreenCTM().a;
+        const free = [...run.grid.join("")].filter((cell) => cell !== "#").length;
+        return free * side * side / (innerWidth * innerHeight);
+    """)
+    assert share >= 0.45
 
 
 def test_marks_of_the_timeline_do_not_overlap(browser: Browser, pages: dict[str, Path]) -> None:

@@ -306,7 +306,7 @@ def test_walls_chargers_and_the_heading_of_a_disc_are_seen(
 
     def walled() -> bool:
         middle, corner, (red, _, blue) = browser.run(pixels)
-        return bool(max(middle) < 120 < min(corner) and red - blue > 100)
+        return bool(max(middle) < min(corner) - 20 and red - blue > 100)
 
     browser.wait(walled)  # the camera takes a moment; the block is no floor, the charger yellow
     choose(browser, "0")

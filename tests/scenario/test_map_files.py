@@ -326,6 +326,21 @@ FILES = [
 VALUES = st.sampled_from(
     [*FILES, "[1, 2]", "[1, .nan, x]", "{}", "null", "true", "-1", "0", "0.3", "7", "13", "1e9"]
 )
+
+
+@pytest.mark.parametrize(
+    "written",
+    [
+        "image: rooms.png, rows: x, cols: 13",
+        "movingai: rooms.map, share: 2",
+        "ros: office.yaml, resolution: -1",
+    ],
+)
+def test_a_map_with_a_wrong_number_has_no_other_error(written: str) -> None:
+    (mistake,) = mistakes(written)
+    assert "expected a whole number" in mistake.found or "must be" in mistake.found
+
+
 KEYS = st.sampled_from([*entries(MapKeys), "imag"])
 
 

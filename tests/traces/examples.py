@@ -52,7 +52,11 @@ def _example(annotation: Any, rng: random.Random, kind: str) -> Any:
             return _example(arguments[0], rng, kind) or _example(annotation, rng, kind)
         if bound.pattern is None:
             return arguments[0](bound.ge + rng.randrange(9))
-        return "ab" * 32 if "64" in bound.pattern else rng.choice(bound.pattern.split("|"))
+        return (
+            "ab" * 32
+            if "64" in bound.pattern
+            else rng.choice(bound.pattern.strip("^($)").split("|"))
+        )
     if origin in (Union, types.UnionType):
         return _example(rng.choice([a for a in arguments if a is not type(None)]), rng, kind)
     if origin is tuple and arguments[-1] is not Ellipsis:

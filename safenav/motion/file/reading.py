@@ -11,12 +11,14 @@ from math import ceil, log10
 from pathlib import Path
 from typing import Any
 
+from msgspec import Struct
+
 from safenav.errors import Diagnostic, InputError
 from safenav.file_kind import another_kind
 from safenav.lines import json_flaw, json_line, read_file
 from safenav.motion.file import records
 from safenav.strict_json import read_json
-from safenav.trace.fields import WrongError, convert, entries, is_row
+from safenav.trace.fields import WrongError, convert, entries
 
 _DIAGNOSTIC_LIMIT = 20
 
@@ -61,7 +63,7 @@ def parsed(content: bytes, source: str) -> records.Motion:
                 Diagnostic(source, number, 1, f"this line is not JSON: {json_flaw(error)}")
             )
         except WrongError as error:
-            wrong += [Diagnostic(source, number, 1, found) for found in error.sentences]
+            wrong.append(Diagnostic(source, number, 1, str(error)))
         except _HeaderError as error:
             wrong.append(Diagnostic(source, number, 1, str(error)))
         if header is None:
@@ -119,7 +121,7 @@ def _plain(value: object) -> object:
     if isinstance(value, Mapping):
         return {key: _plain(item) for key, item in value.items()}
     kind: Any = type(value)
-    if not is_row(kind):
+    if not isinstance(value, Struct):
         return value
     fields = [getattr(value, entry.name) for entry in entries(kind)]
     if isinstance(value, records.Curve | records.Arc):

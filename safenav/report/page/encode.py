@@ -15,7 +15,12 @@ from typing import Any, TypeVar
 
 from msgspec.structs import asdict, astuple
 
-from safenav.report.picture.glyphs import GLYPHS, obstacle_pictogram, robot_pictogram
+from safenav.report.picture.glyphs import (
+    GLYPHS,
+    obstacle_pictogram,
+    opened_pictogram,
+    robot_pictogram,
+)
 from safenav.report.replay import timeline
 from safenav.report.replay.changes import Changes
 from safenav.report.replay.perception import SightCache, viewers
@@ -217,6 +222,7 @@ def _obstacle(hidden: timeline.Hidden, world: RegionMap) -> dict[str, Any]:
         "label": hidden.label(world),
         "type": hidden.type,
         "shape": obstacle_pictogram(hidden.type),
+        "opened": opened_pictogram(hidden.type),
         "region": hidden.region,
         "action": hidden.actions[0],
         "needs": [*map(hidden.open_needs, range(len(hidden.actions)))],

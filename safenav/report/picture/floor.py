@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
-from safenav.report.picture.names import PlacedName, TextBox
+from safenav.report.picture.names import PlacedName, TextBox, outline
 from safenav.report.picture.svg import SvgWriter, number, text_width
 from safenav.world.map import Region, RegionMap
 
 INK = "#1B1F24"
 MUTED = "#5C6470"
-WALL = "#3B4048"
+WALL, WALL_LINE = "#D3D7DD", "#9AA2AD"
 LINES = "#D5D9DF"
 
 _LEGIBLE = 8.0
@@ -25,11 +25,12 @@ def cell_size(world: RegionMap) -> float:
 def draw_floor(page: SvgWriter, world: RegionMap, cell: float) -> None:
     """Draw regions and walls, the map's north-western corner at the origin."""
     width, height = world.cols * cell, world.rows * cell
-    page.rect(0, 0, width, height, fill="#FFFFFF", stroke=WALL, stroke_width=1)
+    page.rect(0, 0, width, height, fill="#FFFFFF", stroke=WALL_LINE, stroke_width=1)
     lines = [f"M0,{number(r * cell)}H{number(width)}" for r in range(1, world.rows)]
     lines += [f"M{number(c * cell)},0V{number(height)}" for c in range(1, world.cols)]
     page.path("".join(lines), stroke=LINES, stroke_width=0.75, fill="none")
-    page.path(filled(world, world.walls, cell), fill=WALL, stroke=WALL, stroke_width=0.5)
+    page.path(filled(world, world.walls, cell), fill=WALL)
+    page.path(outline(world, world.walls, cell), fill="none", stroke=WALL_LINE, stroke_width=0.75)
 
 
 def filled(world: RegionMap, regions: Collection[Region], cell: float) -> str:
@@ -48,13 +49,16 @@ def filled(world: RegionMap, regions: Collection[Region], cell: float) -> str:
 def draw_numbers(
     page: SvgWriter, world: RegionMap, cell: float, names: Sequence[PlacedName]
 ) -> None:
-    """Draw the number of each free region in its corner, except those below ``names``; none where
+    """Draw the number of each free region without one of the ``names`` in its corner; none where
     the numbers of neighbours would overlap."""
     size = max(_LEGIBLE, cell * 0.17)
     if cell < text_width(f"{world.size - 1} ", size):
         return
-    page.open_group(font_size=number(size), fill="#8A919C")
+    named = {world.names[name.text] for name in names if not name.area}
+    page.open_group(font_size=number(size), fill="#7A818C")
     for region in world.free:
+        if region in named:
+            continue
         row, col = world.position(region)
         x, y = (col + 0.07) * cell, row * cell + 0.03 * cell + size
         box = TextBox(x, y - size, x + text_width(str(region), size), y)

@@ -25,13 +25,14 @@ class Mark(Struct, frozen=True):
 class Glyphs(Struct, frozen=True):
     """``nose`` shows a heading, pointing north, outside the body; ``charger`` a region where
     batteries are charged; ``plate`` is the background of a robot's silhouette; ``robots`` are
-    silhouettes by model, ``obstacles`` by type."""
+    silhouettes by model, ``obstacles`` by type, ``opened`` those of doors that are resolved."""
 
     nose: str
     charger: str
     plate: str
     robots: Mapping[str, str]
     obstacles: Mapping[str, str]
+    opened: Mapping[str, str]
     status: Mapping[ObstacleStatus, Mark]
     events: Mapping[StoryKind, Mark]
 
@@ -48,6 +49,11 @@ def robot_pictogram(model: str) -> str:
 def obstacle_pictogram(kind: str) -> str:
     """Return the silhouette of an obstacle type; empty if none fits."""
     return _found(GLYPHS.obstacles, kind)
+
+
+def opened_pictogram(kind: str) -> str:
+    """Return the silhouette of an obstacle type when it is resolved."""
+    return _found(GLYPHS.opened, kind) or obstacle_pictogram(kind)
 
 
 def _found(paths: Mapping[str, str], name: str) -> str:

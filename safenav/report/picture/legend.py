@@ -7,7 +7,7 @@ from typing import Any
 
 from msgspec import Struct, field
 
-from safenav.report.picture.floor import INK, MUTED
+from safenav.report.picture.floor import INK, MUTED, WALL, WALL_LINE
 from safenav.report.picture.glyphs import GLYPHS, STATUS_MARKS
 from safenav.report.picture.names import AREA
 from safenav.report.picture.svg import SvgWriter, text_width, wrapped
@@ -268,7 +268,7 @@ def _marks(scene: Scene, style: tuple[Look, ...], more: Sequence[Row]) -> Block:
     robots, objectives = scene.robots, [r.objective for r in scene.robots if r.objective]
     dashed = {"fill": "none", "stroke": AREA, "stroke_dasharray": "4 2"}
     table: tuple[tuple[object, Icon, str], ...] = (
-        (scene.map.walls, square(8, fill="#3B4048"), "wall"),
+        (scene.map.walls, square(8, fill=WALL, stroke=WALL_LINE), "wall"),
         (scene.map.areas, square(8, **dashed), "area"),
         (style, target, "target of the robot with this shape and colour"),
         (

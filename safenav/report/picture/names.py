@@ -1,10 +1,11 @@
-"""Names of regions and areas on a picture, placed without overlaps, and outlines of areas.
+"""Names of regions and areas on a picture, each inside its own, and outlines of areas.
 
 The page has the same rules (front/src/map/names.tsx), but measures letters in the browser.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
 from msgspec import Struct
@@ -14,17 +15,12 @@ from safenav.world.map import Region, RegionMap
 
 AREA = "#0067A3"
 _SIZES = (13.0, 12.0, 11.0, 10.0, 9.0)
-"""Heights of letters; large ones are better, and a name in its own region is best."""
-_LINE = 1.2
+"""Heights of letters, the best first."""
+_LINE = 1.15
 _GAP = 2.0
-_BODY = 0.3
-"""Half the side, in cells, of the central part of a named region, where robots are drawn."""
-_MOST_BOXES = 24
-_NUMBER = (0.45, 0.3)
-"""Width and height of the corner of a region that has its number, in cells."""
-_ON_WALL = 0.6
-_BESIDE = 0.1
-"""Costs of a name on a wall, and for each other region that it reaches into."""
+"""Distance of a name from the border of its region."""
+_MOST_TRIED = 24
+"""Regions in which the name of an area is tried."""
 
 
 class TextBox(Struct, frozen=True):
@@ -45,79 +41,66 @@ class TextBox(Struct, frozen=True):
 
 
 class PlacedName(Struct, frozen=True):
-    """A name with its box."""
+    """A name with its box, in one or two ``lines``, abbreviated if it has to be."""
 
     text: str
+    lines: tuple[str, ...]
     size: float
     box: TextBox
     area: bool
 
 
 def placed_names(world: RegionMap, cell: float) -> list[PlacedName]:
-    """Return the names of a map with regions of side ``cell``; those without room are left out."""
-    width, height = world.cols * cell, world.rows * cell
-    subjects = [(name, frozenset({region}), False) for name, region in world.names.items()]
-    subjects += [(name, area, True) for name, area in world.areas.items()]
-    bodies = [_within(_cell(world, region, cell), _BODY) for region in world.names.values()]
-    names: list[PlacedName] = []
-    for text, own, area in subjects:
-        options: list[tuple[float, PlacedName]] = []
-        for size in _SIZES:
-            wide, high = text_width(text, size, bold=True) + _GAP, _LINE * size
-            if wide > width or high > height:
-                continue
-            for box in _middle_first(world, own, cell):
-                for x, y in _places(box, wide, high, area):
-                    left = min(max(x - wide / 2, 0.0), width - wide)
-                    top = min(max(y - high / 2, 0.0), height - high)
-                    found = TextBox(left, top, left + wide, top + high)
-                    if not any(found.overlaps(name.box) for name in names):
-                        cost = _cost(world, own, cell, found)
-                        cost += sum(_shared(found, body) for body in bodies)
-                        cost += 0.03 * (_SIZES[0] - size) + 1e-4 * len(options)
-                        options.append((cost, PlacedName(text, size, found, area)))
-        if options:
-            names.append(min(options, key=lambda option: option[0])[1])
+    """Return the names of a map with regions of side ``cell``: that of a region at the lower edge
+    of the region, that of an area in its middle; those without room are left out."""
+    found = (_in_region(world, n, region, cell, False) for n, region in world.names.items())
+    names = [name for name in found if name is not None]
+    for text, area in world.areas.items():
+        free = (
+            name
+            for name in _of_area(world, text, area, cell)
+            if not any(name.box.overlaps(other.box) for other in names)
+            and _regions(world, name.box, cell) <= area
+        )
+        names += [name for name in [next(free, None)] if name is not None]
     return names
 
 
-def _cost(world: RegionMap, own: frozenset[Region], cell: float, box: TextBox) -> float:
-    """Return how much a name covers that is not its own: numbers, other regions, walls."""
-    cost = 0.0
-    for row in range(int(box.top // cell), min(world.rows, int(box.bottom // cell) + 1)):
-        for col in range(int(box.left // cell), min(world.cols, int(box.right // cell) + 1)):
-            region = world.region(row, col)
-            place = _cell(world, region, cell)
-            share = _shared(box, place)
-            cost += 0.0 if region in own or share == 0.0 else _BESIDE
-            if not world.is_free(region):
-                cost += _ON_WALL * share
-                continue
-            corner = (place.left + _NUMBER[0] * cell, place.top + _NUMBER[1] * cell)
-            cost += 2.0 * box.overlaps(TextBox(place.left, place.top, *corner))
-            cost += share * (region not in own)
-    return cost
-
-
-def _shared(box: TextBox, other: TextBox) -> float:
-    """Return the part of a box that another one covers."""
-    wide = min(box.right, other.right) - max(box.left, other.left)
-    high = min(box.bottom, other.bottom) - max(box.top, other.top)
-    return max(0.0, wide) * max(0.0, high) / ((box.right - box.left) * (box.bottom - box.top))
-
-
-def _within(box: TextBox, half: float) -> TextBox:
-    """Return the central part of a square, with this half of a side in squares."""
-    inset = (0.5 - half) * (box.right - box.left)
-    return TextBox(box.left + inset, box.top + inset, box.right - inset, box.bottom - inset)
-
-
-def _cell(world: RegionMap, region: Region, cell: float) -> TextBox:
+def _in_region(
+    world: RegionMap, text: str, region: Region, cell: float, area: bool
+) -> PlacedName | None:
+    fitted = _fitted(text, cell)
+    if fitted is None:
+        return None
+    lines, size = fitted
     row, col = world.position(region)
-    return TextBox(col * cell, row * cell, (col + 1) * cell, (row + 1) * cell)
+    wide = max(text_width(line, size, bold=True) for line in lines)
+    left, bottom = (col + 0.5) * cell - wide / 2, (row + 1) * cell - _GAP / 2
+    box = TextBox(left, bottom - len(lines) * _LINE * size, left + wide, bottom)
+    return PlacedName(text, lines, size, box, area)
 
 
-def _middle_first(world: RegionMap, area: frozenset[Region], cell: float) -> list[TextBox]:
+def _fitted(text: str, side: float) -> tuple[tuple[str, ...], float] | None:
+    """Return a text in at most two lines that fit a region, and their size; None if there is no
+    room for three letters."""
+
+    def fits(lines: tuple[str, ...], size: float) -> bool:
+        wide = max(text_width(line, size, bold=True) for line in lines)
+        return wide <= side - 2 * _GAP and len(lines) * _LINE * size <= side
+
+    folds = [(text[: at.end()], text[at.end() :]) for at in re.finditer("[ _-](?=.)", text)]
+    short = [(f"{text[:length]}…",) for length in range(len(text) - 1, 2, -1)]
+    for lines in ((text,), *folds, *short):
+        for size in _SIZES if lines not in short else _SIZES[-1:]:
+            if fits(lines, size):
+                return lines, size
+    return None
+
+
+def _of_area(
+    world: RegionMap, text: str, area: frozenset[Region], cell: float
+) -> Iterator[PlacedName]:
+    """Yield possible places of the name of an area, the best first."""
     places = [world.position(region) for region in area]
     row, col = (sum(values) / len(places) for values in zip(*places, strict=True))
 
@@ -125,42 +108,48 @@ def _middle_first(world: RegionMap, area: frozenset[Region], cell: float) -> lis
         r, c = world.position(region)
         return (r - row) ** 2 + (c - col) ** 2, region
 
-    return [_cell(world, region, cell) for region in sorted(area, key=away)[:_MOST_BOXES]]
+    tried = sorted(area, key=away)[:_MOST_TRIED]
+    for size in _SIZES:
+        wide, high = text_width(text, size, bold=True) + 2 * _GAP, _LINE * size
+        for region in tried:
+            r, c = world.position(region)
+            left = (c + 0.5) * cell - wide / 2
+            for top in ((r + 0.5) * cell - high / 2, r * cell + _GAP):
+                box = TextBox(left, top, left + wide, top + high)
+                yield PlacedName(text, (text,), size, box, True)
+    for region in tried:
+        if (name := _in_region(world, text, region, cell, True)) is not None:
+            yield name
 
 
-def _places(box: TextBox, width: float, height: float, area: bool) -> Iterator[tuple[float, float]]:
-    """Yield possible centres of a text for a box: inside at the bottom, below, above, beside it,
-    and diagonally."""
-    x, y = (box.left + box.right) / 2, (box.top + box.bottom) / 2
-    below, above = box.bottom + height / 2, box.top - height / 2
-    if area:
-        yield x, y
-    yield x, box.bottom - height / 2 - 1
-    yield x, below
-    yield x, above
-    yield box.right + width / 2 + _GAP, y
-    yield box.left - width / 2 - _GAP, y
-    for across in (width / 3, -width / 3):
-        yield x + across, below
-        yield x + across, above
+def _regions(world: RegionMap, box: TextBox, cell: float) -> set[Region]:
+    """Return the regions that a box touches; -1: outside of the map."""
+    rows = range(int(box.top // cell), int(box.bottom // cell) + 1)
+    cols = range(int(box.left // cell), int(box.right // cell) + 1)
+    return {
+        world.region(row, col) if 0 <= row < world.rows and 0 <= col < world.cols else -1
+        for row in rows
+        for col in cols
+    }
 
 
 def draw_names(page: SvgWriter, names: list[PlacedName], ink: str) -> None:
-    """Draw names with a light outline, so that they are also readable on walls."""
+    """Draw names with a light outline, so that they are also readable on marks."""
     for name in names:
-        page.text(
-            (name.box.left + name.box.right) / 2,
-            name.box.bottom - 0.3 * name.size,
-            name.text,
-            name.size,
-            bold=True,
-            fill=AREA if name.area else ink,
-            stroke="#FFFFFF",
-            stroke_width=0.28 * name.size,
-            stroke_linejoin="round",
-            paint_order="stroke",
-            text_anchor="middle",
-        )
+        for i, line in enumerate(reversed(name.lines)):
+            page.text(
+                (name.box.left + name.box.right) / 2,
+                name.box.bottom - (0.25 + i * _LINE) * name.size,
+                line,
+                name.size,
+                bold=True,
+                fill=AREA if name.area else ink,
+                stroke="#FFFFFF",
+                stroke_width=0.28 * name.size,
+                stroke_linejoin="round",
+                paint_order="stroke",
+                text_anchor="middle",
+            )
 
 
 def draw_areas(page: SvgWriter, world: RegionMap, cell: float) -> None:

@@ -22,6 +22,7 @@ from safenav.report.picture.glyphs import (
     GLYPHS,
     STATUS_MARKS,
     obstacle_pictogram,
+    opened_pictogram,
     robot_pictogram,
     separated,
 )
@@ -231,33 +232,33 @@ class _Drawing(Struct):
     def _obstacle(self, obstacle: Hidden, status: ObstacleStatus) -> None:
         mark, cell = STATUS_MARKS[status], self.cell
         x, y = self._corner(obstacle.region)
-        dashes = {ObstacleStatus.HIDDEN: "3 3", ObstacleStatus.RESOLVED: "1.5 3"}.get(status)
-        tint = {
-            ObstacleStatus.HIDDEN: 0.0,
-            ObstacleStatus.RESOLVED: 0.08,
-            ObstacleStatus.BLOCKED: 0.35,
-        }.get(status, 0.16)
-        self.page.rect(
-            x + 1.2,
-            y + 1.2,
-            cell - 2.4,
-            cell - 2.4,
-            rx=cell * 0.08,
-            fill=mark.colour,
-            fill_opacity=tint,
-            stroke=mark.colour,
-            stroke_width=1.2 if dashes else 2,
-            stroke_dasharray=dashes,
-        )
+        resolved = status is ObstacleStatus.RESOLVED
+        dashes = "3 3" if status is ObstacleStatus.HIDDEN else None
+        tint = {ObstacleStatus.HIDDEN: 0.0, ObstacleStatus.BLOCKED: 0.35}.get(status, 0.16)
+        if not resolved:  # it is out of the way: no box, a faded outline
+            self.page.rect(
+                x + 1.2,
+                y + 1.2,
+                cell - 2.4,
+                cell - 2.4,
+                rx=cell * 0.08,
+                fill=mark.colour,
+                fill_opacity=tint,
+                stroke=mark.colour,
+                stroke_width=1.2 if dashes else 2,
+                stroke_dasharray=dashes,
+            )
         radius = cell * (0.16 if status is ObstacleStatus.HIDDEN else 0.22)
         middle_x, middle_y = self._centre(obstacle.region)
         if any(obstacle in robot.loads for robot in self.scene.robots):
             return
-        shape = obstacle_pictogram(obstacle.type)
+        shape = (opened_pictogram if resolved else obstacle_pictogram)(obstacle.type)
+        faded = {"stroke": mark.colour, "stroke_width": 0.08, "stroke_opacity": 0.7}
+        look = {"fill": "none", **faded} if resolved else {"fill": mark.colour}
         if cell < LEAST_SHAPE:
             radius = max(radius, LEAST_MARK)
         elif shape:
-            self.page.glyph(shape, middle_x, middle_y, cell * 0.27, fill=mark.colour)
+            self.page.glyph(shape, middle_x, middle_y, cell * 0.27, **look)
             radius, middle_x, middle_y = cell * 0.11, x + cell * 0.83, y + cell * 0.17
         self.page.glyph(mark.path, middle_x, middle_y, radius, fill=mark.colour)
 

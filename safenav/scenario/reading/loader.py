@@ -151,7 +151,7 @@ def _scenario(root: Node, reading: Reading) -> Scenario | None:
     types_known = len(reading) == before and not _flawed(item.catalogue)
     reading.inputs = tuple(key.text for key, _ in entries_of(item.at("inputs")))
     inputs = resolve_inputs(item.inputs or {}, reading)
-    if item.robots == {}:
+    if item.robots == {} and not reading.named:
         reading.add(item.at("robots"), "there are no robots", "a scenario has at least one")
     reading.team = resolve_robots(item.robots or {}, reading)
     before = len(reading)

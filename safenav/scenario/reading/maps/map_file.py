@@ -41,7 +41,7 @@ def read_movingai_map(node: Node, item: MapKeys, findings: Reading) -> RegionMap
     except MapFileError as error:
         report(error, path, node, findings)
         return None
-    if len(findings) > before:
+    if len(findings) > before or misread(item):
         return None
     blocked = np.array(rows, dtype=np.bool_)
     layout = Layout.of_count(blocked, *(count or blocked.shape))
@@ -53,7 +53,7 @@ def read_image_map(node: Node, item: MapKeys, findings: Reading) -> RegionMap | 
     before = len(findings)
     count, share = read_count(item, findings), item.share or 0.0
     image = read_pixels(node, findings)
-    if image is None or len(findings) > before:
+    if image is None or len(findings) > before or misread(item):
         return None
     walls = dark(image)
     if count is None:
@@ -92,6 +92,12 @@ def read_count(item: MapKeys, findings: Findings) -> tuple[int, int] | None:
         if node is not None and item.at(other) is None:
             findings.add(node, f"map: '{word}' without '{other}'", "give both or none")
     return None if rows is None or cols is None else (rows, cols)
+
+
+def misread(item: MapKeys) -> bool:
+    """Return whether a number of the map was reported."""
+    numbers = ("rows", "cols", "share", "resolution")
+    return any(item.at(key) is not None and getattr(item, key) is None for key in numbers)
 
 
 def with_walls(

@@ -19,7 +19,13 @@ from msgspec.structs import replace
 from safenav.file_kind import ROS_MAP
 from safenav.scenario.language import MapKeys
 from safenav.scenario.reading.maps.grid import too_large
-from safenav.scenario.reading.maps.map_file import named_path, read_count, read_pixels, with_walls
+from safenav.scenario.reading.maps.map_file import (
+    misread,
+    named_path,
+    read_count,
+    read_pixels,
+    with_walls,
+)
 from safenav.scenario.reading.maps.origin import NO_SIZE, read_origin
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.yaml.document import Node, Scalar, clipped
@@ -125,7 +131,7 @@ def read_ros(node: Node, item: MapKeys, findings: Reading) -> RegionMap | None:
             "'resolution: 0.5' (metres), or give 'rows' and 'cols'"
         )
         findings.add(node, NO_SIZE, hint)
-    if len(findings) > before:
+    if len(findings) > before or misread(item):
         return None
     if side is not None:
         rows, cols = ceil(height / side), ceil(width / side)

@@ -3,6 +3,7 @@
 import type { ComponentChildren } from "preact";
 import { useCallback, useLayoutEffect, useMemo, useReducer, useRef, useState } from "preact/hooks";
 import { Button, Controls } from "./panels/controls";
+import { Drawer } from "./panels/drawer";
 import { Events } from "./panels/events";
 import { Help, withKeys, type Keys } from "./panels/help";
 import { KEYS, listen } from "./keyboard";
@@ -10,7 +11,7 @@ import { Legend } from "./panels/legend";
 import { Obstacles, Robots, Stack } from "./panels/sidebar";
 import type { Player } from "./run/player";
 import { eventsAfter, when, type EventKind, type Run } from "./run/run";
-import { applyTheme, EVERYONE, nextTheme, storedTheme, useLow, type Shown } from "./settings";
+import { applyTheme, EVERYONE, nextTheme, storedTheme, useLow, useWindow, type Shown } from "./settings";
 import { viewersOf } from "./map/shading";
 import type { Hand } from "./map/hand";
 import type { Choice, Stage } from "./map/stage";
@@ -93,7 +94,9 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
   );
   const tick = player.tick;
   const low = useLow();
-  const close = low || extras.beside !== undefined || run.robots.length > MANY_ROBOTS;
+  const size = useWindow();
+  const layout = extras.beside === undefined ? layoutOf(run, size) : "";
+  const close = layout !== "" || low || extras.beside !== undefined || run.robots.length > MANY_ROBOTS;
   return (
     <>
       <header>
@@ -109,7 +112,7 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
           </button>
         </div>
       </header>
-      <main>
+      <main class={layout}>
         <section class="stage" aria-label="Map">
           {extras.above}
           <stage.View
@@ -121,10 +124,13 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
             theme={theme}
             hand={extras.hand}
           />
-          <Story run={run} tick={tick} playing={player.playing} />
-          <div class="below">
-            <Choices run={run} shown={shown} choices={stage.choices} onChange={setShown} />
+          <div class="strip">
+            <Story run={run} tick={tick} playing={player.playing} />
+            {stage.Tools && <stage.Tools />}
             <Legend run={run} Marks={stage.Marks} />
+            <Drawer name="Show" kind="show">
+              <Choices run={run} shown={shown} choices={stage.choices} onChange={setShown} />
+            </Drawer>
           </div>
         </section>
         {extras.controls ? extras.controls(tick) : <Controls run={run} player={player} tick={tick} />}
@@ -146,6 +152,28 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
       </Help>
     </>
   );
+}
+
+/** Pixels of the page (see page.css): the panels below a map with the header, playback below a map that has the panels
+ * beside it, those panels, the strip below the map, and the least width of a window with anything beside the map. */
+const BELOW = 232;
+const PLAYBACK = 280;
+const BESIDE = 380;
+const STRIP = 34;
+/** How much larger a map has to be to stand above the panels. */
+const MORE = 1.05;
+const WIDE = 861;
+
+/**
+ * Return `flat` if the map is larger above all panels than beside them, and `walled` if its outer wall has room for the
+ * strip.
+ */
+function layoutOf({ cols, rows, grid }: Run, [width, height]: [number, number]): "" | "flat" | "flat walled" {
+  if (width < WIDE) return "";
+  const side = (wide: number, high: number): number => Math.min(wide / (cols - 1), high / (rows - 1));
+  const walled = /^#+$/.test(grid[rows - 1]!) && side(width, height - BELOW) > 2 * STRIP;
+  const flat = side(width, height - BELOW - (walled ? 0 : STRIP));
+  return flat < MORE * side(width - BESIDE, height - PLAYBACK) ? "" : walled ? "flat walled" : "flat";
 }
 
 function OutcomeBadge({ run }: { run: Run }) {
@@ -196,7 +224,6 @@ function Choices({ run, shown, choices, onChange }: ChoicesProps) {
   );
   return (
     <fieldset class="choices">
-      <legend>Show</legend>
       {offered.map(([key, words]) => (
         <label key={key}>
           <input

@@ -5,11 +5,12 @@ import { App } from "./app";
 import { followLinks } from "./run/link";
 import { Player } from "./run/player";
 import type { Run } from "./run/run";
+import { extentOf } from "./map/camera";
 import { flatStage } from "./map/stage";
 import "./page.css";
 
 const run = JSON.parse(document.getElementById("run")!.textContent!) as Run;
 const player = new Player(run.last, run.times);
 player.seek(run.opens);
-render(<App run={run} player={player} stage={flatStage(run)} />, document.getElementById("app")!);
+render(<App run={run} player={player} stage={flatStage(extentOf(run))} />, document.getElementById("app")!);
 followLinks(player);

@@ -53,6 +53,17 @@ export function nextTheme(theme: Theme): Theme {
 
 export const calm = matchMedia("(prefers-reduced-motion: reduce)");
 
+/** Return the size of the window, now and when it changes. */
+export function useWindow(): [width: number, height: number] {
+  const [size, setSize] = useState<[number, number]>([innerWidth, innerHeight]);
+  useEffect(() => {
+    const follow = (): void => setSize([innerWidth, innerHeight]);
+    addEventListener("resize", follow);
+    return () => removeEventListener("resize", follow);
+  }, []);
+  return size;
+}
+
 const low = matchMedia("(max-height: 760px)");
 
 /** Return whether the window is so low that the page needs its compact layout. */

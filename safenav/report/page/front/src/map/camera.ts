@@ -10,7 +10,27 @@ import { clamp } from "../run/run";
 /** Units of the drawings for one cell. */
 export const CELL = 40;
 const MARGIN = 2 / CELL;
-const CLOSEST = 160;
+const CLOSEST = 280;
+
+/** The shown part of a map, in cells: columns from `left` to `right`, rows from `top` to `bottom`. */
+export interface Extent {
+  left: number;
+  top: number;
+  right: number;
+  bottom: number;
+}
+
+/** All of a map, but only half of its outer walls. */
+export function extentOf({ cols, rows, grid }: { cols: number; rows: number; grid: string[] }): Extent {
+  const half = (outer: string): number => (/^#*$/.test(outer) ? 0.5 + MARGIN : 0);
+  const column = (col: number): string => grid.map((row) => row[col]).join("");
+  return {
+    left: half(column(0)),
+    top: half(grid[0]!),
+    right: cols - half(column(cols - 1)),
+    bottom: rows - half(grid[rows - 1]!),
+  };
+}
 
 /** Operations on the view, on every stage. */
 export interface Eye {
@@ -43,18 +63,21 @@ export class Camera implements Eye {
   private layers: SVGSVGElement[] = [];
   private listeners = new Set<() => void>();
 
-  constructor(
-    readonly cols: number,
-    readonly rows: number,
-  ) {
-    this.x = cols / 2;
-    this.y = rows / 2;
+  constructor(readonly extent: Extent) {
+    this.x = (extent.left + extent.right) / 2;
+    this.y = (extent.top + extent.bottom) / 2;
   }
 
   /** Call back when the scale or the followed robot has changed, but not for each motion. */
   onChange(listener: () => void): () => void {
     this.listeners.add(listener);
     return () => this.listeners.delete(listener);
+  }
+
+  /** Width over height of the shown part. */
+  get ratio(): number {
+    const { left, top, right, bottom } = this.extent;
+    return (right - left) / (bottom - top);
   }
 
   get isWhole(): boolean {
@@ -66,7 +89,8 @@ export class Camera implements Eye {
     this.layers = layers;
     this.width = Math.max(1, width);
     this.height = Math.max(1, height);
-    this.fitted = Math.min(this.width / (this.cols + 2 * MARGIN), this.height / (this.rows + 2 * MARGIN));
+    const { left, top, right, bottom } = this.extent;
+    this.fitted = Math.min(this.width / (right - left + 2 * MARGIN), this.height / (bottom - top + 2 * MARGIN));
     if (this.whole) this.fit();
     else this.change(this.scale, this.x, this.y);
   }
@@ -74,7 +98,8 @@ export class Camera implements Eye {
   fit(): void {
     this.whole = true;
     this.followed = null;
-    this.place(this.fitted, this.cols / 2, this.rows / 2);
+    const { left, top, right, bottom } = this.extent;
+    this.place(this.fitted, (left + right) / 2, (top + bottom) / 2);
   }
 
   /** Zoom by a factor about a point of the container, by default its centre. */
@@ -121,12 +146,13 @@ export class Camera implements Eye {
   private change(scale: number, x: number, y: number): void {
     this.whole = false;
     const least = Math.max(this.fitted, scale);
-    const span = (size: number, cells: number, value: number): number => {
-      const half = Math.min(size / least / 2, (cells + 2 * MARGIN) / 2);
-      return clamp(value, half - MARGIN, cells - half + MARGIN);
+    const { left, top, right, bottom } = this.extent;
+    const span = (size: number, low: number, high: number, value: number): number => {
+      const half = Math.min(size / least / 2, (high - low) / 2 + MARGIN);
+      return clamp(value, low + half - MARGIN, high - half + MARGIN);
     };
     const free = this.followed !== null;
-    this.place(least, free ? x : span(this.width, this.cols, x), free ? y : span(this.height, this.rows, y));
+    this.place(least, free ? x : span(this.width, left, right, x), free ? y : span(this.height, top, bottom, y));
   }
 
   private place(scale: number, x: number, y: number): void {

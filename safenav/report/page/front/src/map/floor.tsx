@@ -5,8 +5,9 @@ import { CELL } from "./camera";
 import { Areas, outline, overlap, type Box } from "./names";
 import type { Run } from "../run/run";
 
-/** Text below this many pixels is not shown. */
+/** Text below this many pixels is not shown, nor numbers in regions below this side. */
 const LEGIBLE = 8;
+const LEAST_CELL = 28;
 /** The width of a letter, in font sizes. */
 const LETTER = 0.6;
 
@@ -23,7 +24,7 @@ export function Floor({ run, numbers, names, scale }: FloorProps) {
   const legible = (LEGIBLE * 1.05 * CELL) / scale;
   const digits = String(run.rows * run.cols - 1).length;
   const size = Math.max(7.4, legible);
-  const fits = size * LETTER * digits <= 0.8 * CELL && size <= 0.34 * CELL;
+  const fits = scale >= LEAST_CELL && size * LETTER * digits <= 0.8 * CELL && size <= 0.34 * CELL;
   return (
     <>
       <Ground run={run} />
@@ -61,11 +62,13 @@ const Ground = memo(({ run }: { run: Run }) => {
   for (let r = 1; r < run.rows; r++) lines.push(`M0 ${r * CELL}H${width}`);
   for (let c = 1; c < run.cols; c++) lines.push(`M${c * CELL} 0V${height}`);
   const walls: string[] = [];
+  const solid: number[] = [];
   for (let row = 0; row < run.rows; row++) {
     for (let col = 0; col < run.cols; col++) {
       if (!isWall(run, row * run.cols + col)) continue;
       let end = col;
       while (end + 1 < run.cols && isWall(run, row * run.cols + end + 1)) end++;
+      for (let c = col; c <= end; c++) solid.push(row * run.cols + c);
       walls.push(`M${col * CELL} ${row * CELL}h${(end - col + 1) * CELL}v${CELL}h${(col - end - 1) * CELL}z`);
       col = end;
     }
@@ -75,14 +78,15 @@ const Ground = memo(({ run }: { run: Run }) => {
       <rect class="ground" width={width} height={height} />
       <path class="lines" d={lines.join("")} />
       <path class="walls" d={walls.join("")} />
+      <path class="wall-line" d={outline(run, solid)} />
     </>
   );
 }, sameFloor);
 
-/** Return the regions whose number a name would cover. */
+/** Return the regions without a number: named ones, and those in which a name would cover it. */
 function covered(run: Run, names: Box[], size: number, scale: number): number[] {
   const [wide, high] = [(size * scale) / CELL, (2.8 * scale) / CELL];
-  const found = [];
+  const found = names.length ? Object.keys(run.names).map(Number) : [];
   for (const name of names) {
     for (let row = Math.floor(name.top / scale); row * scale < name.bottom; row++) {
       for (let col = Math.floor(name.left / scale); col * scale < name.right; col++) {

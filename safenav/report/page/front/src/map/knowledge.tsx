@@ -3,7 +3,7 @@
 import { memo } from "preact/compat";
 import { CELL } from "./camera";
 import { outline } from "./names";
-import { at, eventsAt, transitAt, type Robot, type Run } from "../run/run";
+import { aimAt, at, eventsAt, transitAt, type Robot, type Run } from "../run/run";
 import type { Shown } from "../settings";
 
 /** From the nose of a robot to the sign in the next region. */
@@ -11,6 +11,8 @@ export const ARROW = "M20.5 0H29M24.5 -4.5L29.5 0L24.5 4.5";
 
 /** In smaller regions the pictogram of an obstacle would be illegible: only its status is shown. */
 const MOST_GROWN = 2;
+/** The most ticks of a way that is shown before it is gone. */
+const MOST_STEPS = 400;
 
 interface KnowledgeProps {
   run: Run;
@@ -28,7 +30,7 @@ export const Knowledge = memo(({ run, tick, shown, grown }: KnowledgeProps) => (
       if (status === "absent" || (status === "hidden" && !shown.hidden)) return null;
       const x = (obstacle.region % run.cols) * CELL;
       const y = Math.floor(obstacle.region / run.cols) * CELL;
-      const shape = grown > MOST_GROWN ? "" : obstacle.shape;
+      const shape = grown > MOST_GROWN ? "" : status === "resolved" ? obstacle.opened : obstacle.shape;
       return (
         <g
           key={obstacle.name}
@@ -54,6 +56,7 @@ export const Knowledge = memo(({ run, tick, shown, grown }: KnowledgeProps) => (
       );
     })}
     <Taken run={run} tick={tick} />
+    {shown.targets && <Intentions run={run} tick={tick} />}
     {shown.targets && <Targets run={run} tick={tick} grown={grown} />}
     <Violations run={run} tick={tick} grown={grown} />
   </>
@@ -86,36 +89,32 @@ function Taken({ run, tick }: { run: Run; tick: number }) {
   );
 }
 
-/** Frames around the targets of robots, each with a small copy of its robot's shape. */
+/** Rings that mark targets: the radius of the first, and the difference of those of several robots, in cells. */
+const RING = 0.34;
+const NEXT_RING = 0.05;
+/** Directions of the copies of the robots' shapes on the rings, as x and y. */
+const ASIDE: [number, number][] = [[0.71, -0.71], [0.71, 0.71], [-0.71, 0.71]];
+
+/** Rings in the targets of robots, and lines around areas, each with a small copy of its robot's shape; the current one is filled. */
 function Targets({ run, tick, grown }: { run: Run; tick: number; grown: number }) {
-  const corners = [
-    [0.79, 0.25], // above the name of the region, beside its number
-    [0.79, 0.77],
-    [0.21, 0.77],
-  ];
   const taken = new Map<number, number>();
   const slotOf = (key: number): number => {
     const slot = taken.get(key) ?? 0;
     taken.set(key, slot + 1);
     return slot;
   };
-  const mark = (robot: Robot, region: number, slot: number, key: string | number, frame: string) => {
-    const [column, line] = corners[slot]!;
-    const x = ((region % run.cols) + column!) * CELL;
-    const y = (Math.floor(region / run.cols) + line!) * CELL;
-    const place = `translate(${x} ${y}) scale(${3.9 * Math.min(grown, 2)})`;
-    return (
-      <g style={{ "--colour": robot.look.colour }} data-target={key} data-of={robot.name}>
-        <path class="aim" d={frame} />
-        <path class="target" d={robot.look.path} fill={robot.look.colour} transform={place} />
-      </g>
-    );
-  };
+  const mark = (robot: Robot, key: string | number, current: boolean, frame: string, [x, y]: [number, number]) => (
+    <g style={{ "--colour": robot.look.colour }} data-target={key} data-of={robot.name}>
+      <path class={current ? "aim current" : "aim"} d={frame} />
+      <path class="target" d={robot.look.path} fill={robot.look.colour} transform={`translate(${x} ${y}) scale(${3.6 * Math.min(grown, 2)})`} />
+    </g>
+  );
   return (
     <>
       {run.robots.flatMap((robot) => {
         const regions = new Set(at(robot.tasks, tick)[2]);
         const avoid = at(robot.tasks, tick)[3];
+        const current = aimAt(run, robot, tick)?.region ?? -1;
         const marks = [];
         if (avoid.length) {
           marks.push(<path class="aim avoided" style={{ "--colour": robot.look.colour }} data-avoided={robot.name} d={outline(run, avoid, 2.4)} />);
@@ -124,15 +123,19 @@ function Targets({ run, tick, grown }: { run: Run; tick: number; grown: number }
           if (area.length < 2 || !area.every((region) => regions.has(region))) continue;
           area.forEach((region) => regions.delete(region));
           const slot = slotOf(-1 - area[0]!);
-          if (slot < corners.length) marks.push(mark(robot, area[0]!, slot, name, outline(run, area, 2.6 + 3.2 * slot)));
+          if (slot >= ASIDE.length) continue;
+          const [x, y] = centreOf(run, area[0]!);
+          const [right, down] = ASIDE[slot]!;
+          const corner: [number, number] = [x + 0.4 * CELL * right, y + 0.4 * CELL * down];
+          marks.push(mark(robot, name, area.includes(current), outline(run, area, 2.6 + 3.2 * slot), corner));
         }
         for (const region of regions) {
           const slot = slotOf(region);
-          if (slot >= corners.length) continue;
-          const inset = 2.6 + 3.2 * slot;
-          const x = (region % run.cols) * CELL + inset;
-          const y = Math.floor(region / run.cols) * CELL + inset;
-          marks.push(mark(robot, region, slot, region, bracketsOf(x, y, CELL - 2 * inset)));
+          if (slot >= ASIDE.length) continue;
+          const [x, y] = centreOf(run, region);
+          const radius = CELL * (RING - NEXT_RING * slot);
+          const [right, down] = ASIDE[slot]!;
+          marks.push(mark(robot, region, region === current, ringOf(x, y, radius), [x + radius * right, y + radius * down]));
         }
         return marks;
       })}
@@ -140,10 +143,29 @@ function Targets({ run, tick, grown }: { run: Run; tick: number; grown: number }
   );
 }
 
-/** Return a square without its north-western corner, which has the number of the region. */
-export function bracketsOf(x: number, y: number, side: number): string {
-  const arm = 0.42 * side;
-  return `M${x + side - arm} ${y}h${arm}v${side}h${-side}v${-arm}`;
+function centreOf(run: Run, region: number): [x: number, y: number] {
+  return [((region % run.cols) + 0.5) * CELL, (Math.floor(region / run.cols) + 0.5) * CELL];
+}
+
+/** A circle as a path. */
+export function ringOf(x: number, y: number, radius: number): string {
+  return `M${x + radius} ${y}a${radius} ${radius} 0 1 1 ${-2 * radius} 0a${radius} ${radius} 0 1 1 ${2 * radius} 0z`;
+}
+
+/** The next steps of each robot to its current target; in a live run they are not known yet. */
+function Intentions({ run, tick }: { run: Run; tick: number }) {
+  return (
+    <>
+      {run.robots.map((robot) => {
+        const aim = aimAt(run, robot, tick);
+        const path = aim === null ? [] : robot.path.slice(tick, Math.min(aim.tick, tick + MOST_STEPS) + 1);
+        const steps = path.filter((region, i) => region !== path[i - 1]);
+        if (steps.length < 2) return null;
+        const line = steps.map((region) => centreOf(run, region).join(" ")).join("L");
+        return <path class="intention" style={{ "--colour": robot.look.colour }} data-intention={robot.name} d={`M${line}`} />;
+      })}
+    </>
+  );
 }
 
 /** Arrows from robots into the regions of their refused steps. */

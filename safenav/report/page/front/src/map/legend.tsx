@@ -1,7 +1,7 @@
 /** The legend's rows for the marks on the flat map. */
 
 import { ANY_LOAD } from "./motion";
-import { ARROW, bracketsOf } from "./knowledge";
+import { ARROW, ringOf } from "./knowledge";
 import { Hatch, viewersOf } from "./shading";
 import { StatusSign } from "../panels/icons";
 import { STATUSES, UNORDERED, type Run, type Status } from "../run/run";
@@ -32,10 +32,18 @@ export function FlatMarks({ run }: { run: Run }) {
       {first && (
         <li>
           <svg width="20" height="20" viewBox="-2 -2 24 24" aria-hidden="true">
-            <path class="aim" style={{ "--colour": first.look.colour }} d={bracketsOf(0, 0, 20)} />
-            <path class="target" transform="translate(14 6) scale(3.6)" d={first.look.path} fill={first.look.colour} />
+            <path class="aim current" style={{ "--colour": first.look.colour }} d={ringOf(10, 10, 9)} />
+            <path class="target" transform="translate(16 4) scale(3.6)" d={first.look.path} fill={first.look.colour} />
           </svg>
-          target of the robot with this shape and colour
+          target of the robot with this shape and colour; the next one is filled
+        </li>
+      )}
+      {first && (
+        <li>
+          <svg width="30" height="18" aria-hidden="true" style={{ "--colour": first.look.colour }}>
+            <path class="intention" d="M1 9h28" />
+          </svg>
+          its next steps
         </li>
       )}
       {first && (

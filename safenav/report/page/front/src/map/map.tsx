@@ -13,13 +13,16 @@ import { Knowledge } from "./knowledge";
 import { Names, useNames } from "./names";
 import { growth, Robots, Trails } from "./motion";
 import type { Player } from "../run/player";
-import { at, label, poseAt, transitAt, when, type Run } from "../run/run";
+import { at, clamp, label, poseAt, transitAt, when, type Run } from "../run/run";
 import type { Shown } from "../settings";
 import type { Hand } from "./hand";
 import { shadesAt, Shading, viewersOf } from "./shading";
 
-/** The least width of a trail, in pixels. */
+/** The least and the largest width of a trail, in pixels. */
 const LEAST_TRAIL = 1.4;
+const MOST_TRAIL = 4;
+/** In smaller regions, in pixels, robots have no silhouette of their model beside them. */
+const BADGES = 100;
 
 interface MapProps {
   run: Run;
@@ -71,7 +74,7 @@ export function MapView({ run, player, camera, tick, shown, pointed, hand }: Map
         class={camera.isWhole ? "map" : "map near"}
         role="img"
         aria-label={describeMap(run, tick)}
-        style={{ "--ratio": run.cols / run.rows, ...(hand && { cursor: hand.cursor }) }}
+        style={{ "--ratio": camera.ratio, ...(hand && { cursor: hand.cursor }) }}
         {...cursor.keys}
       >
         <svg class="floor">
@@ -82,18 +85,18 @@ export function MapView({ run, player, camera, tick, shown, pointed, hand }: Map
             <Shading run={run} tick={tick} shown={shown} cell={CELL} />
           </svg>
         )}
-        <svg class="trails" style={{ "--trail": `${Math.max(LEAST_TRAIL, 0.065 * camera.scale)}px` }}>
+        <svg class="trails" style={{ "--trail": `${clamp(0.065 * camera.scale, LEAST_TRAIL, MOST_TRAIL)}px` }}>
           {shown.trails && <Trails run={run} player={player} />}
         </svg>
         <svg class="knowledge">
           <Knowledge run={run} tick={tick} shown={shown} grown={growth(camera, 8.8, 6)} />
           {pointed !== null && <Pointed key={`${pointed}`} run={run} region={pointed} />}
         </svg>
-        <svg class="motion">
-          <Robots run={run} player={player} camera={camera} />
-        </svg>
         <svg class="words">
           <Names names={names} scale={camera.scale} />
+        </svg>
+        <svg class={camera.scale < BADGES ? "motion small" : "motion"}>
+          <Robots run={run} player={player} camera={camera} />
         </svg>
         {hand && (
           <svg class="over">

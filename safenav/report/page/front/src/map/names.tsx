@@ -1,21 +1,17 @@
-/** Names of regions and areas: placed so that none lies over another, and outlines of areas. */
+/** Names of regions and areas, each inside its own, and outlines of areas. */
 
 import { memo } from "preact/compat";
 import { useMemo } from "preact/hooks";
 import { CELL } from "./camera";
 import type { Run } from "../run/run";
 
-/** Heights of letters in pixels: large ones are better, and a name in its own region is best. */
+/** Heights of letters in pixels, the best first. */
 const SIZES = [13, 12, 11, 10, 9];
-const LINE = 1.2;
+const LINE = 1.15;
+/** Pixels between a name and the border of its region. */
 const GAP = 2;
-/** Half of the middle of a named region, where robots stand, in cells. */
-const BODY = 0.3;
-/** Width and height of the corner of a region that has its number, in cells. */
-const NUMBER: readonly [number, number] = [0.45, 0.3];
-/** Costs of a name on a wall, and for each other region that it reaches into. */
-const ON_WALL = 0.6;
-const BESIDE = 0.1;
+/** Regions in which the name of an area is tried. */
+const MOST_TRIED = 24;
 
 /** A rectangle in pixels of the whole map. */
 export interface Box {
@@ -27,16 +23,10 @@ export interface Box {
 
 interface Name extends Box {
   text: string;
+  /** The text in one or two lines, abbreviated if it has to be. */
+  lines: string[];
   size: number;
   area: boolean;
-}
-
-/** The boxes in or beside which a name may be placed, the best first. */
-interface Subject {
-  text: string;
-  area: boolean;
-  own: ReadonlySet<number>;
-  boxes: Box[];
 }
 
 const brush = document.createElement("canvas").getContext("2d")!;
@@ -47,104 +37,77 @@ function widthOf(text: string): number {
   return brush.measureText(text).width / 100;
 }
 
-function subjectsOf(run: Run, scale: number): Subject[] {
-  const cell = (region: number): Box => {
-    const [left, top] = [(region % run.cols) * scale, Math.floor(region / run.cols) * scale];
-    return { left, top, right: left + scale, bottom: top + scale };
-  };
-  const subjects = Object.entries(run.names).map(([number, text]) => ({
-    text,
-    area: false,
-    own: new Set([Number(number)]),
-    boxes: [cell(Number(number))],
-  }));
-  const areas = Object.entries(run.areas).map(([text, regions]) => {
-    const middle = (value: (region: number) => number): number =>
-      regions.reduce((sum, region) => sum + value(region), 0) / regions.length;
-    const [row, col] = [middle((r) => Math.floor(r / run.cols)), middle((r) => r % run.cols)];
-    const away = (r: number): number => Math.hypot(Math.floor(r / run.cols) - row, (r % run.cols) - col);
-    return { text, area: true, own: new Set(regions), boxes: [...regions].sort((a, b) => away(a) - away(b)).slice(0, 24).map(cell) };
-  });
-  return [...subjects, ...areas];
-}
-
-/** Positions of a text for a box: inside at the bottom, below, above, beside, diagonal. */
-function* places(box: Box, width: number, height: number, area: boolean): Generator<[x: number, y: number]> {
-  const x = (box.left + box.right) / 2;
-  const y = (box.top + box.bottom) / 2;
-  const [below, above] = [box.bottom + height / 2, box.top - height / 2];
-  if (area) yield [x, y];
-  yield [x, box.bottom - height / 2 - 1];
-  yield [x, below];
-  yield [x, above];
-  yield [box.right + width / 2 + GAP, y];
-  yield [box.left - width / 2 - GAP, y];
-  for (const across of [width / 3, -width / 3]) {
-    yield [x + across, below];
-    yield [x + across, above];
+/** Return a text in at most two lines that fit a region, and their size; null if there is no room for three letters. */
+function fitted(text: string, side: number): [lines: string[], size: number] | null {
+  const fits = (lines: string[], size: number): boolean =>
+    lines.every((line) => widthOf(line) * size <= side - 2 * GAP) && lines.length * LINE * size <= side;
+  const parts = text.split(/(?<=[ _-])/);
+  const folds = [[text], ...parts.slice(1).map((_, i) => [parts.slice(0, i + 1).join(""), parts.slice(i + 1).join("")])];
+  for (const lines of folds) {
+    const size = SIZES.find((size) => fits(lines, size));
+    if (size !== undefined) return [lines, size];
   }
+  const least = SIZES[SIZES.length - 1]!;
+  for (let length = text.length - 1; length > 2; length--) {
+    const lines = [`${text.slice(0, length)}…`];
+    if (fits(lines, least)) return [lines, least];
+  }
+  return null;
 }
 
-/** The names of a map for a given cell size in pixels; a name without room appears only on hover. */
+/**
+ * The names of a map for a given cell size in pixels. That of a region stands at the lower edge of
+ * the region, that of an area in its middle; a name without room appears only on hover.
+ */
 export function placeNames(run: Run, scale: number): Name[] {
-  const placed: Name[] = [];
-  const [width, height] = [run.cols * scale, run.rows * scale];
-  const subjects = subjectsOf(run, scale);
-  const bodies = subjects
-    .filter((subject) => !subject.area)
-    .map(({ boxes: [box] }) => grown(box!, -(0.5 - BODY) * scale));
-  for (const { text, area, own, boxes } of subjects) {
-    const wide = widthOf(text);
-    let best: Name | null = null;
-    let least = Infinity;
-    let order = 0;
-    for (const size of SIZES) {
-      const [w, h] = [wide * size + GAP, LINE * size];
-      if (w > width || h > height) continue;
-      for (const box of boxes) {
-        for (const [x, y] of places(box, w, h, area)) {
-          const left = Math.min(Math.max(x - w / 2, 0), width - w);
-          const top = Math.min(Math.max(y - h / 2, 0), height - h);
-          const name = { text, area, size, left, top, right: left + w, bottom: top + h };
-          if (placed.some((other) => overlap(name, other))) continue;
-          let cost = costOf(run, own, scale, name) + bodies.reduce((sum, body) => sum + shared(name, body), 0);
-          cost += 0.03 * (SIZES[0]! - size) + 1e-4 * order++;
-          if (cost < least) [best, least] = [name, cost];
-        }
-      }
-    }
-    if (best !== null) placed.push(best);
+  const cornerOf = (region: number): [x: number, y: number] => [(region % run.cols) * scale, Math.floor(region / run.cols) * scale];
+  const inRegion = (text: string, region: number, area: boolean): Name | null => {
+    const found = fitted(text, scale);
+    if (found === null) return null;
+    const [lines, size] = found;
+    const [x, y] = cornerOf(region);
+    const wide = Math.max(...lines.map(widthOf)) * size;
+    const left = x + (scale - wide) / 2;
+    const bottom = y + scale - GAP / 2;
+    return { text, lines, size, area, left, right: left + wide, top: bottom - lines.length * LINE * size, bottom };
+  };
+  const placed = Object.entries(run.names).flatMap(([number, text]) => inRegion(text, Number(number), false) ?? []);
+  for (const [text, regions] of Object.entries(run.areas)) {
+    const own = new Set(regions);
+    const free = (box: Box): boolean =>
+      placed.every((other) => !overlap(box, other)) &&
+      cellsOf(box, scale).every(([row, col]) => col < run.cols && own.has(row * run.cols + col));
+    const tried = middleFirst(run, regions).slice(0, MOST_TRIED);
+    const whole = SIZES.flatMap((size) =>
+      tried.flatMap((region): Name[] => {
+        const [wide, high] = [widthOf(text) * size + 2 * GAP, LINE * size];
+        const [x, y] = cornerOf(region);
+        const left = x + (scale - wide) / 2;
+        const middle = y + (scale - high) / 2;
+        return [middle, y + GAP].map((top) => ({ text, lines: [text], size, area: true, left, right: left + wide, top, bottom: top + high }));
+      }),
+    );
+    const small = tried.map((region) => inRegion(text, region, true));
+    const name = [...whole, ...small].find((name) => name !== null && free(name));
+    if (name) placed.push(name);
   }
   return placed;
 }
 
-/** How much a name covers that is not its own: numbers, other regions, walls. */
-function costOf(run: Run, own: ReadonlySet<number>, scale: number, box: Box): number {
-  let cost = 0;
-  for (let row = Math.floor(box.top / scale); row < run.rows && row * scale < box.bottom; row++) {
-    for (let col = Math.floor(box.left / scale); col < run.cols && col * scale < box.right; col++) {
-      const [left, top, region] = [col * scale, row * scale, row * run.cols + col];
-      const share = shared(box, { left, top, right: left + scale, bottom: top + scale });
-      if (share > 0 && !own.has(region)) cost += BESIDE;
-      if (run.grid[row]![col] === "#") cost += ON_WALL * share;
-      else {
-        const corner = { left, top, right: left + NUMBER[0] * scale, bottom: top + NUMBER[1] * scale };
-        cost += (overlap(box, corner) ? 2 : 0) + (own.has(region) ? 0 : share);
-      }
-    }
+/** Rows and columns that a box touches. */
+function cellsOf(box: Box, scale: number): [row: number, col: number][] {
+  const found: [number, number][] = [];
+  for (let row = Math.floor(box.top / scale); row * scale < box.bottom; row++) {
+    for (let col = Math.floor(box.left / scale); col * scale < box.right; col++) found.push([row, col]);
   }
-  return cost;
+  return found;
 }
 
-/** The part of a box that another one covers. */
-function shared(box: Box, other: Box): number {
-  const wide = Math.min(box.right, other.right) - Math.max(box.left, other.left);
-  const high = Math.min(box.bottom, other.bottom) - Math.max(box.top, other.top);
-  return (Math.max(0, wide) * Math.max(0, high)) / ((box.right - box.left) * (box.bottom - box.top));
-}
-
-function grown(box: Box, by: number): Box {
-  return { left: box.left - by, top: box.top - by, right: box.right + by, bottom: box.bottom + by };
+function middleFirst(run: Run, regions: number[]): number[] {
+  const place = (region: number): [number, number] => [Math.floor(region / run.cols), region % run.cols];
+  const middle = [0, 1].map((axis) => regions.reduce((sum, region) => sum + place(region)[axis]!, 0) / regions.length);
+  const away = (region: number): number => Math.hypot(place(region)[0] - middle[0]!, place(region)[1] - middle[1]!);
+  return [...regions].sort((a, b) => away(a) - away(b));
 }
 
 export function overlap(a: Box, b: Box): boolean {
@@ -163,16 +126,13 @@ export function Names({ names, scale }: { names: Name[]; scale: number }) {
   const unit = CELL / scale;
   return (
     <g class="names">
-      {names.map(({ text, area, size, left, right, bottom }) => (
-        <text
-          key={text}
-          class={area ? "area-name" : ""}
-          x={((left + right) / 2) * unit}
-          y={(bottom - 0.3 * size) * unit}
-          font-size={size * unit}
-          stroke-width={0.28 * size * unit}
-        >
-          {text}
+      {names.map(({ text, lines, area, size, left, right, bottom }) => (
+        <text key={text} data-name={text} class={area ? "area-name" : ""} font-size={size * unit} stroke-width={0.28 * size * unit}>
+          {lines.map((line, i) => (
+            <tspan x={((left + right) / 2) * unit} y={(bottom - (0.25 + (lines.length - 1 - i) * LINE) * size) * unit}>
+              {line}
+            </tspan>
+          ))}
         </text>
       ))}
     </g>

@@ -1,7 +1,7 @@
 /** The stage of a page, which shows the run at a moment: the flat map or the 3D scene. */
 
 import type { ComponentType } from "preact";
-import { Camera, type Eye } from "./camera";
+import { Camera, type Extent, type Eye } from "./camera";
 import type { Hand } from "./hand";
 import { FlatMarks } from "./legend";
 import { MapView } from "./map";
@@ -33,6 +33,8 @@ export interface Whereabouts {
 
 export interface Stage {
   View: ComponentType<StageProps>;
+  /** Its buttons, unless they stand in the view. */
+  Tools?: ComponentType;
   /** The rows of the legend for what it draws. */
   Marks: ComponentType<{ run: Run }>;
   eye: Eye;
@@ -50,13 +52,9 @@ const CHOICES: Choice[] = [
 ];
 
 /** The flat map with its tools. */
-export function flatStage({ cols, rows }: { cols: number; rows: number }): Stage {
-  const camera = new Camera(cols, rows);
-  const View = ({ theme: _, ...props }: StageProps) => (
-    <>
-      <MapView {...props} camera={camera} />
-      <Zoom camera={camera} />
-    </>
-  );
-  return { View, Marks: FlatMarks, eye: camera, choices: CHOICES };
+export function flatStage(extent: Extent): Stage {
+  const camera = new Camera(extent);
+  const View = ({ theme: _, ...props }: StageProps) => <MapView {...props} camera={camera} />;
+  const Tools = () => <Zoom camera={camera} />;
+  return { View, Tools, Marks: FlatMarks, eye: camera, choices: CHOICES };
 }

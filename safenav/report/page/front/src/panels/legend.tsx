@@ -1,6 +1,7 @@
 /** The legend: marks of the stage, and signs of events and activities on the timeline. */
 
 import { memo } from "preact/compat";
+import { Drawer } from "./drawer";
 import { EventSign } from "./icons";
 import { bar, DOINGS } from "./lanes";
 import type { EventKind, Run } from "../run/run";
@@ -34,8 +35,7 @@ const MEANINGS: Record<Exclude<EventKind, "violation" | "request" | "resolved" |
 export const Legend = memo(({ run, Marks }: { run: Run; Marks: Stage["Marks"] }) => {
   const first = run.robots[0];
   return (
-    <details class="legend" onKeyDown={(event) => event.key === "Escape" && (event.currentTarget.open = false)}>
-      <summary>Legend</summary>
+    <Drawer name="Legend" kind="legend">
       <ul>
         <Marks run={run} />
         {Object.entries(MEANINGS).map(([kind, meaning]) =>
@@ -67,6 +67,6 @@ export const Legend = memo(({ run, Marks }: { run: Run; Marks: Stage["Marks"] })
           goals, below the timeline
         </li>
       </ul>
-    </details>
+    </Drawer>
   );
 });

@@ -138,12 +138,12 @@ function fade(section: HTMLElement): void {
 
 export function Stack({ run, tick }: PanelProps) {
   const frames = at(run.stack, tick)[1];
+  if (frames.length === 0) return null;
   return (
     <section class="panel stack" aria-labelledby="stack-title">
       <h2 id="stack-title">
         Objective stack <span class="count">{frames.length}</span>
       </h2>
-      {frames.length === 0 && <p class="quiet">Empty: every robot follows its own objective.</p>}
       <ol reversed>
         {frames
           .map(([about, roles], i) => (

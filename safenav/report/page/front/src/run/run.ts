@@ -106,6 +106,8 @@ export interface Obstacle {
   type: string;
   /** The silhouette of its type, as that of a robot. */
   shape: string;
+  /** That of the type when it is resolved. */
+  opened: string;
   region: number;
   action: string;
   /** Each of its needs, in words. */
@@ -192,6 +194,16 @@ export function at<T extends [number, ...unknown[]]>(changes: readonly T[], tick
     else high = middle - 1;
   }
   return changes[low]!;
+}
+
+/** The target that a robot reaches next while it has its present task, and the tick; null if that is not known. */
+export function aimAt(run: Run, robot: Robot, tick: number): { region: number; tick: number } | null {
+  const until = robot.tasks.find(([from]) => from > tick)?.[0] ?? run.last;
+  const next = robot.progress.find(([from, , reached]) => from > tick && reached >= 0);
+  if (next !== undefined && next[0] <= until) return { region: next[2], tick: next[0] };
+  const targets = at(robot.tasks, tick)[2];
+  if (targets.includes(robot.path[until]!)) return { region: robot.path[until]!, tick: until };
+  return targets.length === 1 ? { region: targets[0]!, tick: until } : null;
 }
 
 export interface Pose {

@@ -153,7 +153,7 @@ interface StageProps extends Drawn {
 
 function Stage({ doc, drawing, pen, setPen, chosen, choose, say, verdict }: StageProps) {
   const { rows, cols } = drawing.run;
-  const camera = useMemo(() => new Camera(cols, rows), [cols, rows]);
+  const camera = useMemo(() => new Camera({ left: 0, top: 0, right: cols, bottom: rows }), [cols, rows]);
   const player = useMemo(() => new Player(0), []);
   const hand = useDrawingHand({
     drawing,

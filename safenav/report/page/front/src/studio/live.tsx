@@ -35,7 +35,7 @@ const KEYS: Keys = [
 export function LiveView({ run, player, wire, palette, watches, bar, saving }: LiveViewProps) {
   const [tool, choose] = useState<Tool>({ does: "look" });
   const { cols, rows } = run ?? { cols: 0, rows: 0 };
-  const stage = useMemo(() => flatStage({ cols, rows }), [cols, rows]);
+  const stage = useMemo(() => flatStage({ left: 0, top: 0, right: cols, bottom: rows }), [cols, rows]);
   const over = player.state.phase === "ended";
   const hand = useWorldHand(run, over || watches ? { does: "look" } : tool, choose, wire.say);
   useLayoutEffect(() => {
