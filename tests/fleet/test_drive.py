@@ -293,7 +293,7 @@ def test_a_drive_is_resumed_where_its_trace_ends(tmp_path: Path) -> None:
     assert safenav(*drive, "--resume", first, "--trace", rest).returncode == 0
     lines = lines_of(rest)
     begun = next(i for i, line in enumerate(lines) if line["type"] == "resumed")
-    assert lines[:begun] == lines_of(first)[:begun]
+    assert lines[1:begun] == lines_of(first)[1:begun]  # the header has other limits
     ends = [line["at"] for line in lines[:begun] if line["type"] == "arrive"]
     departures = [line["from"] for line in lines[begun:] if line["type"] == "depart"]
     assert ends[-1] == departures[0] > 8
