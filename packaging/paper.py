@@ -74,7 +74,7 @@ def study(number: str, folder: Path, repeat: int) -> Times:
         lines = [json.loads(line) for line in trace.read_text(encoding="utf-8").splitlines()]
         outcomes.append(lines[-1])
         longest.append(max(line["seconds"] for line in lines if line["type"] == "synthesis"))
-    safenav("check-trace", trace)
+    safenav("check", trace)
     for name, tick in MOMENTS.items() if number.isdecimal() else ():
         figure = folder / f"case_study_{number}_{name}.svg"
         safenav("replay", trace, "--svg", tick, "-o", figure)

@@ -12,10 +12,22 @@ _KINDS: dict[str, tuple[tuple[str, ...], str]] = {
     ),
     "motion file": (
         (r'\A\s*\{"type"\s*:\s*"header"\s*,\s*"motion"',),
-        "check it with: safenav check-motion {0} TRACE",
+        "check it with: safenav check {0} TRACE",
     ),
     "trace": ((r'\A\s*\{"type"\s*:\s*"header"',), "show it with: safenav replay {0}"),
-    "scenario": ((r"(?m)^safenav[ \t]*:",), "run it with: safenav run {0} --trace run.jsonl"),
+    "scenario": (
+        (r'(?m)^(?:\{\s*)?"?safenav"?[ \t]*:',),
+        "run it with: safenav run {0} --trace run.jsonl",
+    ),
+    "strategy of slugs": (
+        (r'\A\s*\{\s*"version"\s*:', r'"slugs"\s*:', r'"variables"\s*:'),
+        "check it with: safenav verify SPECIFICATION {0}",
+    ),
+    "matrix file": ((r"(?m)^batch[ \t]*:",), "run it with: safenav batch {0}"),
+    "web page": (
+        (r"(?i)\A\s*<(?:!doctype html|html)",),
+        "open it in a browser; name the trace or the scenario that it shows",
+    ),
     "fleet file": (
         (r"(?m)^safenav-fleet[ \t]*:",),
         "use it with: safenav drive SCENARIO --fleet {0}",

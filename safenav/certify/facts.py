@@ -24,9 +24,9 @@ NOT_COVERED = (
     "The step from the scenario's YAML file to scenario.json. The checker compares only the grid "
     "of a map drawn in the scenario.",
     "The checker (check.py, check_*.py) and Python itself.",
-    "Motion in metres: check.py only compares which trace a motion file names; `safenav "
-    "check-motion` checks the rest.",
-    "The choice of helpers: `safenav check-trace` audits the bids.",
+    "Motion in metres: check.py only compares which trace a motion file names; `safenav check` "
+    "judges the rest.",
+    "The choice of helpers: `safenav check` judges the bids.",
     "Time: no claim says when a goal is met, only that it is met infinitely often.",
 )
 """Limits of a bundle's proof."""

@@ -32,35 +32,21 @@ COMMANDS = {
     "run": "Run a scenario and print what happens.",
     "resume": "Continue a run that was interrupted or killed.",
     "drive": "Run a scenario with real robots, or rehearse it.",
-    "studio": "Draw a scenario in a browser, run it, change its world.",
     "synth": "Synthesize the controllers and write them to files.",
-    "check": "Validate a scenario and check whether each robot is realizable.",
-    "explain": "Explain why a robot is unrealizable, and propose repairs.",
     "verify": "Check a strategy file against its specification.",
+    "check": "Judge scenarios, traces, bundles and motions.",
+    "explain": "Explain why a robot is unrealizable, and propose repairs.",
     "batch": "Run many scenarios and compare them with what they expect.",
-    "check-trace": "Check a trace against the rules, independently of the run.",
     "certify": "Run a scenario and write a bundle that proves the run.",
-    "check-bundle": "Check a bundle and print what it establishes.",
+    "replay": "Replay a trace: a page, pictures, or 3D.",
     "draw": "Draw a scenario without running it.",
-    "replay": "Replay a trace: a page, pictures, or the terminal.",
-    "motion": "Compute each robot's motion in metres and seconds.",
-    "check-motion": "Check a motion against its trace.",
-    "export": "Export a trace: waypoints, ROS 2 bag or tables.",
-    "new": "Write a commented example scenario.",
-    "schema": "Print the JSON Schema of scenarios.",
-    "catalogue": "List robot models, capabilities and obstacle types.",
+    "export": "Export a trace: waypoints, motion, ROS 2 bag, tables.",
+    "studio": "Draw a scenario in a browser, run it, change its world.",
+    "new": "Write an example scenario, a fleet file or a schema.",
     "doctor": "List what is installed and test whether it works.",
 }
 
-ELSEWHERE = {
-    "resume": "run",
-    "check-motion": "motion",
-    "check-bundle": "certify",
-    "verify": "specification",
-    "schema": "reference",
-    "catalogue": "reference",
-    "doctor": "reference",
-}
+ELSEWHERE = {"resume": "run"}
 """Commands that the module of another command defines."""
 
 EXTRAS = {
@@ -109,7 +95,9 @@ class _Commands(click.Group):
 
         close = get_close_matches(name, COMMANDS, n=1, cutoff=0.5)
         what = f"did you mean '{close[0]}'?" if close else "safenav --help lists the commands"
-        if Path(name).suffix in (".yaml", ".yml"):
+        if name.startswith("check-"):
+            what = "safenav check FILE... judges scenarios, traces, bundles and motions"
+        elif Path(name).suffix in (".yaml", ".yml"):
             what = f"to run a scenario: safenav run {name}"
         elif Path(name).suffix == ".jsonl":
             what = f"to view a trace: safenav replay {name}"
@@ -123,9 +111,8 @@ class _Commands(click.Group):
 
 def command_of(name: str) -> click.Command:
     """Return the command of this name, from its module."""
-    word = name.replace("-", "_")
-    module = importlib.import_module(f"safenav.cli.{ELSEWHERE.get(name, word)}")
-    command: click.Command = getattr(module, word if name in ELSEWHERE else "command")
+    module = importlib.import_module(f"safenav.cli.{ELSEWHERE.get(name, name)}")
+    command: click.Command = getattr(module, name if name in ELSEWHERE else "command")
     return command
 
 
@@ -228,14 +215,18 @@ def warn(message: Warning | str, *more: str) -> None:
         click.echo(line, err=True)
 
 
-def _fail(message: str, code: ExitCode) -> None:
+def report_error(message: str) -> None:
+    """Print an error."""
     from safenav.lines import printable
     from safenav.report.terminal.fold import folded_message, terminal_width
 
     line = f"{click.style('error:', fg='red', bold=True)} {printable(message)}"
-    shown = folded_message(line, terminal_width(sys.stderr))
+    click.echo(folded_message(line, terminal_width(sys.stderr)), err=True, color=_coloured())
+
+
+def _fail(message: str, code: ExitCode) -> None:
     try:
-        click.echo(shown, err=True, color=_coloured())
+        report_error(message)
     except OSError:  # the terminal has been closed, which ends the program as Ctrl-C does
         code = ExitCode.INTERRUPTED
         for stream in (1, 2):

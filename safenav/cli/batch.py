@@ -72,7 +72,7 @@ Exit codes:
     type=options.FOLDER,
     help="Write the bundle of each run into this folder (docs/certify.md).",
 )
-@click.option("--junit", type=options.XML, help="Write a JUnit report (XML).")
+@click.option("--junit", type=options.Output(".xml"), help="Write a JUnit report (XML).")
 @click.option(
     "--json",
     "as_json",
@@ -80,7 +80,7 @@ Exit codes:
     help="Print all results as JSON; the table goes to standard error.",
 )
 @click.option("--results", type=options.JSON, help="Write all results as JSON, for --baseline.")
-@click.option("--csv", "as_csv", type=options.CSV, help="Write the figures as CSV.")
+@click.option("--csv", "as_csv", type=options.Output(".csv"), help="Write the figures as CSV.")
 @click.option(
     "-o",
     "--output",

@@ -1,169 +1,286 @@
-"""``safenav check``: validate a scenario and check whether each robot is realizable."""
+"""``safenav check``: judge scenarios, traces, bundles and motions, recognized by their content."""
 
 from __future__ import annotations
 
 import json
-import shlex
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+from zipfile import is_zipfile
 
 import click
-from msgspec.structs import replace
+from msgspec import Struct, to_builtins
 
-from safenav.cli import options, warn
-from safenav.errors import ExitCode
-from safenav.explain.summary import explain_unrealizable
-from safenav.explain.vacuity import vacuous_wins
-from safenav.outcome import Outcome
+from safenav.cli import options, report_error, warn
+from safenav.cli.judgement import JudgedFile
+from safenav.errors import Diagnostic, ExitCode, InputError, SafenavError, UsageError
+from safenav.file_kind import another_kind, kind_of
 from safenav.report.terminal.fold import echo_folded
-from safenav.report.terminal.specification_text import vacuity_data, vacuity_lines
-from safenav.report.terminal.synthesis_progress import WaitingLine
-from safenav.review.foresight import foreseen
-from safenav.review.rehearsal import Rehearsal, rehearse
-from safenav.runtime.control.tasks import Controller
-from safenav.runtime.run.mission import Mission, default_synthesizer, first_results
-from safenav.scenario.lint import lint
-from safenav.scenario.model import Scenario
-from safenav.scenario.objective_text import describe
-from safenav.scenario.reading.loader import load_scenario
-from safenav.spec.compile import assumption_names
-from safenav.synthesis.slugs import Synthesizer
-from safenav.trace.vocabulary import OperatorCause
-from safenav.trace.words import listed, shortened
+from safenav.trace.reading import read_bytes, read_content
+from safenav.trace.words import counted
+
+if TYPE_CHECKING:
+    from safenav.checked_trace import CheckedTrace
 
 EPILOG = """\b
 Examples:
-  safenav new lab.yaml && safenav check lab.yaml
-  safenav check lab.yaml --strict --json
+  safenav new lab.yaml && safenav check lab.yaml --strict
+  safenav run lab.yaml --trace lab.jsonl && safenav check lab.jsonl
+  safenav certify lab.yaml -o bundle && safenav check bundle
+With the extra 'motion':
+  safenav export lab.jsonl --motion lab.motion.jsonl
+  safenav check lab.jsonl lab.motion.jsonl
 \b
-Exit codes:
-  0  valid, and every robot is realizable   1  some robot is unrealizable (--strict: or a warning)
-  2  bad input   3  time or memory limit   4  synthesizer failure
+Exit codes: (of several files, the largest)
+  0  valid and realizable; no rule broken; accepted; each requirement satisfied
+  1  unrealizable (--strict: or a warning); a rule broken, or an outcome missing;
+     refused; a requirement violated or undecided
+  2  bad input or usage   3  time, memory or size limit   4  synthesizer failure
 """
 
+SCENARIO, TRACE, MOTION, BUNDLE = "scenario", "trace", "motion file", "bundle"
 
-APART = " apart from deadlines and batteries"
-"""Restriction of the robots' verdicts if a deadline or a battery makes the mission unrealizable."""
+READ_BY = {
+    "strict": (SCENARIO,),
+    "partial": (TRACE,),
+    "show_all": (TRACE, MOTION),
+    "require": (MOTION,),
+    "rate": (MOTION,),
+}
+"""The kinds of files that each option is for."""
+
+BEGINNING = 5_000_000
+"""Bytes of a file from which its kind is recognized."""
+
+
+class GivenFile(Struct, frozen=True):
+    """A file to judge. ``content``: of standard input or a pipe, which can be read only once."""
+
+    path: Path
+    kind: str
+    content: bytes | None = None
+
+    @property
+    def source(self) -> str:
+        """Its name in messages."""
+        return "<stdin>" if str(self.path) == "-" else str(self.path)
+
+    def bytes(self) -> bytes:
+        return read_content(self.path) if self.content is None else self.content
 
 
 @click.command(epilog=EPILOG)
-@click.argument("scenario", type=options.INPUT)
-@click.option("--strict", is_flag=True, help="Warnings count as unrealizable.")
-@click.option("--json", "as_json", is_flag=True, help="Print the verdicts as JSON.")
-def command(scenario: Path, strict: bool, as_json: bool) -> int:
-    """Validate SCENARIO, compile each robot's specification and check whether it is realizable.
-    Then run it without its hidden obstacles, and report the outcome and the missed deadlines. Valid
-    items that are probably unintended give warnings: an obstacle with an action that no robot has,
-    a capability that no obstacle needs, a seed without effect, robots that must stay where there is
-    no room for all of them, a robot that can win by breaking its assumptions about the other
-    robots, a battery that runs empty, a deadlock."""
-    plan = load_scenario(scenario)
-    synthesizer = default_synthesizer(plan)
-    answers = first_results(plan, synthesizer, WaitingLine())
-    of_scenario = [*lint(plan), *foreseen(plan), *_with_inputs(plan, synthesizer)]
-    warnings, verdicts = list(of_scenario), list[dict[str, Any]]()
-    for name, answer in answers.items():
-        strategy = answer.result.strategy
-        vacuous = vacuous_wins(strategy, synthesizer) if answer.realizable and strategy else ()
-        for vacuity in vacuous:
-            assert strategy is not None
-            warnings += vacuity_lines(name, vacuity, strategy)
-        vacuities = [vacuity_data(vacuity, strategy) for vacuity in vacuous if strategy]
-        verdicts.append(_verdict(name, answer, plan) | {"warnings": vacuities})
-    realizable = all(answer.realizable for answer in answers.values())
-    refusal = Mission(plan, synthesizer).refusal() if realizable else None
-    ahead = rehearse(plan, synthesizer) if realizable and refusal is None else None
-    seen = [*_empty(plan, ahead), *_deadlock(ahead, of_scenario)]
-    of_scenario, warnings = [*of_scenario, *seen], [*warnings, *seen]
+@click.argument("files", metavar="FILE...", type=options.INPUT, nargs=-1, required=True)
+@click.option("--strict", is_flag=True, help="Scenarios: warnings count as unrealizable.")
+@click.option("--partial", is_flag=True, help="Traces: accept a missing outcome.")
+@click.option("--all", "show_all", is_flag=True, help="Traces, motions: print all broken rules.")
+@click.option("--require", metavar="FORMULA", multiple=True, help="Motions: also check this.")
+@click.option(
+    "--rate",
+    type=options.FiniteRange(min=0, min_open=True, max=10_000),
+    default=50.0,
+    metavar="HZ",
+    help="Motions: samples per second for requirements.  [50]",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print the whole results as JSON.")
+def command(
+    files: tuple[Path, ...],
+    strict: bool,
+    partial: bool,
+    show_all: bool,
+    require: tuple[str, ...],
+    rate: float,
+    as_json: bool,
+) -> int:
+    """Judge each FILE: a scenario (are its robots realizable?), a trace (docs/judge.md), a
+    bundle (docs/certify.md), or a motion file together with its trace (docs/motion.md). What they
+    are is recognized by their content; `-` is standard input."""
+    found = [recognized(path) for path in files]
+    kinds = {file.kind for file in found}
+    refuse_unread(click.get_current_context(), kinds)
+    traces = [file for file in found if file.kind == TRACE]
+    for file in found:
+        if file.kind == MOTION and not traces:
+            hint = f"give both: safenav check {file.path} TRACE"
+            raise UsageError(f"{file.path}: a motion is judged against its trace\n    {hint}")
+    judges: dict[str, Callable[[GivenFile], JudgedFile]] = {
+        SCENARIO: lambda file: of_scenario(file, strict),
+        TRACE: lambda file: of_trace(file, show_all, partial, MOTION in kinds),
+        MOTION: lambda file: of_motion(file, traces, show_all, require, rate),
+        BUNDLE: of_bundle,
+    }
+    status, data = ExitCode.OK, list[Mapping[str, Any]]()
+    several = len(found) > 1
+    for file in found:
+        try:
+            judged = judges[file.kind](file)
+        except SafenavError as error:
+            if not several:
+                raise
+            judged = JudgedFile(error.exit_code, {"error": str(error)})
+            report_error(str(error))
+        status = max(status, judged.status)
+        data.append({"file": str(file.path), **judged.data} if several else judged.data)
+        if not as_json:
+            if several and file.kind == SCENARIO and judged.lines:
+                click.echo(f"{file.path}:")
+            echo_folded(judged.lines)
+            for line in judged.warnings:
+                echo_folded([line], err=True) if line.startswith(" ") else warn(line)
     if as_json:
-        data: dict[str, Any] = {"robots": verdicts, "warnings": of_scenario}
-        if ahead is not None:
-            data["without_obstacles"] = {
-                "outcome": ahead.result.outcome.value,
-                "explanation": ahead.result.explanation,
-                "ticks": ahead.result.ticks,
-                "late": ahead.late,
-            }
-        if refusal is not None:
-            data["unrealizable"] = refusal
-        click.echo(json.dumps({"scenario": plan.name, **data}, indent=2))
-    else:
-        for verdict in verdicts:
-            words = answers[str(verdict["robot"])].words(plan.map.word)
-            _tell(verdict, words, scenario, "" if refusal is None else APART)
-        if refusal is not None:
-            echo_folded([f"{click.style('unrealizable', fg='red')}: {refusal}"])
-        if ahead is not None:
-            echo_folded([_seen(ahead)])
-        for line in warnings:
-            if line.startswith(" "):
-                echo_folded([line], err=True)
-            else:
-                warn(line)
-    good = realizable and refusal is None and not (strict and warnings)
+        click.echo(json.dumps(data if several else data[0], indent=2))
+    return status
+
+
+def recognized(path: Path) -> GivenFile:
+    """Return the kind of a file. Raises InputError for a file that is not judged."""
+    name = str(path)
+    if path.is_dir():
+        if not (path / "manifest.json").is_file():
+            hint = f"a bundle has a manifest.json; to run scenarios: safenav batch {path}"
+            raise InputError([Diagnostic(name, 0, 0, "this folder is not a bundle", hint)])
+        return GivenFile(path, BUNDLE)
+    if path.is_file() and is_zipfile(path):
+        return GivenFile(path, BUNDLE)
+    content = None
+    try:
+        if path.is_file():
+            with path.open("rb") as stream:
+                text = stream.read(BEGINNING).decode("utf-8", "replace")
+        elif name == "-" or path.exists():
+            content = read_content(path)
+            text = content[:BEGINNING].decode("utf-8", "replace")
+        else:
+            text = ""
+    except OSError:  # reported by its reader
+        text = ""
+    if (kind := kind_of(text)) in (SCENARIO, TRACE, MOTION):
+        return GivenFile(path, str(kind), content)
+    if wrong := another_kind(text, f"{SCENARIO}, {TRACE}, {BUNDLE} or {MOTION}", name):
+        raise InputError([Diagnostic(name, 0, 0, *wrong)])
+    lines = path.suffix == ".jsonl" or (name == "-" and text.lstrip().startswith("{"))
+    return GivenFile(path, TRACE if lines else SCENARIO, content)
+
+
+def refuse_unread(context: click.Context, kinds: set[str]) -> None:
+    """Raises UsageError for an option that is for none of the given kinds of files."""
+    for name in options.given(context) & READ_BY.keys():
+        if kinds.isdisjoint(READ_BY[name]):
+            option = next(each for each in context.command.params if each.name == name)
+            wanted = " and ".join(f"{kind}s" for kind in READ_BY[name])
+            raise UsageError(f"{option.opts[0]} is for {wanted}; no such FILE is given")
+
+
+def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
+    from safenav.cli.check_scenario import judge_scenario
+    from safenav.scenario.reading.loader import load_scenario, load_scenario_text
+
+    if file.content is None:
+        return judge_scenario(load_scenario(file.path), strict)
+    try:
+        text = file.content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError([Diagnostic(str(file.path), 0, 0, "not valid UTF-8 text")]) from error
+    return judge_scenario(load_scenario_text(text, str(file.path)), strict)
+
+
+def of_trace(file: GivenFile, show_all: bool, partial: bool, with_motion: bool) -> JudgedFile:
+    """Judge a trace. Its requirements are judged on the motion, if that is given."""
+    from safenav.checked_trace import checked
+
+    content = file.bytes()
+    found = checked(content, file.source)
+    lines = [*trace_lines(found, show_all, partial)]
+    header = read_bytes(content.partition(b"\n")[0], file.source).header
+    if not with_motion and (formulas := header.scenario.requirements):
+        what = counted(len(formulas), "requirement")
+        lines.append(f"Not judged: {what}; give the motion of the run also.")
+    good = not found.findings and (found.complete or partial)
+    return JudgedFile(status_of(good), {"ok": not found.findings, **to_builtins(found)}, lines)
+
+
+def trace_lines(found: CheckedTrace, show_all: bool, partial: bool) -> Iterator[str]:
+    yield from broken(found.source, found.findings, show_all)
+    yield from broken(found.source, found.notes, show_all, "more not judged")
+    if not found.complete:
+        yield "The trace ends before its outcome; checked as far as it goes."
+        if not partial:
+            yield "The outcome is missing. Pass --partial to accept that."
+    if not found.findings:
+        numbers = found.statistics
+        yield (
+            f"{found.source}: no rule broken in {counted(numbers['ticks'], 'tick')} of "
+            f"{counted(numbers['robots'], 'robot')} ({counted(numbers['moves'], 'move')}, "
+            f"{counted(numbers['goals'], 'goal')}, {numbers['resolved']} resolved, "
+            f"outcome {found.outcome or 'unknown'})."
+        )
+    if found.strays or found.hands:
+        yield (
+            f"{counted(found.strays, 'step')} ended elsewhere than commanded, "
+            f"{counted(found.hands, 'change')} by a user or the world."
+        )
+
+
+def of_motion(
+    file: GivenFile, traces: Sequence[GivenFile], show_all: bool, more: tuple[str, ...], rate: float
+) -> JudgedFile:
+    """Judge a motion against its trace (if none of the traces is its own, against the first), then
+    the requirements of the scenario and ``more``."""
+    from safenav.motion.check.execution import trackings
+    from safenav.motion.check.verdict import check_motion
+    from safenav.motion.file.reading import parsed
+    from safenav.motion.requirements import SATISFIED, MotionRecording, judged, requirements_of
+
+    motion = parsed(file.bytes(), file.source)
+    runs = [read_bytes(each.bytes(), each.source) for each in traces]
+    run = next((run for run in runs if run.digest == motion.header.trace), runs[0])
+    found = check_motion(motion, run)
+    formulas = requirements_of(run, more)
+    # The signals of a motion that breaks rules are not reliable.
+    judgements = [] if found else judged(MotionRecording(motion, run, rate), formulas)
+    tracked = [] if found else trackings(motion, run)
+    lines = [*broken(file.source, found, show_all)]
+    if found and formulas:
+        lines.append("the requirements are not evaluated on a motion that breaks rules")
+    if not found:
+        robots, seconds = counted(len(motion.header.robots), "robot"), motion.outcome.makespan
+        lines.append(f"{file.source}: no rule broken in {seconds:.1f} s of {robots}")
+    lines += [str(one) for one in (*tracked, *judgements)]
+    good = not found and all(one.verdict == SATISFIED for one in judgements)
+    data = {"ok": good, "findings": to_builtins(found), "execution": to_builtins(tracked)}
+    data["requirements"] = [one.data() for one in judgements]
+    return JudgedFile(status_of(good), data, lines)
+
+
+def of_bundle(file: GivenFile) -> JudgedFile:
+    """Check a bundle by the installed checker, not by the copy in the bundle."""
+    from safenav.certify.check import Acceptance, check_bundle
+    from safenav.report.terminal.table import table
+
+    verdict = check_bundle(file.path)
+    claims = [dict(claim) for claim in verdict.claims]
+    rows = [(claim["id"], claim["text"]) for claim in claims]
+    colour = "green" if verdict.accepted else "red"
+    reason = f": {verdict.reason}" if verdict.reason else ""
+    lines = [*table(("claim", "established"), rows)] if rows else []
+    lines.append(f"{file.path}: {click.style(verdict.result, fg=colour)}{reason}")
+    status = {
+        Acceptance.ACCEPTED: ExitCode.OK,
+        Acceptance.REFUSED: ExitCode.NEGATIVE,
+        Acceptance.TOO_LARGE: ExitCode.RESOURCE_LIMIT,
+    }[verdict.result]
+    data = {"verdict": verdict.result, "reason": verdict.reason, "claims": claims}
+    return JudgedFile(status, data, lines)
+
+
+def status_of(good: bool) -> ExitCode:
     return ExitCode.OK if good else ExitCode.NEGATIVE
 
 
-def _seen(ahead: Rehearsal) -> str:
-    """``without hidden obstacles: completed in tick 30; late: digit``."""
-    result = ahead.result
-    line = f"without hidden obstacles: {result.outcome.value} in tick {result.ticks}"
-    if result.outcome is not Outcome.COMPLETED:
-        line += f": {result.explanation}"
-    return f"{line}; late: {listed(ahead.late)}" if ahead.late else line
-
-
-def _empty(plan: Scenario, ahead: Rehearsal | None) -> Iterator[str]:
-    """Yield warnings of batteries that run empty, unless a robot would bring another one."""
-    if ahead is not None and plan.flat is None:
-        for robot, tick in ahead.flat.items():
-            yield f"the battery of {robot} is empty in tick {tick} without hidden obstacles"
-
-
-def _deadlock(ahead: Rehearsal | None, warnings: Collection[str]) -> Iterator[str]:
-    """Yield a warning of a proven deadlock, unless one of ``warnings`` is the reason for it."""
-    if ahead is None or ahead.result.cause != OperatorCause.DEADLOCK.value:
-        return
-    if not any(each in ahead.result.explanation for each in warnings):
-        yield "no order of moves completes the mission: an operator will be needed"
-
-
-def _with_inputs(plan: Scenario, synthesizer: Synthesizer) -> Iterator[str]:
-    """Yield warnings about objectives from inputs that are unrealizable from the start."""
-    for robot in plan.robots:
-        for event, objective in robot.when:  # as if the input were on from the start
-            team = (replace(r, objective=objective) if r is robot else r for r in plan.robots)
-            then = replace(plan, robots=tuple(team))
-            answer = first_results(then, synthesizer, WaitingLine(), [robot.name])[robot.name]
-            if not answer.realizable:
-                explanation = explain_unrealizable(answer.task.robot, answer.task, plan.map)
-                yield f"when {event} is on from the start, {explanation}"
-
-
-def _verdict(name: str, answer: Controller, plan: Scenario) -> dict[str, Any]:
-    """Return the verdict on a robot as data."""
-    task = answer.task
-    why = None if answer.realizable else explain_unrealizable(task.robot, task, plan.map)
-    return {
-        "robot": name,
-        "objective": describe(answer.asked, plan.map.word),
-        "form": answer.form.value,
-        "allows": answer.allows(plan.map.word),
-        "verdict": answer.result.verdict.value,
-        "assumptions": assumption_names(task, plan.map),
-        "explanation": why,
-    }
-
-
-def _tell(verdict: Mapping[str, Any], words: str, scenario: Path, apart: str) -> None:
-    """Print the verdict on a robot. ``words``: its objective; ``apart``: restriction of the
-    verdict."""
-    good = verdict["explanation"] is None
-    word = click.style(str(verdict["verdict"]), fg="green" if good else "red")
-    lines = [f"{verdict['robot']}: {word}{apart}, {words}"]
-    lines += [f"    assumes: {shortened(rule)}" for rule in verdict["assumptions"] or ()]
-    if not good:
-        lines.append(f"    {verdict['explanation']}")
-        lines.append(f"    safenav explain {shlex.quote(str(scenario))} proposes repairs")
-    echo_folded(lines)
+def broken(
+    source: object, found: Sequence[object], show_all: bool, rest: str = "more"
+) -> Iterator[str]:
+    """Yield the first finding about a source, or all. ``rest``: noun for those left out."""
+    yield from (f"{source}: {each}" for each in (found if show_all else found[:1]))
+    if len(found) > 1 and not show_all:
+        yield f"and {len(found) - 1} {rest} (--all shows them)"

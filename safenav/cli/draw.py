@@ -36,7 +36,7 @@ Exit codes:
 
 @click.command(epilog=EPILOG)
 @click.argument("scenario", type=options.INPUT)
-@click.option("-o", "--output", type=options.FILE, help="Picture: .svg or .png.")
+@options.output(".svg", ".png", help="Picture: .svg or .png.")
 @click.option("--width", type=options.PIXELS, help="Width of the PNG in pixels.")
 @click.option("--sight", metavar="ROBOT", help="Shade what this robot sees from its start.")
 @options.division

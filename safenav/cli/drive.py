@@ -11,6 +11,7 @@ from msgspec.structs import replace
 
 from safenav.cli import options, warn
 from safenav.cli.run_session import RunSession, attendant, limited
+from safenav.errors import UsageError
 from safenav.fleet.acting import unserved
 from safenav.fleet.connection import fleet_world
 from safenav.fleet.fleet_file import load_fleet
@@ -98,7 +99,8 @@ def command(
     plan = limited(replace(plan, clock=Clock.LIVE), None, time_limit)
     first = None if begun is None else resumption(read_trace(begun), plan)
     if motion is not None and rehearse:
-        raise click.UsageError("--motion: no robot moves in a rehearsal; use safenav motion")
+        hint = "use safenav export TRACE --motion FILE"
+        raise UsageError(f"--motion: no robot moves in a rehearsal\n    {hint}")
     stations = load_fleet(fleet, plan)
     _warn(plan, stations)
     recording = None

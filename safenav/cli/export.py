@@ -1,7 +1,8 @@
-"""``safenav export``: a run as waypoints, a ROS 2 bag, tables or samples."""
+"""``safenav export``: a run as waypoints, a motion, a ROS 2 bag, tables or samples."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import click
@@ -26,57 +27,58 @@ BAG_RATE = 20.0
 EPILOG = """\b
 Examples:
   safenav new lab.yaml && safenav run lab.yaml --trace lab.jsonl
-  safenav export lab.jsonl -o lab.csv --resolution 0.5
-  safenav export lab.jsonl --csv lab          # lab-moves.csv, lab-events.csv, lab-syntheses.csv
-  safenav export lab.jsonl --waypoints - --format json --resolution 1
-  safenav export lab.jsonl --waypoints lab.csv --resolution 0.5 --origin -2.5 -1.5
-\b
+  safenav export lab.jsonl -o lab.csv --side 0.5
+  safenav export lab.jsonl --csv lab    # lab-moves.csv, lab-events.csv, lab-syntheses.csv
 With the extras 'motion' and 'mcap':
-  safenav motion lab.jsonl -o lab.motion.jsonl
-  safenav export lab.jsonl --motion lab.motion.jsonl --columns lab.npz --rate 1000
-  safenav export lab.jsonl --mcap lab.mcap --resolution 0.5
+  safenav export lab.jsonl --motion lab.motion.jsonl --report
+  safenav export lab.jsonl --motion windy.jsonl --gust 1 --seed 7
+  safenav export lab.jsonl lab.motion.jsonl -o lab.npz --rate 1000
+  safenav export lab.jsonl -o lab.mcap --side 0.5
 \b
 Exit codes:
-  0  done   2  invalid trace or usage, or region size unknown
+  0  done   2  bad input or usage, infeasible motion, or region size unknown
 """
+
+READ_BY = {
+    "form": "waypoints",
+    "rate": "columns",
+    "robot": "columns",
+    "gust": "motion",
+    "seed": "motion",
+}
+"""The output that reads an option, by parameter."""
+
+OUTPUTS = {
+    ".csv": "waypoints",
+    ".json": "waypoints",
+    ".jsonl": "motion",
+    ".mcap": "mcap",
+    ".npz": "columns",
+}
 
 
 @click.command(epilog=EPILOG)
 @click.argument("trace", type=options.INPUT)
+@click.argument("motion", type=options.INPUT, required=False)
+@options.output(help="By its ending: .csv, .json, .jsonl (motion), .mcap or .npz.")
+@click.option("--waypoints", type=options.Output(".csv", ".json"), help="Waypoints in metres.")
+@click.option("--format", "form", type=click.Choice(["csv", "json"]), help="Format of waypoints.")
+@click.option("--motion", "written", type=options.LINES, help="Compute and write the motion.")
+@click.option("--report", is_flag=True, help="Print times, waits, distances, errors, margins.")
 @click.option(
-    "-o",
-    "--output",
-    type=options.FILE,
-    help="Waypoints (.csv, .json), a bag (.mcap) or columns (.npz), by the file extension.",
+    "--gust",
+    type=options.FiniteRange(min=0),
+    default=0.0,
+    metavar="M/S",
+    help="Root-mean-square wind on flyers; simulates their flight.",
 )
-@click.option(
-    "--waypoints",
-    type=options.WAYPOINTS,
-    help="Write the waypoints, in metres; - is standard output.",
-)
-@click.option(
-    "--format",
-    "form",
-    type=click.Choice(["csv", "json"]),
-    help="Default: json if the file ends in .json, else csv.",
-)
-@click.option("--mcap", type=options.BAG, help="A ROS 2 bag, for Foxglove (extra 'mcap').")
-@click.option(
-    "--csv",
-    "stem",
-    type=options.FILE,
-    metavar="STEM",
-    help="Tables: STEM-moves.csv, ...",
-)
-@click.option(
-    "--motion",
-    type=options.INPUT,
-    help="Take times and speeds from this motion file; default: a tick lasts one second.",
-)
+@click.option("--seed", type=click.IntRange(min=0), default=0, help="Seed of the wind.")
+@click.option("--mcap", type=options.Output(".mcap"), help="A ROS 2 bag, for Foxglove.")
+@click.option("--csv", "stem", type=options.FILE, metavar="STEM", help="Tables: STEM-*.csv.")
 @click.option(
     "--columns",
-    type=options.COLUMNS,
-    help="The motion sampled at a rate: FILE.npz, or FILE.csv of one robot.",
+    type=options.Output(".npz", ".csv"),
+    help="Samples of the motion: FILE.npz, or FILE.csv of one robot.",
 )
 @click.option(
     "--rate",
@@ -86,97 +88,138 @@ Exit codes:
     help="Samples per second of the columns.  [100]",
 )
 @click.option("--robot", help="The robot whose columns to write.")
-@click.option(
-    "--resolution",
-    type=options.METRES,
-    metavar="M",
-    help="Side of a region in metres, if the trace does not give it.",
-)
+@click.option("--side", type=options.METRES, metavar="M", help="Side of a region in metres.")
 @click.option(
     "--origin",
     type=options.FiniteRange(-1e9, 1e9),
     nargs=2,
     metavar="X Y",
-    help="South-western corner of the map in metres, if the trace does not give it.",
+    help="South-western corner of the map in metres.",
 )
 def command(
     trace: Path,
+    motion: Path | None,
     output: Path | None,
     waypoints: Path | None,
     form: str | None,
+    written: Path | None,
+    report: bool,
+    gust: float,
+    seed: int,
     mcap: Path | None,
     stem: Path | None,
-    motion: Path | None,
     columns: Path | None,
     rate: float,
     robot: str | None,
-    resolution: float | None,
+    side: float | None,
     origin: tuple[float, float] | None,
 ) -> int:
     """Write TRACE for other programs: waypoints (where each robot is at the end of each tick, in
-    metres in the frame of the map, as in ROS; with --motion at the end of each move, with times
-    and speeds), a ROS 2 bag, tables, columns of samples."""
+    metres as in ROS), a ROS 2 bag, tables, or its motion in metres and seconds, which keeps every
+    guarantee of the run at every instant. With a motion (MOTION, or the one computed by --motion),
+    the others have its times and speeds."""
+    files = {"waypoints": waypoints, "motion": written, "mcap": mcap, "columns": columns}
     if output is not None:
-        waypoints, mcap, columns = _by_its_ending(output, waypoints, mcap, columns)
-    if waypoints is None and mcap is None and stem is None and columns is None:
+        _add_by_its_ending(files, output)
+    if not report and stem is None and not any(files.values()):
         raise UsageError(
-            "no output: give -o FILE (.csv, .json, .mcap or .npz), --waypoints FILE, "
-            "--mcap FILE, --csv STEM or --columns FILE"
+            "no output: give -o FILE (.csv, .json, .jsonl, .mcap or .npz), --waypoints FILE, "
+            "--motion FILE, --report, --mcap FILE, --csv STEM or --columns FILE"
         )
+    _refuse_unread(click.get_current_context(), files, computed=report and motion is None)
+    if motion is not None and files["motion"] is not None:
+        raise UsageError(f"--motion computes one, and {motion} is one: give one of them")
     run = read_trace(trace)
     moved = None
     if motion is not None:
         from safenav.motion.check.mismatch import read_motion_of
 
         moved = read_motion_of(motion, run, trace)
+        if side is not None and abs(moved.header.side - side) > 1e-6 * side:
+            own = f"the regions of the motion measure {moved.header.side:g} m, not {side:g} m"
+            raise UsageError(f"{own}\n    leave out --side, or compute another motion with it")
+    elif files["motion"] or report:
+        moved = _computed(run, side, gust, seed)
+    if (path := files["motion"]) is not None and moved is not None:
+        from safenav.motion.file.reading import parsed, text_of
+
+        write_out(path, text := text_of(moved))
+        moved = parsed(text.encode(), str(path))  # as every reader of the file sees it
+    if report and moved is not None:
+        from safenav.motion.report import report_of
+
+        click.echo(report_of(moved), err=Path("-") in files.values())
     if stem is not None:
         named = {f"{stem.name}-{k}.csv": text for k, text in tables(run, replay_of(run)).items()}
         write_all(stem.parent, named.items())
         for name in named:
             tell(stem.with_name(name))
-    if mcap is not None:
-        side = moved.header.side if moved is not None and resolution is None else resolution
-        _bag(run, frame_of(run, side, origin), mcap, moved)
-    if columns is not None:
-        _columns(run, moved, columns, rate, robot)
-    if waypoints is None:
-        return ExitCode.OK
-    as_json = form == "json" if form else waypoints.suffix.lower() == ".json"
+    if (path := files["mcap"]) is not None:
+        _bag(run, frame_of(run, moved.header.side if moved else side, origin), path, moved)
+    if (path := files["columns"]) is not None:
+        _columns(run, moved, path, rate, robot)
+    if (path := files["waypoints"]) is not None:
+        as_json = form == "json" if form else path.suffix.lower() == ".json"
+        write_out(path, _waypoints(run, moved, side, origin, as_json))
+    return ExitCode.OK
+
+
+def _add_by_its_ending(files: dict[str, Path | None], output: Path) -> None:
+    """Add ``--output`` to the files. Raises UsageError for an unknown ending, or if another option
+    gives the same output."""
+    kind = OUTPUTS.get(output.suffix.lower())
+    if kind is None:
+        raise UsageError(f"--output {output}: its ending must be one of {', '.join(OUTPUTS)}")
+    if files[kind] is not None:
+        raise UsageError(f"--output {output} repeats another output option; give one")
+    files[kind] = output
+
+
+def _refuse_unread(
+    context: click.Context, files: Mapping[str, Path | None], computed: bool
+) -> None:
+    """Raises UsageError for an option that no output reads. ``computed``: a motion is computed for
+    the report."""
+    there = options.given(context)
+    for param in context.command.params:
+        output = READ_BY.get(param.name or "") if param.name in there else None
+        if output and files[output] is None and not (output == "motion" and computed):
+            raise UsageError(f"{param.opts[0]} goes with --{output}")
+
+
+def _computed(run: Trace, side: float | None, gust: float, seed: int) -> Motion:
+    """Return the motion of a trace. Raises UsageError if it breaks a rule."""
+    from safenav.motion.making import SIDE, Disturbances, motion_of, refuse_broken
+
+    if side is None and run.header.scenario.map.resolution is None:
+        note = f"no region size given; using {SIDE:g} m (change with --side M)"
+        click.echo(f"{run.source}: {note}", err=True)
+    refuse_broken(run)
+    return motion_of(run, side, Disturbances(seed, gust))
+
+
+def _waypoints(
+    run: Trace,
+    moved: Motion | None,
+    side: float | None,
+    origin: tuple[float, float] | None,
+    as_json: bool,
+) -> str:
     if moved is not None:
         from safenav.motion import timed
 
         passed = timed.timed_waypoints(moved)
-        text = timed.as_json(passed) if as_json else timed.as_csv(passed)
-    else:
-        frame = frame_of(run, resolution, origin)
-        found = waypoints_of(run, frame)
-        text = json_of(found, frame) if as_json else csv_of(found)
-    write_out(waypoints, text)
-    return ExitCode.OK
-
-
-def _by_its_ending(
-    output: Path, waypoints: Path | None, mcap: Path | None, columns: Path | None
-) -> tuple[Path | None, Path | None, Path | None]:
-    """Return the files of waypoints, bag and columns, one of them ``output``, by its ending. Raises
-    UsageError for another ending, or if another option gives the same output."""
-    match output.suffix:
-        case ".csv" | ".json" if waypoints is None:
-            return output, mcap, columns
-        case ".mcap" if mcap is None:
-            return waypoints, output, columns
-        case ".npz" if columns is None:
-            return waypoints, mcap, output
-        case ".csv" | ".json" | ".mcap" | ".npz":
-            raise UsageError(f"--output {output} repeats another output option; give one")
-    raise UsageError(f"--output {output}: its ending must be .csv, .json, .mcap or .npz")
+        return timed.as_json(passed) if as_json else timed.as_csv(passed)
+    frame = frame_of(run, side, origin)
+    found = waypoints_of(run, frame)
+    return json_of(found, frame) if as_json else csv_of(found)
 
 
 def _columns(run: Trace, motion: Motion | None, path: Path, rate: float, robot: str | None) -> None:
     from safenav.motion.columns import as_csv, columns_of, npz_bytes
 
     if motion is None:
-        raise UsageError("columns are samples of a motion: add --motion FILE (safenav motion)")
+        raise UsageError("columns are samples of a motion: add MOTION, or --motion FILE")
     if path.suffix.lower() == ".npz":
         write_out(path, npz_bytes(motion, rate))
         return
@@ -214,7 +257,7 @@ def _poses(motion: Motion, frame: Frame) -> Poses:
     if abs(side - frame.resolution[0]) > 1e-6 * side:
         raise UsageError(
             f"the regions of the motion measure {side:g} m, not {frame.resolution[0]:g} m\n"
-            "    leave out --resolution, or make the motion with this --side"
+            "    compute another motion with this --side"
         )
     found = {}
     for name in motion.header.robots:

@@ -1,7 +1,8 @@
-"""``safenav new``: write an example scenario."""
+"""``safenav new``: write an example scenario, a fleet file, a schema or the catalogue."""
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from shlex import quote
 
@@ -9,11 +10,12 @@ import click
 
 from safenav.cli import options, warn
 from safenav.errors import ExitCode, UsageError
-from safenav.fleet.template import template_text as fleet_text
 from safenav.outfile import write_out
 from safenav.scenario.beginning import DEFAULT, TEMPLATES, scenario_on, template_text
-from safenav.scenario.reading.loader import load_scenario
+from safenav.scenario.reading.loader import load_catalogue, load_scenario
 from safenav.scenario.reading.maps.bare_map import Division, load_map, map_lines
+
+SCHEMAS = ("scenario", "trace", "fleet")
 
 EPILOG = "\n".join(
     [
@@ -23,94 +25,119 @@ EPILOG = "\n".join(
         "\b",
         "Examples:",
         "  safenav new lab.yaml && safenav run lab.yaml",
-        "  safenav new team.yaml --template team",
         "  safenav new - --template minimal",
-        "\b",
+        "  safenav new fleet.yaml --fleet lab.yaml",
+        "  safenav new safenav.schema.json --schema",
+        "  safenav new --catalogue lab.yaml",
         "With your own map (image, ROS, MovingAI; extra 'maps'):",
         "  safenav new office.yaml --map office_map.yaml --side 0.5",
         "  safenav new floor.yaml --map floor.png --rows 20 --cols 30",
         "\b",
-        "For your own robots (docs/drive.md):",
-        "  safenav new fleet.yaml --fleet lab.yaml",
-        "\b",
         "Exit codes:",
-        "  0  written   2  bad usage, or the file already exists",
+        "  0  written   2  bad input or usage, or the file already exists",
     ]
 )
 
 
 @click.command(epilog=EPILOG)
 @click.argument("file", type=options.INPUT, required=False)
-@click.option(
-    "--template",
-    type=click.Choice(list(TEMPLATES)),
-    default=DEFAULT,
-    show_default=True,
-    help="The template to write.",
-)
-@click.option(
-    "--map",
-    "map_file",
-    type=options.INPUT,
-    help="Use this map (image, ROS, MovingAI) instead.",
-)
+@click.option("--template", type=click.Choice(list(TEMPLATES)), help=f"Default: {DEFAULT}.")
+@click.option("--map", "map_file", type=options.INPUT, metavar="FILE", help="Use this map.")
 @options.division
+@click.option("--fleet", type=options.INPUT, metavar="SCENARIO", help="Write its fleet file.")
 @click.option(
-    "--fleet",
-    type=options.INPUT,
-    metavar="SCENARIO",
-    help="Write a fleet file for the robots of this scenario instead.",
+    "--schema",
+    type=click.Choice(SCHEMAS),
+    is_flag=False,
+    flag_value=SCHEMAS[0],
+    metavar="[scenario|trace|fleet]",
+    help="Print or write a JSON Schema (draft 2020-12).",
 )
+@click.option(
+    "--catalogue",
+    type=options.TEXT_INPUT,
+    is_flag=False,
+    flag_value="",
+    metavar="[FILE]",
+    help="List models, capabilities and obstacle types, with those of a scenario or catalogue.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print the catalogue as JSON.")
 @click.option("--force", is_flag=True, help="Replace FILE if it exists.")
 def command(
     file: Path | None,
-    template: str,
+    template: str | None,
     map_file: Path | None,
     rows: int | None,
     cols: int | None,
     side: float | None,
     share: float | None,
     fleet: Path | None,
+    schema: str | None,
+    catalogue: str | None,
+    as_json: bool,
     force: bool,
 ) -> int:
-    """Write a commented scenario to FILE (default: scenario.yaml, or fleet.yaml; -: standard
-    output). It runs unchanged; edit it from there."""
-    if file is not None and file.suffix.lower() in {*options.KINDS} - {".yaml", ".yml"}:
-        raise UsageError(f"{file}: the name of a scenario or fleet file ends in .yaml")
-    if fleet is not None:
-        return _new_fleet(file or Path("fleet.yaml"), fleet, force)
-    file = file or Path("scenario.yaml")
-    if map_file is not None:
-        text = _on_map(map_file, file, Division(rows, cols, side, share))
-        about = f"two robots on {map_file}"
-    elif (rows, cols, side, share) != (None, None, None, None):
+    """Write a commented scenario to FILE (default: scenario.yaml; -: standard output), which runs
+    unchanged; or what an option names."""
+    wanted = [template, map_file, fleet, schema, catalogue]
+    if len(wanted) - wanted.count(None) > 1:
+        raise UsageError("give one of --template, --map, --fleet, --schema and --catalogue")
+    division = Division(rows, cols, side, share)
+    if division != Division() and map_file is None:
         raise UsageError("--rows, --cols, --side and --share go with --map")
+    if as_json and catalogue is None:
+        raise UsageError("--json goes with --catalogue")
+    made, endings = "scenario or fleet file", (".yaml", ".yml")
+    if schema is not None or catalogue is not None:
+        made, endings = "schema or catalogue", (".json", ".txt")
+    if file is not None and file.suffix.lower() in {*options.KINDS} - {*endings}:
+        raise UsageError(f"{file}: the name of a {made} ends in {endings[0]}")
+    if schema is not None or catalogue is not None:
+        text = _catalogue(catalogue, as_json) if catalogue is not None else _schema(schema)
+        write_out(file or Path("-"), text, replace=force)
+        return ExitCode.OK
+    file = file or Path("scenario.yaml" if fleet is None else "fleet.yaml")
+    name = quote(str(file))
+    if fleet is not None:
+        from safenav.fleet.template import template_text as fleet_text
+
+        text, about = fleet_text(load_scenario(fleet)), f"how to reach the robots of {fleet}"
+        drive = f"safenav drive {quote(str(fleet))} --fleet {name}"
+        steps = [f"rehearse:   {drive} --rehearse", f"drive:      {drive}"]
     else:
+        template = template or DEFAULT
         text, about = template_text(template), TEMPLATES[template]
-    next_steps = [f"draw it:    safenav draw {quote(str(file))}"]
-    next_steps.append(f"run it:     safenav run {quote(str(file))}")
-    schema = file.parent / "safenav.schema.json"
-    if not schema.exists():
-        next_steps.append(f"in editors: safenav schema -o {quote(str(schema))}")
-    return _written(text, file, force, about, next_steps)
-
-
-def _new_fleet(file: Path, scenario: Path, force: bool) -> int:
-    text = fleet_text(load_scenario(scenario))
-    names = f"{quote(str(scenario))} --fleet {quote(str(file))}"
-    next_steps = [f"rehearse:   safenav drive {names} --rehearse"]
-    next_steps.append(f"drive:      safenav drive {names}")
-    return _written(text, file, force, f"how to reach the robots of {scenario}", next_steps)
-
-
-def _written(text: str, file: Path, force: bool, about: str, next_steps: list[str]) -> int:
-    """Write a text; if it goes to a file, print what the file is (``about``) and the next steps."""
+        if map_file is not None:
+            text, about = _on_map(map_file, file, division), f"two robots on {map_file}"
+        steps = [f"draw it:    safenav draw {name}", f"run it:     safenav run {name}"]
+        place = file.parent / "safenav.schema.json"
+        if not place.exists():
+            steps.append(f"in editors: safenav new {quote(str(place))} --schema")
     write_out(file, text, echo=False, replace=force)
     if str(file) != "-":
-        click.echo(f"{file}: {about}", err=True)
-        for step in next_steps:
-            click.echo(f"    {step}", err=True)
+        click.echo("\n    ".join([f"{file}: {about}", *steps]), err=True)
     return ExitCode.OK
+
+
+def _schema(of: str | None) -> str:
+    if of == "trace":
+        from safenav.trace.schema import schema_text
+    elif of == "fleet":
+        from safenav.fleet.fleet_file import schema_text
+    else:
+        from safenav.scenario.reading.loader import schema_text
+    return schema_text()
+
+
+def _catalogue(file: str, as_json: bool) -> str:
+    """Return the catalogue, with the additions of a scenario or catalogue file if one is given."""
+    from safenav.report.terminal.catalogue_tables import catalogue_data, catalogue_lines
+    from safenav.scenario.reading.catalogue import built_in
+
+    found = load_catalogue(Path(file)) if file else built_in()
+    if as_json:
+        return json.dumps(catalogue_data(found), indent=2) + "\n"
+    return "\n".join([*catalogue_lines(found), ""])
 
 
 def _on_map(map_file: Path, file: Path, division: Division) -> str:

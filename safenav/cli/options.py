@@ -7,24 +7,36 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 from click.core import ParameterSource
 
-from safenav.errors import UsageError
+from safenav.errors import InputError, UsageError
 from safenav.outfile import try_folder, try_out
 
 if TYPE_CHECKING:
     from safenav.scenario.model import Scenario
+
+Command = TypeVar("Command", bound=Callable[..., Any])
 
 
 def given(context: click.Context) -> set[str]:
     """Return the names of the parameters that are on the command line."""
     source = context.get_parameter_source
     return {name for name in context.params if source(name) is ParameterSource.COMMANDLINE}
+
+
+def refuse_unread(context: click.Context, readers: Mapping[str, Mapping[str, str]]) -> None:
+    """Raises UsageError for an option whose readers are not on the command line. ``readers``: by
+    parameter, the parameters that read it, and how they are written."""
+    there = given(context)
+    for param in context.command.params:
+        forms = readers.get(param.name or "", {})
+        if param.name in there and forms and not there & forms.keys():
+            raise UsageError(f"{param.opts[0]} goes with {' or '.join(forms.values())}")
 
 
 class FiniteRange(click.FloatRange):
@@ -56,25 +68,26 @@ KINDS = (
 """Endings of files of known kinds."""
 
 
-class _Output(click.ParamType[Path]):
-    """A path to write; ``-`` is standard output, except for a folder. Raises UsageError if it
-    cannot be written, or if its ending is that of another kind of file.
+class Output(click.ParamType[Path]):
+    """A path to write; ``-`` is standard output. Raises UsageError if it cannot be written, or if
+    its ending is that of another kind of file.
 
     ``endings``: endings of files of this kind, empty if there are several kinds; ``folder``: any
-    other path is a folder.
+    other path is a folder, and ``-`` is allowed only if ``printed``.
     """
 
     name = "path"
 
-    def __init__(self, *endings: str, folder: bool = False) -> None:
+    def __init__(self, *endings: str, folder: bool = False, printed: bool = False) -> None:
         self._endings = endings
         self._folder = folder
+        self._printed = printed or not folder
 
     def convert(
         self, value: str | Path, param: click.Parameter | None, ctx: click.Context | None
     ) -> Path:
         path = Path(value)
-        if str(path) == "-" and not self._folder:
+        if str(path) == "-" and self._printed:
             return path
         strict = self._folder or bool(self._endings)
         other = path.suffix.lower() in KINDS and path.suffix.lower() not in self._endings
@@ -116,23 +129,25 @@ def _words(param: click.Parameter) -> str:
 
 INPUT = _Input(path_type=Path)
 TEXT_INPUT = _Input(path_type=str)
-FILE = _Output()
-CSV = _Output(".csv")
-HTML = _Output(".html")
-JSON = _Output(".json")
-LINES = _Output(".jsonl")
-FOLDER = _Output(folder=True)
-TRACE_PAGE_OR_FOLDER = _Output(".jsonl", ".html", folder=True)
-BUNDLE = _Output(".zip", folder=True)
-BAG = _Output(".mcap")
-COLUMNS = _Output(".npz", ".csv")
-WAYPOINTS = _Output(".csv", ".json")
-XML = _Output(".xml")
+FILE = Output()
+JSON = Output(".json")
+LINES = Output(".jsonl")
+FOLDER = Output(folder=True)
 
 SECONDS = FiniteRange(min=0, min_open=True, max=1e9)
 """A duration, or a time of a run, in seconds."""
 METRES = FiniteRange(min=0, min_open=True, max=1e6)
 PIXELS = click.IntRange(100, 8000)
+
+
+def output(
+    *endings: str, folder: bool = False, printed: bool = False, required: bool = False, help: str
+) -> Callable[[Command], Command]:
+    """Add the option ``-o``, ``--output``: a file with one of these endings (none: any), a folder,
+    or standard output (as Output)."""
+    kind = Output(*endings, folder=folder, printed=printed)
+    return click.option("-o", "--output", type=kind, required=required, help=help)
+
 
 live = click.option(
     "--live", is_flag=True, help="Watch the run in a browser as it happens (extra: studio)."
@@ -146,7 +161,7 @@ operator = click.option(
 result_as_json = click.option(
     "--json", "as_json", is_flag=True, help="Print the result as JSON, not the events."
 )
-html = click.option("--html", type=HTML, help="Write the replay as one HTML page.")
+html = click.option("--html", type=Output(".html"), help="Write the replay as one HTML page.")
 max_ticks = click.option(
     "--max-ticks", type=click.IntRange(min=1), help="Stop after this many ticks."
 )
@@ -160,8 +175,6 @@ verify = click.option(
     "--verify/--no-verify", default=True, help="Check each strategy before it is used."
 )
 trace = click.option("--trace", type=LINES, help="Write the trace (JSON Lines).")
-show_all = click.option("--all", "show_all", is_flag=True, help="Print every broken rule.")
-
 _DIVISION = (
     click.option("--rows", type=click.IntRange(min=1), help="Number of rows of a map file."),
     click.option("--cols", type=click.IntRange(min=1), help="Number of columns of a map file."),
@@ -174,7 +187,7 @@ _DIVISION = (
 )
 
 
-def division(command: Callable[..., Any]) -> Callable[..., Any]:
+def division(command: Command) -> Command:
     """Add the options that divide a map file into regions: ``--rows``, ``--cols``, ``--side``
     (metres) and ``--share``."""
     for option in reversed(_DIVISION):
@@ -182,15 +195,14 @@ def division(command: Callable[..., Any]) -> Callable[..., Any]:
     return command
 
 
-def print_findings(
-    source: object, found: Sequence[object], show_all: bool, rest: str = "more"
-) -> None:
-    """Print the first finding about a source, or all. ``rest``: noun for the findings not
-    printed."""
-    for each in found if show_all else found[:1]:
-        click.echo(f"{source}: {each}")
-    if len(found) > 1 and not show_all:
-        click.echo(f"and {len(found) - 1} {rest} (--all shows them)")
+def loaded(file: Path) -> tuple[Scenario, InputError | None]:
+    """Return a scenario that may have unreachable targets, and the error if it has."""
+    from safenav.scenario.reading.loader import load_scenario
+
+    try:
+        return load_scenario(file), None
+    except InputError as error:
+        return load_scenario(file, reachable=False), error
 
 
 def check_robot(name: str | None, scenario: Scenario, file: Path) -> None:

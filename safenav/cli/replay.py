@@ -54,7 +54,7 @@ _FORMS = {
 
 @click.command(epilog=EPILOG)
 @click.argument("trace", type=options.INPUT)
-@click.option("-o", "--output", type=options.FILE, help="File to write; - is standard output.")
+@options.output(help="File to write; - is standard output.")
 @click.option("--svg", metavar="TICK", help="Draw one moment as SVG.")
 @click.option("--png", metavar="TICK", help="Draw one moment as PNG.")
 @click.option("--gif", is_flag=True, help="Draw the run as an animated GIF.")
@@ -95,7 +95,7 @@ def command(
     (the default), as a picture of one moment, or as an animated GIF."""
     if sum((svg is not None, png is not None, gif, solid)) > 1:
         raise UsageError("choose one of --svg, --png, --gif and --3d")
-    _refuse_unread(click.get_current_context())
+    options.refuse_unread(click.get_current_context(), _FORMS)
     form = next((f for f, chosen in (("svg", svg), ("png", png)) if chosen is not None), "html")
     _refuse_ending(output, "gif" if gif else form)
     run = read_trace(trace)
@@ -120,14 +120,6 @@ def command(
         return ExitCode.OK
     write_out(output or trace.with_suffix(".html"), page_of_trace(run, trace.name))
     return ExitCode.OK
-
-
-def _refuse_unread(context: click.Context) -> None:
-    """Raises UsageError for an option that the chosen form of a replay does not read."""
-    given = options.given(context)
-    for name, forms in _FORMS.items():
-        if name in given and not given & forms.keys():
-            raise UsageError(f"--{name} goes with {' or '.join(forms.values())}")
 
 
 def _refuse_ending(output: Path | None, form: str) -> None:

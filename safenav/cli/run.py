@@ -53,10 +53,9 @@ Exit codes: those of 'safenav run', for the resumed run
 """
 
 
-output = click.option(
-    "-o",
-    "--output",
-    type=options.TRACE_PAGE_OR_FOLDER,
+output = options.output(
+    *(".jsonl", ".html"),
+    folder=True,
     help="Output: FILE.jsonl (trace), FILE.html (replay) or a folder for both.",
 )
 motion_file = click.option(

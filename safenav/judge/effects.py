@@ -186,6 +186,7 @@ def _stood(name: str, s: State) -> None:
     region = s.robots[name].pose[0]
     for one in s.obstacles.values():
         able = one.open and region in one.need.regions and name in one.able()
+        able = able and (name, one.name) not in s.barred
         takes = one.takes() and (one.need.robots == 1 or s.loads(name))
         if able and not takes:  # it takes a load only as a `met` line says
             one.done |= {name}

@@ -48,7 +48,7 @@ def frame_of(
     if sides is None:
         raise UsageError(
             f"{trace.source}: the size of a region in metres is missing\n"
-            "    add --resolution 0.5, or 'resolution' to the map of the scenario"
+            "    add --side 0.5, or 'resolution' to the map of the scenario"
         )
     if min(sides) <= 0:
         found = "the resolution of the map is not positive"

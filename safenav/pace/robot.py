@@ -1,7 +1,7 @@
 """Durations of a robot's steps and actions, by its kind of motion.
 
-The motion that ``safenav motion`` writes takes the same seconds (docs/motion.md), so the motion of
-a run with these durations shows each step at its time. A robot whose motion is unknown, or
+The motion of ``safenav export`` takes the same seconds (docs/motion.md), so the motion of a run
+with these durations shows each step at its time. A robot whose motion is unknown, or
 impossible on regions of that size, takes one second per tick of its ``timing``.
 """
 

@@ -62,7 +62,7 @@ map:
 {body}
   names: {{home: {place(home)}, away: {place(away)}, dock: {place(dock)}, yard: {place(far)}}}
 
-# 'safenav catalogue' lists the built-in models and obstacle types. This adds a model.
+# 'safenav new --catalogue' lists the built-in models and obstacle types. This adds a model.
 catalogue:
   robots:
     rover: {{mobility: free, layer: ground, capabilities: [push]{body_of}}}

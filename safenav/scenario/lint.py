@@ -55,7 +55,7 @@ def cramped(scenario: Scenario) -> Iterator[str]:
         if need := least_side(motion, side):
             yield (
                 f"{robot.name} ({robot.model.name}, {motion['kind']}, {size:g} m) has no room to "
-                f"move in a region ({side:g} m): 'safenav motion' needs {need:g} m; give the map "
+                f"move in a region ({side:g} m): its motion needs {need:g} m; give the map "
                 "larger regions"
             )
 

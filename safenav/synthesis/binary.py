@@ -12,6 +12,7 @@ import re
 from collections.abc import Iterator
 from functools import cached_property, lru_cache
 from pathlib import Path
+from shutil import which
 
 from msgspec import Struct
 
@@ -98,7 +99,8 @@ def _own_places() -> Iterator[Path | None]:
 
 
 def _named_by_environment(named: str) -> Binary:
-    path = Path(named).expanduser()
+    on_path = None if os.sep in named else which(named)
+    path = Path(on_path or named).expanduser()
     advice = f"    fix or unset {VARIABLE}, which selects this binary"
     if not path.exists():
         raise SynthesizerError(f"the synthesizer {named!r} does not exist\n{advice}")

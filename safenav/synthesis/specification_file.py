@@ -10,7 +10,7 @@ from safenav.lines import read_file
 from safenav.spec.parsing import read_specification
 from safenav.spec.specification import Specification
 from safenav.synthesis.binary import find_own_binary
-from safenav.synthesis.process import ProcessGroup
+from safenav.synthesis.process import Finished, ProcessGroup
 from safenav.synthesis.result import ExitStatus
 
 _ERROR = re.compile(r"-:(\d+):(\d+): error: (.*)")
@@ -32,13 +32,24 @@ def load_specification(path: Path) -> Specification:
         raise InputError([Diagnostic(str(path), 0, 0, error.strerror or str(error))]) from error
     except UnicodeDecodeError as error:
         raise InputError([Diagnostic(str(path), 0, 0, "not valid UTF-8 text")]) from error
-    own = find_own_binary()
-    if own is not None:
-        translate = [str(own.path), "--translate", "-"]
-        done = ProcessGroup().run(translate, data, _SECONDS, own=own.ours)
-        if done.status == ExitStatus.BAD_INPUT:
-            raise InputError(_diagnostics(done.stderr.decode("utf-8", "replace"), str(path), text))
+    done = _translated(data)
+    if done is not None and done.status == ExitStatus.BAD_INPUT:
+        raise InputError(_diagnostics(done.stderr.decode("utf-8", "replace"), str(path), text))
     return read_specification(text, str(path), path.stem)
+
+
+def slugsin_of(spec: Specification) -> bytes | None:
+    """Return a specification in slugsin, as safenav's own slugs translates it; None without it."""
+    done = _translated(spec.to_structuredslugs().encode())
+    return done.stdout if done is not None and done.status == ExitStatus.REALIZABLE else None
+
+
+def _translated(data: bytes) -> Finished | None:
+    own = find_own_binary()
+    if own is None:
+        return None
+    translate = [str(own.path), "--translate", "-"]
+    return ProcessGroup().run(translate, data, _SECONDS, own=own.ours)
 
 
 def _diagnostics(output: str, file: str, text: str) -> list[Diagnostic]:

@@ -210,7 +210,12 @@ def _put(team: Team, state: State, i: int, pose: int, **changes: object) -> Stat
     """A robot is in a pose to which no decision has led."""
     robot = state.robots[i]
     same = pose % team.size == robot.pose % team.size
-    changes |= {"pose": pose} if same else {"pose": pose, "behind": None, "fresh": True}
+    changes |= {"pose": pose} if same else {"pose": pose, "behind": None}
+    if not same and not isinstance(robot.objective, Ltl):
+        count = robot.own if on_own(team, state, i) else robot.task
+        here = robot.objective.reached(pose % team.size)
+        awaited = pursuit_of(robot.objective).met(count.memory, here)
+        changes["fresh"] = robot.fresh or bool(awaited)  # its target counts there
     return _robot(state, i, to=None, node=None, by=None, **changes)
 
 

@@ -18,7 +18,7 @@ FORBIDDEN = {
 IMPORTS = {"importlib.import_module", "import_module"}
 OF_A_TABLE = {
     "safenav": "_HOMES[name]",
-    "safenav.cli": "f'safenav.cli.{ELSEWHERE.get(name, word)}'",
+    "safenav.cli": "f'safenav.cli.{ELSEWHERE.get(name, name)}'",
     "safenav.motion.mover": "module",
 }
 """Modules that import by a name: one of a table in the same module."""

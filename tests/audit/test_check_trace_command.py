@@ -1,4 +1,4 @@
-"""``safenav check-trace``: what it prints and how it exits."""
+"""``safenav check`` of a trace: what it prints and how it exits."""
 
 import json
 from pathlib import Path
@@ -18,7 +18,7 @@ from safenav.certify.record import bundle_of_trace
 
 
 def run(*arguments: str, stdin: str = "") -> warm.Done:
-    return warm.safenav("check-trace", *arguments, text=stdin)
+    return warm.safenav("check", *arguments, text=stdin)
 
 
 @pytest.fixture

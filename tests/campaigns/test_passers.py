@@ -31,7 +31,7 @@ PART = 250
 
 def refused_by_the_audit(passer: Passer, file: Path) -> bool:
     file.write_text("".join(json.dumps(line) + "\n" for line in passer.lines), encoding="utf-8")
-    done = warm.safenav("check-trace", "--json", file)
+    done = warm.safenav("check", "--json", file)
     found = json.loads(done.stdout)["findings"]
     rules = {one["rule"] for one in found if one["robot"] == passer.robot}
     return done.returncode == 1 and "unresolved-obstacle" in rules
@@ -70,7 +70,7 @@ def test_a_trace_in_which_a_robot_passes_a_standing_obstacle_is_refused(
                 assert any(told.endswith(f"{one.robot} is in {one.obstacle}") for told in problems)
             which = (seed, kind, one.robot, one.obstacle)
             if not refused_by_the_audit(one, folder / "passer.jsonl"):
-                accepted.append(("check-trace", *which))
+                accepted.append(("check", *which))
             changed = rewrite(folder / "bundle", with_lines(files, one.lines), folder / kind)
             verdict, reason, _ = check(changed)
             if verdict != "refused" or one.robot not in reason:

@@ -1,6 +1,6 @@
 """Plays a mission and judges its end.
 
-``completed`` must be accepted by ``check-trace`` and follow from the moves alone;
+``completed`` must be accepted by ``safenav check`` and follow from the moves alone;
 ``operator_needed`` must be accepted with its proof, and the judge's own search must find the
 mission infeasible from the run's end and (if nothing was hidden) from its start. Everything else is
 a finding.
@@ -64,9 +64,9 @@ def judge(
         if data.get("coordination") == "assignable":
             kind, detail = _told_by_signals(lines) or (kind, detail)
         if kind in (*GOOD, UNDECIDED):
-            checked = command.call(["check-trace", trace], max(seconds, 60.0))
+            checked = command.call(["check", trace], max(seconds, 60.0))
             if checked.exit != 0:
-                kind, detail = "refused by check-trace", (checked.output + checked.errors)[-600:]
+                kind, detail = "refused by check", (checked.output + checked.errors)[-600:]
         return Judgement(kind, detail, run.seconds, lines)
 
 
@@ -96,9 +96,9 @@ def judge_interrupted(
             return Judgement("exit status", f"{run.exit} after SIGINT: {told}", run.deaf)
         if (ended == "interrupted") != (run.exit == 130) or ended is None:
             return Judgement("no outcome", f"the trace ends with {lines[-1]}", run.deaf)
-        checked = command.call(["check-trace", trace], 60.0)
+        checked = command.call(["check", trace], 60.0)
         if checked.exit != 0:
-            return Judgement("refused by check-trace", checked.output[-600:], run.deaf)
+            return Judgement("refused by check", checked.output[-600:], run.deaf)
         return Judgement("completed", "", run.deaf, lines)
 
 
@@ -153,7 +153,7 @@ def _told_by_signals(lines: tuple[Mapping[str, Any], ...]) -> tuple[str, str] | 
 
 
 def _by_its_word(outcome: Mapping[str, Any], unread: str) -> tuple[str, str]:
-    """What a run says whose formulas the judge does not read: only check-trace judges that."""
+    """What a run says whose formulas the judge does not read: only safenav check judges that."""
     proven = outcome["outcome"] == "operator_needed"
     kind = "proven" if proven else str(outcome["outcome"])
     return kind, f"the judge does not read {unread}"

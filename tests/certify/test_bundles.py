@@ -239,7 +239,7 @@ def safenav(*arguments: str | Path) -> tuple[int, str]:
 def test_the_commands_make_a_bundle_and_check_it(tmp_path: Path) -> None:
     scenario, target = SCENARIOS / "hello.yaml", tmp_path / "hello.zip"
     assert safenav("certify", scenario, "-o", target)[0] == 0
-    status, said = safenav("check-bundle", target)
+    status, said = safenav("check", target)
     assert (status, said.split()[-1]) == (0, "accepted")
     status, said = safenav("certify", scenario, "-o", target)
     assert status == 2
@@ -405,4 +405,4 @@ def test_a_batch_certifies_each_run(tmp_path: Path) -> None:
     bundles = sorted(folder.iterdir())
     assert len(bundles) == 3
     for bundle in bundles:
-        assert safenav("check-bundle", bundle)[0] == 0
+        assert safenav("check", bundle)[0] == 0

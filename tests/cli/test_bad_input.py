@@ -54,7 +54,8 @@ def test_bad_usage_is_exit_2_without_traceback(
 UNREADABLE = [
     ("check", "loop", "Too many levels of symbolic links"),
     ("replay", "loop", "Too many levels of symbolic links"),
-    ("check-trace", "binary", "the first line is incomplete"),
+    ("check", "binary", "not UTF-8"),
+    ("check", "binary.jsonl", "the first line is incomplete"),
     ("new s.yaml --side 1 --map", ".", "this is a directory"),
     ("batch hello.yaml --baseline", "deep", "it is not JSON: too deeply nested"),
     ("verify lift.slugs", "deep", "deep: the strategy is not JSON: too deeply nested"),
@@ -63,7 +64,7 @@ UNREADABLE = [
     ("check", "random-1.scen", "then each as [ROW, COLUMN]"),
     ("draw", "random-1.scen", "then each as [ROW, COLUMN]"),
     ("run", "floor.sdf", "occupancy map (ROS map_saver)"),
-    ("run", "arm.urdf", "safenav catalogue"),
+    ("run", "arm.urdf", "safenav new --catalogue"),
     ("synth", "next.slugs", "next.slugs:4:9: unexpected '!='"),
 ]
 
@@ -75,7 +76,8 @@ def test_a_file_that_cannot_be_read_is_named(
     safenav: Command, command: str, name: str, told: str, tmp_path: Path
 ) -> None:
     (tmp_path / "loop").symlink_to("loop")
-    (tmp_path / "binary").write_bytes(b"\xff\xfe\x00")
+    for binary in ("binary", "binary.jsonl"):
+        (tmp_path / binary).write_bytes(b"\xff\xfe\x00")
     (tmp_path / "deep").write_text("[" * 100_000)
     (tmp_path / "hello.yaml").write_text(HELLO.read_text())
     (tmp_path / "random-1.scen").write_text("version 1\n0\tr.map\t8\t8\t1\t2\t3\t4\t5.0\n")

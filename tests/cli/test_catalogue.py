@@ -1,4 +1,4 @@
-"""``safenav catalogue``: what scenarios can use, and where it comes from."""
+"""``safenav new --catalogue``: what scenarios can use, and where it comes from."""
 
 import json
 from pathlib import Path
@@ -16,11 +16,11 @@ obstacles:
 
 
 def test_the_built_in_catalogue(safenav: Command) -> None:
-    found = safenav("catalogue")
+    found = safenav("new", "--catalogue")
     assert found.returncode == 0
     for word in ("digit", "quadcopter", "door", "uncertainty", "push", "sense", "built in"):
         assert word in found.stdout
-    data = json.loads(safenav("catalogue", "--json").stdout)
+    data = json.loads(safenav("new", "--catalogue", "--json").stdout)
     assert data["robots"]["digit"] == {
         "mobility": "heading",
         "layer": "ground",
@@ -44,7 +44,7 @@ def test_the_built_in_catalogue(safenav: Command) -> None:
 
 def test_what_a_scenario_adds_has_it_as_its_source(safenav: Command, tmp_path: Path) -> None:
     (tmp_path / "team.yaml").write_text(template_text("team"), encoding="utf-8")
-    data = json.loads(safenav("catalogue", "team.yaml", "--json").stdout)
+    data = json.loads(safenav("new", "--catalogue", "team.yaml", "--json").stdout)
     assert data["robots"]["cart"]["source"] == "team.yaml"
     assert data["robots"]["digit"]["source"] == "built in"
     assert data["obstacles"]["debris"]["blocks"] == ["ground"]
@@ -54,12 +54,12 @@ def test_what_a_scenario_adds_has_it_as_its_source(safenav: Command, tmp_path: P
 
 def test_a_catalogue_file_adds_and_replaces(safenav: Command, tmp_path: Path) -> None:
     (tmp_path / "parts.yaml").write_text(PARTS, encoding="utf-8")
-    data = json.loads(safenav("catalogue", "parts.yaml", "--json").stdout)
+    data = json.loads(safenav("new", "--catalogue", "parts.yaml", "--json").stdout)
     assert data["robots"]["rover"]["timing"] == 3
     assert data["robots"]["digit"]["source"] == "parts.yaml"
     assert data["robots"]["digit"]["size"] == 0.7
     assert data["obstacles"]["debris"]["resolve_at"] == [3, 4]
-    told = safenav("catalogue", "parts.yaml").stdout
+    told = safenav("new", "--catalogue", "parts.yaml").stdout
     assert "clear at regions 3, 4" in told
     assert "lift beside it by 2 robots together" in told
     assert "unlock beside it, then push at it" in told
@@ -72,7 +72,7 @@ def test_a_catalogue_beside_a_scenario_is_the_source(safenav: Command, tmp_path:
         "robots: {ann: {model: rover, start: 0, objective: {hold: 1}}}\n",
         encoding="utf-8",
     )
-    data = json.loads(safenav("catalogue", "s.yaml", "--json").stdout)
+    data = json.loads(safenav("new", "--catalogue", "s.yaml", "--json").stdout)
     assert data["robots"]["rover"]["source"] == "parts.yaml"
 
 
@@ -80,9 +80,11 @@ def test_what_is_wrong_with_the_file_is_told(safenav: Command, tmp_path: Path) -
     (tmp_path / "bad.yaml").write_text(
         "robots:\n  rover: {layer: rail, mobility: fre}\n", encoding="utf-8"
     )
-    refused = safenav("catalogue", "bad.yaml")
+    refused = safenav("new", "--catalogue", "bad.yaml")
     assert refused.returncode == 2
     assert "bad.yaml:2:34: 'mobility' of robot model rover: unknown word 'fre'" in refused.stderr
-    assert safenav("catalogue", "missing.yaml").returncode == 2
+    assert safenav("new", "--catalogue", "missing.yaml").returncode == 2
     (tmp_path / "list.yaml").write_text("- 1\n", encoding="utf-8")
-    assert "found a list of 1, expected a mapping" in safenav("catalogue", "list.yaml").stderr
+    assert (
+        "found a list of 1, expected a mapping" in safenav("new", "--catalogue", "list.yaml").stderr
+    )

@@ -108,11 +108,9 @@ def test_a_trace_without_metres_needs_them(safenav: Command, tmp_path: Path) -> 
     refused = safenav("export", "s.jsonl", "--waypoints", "way.csv")
     assert refused.returncode == 2
     assert "the size of a region in metres is missing" in refused.stderr
-    assert "--resolution 0.5" in refused.stderr
+    assert "--side 0.5" in refused.stderr
     assert not (tmp_path / "way.csv").exists()
-    told = safenav(
-        "export", "s.jsonl", "--waypoints", "-", "--resolution", "2", "--origin", "5", "-3"
-    )
+    told = safenav("export", "s.jsonl", "--waypoints", "-", "--side", "2", "--origin", "5", "-3")
     assert rows(told.stdout)[0]["x"] == "6.0"
     assert rows(told.stdout)[0]["y"] == "0.0"
 

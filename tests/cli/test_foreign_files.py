@@ -133,7 +133,12 @@ def ros_map(change: dict[str, str | None], indent: str = "") -> str:
 
 CONTRADICTIONS = {
     "clocks": (["run", "s.yaml", "--clock", "live", "--lockstep"], "contradict each other"),
-    "schemas": (["schema", "--trace", "--fleet"], "two schemas"),
+    "two files": (["new", "--schema", "--fleet", "s.yaml"], "give one of --template"),
+    "a motion twice": (["export", "t.jsonl", "m.jsonl", "--motion", "n.jsonl"], "give one of them"),
+    "rows without a map": (["new", "--rows", "3"], "go with --map"),
+    "gusts without a motion": (["export", "t.jsonl", "-o", "w.csv", "--gust", "1"], "--motion"),
+    "a robot without columns": (["export", "t.jsonl", "-o", "w.csv", "--robot", "a"], "--columns"),
+    "two prints": (["synth", "s.yaml", "--json", "-o", "-"], "both print"),
 }
 
 

@@ -70,12 +70,19 @@ def test_a_mistake_in_a_type_brings_no_second_message(safenav: Command, tmp_path
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["check", "run.jsonl"], ["this is a trace", "safenav replay run.jsonl"]),
+        (["run", "run.jsonl"], ["this is a trace", "safenav replay run.jsonl"]),
         (["replay", "s.yaml"], ["this is a scenario", "safenav run s.yaml --trace"]),
-        (["check-trace", "s.yaml"], ["this is a scenario", "safenav run s.yaml --trace"]),
-        (["check", "fleet.yaml"], ["this is a fleet file, not a scenario", "safenav drive"]),
+        (["check", "fleet.yaml"], ["this is a fleet file, not a scenario, trace", "safenav drive"]),
         (["drive", "s.yaml", "--fleet", "run.jsonl"], ["this is a trace, not a fleet file"]),
-        (["check", "lab.motion.jsonl"], ["this is a motion file", "safenav check-motion"]),
+        (["check", "lab.motion.jsonl"], ["against its trace", "check lab.motion.jsonl TRACE"]),
+        (["check", "s.yaml", "page.html"], ["page.html: this is a web page", "open it in"]),
+        (["check", "s.slugs"], ["this is a specification", "safenav synth s.slugs"]),
+        (["check", "s.json"], ["this is a strategy of slugs", "safenav verify SPECIFICATION"]),
+        (["check", "matrix.yaml"], ["this is a matrix file", "safenav batch matrix.yaml"]),
+        (["check", "."], ["this folder is not a bundle", "safenav batch ."]),
+        (["check", "s.yaml", "--partial"], ["--partial is for traces; no such FILE is given"]),
+        (["check", "run.jsonl", "--rate", "9"], ["--rate is for motion files; no such FILE"]),
+        (["check-trace", "run.jsonl"], ["there is no command", "safenav check FILE"]),
         (["replay", "lab.motion.jsonl"], ["this is a motion file, not a trace"]),
         (["replay", "notes.txt"], ["notes.txt:1:1: this line is not JSON", "not a trace of"]),
         (["verify", "s.yaml", "x.json"], ["this is a scenario, not a specification"]),
@@ -96,6 +103,10 @@ def test_the_wrong_kind_of_thing_is_recognized(
     (tmp_path / "lab.motion.jsonl").write_text('{"type":"header","motion":1}\n')
     (tmp_path / "fleet.yaml").write_text("safenav-fleet: 1\ntransport: ros2\n")
     (tmp_path / "notes.txt").write_text("one\ntwo\n")
+    (tmp_path / "page.html").write_text("<!DOCTYPE html>\n<html></html>\n")
+    (tmp_path / "s.slugs").write_text("[OUTPUT]\na\n")
+    (tmp_path / "s.json").write_text('{"version": 0,\n "slugs": "0.0.1",\n "variables": []}\n')
+    (tmp_path / "matrix.yaml").write_text("batch: 1\nscenario: s.yaml\n")
     found = safenav(*arguments)
     assert found.returncode == 2
     assert len(found.stderr.splitlines()) <= 3, found.stderr
@@ -103,9 +114,9 @@ def test_the_wrong_kind_of_thing_is_recognized(
         assert word in found.stderr
 
 
-@pytest.mark.parametrize("command", ["check", "run", "synth", "explain", "draw", "catalogue"])
+@pytest.mark.parametrize("command", ["check", "run", "synth", "explain", "draw", "new --catalogue"])
 def test_scenarios_are_read_from_standard_input(command: str, tmp_path: Path) -> None:
-    done = warm.safenav(command, "-", cwd=tmp_path, text=GOOD)
+    done = warm.safenav(*command.split(), "-", cwd=tmp_path, text=GOOD)
     assert done.returncode == 0, done.stderr
     assert "Traceback" not in done.stderr
 
@@ -139,7 +150,7 @@ def test_a_cache_that_cannot_be_written_is_told_without_code(tmp_path: Path) -> 
 
 
 def test_an_output_on_a_full_disk_is_no_defect() -> None:
-    script = f"import sys; sys.argv = ['safenav', 'catalogue']; {MAIN}"
+    script = f"import sys; sys.argv = ['safenav', 'new', '--catalogue']; {MAIN}"
     with Path("/dev/full").open("w") as full:
         done = subprocess.run(
             [sys.executable, "-c", script],
@@ -179,7 +190,7 @@ def test_standard_streams_may_be_closed(closed: str, tmp_path: Path) -> None:
 
 def test_a_terminal_that_is_closed_ends_the_program_as_interrupted() -> None:
     controller, terminal = pty.openpty()
-    script = f"import sys; sys.argv = ['safenav', 'catalogue']; input(); {MAIN}"
+    script = f"import sys; sys.argv = ['safenav', 'new', '--catalogue']; input(); {MAIN}"
     command = [sys.executable, "-c", script]
     asked = subprocess.PIPE
     with subprocess.Popen(command, stdin=asked, stdout=terminal, stderr=terminal) as program:

@@ -1,4 +1,4 @@
-"""safenav motion and check-motion as commands: files, exit codes, errors that say what to do."""
+"""Motions by safenav export, and their check: files, exit codes, errors that say what to do."""
 
 import csv
 import json
@@ -48,7 +48,7 @@ def moved(safenav: Command, tmp_path: Path) -> Path:
 
 
 def test_run_with_motion_is_what_the_motion_command_makes(safenav: Command, moved: Path) -> None:
-    again = safenav("motion", "run.jsonl", "-o", "again.jsonl")
+    again = safenav("export", "run.jsonl", "--motion", "again.jsonl")
     assert again.returncode == 0
     assert (moved / "again.jsonl").read_text() == (moved / "run.motion.jsonl").read_text()
     assert "using 2.7 m (change with --side M)" in again.stderr
@@ -70,7 +70,7 @@ def test_run_with_motion_says_before_it_begins_who_cannot_move(
 
 
 def test_motion_is_accepted_by_its_checker(safenav: Command, moved: Path) -> None:
-    found = safenav("check-motion", moved / "run.motion.jsonl", moved / "run.jsonl")
+    found = safenav("check", moved / "run.motion.jsonl", moved / "run.jsonl")
     assert found.returncode == 0
     assert "no rule broken" in found.stdout
 
@@ -81,7 +81,7 @@ def test_no_motion_is_written_of_a_trace_that_breaks_a_rule(safenav: Command, mo
     (moved / "late.jsonl").write_text(
         text.replace('"type":"goal","tick":', '"type":"goal","tick":9')
     )
-    made = safenav("motion", "late.jsonl", "-o", "late.motion.jsonl")
+    made = safenav("export", "late.jsonl", "--motion", "late.motion.jsonl")
     assert made.returncode == 2 and "late.jsonl breaks a rule" in made.stderr
     assert not (moved / "late.motion.jsonl").exists()
 
@@ -91,10 +91,10 @@ def test_damaged_motion_exits_with_1_and_its_first_finding(safenav: Command, mov
     lines = path.read_text().splitlines()
     lines.remove(next(line for line in lines if '"from":15,"to":16' in line))
     path.write_text("\n".join(lines) + "\n")
-    found = safenav("check-motion", path, "run.jsonl")
+    found = safenav("check", path, "run.jsonl")
     assert found.returncode == 1
     assert "no motion recorded until" in found.stdout
-    data = json.loads(safenav("check-motion", "--json", path, "run.jsonl").stdout)
+    data = json.loads(safenav("check", "--json", path, "run.jsonl").stdout)[0]
     assert data["ok"] is False
     assert data["findings"][0]["robot"] == "rover"
 
@@ -102,14 +102,14 @@ def test_damaged_motion_exits_with_1_and_its_first_finding(safenav: Command, mov
 def test_motion_of_another_trace_is_a_finding(safenav: Command, moved: Path) -> None:
     other = moved / "other.jsonl"
     other.write_text((moved / "run.jsonl").read_text() + "\n")
-    found = safenav("check-motion", "run.motion.jsonl", other)
+    found = safenav("check", "run.motion.jsonl", other)
     assert found.returncode == 1
     assert "of another trace" in found.stdout
 
 
 def test_report_names_the_chain_and_the_waiting(safenav: Command, moved: Path) -> None:
     del moved
-    found = safenav("motion", "run.jsonl", "--report")
+    found = safenav("export", "run.jsonl", "--report")
     assert found.returncode == 0
     for words in ("makespan", "critical path", "push door@17", "path m", "rover"):
         assert words in found.stdout
@@ -129,7 +129,7 @@ def test_who_cannot_move_so_is_told_and_nothing_is_written(
 ) -> None:
     path = scenario(tmp_path, motion=motion, metres=metres)
     assert safenav("run", path, "--trace", "run.jsonl").returncode == 0
-    found = safenav("motion", "run.jsonl", "-o", "out.jsonl")
+    found = safenav("export", "run.jsonl", "--motion", "out.jsonl")
     assert found.returncode == 2
     assert words in found.stderr
     assert not (tmp_path / "out.jsonl").exists()
@@ -141,7 +141,7 @@ def test_another_robot_of_a_built_in_name_does_not_move_as_that(
     path = scenario(tmp_path, model="digit", motion="")
     path.write_text(path.read_text().replace("cart:", "digit:", 1))
     assert safenav("run", path, "--trace", "run.jsonl").returncode == 0
-    found = safenav("motion", "run.jsonl", "-o", "out.jsonl")
+    found = safenav("export", "run.jsonl", "--motion", "out.jsonl")
     assert found.returncode == 2
     assert "the model 'digit' has no motion in metres" in found.stderr
 
@@ -151,16 +151,16 @@ def test_walker_on_small_regions_is_refused(safenav: Command, moved: Path) -> No
     own = '"motion": {"kind": "disc"'.replace(" ", "")
     assert own in trace
     (moved / "walker.jsonl").write_text(trace.replace(own, '"motion":{"kind":"walker"'))
-    found = safenav("motion", "walker.jsonl", "--side", "1.2", "-o", "out.jsonl")
+    found = safenav("export", "walker.jsonl", "--side", "1.2", "-o", "out.jsonl")
     assert found.returncode == 2
     assert "cannot walk on regions of 1.2 m" in found.stderr
 
 
 def test_what_is_no_trace_is_told(safenav: Command, tmp_path: Path) -> None:
     (tmp_path / "no.jsonl").write_text("{}\n")
-    for arguments in (["motion", "no.jsonl", "-o", "out"], ["motion", "none.jsonl", "--report"]):
-        assert safenav(*arguments).returncode == 2
-    assert safenav("motion", "no.jsonl").returncode == 2
+    for output in (["--motion", "out"], ["--report"], []):
+        assert safenav("export", "no.jsonl", *output).returncode == 2
+        assert safenav("export", "none.jsonl", *output).returncode == 2
 
 
 @pytest.mark.parametrize(
@@ -192,13 +192,15 @@ def test_requirements_from_scenario_to_verdict(safenav: Command, tmp_path: Path)
     assert made.returncode == 1
     assert "not as expected: requirement always(resolved_door@17 -> once" in made.stderr
     assert safenav("run", "a.yaml").returncode == 0, "without a motion nothing can be measured"
-    assert safenav("check-trace", "a.jsonl").returncode == 0
-    found = safenav("check-motion", "a.motion.jsonl", "a.jsonl")
+    alone = safenav("check", "a.jsonl")
+    assert alone.returncode == 0
+    assert "Not judged: 2 requirements; give the motion of the run also." in alone.stdout
+    found = safenav("check", "a.motion.jsonl", "a.jsonl")
     assert found.returncode == 1
     assert "calm: always(speed(rover) <= 3): satisfied (robustness 2." in found.stdout
     assert "once requested_door@17): violated (robustness -1.000)" in found.stdout
-    only = ("check-motion", "a.motion.jsonl", "a.jsonl", "--json", "--rate", "200")
-    data = json.loads(safenav(*only, "--require", "x(rover) >= 0").stdout)
+    only = ("check", "a.motion.jsonl", "a.jsonl", "--json", "--rate", "200")
+    data = json.loads(safenav(*only, "--require", "x(rover) >= 0").stdout)[0]
     assert [one["verdict"] for one in data["requirements"]] == [
         "satisfied",
         "violated",

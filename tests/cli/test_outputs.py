@@ -35,7 +35,7 @@ def given(line: str) -> Result:
         "drive s.yaml --fleet f.yaml --motion s.yaml",
         "drive s.yaml --fleet f.yaml --resume t.jsonl --trace t.jsonl",
         "draw s.yaml -o s.yaml",
-        "motion t.jsonl -o t.jsonl",
+        "export t.jsonl --motion t.jsonl",
         "replay -o t.jsonl t.jsonl",
         "export t.jsonl --mcap t.jsonl",
         "export t.jsonl --mcap out --waypoints out",
@@ -68,7 +68,6 @@ def test_a_motion_is_not_written_over_the_trace_in_a_folder(
 @pytest.mark.parametrize(
     ("line", "expected"),
     [
-        ("synth s.yaml -o -", "-: expected a folder"),
         ("synth s.yaml -o out.pdf", "out.pdf: expected a folder"),
         ("synth s.yaml -o r.json", "r.json: expected a folder"),
         ("batch s.yaml --out r.json", "r.json: expected a folder"),
@@ -80,6 +79,7 @@ def test_a_motion_is_not_written_over_the_trace_in_a_folder(
         ("replay t.jsonl -o x.json", "the replay is HTML; choose a name such as x.html"),
         ("export t.jsonl --mcap a.pdf", "a.pdf: expected a name in .mcap"),
         ("new x.pdf", "ends in .yaml"),
+        ("new x.yaml --schema", "ends in .json"),
     ],
 )
 def test_a_name_of_another_kind_is_refused(

@@ -101,8 +101,8 @@ OUTPUTS = [
     "batch s.yaml --csv {}",
     "draw s.yaml -o {}.svg",
     "new {}.yaml",
-    "schema -o {}",
-    "motion t.jsonl -o {}",
+    "new {}.json --schema",
+    "export t.jsonl --motion {}",
     "replay t.jsonl -o {}",
     "export t.jsonl --waypoints {}",
 ]
@@ -156,7 +156,7 @@ def test_a_device_stays_one(safenav: Command, tmp_path: Path) -> None:
         ("run s.yaml --foo", "error: no such option '--foo'"),
         ("run s.yaml --seed x", "error: invalid value for '--seed'"),
         ("check s.yaml", "error: s.yaml: no such file"),
-        ("check-trace s.jsonl", "error: s.jsonl: cannot be read"),
+        ("check s.jsonl", "error: s.jsonl: cannot be read"),
     ],
 )
 def test_every_error_begins_alike(line: str, told: str, safenav: Command) -> None:

@@ -170,7 +170,7 @@ def test_path_names_may_have_spaces_and_unicode(safenav: Process) -> None:
         done = safenav("run", scenario, "--trace", trace, SAFENAV_CACHE=cache)
         assert (done.returncode, done.stderr) == (0, "")
     assert records(trace)[-1]["outcome"] == "completed"
-    assert safenav("check-trace", trace).returncode == 0
+    assert safenav("check", trace).returncode == 0
     assert safenav("synth", scenario, "-o", folder / "out put").returncode == 0
     assert (folder / "out put" / "digit.json").exists()
     assert safenav("replay", trace, "-o", folder / "page ü.html").returncode == 0

@@ -63,7 +63,7 @@ def test_a_hostile_trace_does_no_harm(seed: int, sandbox: Path) -> None:
     trace.write_bytes(enemy.lines(enemy.rng.choice(honest())))
     view = enemy.rng.choice(VIEWS)
     shown = (*view, trace) if view[-1] == "--trace" else (view[0], trace, *view[1:])
-    for words in (("check-trace", trace, "--all"), shown):
+    for words in (("check", trace, "--all"), shown):
         done = attack([*SAFENAV, *words], sandbox, ["made"])
         report(f"trace {seed} {words[0]}", done)
         assert done.flaws == (), f"seed {seed}: {words}"
@@ -80,7 +80,7 @@ def test_a_hostile_bundle_does_no_harm(seed: int, sandbox: Path) -> None:
         (own / name).parent.mkdir(parents=True, exist_ok=True)
         (own / name).write_bytes(text)
     checker = (sys.executable, "-I", "-S", own / "check.py", bundle, "--any-claims")
-    for words in ((*checker, "--json"), (*SAFENAV, "check-bundle", bundle)):
+    for words in ((*checker, "--json"), (*SAFENAV, "check", bundle)):
         done = attack(words, sandbox)
         report(f"bundle {seed}", done)
         assert done.flaws == (), f"seed {seed}: {words}"

@@ -107,8 +107,8 @@ BOMBS: dict[str, tuple[Files, tuple[str, ...]]] = {
     ),
     "a strategy without end": ({"s.slugs": SPEC.format("b")}, ("verify", "s.slugs", "/dev/zero")),
     "a specification without end": ({}, ("explain", "/dev/zero")),
-    "a trace without end": ({}, ("check-trace", "/dev/zero")),
-    "a motion without end": ({}, ("check-motion", "/dev/zero", "/dev/zero")),
+    "a trace without end": ({}, ("check", "/dev/zero")),
+    "a motion without end": ({}, ("check", "/dev/zero", "/dev/zero")),
     "a scenario without end": ({}, ("check", "/dev/zero")),
     "aliases": ({"s.yaml": laughs()}, ("check", "s.yaml")),
     "merge keys": ({"s.yaml": merged()}, ("check", "s.yaml")),
@@ -153,14 +153,14 @@ BOMBS: dict[str, tuple[Files, tuple[str, ...]]] = {
         {"s.map": "type octile\nheight 3000\nwidth 3000\nmap\n" + ("." * 3000 + "\n") * 3000},
         ("draw", "s.map"),
     ),
-    "a catalogue": ({"c.yaml": laughs().replace(LAB, "")}, ("catalogue", "c.yaml")),
+    "a catalogue": ({"c.yaml": laughs().replace(LAB, "")}, ("new", "--catalogue", "c.yaml")),
     "a baseline": (
         {"s.yaml": LAB, "b.json": "[" * 500_000},
         ("batch", "s.yaml", "--baseline", "b.json"),
     ),
     "a motion file": (
         {"m.jsonl": '{"type": "header", "motion": 1, "motion": 1}\n', "t.jsonl": "{}\n"},
-        ("check-motion", "m.jsonl", "t.jsonl"),
+        ("check", "m.jsonl", "t.jsonl"),
     ),
 }
 ALLOWED = {

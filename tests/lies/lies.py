@@ -11,7 +11,7 @@ from certify.making import Files, bundle_at, files_of, shipped
 from certify.mutants import lines_of, with_lines
 from lies.forging import Line, ends, first, objectives_of, retold
 
-TRACE, BUNDLE = "check-trace", "check.py"
+TRACE, BUNDLE = "check", "check.py"
 BOTH = (TRACE, BUNDLE)
 UNTIL = "until: {rounds: 2}\nlimits: {ticks: 40}\n"
 CORRIDOR = f"""name: a corridor

@@ -5,16 +5,20 @@ compares 1,000 with lockstep.
 """
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 import pytest
-from safenav.runtime.team import RobotState, TeamState
-from safenav.runtime.traffic.joint_search.execution import Execution
-from safenav.runtime.turns import step_choice
+from msgspec.structs import replace
 
 import warm
 from live.campaign import play, repeated, serially
-from safenav.scenario.model import Robot
+from safenav.plan.order import next_step
+from safenav.runtime.run import decide
+from safenav.runtime.run.loop import Run
+from safenav.team import floor
+from safenav.team.state import RobotNow, State
+from safenav.team.team import Team
+from safenav.world.poses import region_mask
 
 PART = 50
 LONG = 2000 if os.environ.get("SAFENAV_FUZZ") else 0
@@ -60,34 +64,34 @@ def test_the_judge_finds_no_defect_in_random_runs(seeds: str) -> None:
     run("--seeds", seeds, "--faults", *(["--both"] if int(seeds.split(":")[0]) < LONG // 2 else []))
 
 
-def reserved(patch: pytest.MonkeyPatch, region: Callable[[RobotState], int]) -> None:
+def reserved(patch: pytest.MonkeyPatch, region: Callable[[RobotNow], int]) -> None:
     """Let each robot have only one region."""
 
-    def taken(self: TeamState, robot: Robot, _: object = None) -> set[int]:
-        rivals = (o for o in self.robots.values() if robot.conflicts(o.robot))
-        return {region(other) for other in rivals if other.name != robot.name}
+    def occupied(team: Team, state: State, among: Iterable[int]) -> int:
+        return region_mask({region(state.robots[i]) % team.size for i in among})
 
-    patch.setattr(RobotState, "occupied", property(lambda self: frozenset({region(self)})))
-    patch.setattr(TeamState, "had_by_others", taken)
+    patch.setattr(floor, "occupied", occupied)
 
 
 def destination_not_reserved(patch: pytest.MonkeyPatch) -> None:
-    reserved(patch, lambda robot: robot.pose.region)
+    """The orders of plans alone would keep it free."""
+
+    def disordered(team: Team, state: State, i: int) -> int | None:
+        if state.plan is None:
+            return None
+        ways = tuple(tuple(w._replace(after=()) for w in way) for way in state.plan.ways)
+        return next_step(team, replace(state, plan=replace(state.plan, ways=ways)), i)
+
+    reserved(patch, lambda robot: robot.pose)
+    patch.setattr(decide, "next_step", disordered)
 
 
 def origin_released_at_departure(patch: pytest.MonkeyPatch) -> None:
-    reserved(patch, lambda robot: robot.next_pose.region)
-
-
-def orders_of_plans_ignored(patch: pytest.MonkeyPatch) -> None:
-    def next_pose(self: Execution, robot: int) -> int | None:
-        return None if self.done(robot) else self.schedule.paths[robot][self.taken[robot] + 1]
-
-    patch.setattr(Execution, "next", next_pose)
+    reserved(patch, lambda robot: robot.next)
 
 
 def nothing_characterized(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(step_choice, "characterize", lambda *_: None)
+    patch.setattr(Run, "characterize", lambda *_: None)
 
 
 @pytest.mark.slow
@@ -96,7 +100,6 @@ def nothing_characterized(patch: pytest.MonkeyPatch) -> None:
     [
         (destination_not_reserved, "at the same time", (22, 57, 20)),
         (origin_released_at_departure, "at the same time", (22, 57, 25)),
-        (orders_of_plans_ignored, "does not wait until", (20, 26, 75, 76, 77)),
         (nothing_characterized, "before its sensor", (25, 26, 60, 61)),
     ],
 )

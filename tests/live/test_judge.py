@@ -121,7 +121,7 @@ def play(seed: int, floor: Any) -> tuple[list[Line], Line]:
     return floor.log, said
 
 
-@pytest.mark.parametrize("seed", [3, 4, 7, 20])
+@pytest.mark.parametrize("seed", [4, 7, 8, 20])
 def test_the_judge_finds_no_defect_in_blocking_runs(seed: int) -> None:
     data = timed(seed)
     log, said = play(seed, Floor(data, seed))

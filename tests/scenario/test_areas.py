@@ -136,11 +136,11 @@ def test_a_run_names_the_areas_that_robots_reach(tmp_path: Path) -> None:
     assert "ann reaches corner 25 [3, 4]" in done.stdout
     header = json.loads((tmp_path / "run.jsonl").read_text().splitlines()[0])
     assert header["scenario"]["map"]["areas"]["corner"] == [25, 26]
-    assert safenav("check-trace", "run.jsonl", cwd=tmp_path).returncode == 0
+    assert safenav("check", "run.jsonl", cwd=tmp_path).returncode == 0
     drawn = safenav("draw", "rooms.yaml", cwd=tmp_path).stdout
     assert "corner: 25-26" in drawn
     assert safenav("certify", "rooms.yaml", "-o", "bundle", cwd=tmp_path).returncode == 0
-    assert safenav("check-bundle", "bundle", cwd=tmp_path).returncode == 0
+    assert safenav("check", "bundle", cwd=tmp_path).returncode == 0
 
 
 def test_areas_inside_the_map_are_pointed_out() -> None:

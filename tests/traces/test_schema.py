@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 from jsonschema import Draft202012Validator
 
-from safenav.cli.reference import schema as command
+from safenav.cli.new import command
 from safenav.trace import records, setting, vocabulary
 from safenav.trace.fields import entries
 from safenav.trace.schema import schema_text, trace_schema
@@ -37,7 +37,7 @@ def test_the_published_schema_is_that_of_the_records() -> None:
 
 
 def test_the_command_prints_it() -> None:
-    assert CliRunner().invoke(command, ["--trace"]).output == schema_text()
+    assert CliRunner().invoke(command, ["--schema", "trace"]).output == schema_text()
 
 
 @pytest.mark.parametrize("seed", range(10))

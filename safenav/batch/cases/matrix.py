@@ -84,7 +84,9 @@ def is_matrix(text: str) -> bool:
 def read_matrix(text: str, file: str) -> Matrix:
     """Read a matrix file. Raises InputError with all its errors."""
     findings = Findings(file)
-    item: BatchKeys | None = read(BatchKeys, parsed(text, findings), "the batch", findings)
+    item: BatchKeys | None = read(
+        BatchKeys, parsed(text, findings, "matrix file"), "the batch", findings
+    )
     matrix = None if item is None else _matrix(item, findings)
     findings.raise_if_any()
     assert matrix is not None

@@ -105,7 +105,7 @@ class Evidence(Rule):
             same = first["trace"] == hashlib.sha256(trace).hexdigest()
             require(same, "motion.jsonl is the motion of another trace")
             message = "motion.jsonl names this trace"
-            self.claim("motion", f"{message}; `safenav check-motion` checks it.", "motion.jsonl")
+            self.claim("motion", f"{message}; `safenav check` judges it.", "motion.jsonl")
         but = f" but {self.strayed}, which ended elsewhere than commanded," if self.strayed else ""
         moves = self.departed if self.live else self.turns
         message = f"All {moves} moves{but} are legal: no wall, unresolved obstacle or collision"

@@ -37,7 +37,8 @@ def read_motion_of(path: Path, trace: Trace, name: Path) -> Motion:
     if any(len(row) != COLUMNS for track in motion.of(FlownTrack) for row in track.rows):
         found = found or f"a row of a flight does not have {COLUMNS} numbers"
     if found:
-        raise UsageError(f"{path}: {found}\n    recompute it: safenav motion {name} -o {path}")
+        hint = f"recompute it: safenav export {name} --motion {path}"
+        raise UsageError(f"{path}: {found}\n    {hint}")
     return motion
 
 

@@ -70,7 +70,8 @@ def parsed(content: bytes, source: str) -> records.Motion:
             break
     if header is not None and outcome is None and not wrong:
         found = "the file ends without its 'outcome' line: it was cut off"
-        wrong.append(Diagnostic(source, number, 1, found, "write it again: safenav motion"))
+        hint = "write it again: safenav export TRACE --motion FILE"
+        wrong.append(Diagnostic(source, number, 1, found, hint))
     if header is None and not wrong:
         wrong.append(Diagnostic(source, 1, 1, "the file is empty"))
     if wrong:

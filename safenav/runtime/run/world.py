@@ -392,7 +392,8 @@ class World:
         command, why = event.command or 0, event.reason
         before = run.state
         yield now.Acted(i, kept, tuple(truths.items()), failed, gone, command, why, again)
-        yield from map(now.Gone, gone)
+        cause = "scenario" if self._truth is not None else "world"
+        yield from (now.Gone(k, cause) for k in gone)
         yield from vain(run.team, before, run.state, i, failed)
 
     def _news(self, run: Running, i: int, event: protocol.Acted) -> protocol.Acted:

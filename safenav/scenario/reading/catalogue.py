@@ -33,7 +33,7 @@ from safenav.world.moves import Mobility
 
 BUILT_IN = "built in"
 LIBRARY = Path(__file__).parents[1] / "built_in"
-LISTED = "'safenav catalogue' lists them; 'catalogue' in the scenario adds others"
+LISTED = "'safenav new --catalogue' lists them; 'catalogue' in the scenario adds others"
 
 
 @lru_cache(maxsize=1)

@@ -30,7 +30,10 @@ _STARTS = (
     "each line has a map, and x and y (column and row) of a start and a goal: safenav new FILE "
     "--map MAP.map, then each as [ROW, COLUMN]"
 )
-_BODY = "a scenario lists robots by models: 'safenav catalogue', or its own with 'size' and 'speed'"
+_BODY = (
+    "a scenario lists robots by models: 'safenav new --catalogue', or its own with 'size' and "
+    "'speed'"
+)
 FOREIGN = {
     ".scen": _STARTS,
     **dict.fromkeys((".sdf", ".world"), _ROOM),

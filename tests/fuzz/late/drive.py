@@ -33,7 +33,7 @@ from safenav.trace.reading import read_bytes
 from safenav.trace.writing import TraceWriter
 
 TOLD_OF_TRANSPORT = ("measured clock", "measured rate")
-"""Rules of check-motion that say of a drive that its messages came late, or that clocks differ."""
+"""Rules of motions that say of a drive that its messages came late, or that clocks differ."""
 
 
 class LateDrive(Struct):
@@ -100,7 +100,7 @@ def late_drive(seed: int, *, late: bool = True) -> LateDrive:
     moved = {} if hand is None or hand.to is None else {hand.robot: hand.at - mission.began}
     judge = Judge(scenario, fleet.stations, world.places, log, lines, sensed, mission.began, moved)
     defects = judge.defects
-    defects += [f"check-trace: {finding}" for finding in check_trace(text_lines).findings]
+    defects += [f"trace: {finding}" for finding in check_trace(text_lines).findings]
     trace = read_bytes(content, "late.jsonl")
     try:
         made = driven_motion(trace, world, fleet.stations, mission.began)
@@ -113,7 +113,7 @@ def late_drive(seed: int, *, late: bool = True) -> LateDrive:
     for one in found:
         acts = one.rule == "measured room" and _acts(lines, one.robot, one.t)
         if one.rule not in excused and not acts and moved.get(one.robot, 1e9) > one.t:
-            defects.append(f"check-motion: {one}")
+            defects.append(f"motion: {one}")
     said = str(result.explanation or "")
     return LateDrive(result.outcome.value, said, lines[-1].t or 0.0, text_lines, defects)
 
