@@ -10,7 +10,7 @@ from hashlib import sha256
 from pathlib import Path
 from tempfile import gettempdir
 
-from safenav.runtime.deadlines.bound import BoundMoment
+from safenav.team.bound import BoundMoment
 
 SOURCE = Path(__file__).with_suffix(".cpp")
 MOST = 30_000_000
@@ -84,9 +84,8 @@ def _numbers(moment: BoundMoment) -> list[int]:
         needs, stage = one.gate.needs, one.stage
         found += [one.gate.region, stage.need, team(stage.done)]
         found += [team(stage.group or frozenset()), len(needs)]
-        parts = zip(needs, one.gate.closed_to, one.gate.skills, strict=True)
-        for part, closed, actions in parts:
+        for part, closed in zip(needs, one.gate.closed_to, strict=True):
             where = [region for region in range(world.size) if part.regions >> region & 1]
-            found += [team(closed), able(actions), part.robots]
+            found += [team(closed), able(part.skills), part.robots]
             found += [int(part.together), int(part.same), len(where), *where]
     return found

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 from random import Random
 
-from safenav.runtime.deadlines.bound import BoundMoment, BoundObstacle, BoundRobot
-from safenav.runtime.resolution.problem import OpenNeed, OpenObstacle, Stage
-
 from campaigns.generate.build import walled
+from safenav.scenario import model
+from safenav.team.bound import BoundMoment, BoundObstacle, BoundRobot
+from safenav.team.state import Stage
+from safenav.team.team import Need, Obstacle
 from safenav.world.map import RegionMap
 from safenav.world.moves import Mobility
 from safenav.world.poses import PoseGraph, bits, region_mask
@@ -82,14 +84,15 @@ def _obstacle(
     random: Random, world: RegionMap, walkers: list[BoundRobot], used: set[int]
 ) -> BoundObstacle:
     free, count = sorted(world.free), len(walkers)
-    parts: list[OpenNeed] = []
+    parts: list[Drawn] = []
     for k in range(random.choice((1, 1, 2))):
         same = k > 0 and random.random() < 0.3
-        robots = parts[-1].robots if same else random.choice((1, 1, 2))
+        robots = parts[-1][2][0] if same else random.choice((1, 1, 2))
         where = region_mask(random.sample(free, random.choice((1, 2, 2))))
         together = robots > 1 and random.random() < 0.5
-        parts.append(OpenNeed(random.choice("ab"), robots, where, together, same))
-    skills = OpenObstacle("", 0, (), tuple(parts)).skills
+        parts.append((random.choice("ab"), where, (robots, together, same)))
+    needs = _needs(parts)
+    skills = [need.skills for need in needs]
     stage = random.choice((0, 0, 0, len(parts) - 1))
     able = [
         [i for i, walker in enumerate(walkers) if actions <= walker.capabilities]
@@ -97,26 +100,45 @@ def _obstacle(
     ]
     group = None
     if stage:
-        most = min(parts[stage - 1].robots, len(able[stage - 1]))
+        most = min(needs[stage - 1].robots, len(able[stage - 1]))
         former = frozenset(random.sample(able[stage - 1], most))
-        group = former if parts[stage].same else None
+        group = former if needs[stage].same else None
     done = frozenset[int]()
-    part = parts[stage]
+    part = needs[stage]
     mine = [i for i in able[stage] if group is None or i in group]
     if part.robots > 1 and not part.together and mine and random.random() < 0.3:
         done = frozenset([random.choice(mine)])
     stopped = frozenset(i for i in range(count) if random.random() < 0.7)
-    enters = bool(parts[-1].robots == 1)  # who can meet the last need there opens it by entering
+    enters = bool(needs[-1].robots == 1)  # who can meet the last need there opens it by entering
     places = [region for region in free if region not in used] or free
     region = random.choice(places)
     last = stopped
-    if enters and parts[-1].regions >> region & 1:
+    if enters and needs[-1].regions >> region & 1:
         last = stopped - {
             i for i, walker in enumerate(walkers) if skills[-1] <= walker.capabilities
         }
     closed = (*[stopped] * (len(parts) - 1), last)
-    gate = OpenObstacle("", region, closed, tuple(parts))
-    return BoundObstacle(gate, Stage(stage, done, group))
+    return BoundObstacle(_gate(region, closed, needs), Stage(stage, done, group))
+
+
+Drawn = tuple[str, int, tuple[int, bool, bool]]
+"""The action of a need, its regions, and how many robots meet it, whether together, and whether
+those of the need before."""
+
+
+def _needs(parts: Sequence[Drawn]) -> tuple[Need, ...]:
+    found = []
+    for k, (action, where, (robots, together, same)) in enumerate(parts):
+        chain = takewhile(lambda part: part[2][2], parts[k + 1 :])
+        skills = frozenset([action, *(part[0] for part in chain)])
+        found.append(Need(action, robots, where, together, same, skills, takes=False))
+    return tuple(found)
+
+
+def _gate(region: int, closed: tuple[frozenset[int], ...], needs: tuple[Need, ...]) -> Obstacle:
+    source = model.Obstacle(model.ObstacleType("gate", needs[0].action), region)
+    blocks = frozenset[int]().union(*closed)
+    return Obstacle("gate", region, needs, blocks, closed, (frozenset[int](),) * len(needs), source)
 
 
 SlowTeam = tuple[BoundMoment, list[int]]
@@ -175,17 +197,8 @@ def _corridor(
     ]
     if toward is not None:
         walkers[0] = BoundRobot(graph, toward, 3, 3, frozenset("ac"), 0, first, 3)
-    opens = tuple(
-        BoundObstacle(
-            OpenObstacle(
-                "",
-                number,
-                (frozenset[int](),) * len(parts),
-                tuple(
-                    OpenNeed(a, robots, region_mask(at), *how) for a, at, (robots, *how) in parts
-                ),
-            )
-        )
-        for number, parts in enumerate(obstacles)
-    )
-    return BoundMoment(tuple(walkers), opens, 1 if toward is None else 2)
+    opens = []
+    for number, parts in enumerate(obstacles):
+        needs = _needs([(action, region_mask(at), how) for action, at, how in parts])
+        opens.append(BoundObstacle(_gate(number, (frozenset[int](),) * len(needs), needs)))
+    return BoundMoment(tuple(walkers), tuple(opens), 1 if toward is None else 2)

@@ -1,10 +1,10 @@
 """The lower bound against every behaviour of a team: never above the earliest resolution."""
 
 import pytest
-from safenav.runtime.deadlines.bound import NEVER, earliest, rounds_done
 
 from runtime.deadlines.every_behaviour import every_behaviour
 from runtime.deadlines.instances import BATCHES, batch, slow_teams
+from safenav.team.bound import NEVER, earliest, rounds_done
 from safenav.world.poses import region_mask
 
 

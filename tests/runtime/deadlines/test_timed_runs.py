@@ -1,51 +1,20 @@
-"""Runs with tight deadlines: the audit, which follows them independently, accepts each; deadlines
-reported as lost are never met; damaged lines are refused."""
+"""Runs with tight deadlines: the judge, which follows them independently, accepts each; deadlines
+reported as lost are never met; a missed one must be listed."""
 
 import os
 import re
 from collections.abc import Callable
 from pathlib import Path
-from random import Random
-from typing import Any
 
 import pytest
 
 from certify.making import bundle_at, certified, files_of, judged, rewrite
 from drawn import loads
 from runtime.deadlines.timed import busy_scenario, timed_scenario
-from runtime.played import Run, play
+from runtime.played import play
 
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) // 4 or 30
-"""``SAFENAV_FUZZ=5000`` runs 1,875 scenarios and damages each trace four times."""
-
-
-def damaged(lines: list[dict[str, Any]], random: Random) -> list[dict[str, Any]] | None:
-    """The trace with one deadline line changed, left out or told twice."""
-    places = [k for k, line in enumerate(lines) if line["type"] == "deadline"]
-    if not places:
-        return None
-    place, copy = random.choice(places), [dict(line) for line in lines]
-    line = copy[place]
-    match random.randrange(6):
-        case 5:
-            line["cause"] = None if line.get("cause") else "battery"
-        case 0:
-            line["due"] += random.choice((-2, -1, 1, 2))
-        case 1:
-            others = {"set", "kept", "late", "excused", "lost"} - {line["verdict"]}
-            line["verdict"] = random.choice(sorted(others))
-        case 2:
-            if line.get("earliest") is None:
-                del copy[place]
-            else:
-                line["earliest"] += random.choice((-1, 1))
-        case 3:
-            if line["verdict"] == "lost":
-                return None  # nothing demands that it is foreseen
-            del copy[place]
-        case _:
-            copy.insert(place, dict(line))
-    return copy
+"""``SAFENAV_FUZZ=5000`` runs 1,875 scenarios."""
 
 
 SCENARIOS = [(timed_scenario, seed) for seed in range(COUNT)]
@@ -53,11 +22,12 @@ SCENARIOS += [(busy_scenario, seed) for seed in range(max(COUNT // 2, 1))]
 
 
 @pytest.mark.parametrize("case", range(len(SCENARIOS)))
-def test_the_audit_accepts_random_runs_with_deadlines_and_refuses_damaged_lines(
+def test_random_runs_with_deadlines_meet_none_that_is_lost(
     case: int, played: Callable[[], None]
 ) -> None:
+    """And do not list a missed one as met."""
     draw, seed = SCENARIOS[case]
-    text, scenario = loads(draw, seed)
+    text, _ = loads(draw, seed)
     run = play(text)
     played()
     lost: dict[str, int] = {}
@@ -66,13 +36,9 @@ def test_the_audit_accepts_random_runs_with_deadlines_and_refuses_damaged_lines(
             if line["verdict"] == "lost":
                 lost[line["of"]] = line["due"]
             assert line["verdict"] != "kept" or lost.get(line["of"]) != line["due"]
-    if not scenario.sets_deadlines or run.outcome["outcome"] == "interrupted":
-        return
-    random = Random(case)
-    for _ in range(4):
-        broken = damaged(run.records, random)
-        if broken is not None:
-            assert Run(broken).findings
+    if run.outcome.get("late") and run.outcome["outcome"] != "interrupted":
+        run.outcome["late"].clear()
+        assert run.findings
 
 
 @pytest.mark.parametrize("seed", [9_200_165, 9_200_531])
