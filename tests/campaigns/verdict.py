@@ -147,7 +147,7 @@ def _told_by_signals(lines: tuple[Mapping[str, Any], ...]) -> tuple[str, str] | 
         if line["type"] != "synthesis" or line["reason"] == "initial":
             continue
         changed, blocked = line["robot"] in blocked, blocked - {line["robot"]}
-        if line["reason"] != "blocked" or not changed:
+        if not changed:
             return "synthesized again", f"tick {line['tick']}, {line['robot']}: {line['reason']}"
     return None
 
