@@ -280,7 +280,7 @@ FREE = BLOCKED.replace(", obstacles: [{type: debris, region: [1, 3]}]", "")
 
 
 def test_a_drive_is_resumed_where_its_trace_ends(tmp_path: Path) -> None:
-    """Robots begin where they were; ``resume`` says that it moves none of them."""
+    """Robots begin where they were; ``resume`` refuses a run of real robots."""
     scenario, fleet, first, rest = (
         tmp_path / name for name in ("hall.yaml", "fleet.yaml", "t.jsonl", "rest.jsonl")
     )
@@ -299,7 +299,7 @@ def test_a_drive_is_resumed_where_its_trace_ends(tmp_path: Path) -> None:
     assert ends[-1] == departures[0] > 8
     assert lines[-1]["outcome"] == "completed"
     assert safenav("check", rest).returncode == 0
-    assert "no robot moves" in safenav("resume", first, scenario).stderr
+    assert "safenav drive --resume continues it" in safenav("resume", first, scenario).stderr
 
 
 def test_robots_without_a_lidar_report_the_obstacles_beside_them(tmp_path: Path) -> None:
