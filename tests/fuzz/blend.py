@@ -10,7 +10,6 @@ import argparse
 import json
 import sys
 import tempfile
-from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -22,10 +21,10 @@ import pytest
 from campaigns.seeds import Judged, SlowError, campaign, crash_of, limited
 from certify.making import checked
 from drawn import tried
-from fuzz.continuing import LIMITS, Rest, rest_of, told
 from fuzz.mixed import Data, formula_mission, mixed_mission
 from fuzz.troubles import Troubled, faults_of
 from fuzz.watch import Watch
+from runtime.facts import JOINT
 from safenav import Mission
 from safenav.certify import bundle as writing
 from safenav.certify.record import syntheses_of
@@ -39,8 +38,10 @@ from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.synthesis.cache import Cache
 from safenav.trace.writing import as_data
+from safenav.world.moves import Mobility
 
 MOST_PASSES = 20_000
+LIMITS = ("tick_limit", "time_limit", "search_limit")
 
 
 @dataclass
@@ -52,21 +53,12 @@ class Played:
     lines: list[str] = field(default_factory=list)
     injected: Mapping[str, int] = field(default_factory=dict)
     given: list[tuple[int, str]] = field(default_factory=list)
-    cuts: int = 0
-    excuses: Counter[str] = field(default_factory=Counter)
 
     @property
     def kept_away(self) -> bool:
         """Whether the operator has turned an input on, perhaps never off again: its robot then
         pursues another objective until a limit."""
         return any(word.startswith("input") and " on" in word for _, word in self.given)
-
-    def add(self, rest: Rest) -> None:
-        """Count the rest of a run that was cut off."""
-        self.cuts += 1
-        self.lines, self.outcome = rest.lines or self.lines, rest.outcome
-        self.found += rest.found
-        self.excuses.update([rest.excuse] if rest.excuse is not None else [])
 
 
 def play(
@@ -137,53 +129,8 @@ def play(
             except SlowError:
                 played.found.append("certify: slow")
             except SafenavError as error:
-                played.found.append(f"certify: {str(error)[-300:]}")
-    return played
-
-
-def continued(
-    data: Mapping[str, Any],
-    seed: int,
-    *,
-    every: int | None = None,
-    at: int | None = None,
-    again: int | None = None,
-    times: int = 1,
-    faults: Mapping[str, float] | None = None,
-    operator: bool = False,
-    patience: float = 60,
-) -> Played:
-    """A run that is killed after a random record, or after one (``at``), or each so many
-    (``every``), within the line after that, and continued: its last rest, and what is wrong with
-    any; and that rest ``again`` after so many records, or after random ones, so that there are
-    so many ``times``. Nothing fails in a rest, and no operator
-    helps. Raises InputError for a scenario that is refused."""
-    scenario, played = load_scenario_text(json.dumps(data)), Played()
-    if faults is not None or operator:
-        settings = {"faults": faults, "operator": operator, "certified": False}
-        first = play(data, seed, **settings, patience=patience)
-        if first.found:
-            return first
-        whole, played.given = first.lines, first.given
-    else:
-        try:
-            whole = told(scenario, patience)
-        except UsageError as error:
-            raise InputError(()) from error  # not for runs in time
-    if len(whole) < 4:
-        return played
-    random = Random(f"cut of {seed}")
-    ends = [random.randrange(1, len(whole) - 1) if at is None else at]
-    if every is not None:
-        ends = list(range(random.randrange(1, every + 1), len(whole) - 1, every))
-    alone = not played.given
-    for end in ends:
-        played.add(rest_of(scenario, whole, end, patience, alone=alone))
-    if again is not None:
-        played.add(rest_of(scenario, played.lines, again, patience, alone=alone))
-    for _ in range(times - 1 if len(played.lines) >= 4 else 0):
-        end = random.randrange(1, max(2, len(played.lines) - 1))
-        played.add(rest_of(scenario, played.lines, end, patience, alone=alone))
+                if not any(words in str(error) for words in JOINT):
+                    played.found.append(f"certify: {str(error)[-300:]}")
     return played
 
 
@@ -208,7 +155,7 @@ def _run(
             said = hand.words(mission) if hand is not None else []
         for word in said:
             try:
-                mission.intervene(read_intervention(word, mission.state.scenario))
+                mission.intervene(read_intervention(word, mission.scenario))
             except UsageError:
                 continue
             played.given.append((passes, word))
@@ -239,9 +186,12 @@ class Hand:
         return [w for w in (self._word(mission) for _ in range(count)) if w is not None]
 
     def _word(self, mission: Mission) -> str | None:
-        random, state = self.random, mission.state
-        robot = random.choice([*state.robots])
-        known = [n for n in state.knowledge.obstacles if not n.startswith("lost_")]
+        random, run = self.random, mission._run
+        turning = {m.name: m.robot.model.mobility is Mobility.HEADING for m in run.team.members}
+        robot = random.choice([*turning])
+        pairs = zip(run.team.obstacles, run.state.obstacles, strict=True)
+        met = [one.name for one, now in pairs if now.known]
+        known = [name for name in met if not name.startswith("lost_")]
         there = [name for name in known if not name.startswith("p")]
         other = random.choice(self.free)
         match random.randrange(12):
@@ -251,8 +201,7 @@ class Hand:
                 return f"permanent {random.choice(there)}"
             case 4 | 5:
                 heading = random.choice(["north", "east", "south", "west"])
-                turns = state.robots[robot].robot.model.mobility.value == "heading"
-                return f"put_back {robot} {other}" + (f" {heading}" if turns else "")
+                return f"put_back {robot} {other}" + (f" {heading}" if turning[robot] else "")
             case 6:
                 return f"service {robot} out"
             case 7 | 8:
@@ -275,9 +224,6 @@ def judged(seed: int, options: argparse.Namespace) -> Judged:
 
     def attempt(drawn: int) -> tuple[Data, Played]:
         data = made(drawn, live=not options.lockstep)
-        if options.continued:
-            cuts: Any = {"every": options.every, "times": options.times or 1}
-            return data, continued(data, seed, **cuts, **about)
         return data, play(data, seed, **about)
 
     (data, one), refused = tried(attempt, seed)
@@ -285,13 +231,12 @@ def judged(seed: int, options: argparse.Namespace) -> Judged:
         "accepted": 1,
         "refused": refused,
         one.outcome: 1,
-        "cuts": one.cuts,
         "interventions": len(one.given),
     }
-    counts |= {**one.injected, **one.excuses}
+    counts |= one.injected
     files = {"yaml": json.dumps(data), "jsonl": "".join(one.lines), "words": json.dumps(one.given)}
     return Judged(one.found, counts, files)
 
 
 if __name__ == "__main__":
-    sys.exit(campaign(judged, __doc__, "lockstep faults operator formulas continued every= times="))
+    sys.exit(campaign(judged, __doc__, "lockstep faults operator formulas"))
