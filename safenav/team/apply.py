@@ -275,7 +275,8 @@ def _obstacle(state: State, k: int, obstacle: ObstacleNow) -> State:
 def _asked(team: Team, state: State, k: int, asked: tuple[tuple[int, int], ...]) -> State:
     """An obstacle is known and open: its request joins the stack if it is not there yet."""
     before = state.obstacles[k]
-    stage = now.Stage() if before.state is Is.OVER else before.stage
+    met = before.state is Is.OVER or before.stage.need >= len(team.obstacles[k].needs)
+    stage = now.Stage() if met else before.stage  # one that is back needs all of it again
     due = before.due
     if k not in state.requests:
         limit = team.scenario.limit_of(team.obstacles[k].source)
