@@ -60,13 +60,10 @@ EXTRAS = {
 
 EPILOG = """\b
 Exit codes:
-  0  as expected: completed, realizable
+  0  as expected: completed, realizable   2  bad input or usage
   1  a proven negative: operator needed, unrealizable, expectation not met
-  2  bad input or usage
-  3  a resource limit: ticks, time, memory
-  4  internal error or synthesizer failure
+  3  a resource limit: ticks, time, memory   4  internal or synthesizer failure
   130  interrupted
-\b
 Environment:
   SAFENAV_SLUGS  another slugs binary to use
   SAFENAV_CACHE  directory of the synthesis cache, or 'off'
@@ -93,7 +90,7 @@ class _Commands(click.Group):
             return super().resolve_command(ctx, args)
         from difflib import get_close_matches
 
-        close = get_close_matches(name, COMMANDS, n=1, cutoff=0.5)
+        close = get_close_matches(name, COMMANDS, n=1, cutoff=0.6)
         what = f"did you mean '{close[0]}'?" if close else "safenav --help lists the commands"
         if name.startswith("check-"):
             what = "safenav check FILE... judges scenarios, traces, bundles and motions"
@@ -122,14 +119,11 @@ def group() -> None:
     """Correct-by-construction controllers for teams of heterogeneous robots.
 
     A scenario (YAML) holds a map, robots, their objectives and obstacles
-    unknown to them;
-    safenav synthesizes a controller for each robot and runs the team.
+    unknown to them. Each robot gets a synthesized controller.
 
     \b
     Examples:
       safenav new lab.yaml && safenav run lab.yaml
-      safenav draw lab.yaml
-      safenav studio lab.yaml
     """
 
 

@@ -25,20 +25,16 @@ if TYPE_CHECKING:
 EPILOG = """\b
 Examples:
   mkdir suite && safenav new suite/door.yaml && safenav new suite/team.yaml --template team
-  safenav batch suite
   safenav batch suite --jobs 2 --junit report.xml --out out
   safenav batch 'suite/**/d*.yaml' --fail-fast --results before.json
   safenav batch suite --out out --resume
   safenav batch suite --results now.json --baseline before.json
 \b
-A PATH is a scenario, a folder (searched for *.yaml, but not in folders named
-'invalid' or 'unrealizable'), a quoted pattern, or a matrix file ('batch: 1'; see docs/batch.md).
-FILE may be '-' for standard output; the table then goes to standard error.
-\b
+A PATH is a scenario, a folder (without its folders 'invalid' and 'unrealizable'),
+a quoted pattern, or a matrix file (docs/batch.md). '-': standard output.
 Exit codes:
-  0  all as expected (without 'expect': completed)
+  0  all as expected (without 'expect': completed)   2  bad input or usage
   1  some not as expected, invalid, crashed, hung or not run
-  2  bad input or usage
   130  interrupted; `--resume` with the same --out continues
 """
 
@@ -49,37 +45,38 @@ Exit codes:
     "-j",
     "--jobs",
     type=click.IntRange(min=1),
-    help="Run this many scenarios in parallel; default: one per processor.",
+    metavar="N",
+    help="Scenarios in parallel.  [one per processor]",
 )
 @click.option(
     "--time-limit",
     type=options.SECONDS,
     default=600.0,
-    show_default=True,
-    help="End a scenario after this many seconds; it then counts as hung.",
+    metavar="S",
+    help="End a scenario after so long.  [600]",
 )
 @click.option("--fail-fast", is_flag=True, help="Stop at the first failure.")
 @click.option(
     "--retry-limit",
     type=click.IntRange(min=0),
     default=0,
-    show_default=True,
-    help="Run a failed scenario again, up to this many times.",
+    metavar="N",
+    help="Retries of a failed scenario.  [0]",
 )
 @options.verify
 @click.option(
     "--certify",
     type=options.FOLDER,
-    help="Write the bundle of each run into this folder (docs/certify.md).",
+    help="Write the bundle of each run into this folder.",
 )
 @click.option("--junit", type=options.Output(".xml"), help="Write a JUnit report (XML).")
 @click.option(
     "--json",
     "as_json",
     is_flag=True,
-    help="Print all results as JSON; the table goes to standard error.",
+    help="Print all results as JSON.",
 )
-@click.option("--results", type=options.JSON, help="Write all results as JSON, for --baseline.")
+@click.option("--results", type=options.JSON, help="Write them, for --baseline.")
 @click.option("--csv", "as_csv", type=options.Output(".csv"), help="Write the figures as CSV.")
 @click.option(
     "-o",
@@ -87,29 +84,29 @@ Exit codes:
     "--out",
     "out",
     type=options.FOLDER,
-    help="Write each result as it arrives, and trace and replay of failures, into this folder.",
+    help="Write results, and trace and replay of failures.",
 )
-@click.option("--resume", is_flag=True, help="Run only the cases that have no result in --out.")
+@click.option("--resume", is_flag=True, help="Run only cases without a result in --out.")
 @click.option(
     "--baseline",
     type=options.INPUT,
-    help="Compare with the --results of an earlier batch.",
+    help="Compare with earlier --results.",
 )
 @click.option(
     "--slower",
     type=options.FiniteRange(min=1),
     default=1.5,
-    show_default=True,
-    help="Report a scenario that took more than this many times its baseline.",
+    metavar="X",
+    help="Report slower than X times its baseline.  [1.5]",
 )
 @click.option(
     "--slowest",
     type=click.IntRange(min=0),
     default=10,
-    show_default=True,
-    help="Show this many of the passed scenarios in the table.",
+    metavar="N",
+    help="Passed scenarios in the table.  [10]",
 )
-@click.option("--dask", metavar="ADDRESS", help="Run on the Dask cluster at this address.")
+@click.option("--dask", metavar="ADDRESS", help="Run on this Dask cluster.")
 def command(
     paths: tuple[str, ...],
     jobs: int | None,

@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from zipfile import is_zipfile
+from zipfile import ZipFile, is_zipfile
 
 import click
 from msgspec import Struct, to_builtins
@@ -141,7 +141,11 @@ def recognized(path: Path) -> GivenFile:
             raise InputError([Diagnostic(name, 0, 0, "this folder is not a bundle", hint)])
         return GivenFile(path, BUNDLE)
     if path.is_file() and is_zipfile(path):
-        return GivenFile(path, BUNDLE)
+        with ZipFile(path) as archive:
+            if "manifest.json" in archive.namelist():
+                return GivenFile(path, BUNDLE)
+        hint = "a bundle has a manifest.json: safenav certify writes one"
+        raise InputError([Diagnostic(name, 0, 0, "this archive is not a bundle", hint)])
     content = None
     try:
         if path.is_file():

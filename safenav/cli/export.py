@@ -60,7 +60,7 @@ OUTPUTS = {
 @click.command(epilog=EPILOG)
 @click.argument("trace", type=options.INPUT)
 @click.argument("motion", type=options.INPUT, required=False)
-@options.output(help="By its ending: .csv, .json, .jsonl (motion), .mcap or .npz.")
+@options.output(help="By its ending: .csv .json .jsonl .mcap .npz")
 @click.option("--waypoints", type=options.Output(".csv", ".json"), help="Waypoints in metres.")
 @click.option("--format", "form", type=click.Choice(["csv", "json"]), help="Format of waypoints.")
 @click.option("--motion", "written", type=options.LINES, help="Compute and write the motion.")
@@ -70,22 +70,24 @@ OUTPUTS = {
     type=options.FiniteRange(min=0),
     default=0.0,
     metavar="M/S",
-    help="Root-mean-square wind on flyers; simulates their flight.",
+    help="Root-mean-square wind on flyers.",
 )
-@click.option("--seed", type=click.IntRange(min=0), default=0, help="Seed of the wind.")
+@click.option(
+    "--seed", type=click.IntRange(min=0), default=0, metavar="N", help="Seed of the wind."
+)
 @click.option("--mcap", type=options.Output(".mcap"), help="A ROS 2 bag, for Foxglove.")
 @click.option("--csv", "stem", type=options.FILE, metavar="STEM", help="Tables: STEM-*.csv.")
 @click.option(
     "--columns",
     type=options.Output(".npz", ".csv"),
-    help="Samples of the motion: FILE.npz, or FILE.csv of one robot.",
+    help="Samples of the motion (.npz; .csv: one robot).",
 )
 @click.option(
     "--rate",
     type=options.FiniteRange(min=0.1, max=1e4),
     default=100.0,
     metavar="HZ",
-    help="Samples per second of the columns.  [100]",
+    help="Samples per second.  [100]",
 )
 @click.option("--robot", help="The robot whose columns to write.")
 @click.option("--side", type=options.METRES, metavar="M", help="Side of a region in metres.")
@@ -94,7 +96,7 @@ OUTPUTS = {
     type=options.FiniteRange(-1e9, 1e9),
     nargs=2,
     metavar="X Y",
-    help="South-western corner of the map in metres.",
+    help="South-western corner in metres.",
 )
 def command(
     trace: Path,

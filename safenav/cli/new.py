@@ -41,7 +41,9 @@ EPILOG = "\n".join(
 
 @click.command(epilog=EPILOG)
 @click.argument("file", type=options.INPUT, required=False)
-@click.option("--template", type=click.Choice(list(TEMPLATES)), help=f"Default: {DEFAULT}.")
+@click.option(
+    "--template", type=click.Choice(list(TEMPLATES)), metavar="NAME", help=f"Default: {DEFAULT}."
+)
 @click.option("--map", "map_file", type=options.INPUT, metavar="FILE", help="Use this map.")
 @options.division
 @click.option("--fleet", type=options.INPUT, metavar="SCENARIO", help="Write its fleet file.")
@@ -50,8 +52,8 @@ EPILOG = "\n".join(
     type=click.Choice(SCHEMAS),
     is_flag=False,
     flag_value=SCHEMAS[0],
-    metavar="[scenario|trace|fleet]",
-    help="Print or write a JSON Schema (draft 2020-12).",
+    metavar="[KIND]",
+    help="JSON Schema of a scenario, trace or fleet.",
 )
 @click.option(
     "--catalogue",
@@ -59,7 +61,7 @@ EPILOG = "\n".join(
     is_flag=False,
     flag_value="",
     metavar="[FILE]",
-    help="List models, capabilities and obstacle types, with those of a scenario or catalogue.",
+    help="List models, capabilities, obstacle types.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print the catalogue as JSON.")
 @click.option("--force", is_flag=True, help="Replace FILE if it exists.")

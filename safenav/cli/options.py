@@ -149,40 +149,39 @@ def output(
     return click.option("-o", "--output", type=kind, required=required, help=help)
 
 
-live = click.option(
-    "--live", is_flag=True, help="Watch the run in a browser as it happens (extra: studio)."
-)
+live = click.option("--live", is_flag=True, help="Watch the run in a browser.")
 operator = click.option(
     "--operator",
     type=TEXT_INPUT,
     metavar="FILE",
-    help="When a live run needs an operator, read interventions from this file (-: prompt here).",
+    help="Interventions of live runs (-: prompt here).",
 )
 result_as_json = click.option(
     "--json", "as_json", is_flag=True, help="Print the result as JSON, not the events."
 )
 html = click.option("--html", type=Output(".html"), help="Write the replay as one HTML page.")
 max_ticks = click.option(
-    "--max-ticks", type=click.IntRange(min=1), help="Stop after this many ticks."
+    "--max-ticks", type=click.IntRange(min=1), metavar="N", help="Stop after this many ticks."
 )
 time_limit = click.option(
-    "--time-limit",
-    type=SECONDS,
-    help="Stop after this many seconds (of the simulated clock, in a live run).",
+    "--time-limit", type=SECONDS, metavar="S", help="Stop after these seconds (of a live clock)."
 )
-seed = click.option("--seed", type=click.IntRange(min=0), help="Override the scenario's seed.")
+seed = click.option(
+    "--seed", type=click.IntRange(min=0), metavar="N", help="Override the scenario's seed."
+)
 verify = click.option(
     "--verify/--no-verify", default=True, help="Check each strategy before it is used."
 )
 trace = click.option("--trace", type=LINES, help="Write the trace (JSON Lines).")
 _DIVISION = (
-    click.option("--rows", type=click.IntRange(min=1), help="Number of rows of a map file."),
-    click.option("--cols", type=click.IntRange(min=1), help="Number of columns of a map file."),
-    click.option("--side", type=METRES, metavar="M", help="Side of a square region, in metres."),
+    click.option("--rows", type=click.IntRange(min=1), metavar="N", help="Rows of a map file."),
+    click.option("--cols", type=click.IntRange(min=1), metavar="N", help="Columns of a map file."),
+    click.option("--side", type=METRES, metavar="M", help="Side of a region in metres."),
     click.option(
         "--share",
         type=FiniteRange(0, 1),
-        help="Share of a region that must be blocked to make it a wall; default: any.",
+        metavar="X",
+        help="Blocked share of a wall; default: any.",
     ),
 )
 

@@ -29,7 +29,6 @@ Examples:
   safenav new lab.yaml && safenav run lab.yaml
   safenav run lab.yaml -o out                    # out/lab.jsonl and out/lab.html
   safenav run lab.yaml --html lab.html --trace lab.jsonl
-  safenav run lab.yaml --json --seed 7
   safenav run lab.yaml --motion lab.motion.jsonl # extra 'motion'
   safenav run lab.yaml --live                    # extra 'studio'
   safenav run lab.yaml --clock live              # robots move at the same time
@@ -56,7 +55,7 @@ Exit codes: those of 'safenav run', for the resumed run
 output = options.output(
     *(".jsonl", ".html"),
     folder=True,
-    help="Output: FILE.jsonl (trace), FILE.html (replay) or a folder for both.",
+    help="FILE.jsonl (trace), FILE.html (page), or a folder.",
 )
 motion_file = click.option(
     "--motion", type=options.LINES, help="Write the run in metres and seconds."
@@ -113,7 +112,7 @@ class Outputs(Struct, frozen=True):
 @click.option(
     "--clock",
     type=click.Choice(["live", "lockstep"]),
-    help="Override the scenario's clock: seconds (live) or ticks (lockstep).",
+    help="In seconds (live) or ticks (lockstep).",
 )
 @click.option("--lockstep", is_flag=True, help="Short for --clock lockstep.")
 @options.operator
@@ -123,7 +122,7 @@ class Outputs(Struct, frozen=True):
     "--map/--no-map",
     "maps",
     default=True,
-    help="Draw the map at the start, requests, resolutions, end.",
+    help="Draw the map at the main events.",
 )
 def command(
     scenario: Path,

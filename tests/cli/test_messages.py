@@ -6,6 +6,7 @@ import pty
 import subprocess
 import sys
 from pathlib import Path
+from zipfile import ZipFile
 
 import pytest
 
@@ -79,6 +80,7 @@ def test_a_mistake_in_a_type_brings_no_second_message(safenav: Command, tmp_path
         (["check", "s.slugs"], ["this is a specification", "safenav synth s.slugs"]),
         (["check", "s.json"], ["this is a strategy of slugs", "safenav verify SPECIFICATION"]),
         (["check", "matrix.yaml"], ["this is a matrix file", "safenav batch matrix.yaml"]),
+        (["check", "n.zip"], ["this archive is not a bundle", "safenav certify"]),
         (["check", "."], ["this folder is not a bundle", "safenav batch ."]),
         (["check", "s.yaml", "--partial"], ["--partial is for traces; no such FILE is given"]),
         (["check", "run.jsonl", "--rate", "9"], ["--rate is for motion files; no such FILE"]),
@@ -102,6 +104,8 @@ def test_the_wrong_kind_of_thing_is_recognized(
     (tmp_path / "run.jsonl").write_text('{"type":"header","trace":1}\n')
     (tmp_path / "lab.motion.jsonl").write_text('{"type":"header","motion":1}\n')
     (tmp_path / "fleet.yaml").write_text("safenav-fleet: 1\ntransport: ros2\n")
+    with ZipFile(tmp_path / "n.zip", "w") as archive:
+        archive.writestr("a", "b")
     (tmp_path / "notes.txt").write_text("one\ntwo\n")
     (tmp_path / "page.html").write_text("<!DOCTYPE html>\n<html></html>\n")
     (tmp_path / "s.slugs").write_text("[OUTPUT]\na\n")
@@ -215,6 +219,7 @@ def test_every_command_is_documented_with_its_exit_codes(command: str, safenav: 
     help_text = safenav(command, "--help").stdout
     assert "Exit codes:" in help_text
     assert "Example" in help_text
+    assert len(help_text.splitlines()) <= 40
 
 
 @pytest.mark.parametrize("wanted", [True, False])

@@ -220,3 +220,33 @@ def test_requirements_from_scenario_to_verdict(safenav: Command, tmp_path: Path)
     assert float(row["requirement calm"]) > 2
     (result,) = json.loads((tmp_path / "r.json").read_text())["results"]
     assert result["requirements"]["calm"]["verdict"] == "satisfied"
+
+
+def test_exports_have_the_times_of_a_motion_file_or_of_the_computed_one(
+    safenav: Command, moved: Path
+) -> None:
+    assert safenav("export", "run.jsonl", "run.motion.jsonl", "-o", "read.npz").returncode == 0
+    made = safenav("export", "run.jsonl", "--motion", "same.jsonl", "-o", "made.npz")
+    assert made.returncode == 0, made.stderr
+    assert (moved / "made.npz").read_bytes() == (moved / "read.npz").read_bytes()
+    other = safenav("export", "run.jsonl", "run.motion.jsonl", "-o", "x.npz", "--side", "1")
+    assert other.returncode == 2 and "leave out --side" in other.stderr
+
+
+def test_several_files_are_judged_in_order_and_the_worst_code_is_returned(
+    safenav: Command, moved: Path
+) -> None:
+    files = ("door.yaml", "none.yaml", "run.motion.jsonl", "run.jsonl")
+    done = safenav("check", *files)
+    assert done.returncode == 2
+    assert "door.yaml:\nrover: realizable" in done.stdout
+    assert "error: none.yaml: no such file" in done.stderr
+    assert done.stdout.index("run.motion.jsonl: no rule") < done.stdout.index("run.jsonl: no rule")
+    found = safenav("check", *files, "--json")
+    data = json.loads(found.stdout)
+    assert [each["file"] for each in data] == list(files)
+    assert ["error" in each for each in data] == [False, True, False, False]
+    assert found.returncode == 2
+    (moved / "second.jsonl").write_text((moved / "run.jsonl").read_text() + "\n")
+    paired = safenav("check", "second.jsonl", "run.motion.jsonl", "run.jsonl")
+    assert paired.returncode == 0, paired.stdout

@@ -96,6 +96,46 @@ def test_the_time_limit_of_a_run_does_not_apply_to_check(safenav: Command, tmp_p
     assert (done.returncode, done.stderr) == (0, "")
 
 
+def test_an_unrealizable_robot_gets_its_specification_and_a_counterstrategy(
+    safenav: Command, tmp_path: Path
+) -> None:
+    done = safenav("synth", SCENARIOS / "unrealizable" / "dead_end.yaml", "-o", "out")
+    assert done.returncode == 1, done.stderr
+    assert "unrealizable: digit cannot patrol 22 <-> 17" in done.stderr
+    out = tmp_path / "out"
+    wins = [f"digit.counterstrategy.{ending}" for ending in ("dot", "graphml", "json")]
+    texts = ["digit.slugsin", "digit.structuredslugs"]
+    assert sorted(file.name for file in out.iterdir()) == [*wins, *texts]
+    for text in texts:
+        proof = safenav("verify", "--counterstrategy", out / text, out / wins[2])
+        assert proof.returncode == 0, proof.stdout + proof.stderr
+        again = safenav("synth", out / text, "--json")
+        summary = json.loads(again.stdout)
+        assert (again.returncode, summary["verdict"], summary["verified"]) == (
+            1,
+            "unrealizable",
+            True,
+        )
+
+
+def test_a_strategy_is_printed_and_a_summary(safenav: Command, tmp_path: Path) -> None:
+    assert safenav("synth", CASE_1, "-o", "out").returncode == 0
+    assert safenav("synth", CASE_1, "-o", "-").returncode == 2
+    printed = safenav("synth", CASE_1, "--robot", "quad", "-o", "-")
+    assert printed.stdout == (tmp_path / "out" / "quad.json").read_text()
+    summary = json.loads(safenav("synth", CASE_1, "--json").stdout)
+    assert [each["robot"] for each in summary["robots"]] == ["quad", "digit"]
+    assert all(each["verified"] and each["states"] > 10 for each in summary["robots"])
+
+
+def test_the_synthesizer_is_looked_up_on_the_path(safenav: Command) -> None:
+    folder = find_binary().path.parent
+    found = safenav("synth", CASE_1, SAFENAV_SLUGS="slugs", PATH=str(folder))
+    assert found.returncode == 0, found.stderr
+    lost = safenav("synth", CASE_1, SAFENAV_SLUGS="slugs", PATH="/nowhere")
+    assert lost.returncode == 4 and "'slugs' does not exist" in lost.stderr
+
+
 @pytest.mark.parametrize("command", ["check", "synth", "run"])
 def test_a_literal_patrol_is_kept_by_the_letter_or_unrealizable(
     safenav: Command, tmp_path: Path, command: str
