@@ -58,6 +58,8 @@ def _improved(
     shared: dict[frozenset[int], list[Mask]] = {}
     size = floor.team.size
     for i in who:
+        if any(behind is not None for *_, behind in floor.inside[i]):
+            continue  # it leaves an obstacle only to where it came from
         way = _earliest(floor, best, ways, i, shared)
         if way is not None and _pays(way, ways[i]):
             crowd = floor.team.crowds[i]

@@ -23,6 +23,11 @@ from safenav.world.poses import Mask, PoseGraph, bits
 Stages = tuple[Stage, ...]
 
 
+Inside = tuple[int, int, int, int | None]
+"""A robot in an obstacle that is closed to it, its pose, and the only region to which it may leave,
+if it has entered it to resolve it (None: any)."""
+
+
 class Joint(NamedTuple):
     """A joint state of a search: all that its future depends on. ``charges``: of all robots, in
     searches that follow them."""
@@ -37,7 +42,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     """``gates``: the open obstacles in the order of service; ``graphs`` and ``floors``: poses of
     each robot, and those that walls, its rules and sealed obstacles leave; ``robots``: those that
     take part; ``barred``: robots that must not act on an obstacle; ``failed``: those that do not
-    resolve one by entering it; ``inside``: the pose of each robot in an obstacle closed to it;
+    resolve one by entering it; ``inside``: of each robot where it is in obstacles closed to it;
     ``helping``: those that serve each gate already; ``rounds``: those to be completed, if not all
     of the mission."""
 
@@ -48,7 +53,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     robots: tuple[int, ...]
     barred: frozenset[tuple[int, int]] = frozenset()
     failed: frozenset[tuple[int, int]] = frozenset()
-    inside: tuple[Mask, ...] = ()
+    inside: tuple[tuple[Inside, ...], ...] = ()
     helping: tuple[tuple[int, tuple[int, ...]], ...] = ()
     rounds: int | None = None
 
@@ -71,7 +76,10 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
             if i in self.gate(g).closed_to[stages[g].need]
             or (self.failed and (i, self.gates[g]) in self.failed and i in self.gate(g).blocks)
         ]
-        return self.floors[i] & ~self.graphs[i].on(closed) | self.inside[i]
+        found = self.floors[i] & ~self.graphs[i].on(closed)
+        for _, _, pose, _ in self.inside[i]:
+            found |= 1 << pose
+        return found
 
     @cached_method
     def rivals(self, i: int) -> frozenset[int]:
@@ -211,7 +219,11 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def steps(self, i: int, stages: Stages) -> dict[int, tuple[int, ...]]:
-        return _Steps(self.graphs[i], self.allowed(i, stages))
+        graph, open_ = self.graphs[i], {self.gates[g] for g in self.open(stages)}
+        for _, k, pose, behind in self.inside[i]:
+            if behind is not None and k in open_:
+                graph = graph.left_only(pose, behind)
+        return _Steps(graph, self.allowed(i, stages))
 
     def moves(self, joint: Joint) -> Iterator[tuple[int, int]]:
         """Each step that one robot can take while the others stand still."""
@@ -360,11 +372,6 @@ def restarted(member: Member, count: Count) -> Count:
     return Count(count.memory if member.pursuit.in_turn else 0, 0, count.held)
 
 
-Inside = tuple[int, int, int, int | None]
-"""A robot in an obstacle that is closed to it, its pose, and the only region to which it may leave,
-if it has entered it to resolve it (None: any)."""
-
-
 def inside(team: Team, state: State) -> frozenset[Inside]:
     """Return the robots that are in obstacles closed to them."""
     found, failed = set[Inside](), barred(team, state)
@@ -437,11 +444,10 @@ def _floor(
         for j, pose in out:
             at[j] = 1 << pose % team.size
         floor = member.floor & ~graph.on(closed) & ~graph.poses_on(member.shut(at))
-        there = 0
-        for robot, k, pose, behind in inside:
-            if robot == i:  # it stands there, and may leave
-                floor, there = floor | 1 << pose, there | 1 << pose
-                graph = graph.left_only(pose, behind) if k in sealed else graph
+        there = tuple(sorted(each for each in inside if each[0] == i))
+        for _, k, pose, behind in there:  # it stands there, and may leave
+            floor |= 1 << pose
+            graph = graph.left_only(pose, behind) if k in sealed else graph
         graphs.append(graph)
         floors.append(1 << standing[i] if i in standing else floor)
         within.append(there)
