@@ -1,4 +1,4 @@
-/* sources f989da2258a0b0b703bb9da194a9d2fa68a42997a59c0725e46efc7fb130e9e4 */
+/* sources 8e80333407379f25a8614c567f7ba75e41ccb971c083665f5f021ddf78db5bb6 */
 /* Contains Preact:
 The MIT License (MIT)
 
