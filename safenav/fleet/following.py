@@ -33,7 +33,7 @@ from safenav.fleet.transport import (
     Transport,
 )
 from safenav.motion.disc import DiscMover
-from safenav.motion.file.records import Arc, Curve, Drive, Flight, Moving, Reset, Segment
+from safenav.motion.file.records import Curve, Flight, Moving, Reset, Segment
 from safenav.motion.geometry import MetricFloor, turn
 from safenav.motion.mover import Crossing, Mover, mover
 from safenav.motion.rover import RoverMover
@@ -96,7 +96,7 @@ class Follower(Struct):
         lasts = now - piece.t0
         if isinstance(piece, Segment):
             return before(piece, lasts, self.mover.limits()["omega"])
-        assert isinstance(piece, Flight | Drive)
+        assert isinstance(piece, Flight)
         return replace(piece, t1=now, parts=tuple(_shorter(piece.parts, lasts)))
 
 
@@ -390,7 +390,7 @@ def _cut_off(follower: Follower, now: float) -> None:
     follower.plan = kept
 
 
-def _shorter(parts: Sequence[Curve | Arc], lasts: float) -> Iterator[Curve | Arc]:
+def _shorter(parts: Sequence[Curve], lasts: float) -> Iterator[Curve]:
     """Yield the parts that begin within ``lasts`` seconds, the last one cut off there."""
     for part in parts:
         if lasts > 0:

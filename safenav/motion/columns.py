@@ -10,7 +10,7 @@ The attitude stays in the frame of the map.
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from math import cos, sin
 
 import numpy as np
@@ -20,9 +20,7 @@ from numpy.typing import NDArray
 from safenav.errors import UsageError
 from safenav.lines import csv_text
 from safenav.motion.file.records import (
-    Arc,
     Curve,
-    Drive,
     Flight,
     FlownTrack,
     Measured,
@@ -142,15 +140,14 @@ def sample(piece: Moving, times: Array, limits: Mapping[str, object]) -> Array:
     """The columns (times, names) of a piece at times since its start, in the map's frame."""
     if isinstance(piece, Segment):
         return _walking(piece, times, limits)
-    assert isinstance(piece, Flight | Drive)
-    parts: Sequence[Curve | Arc] = piece.parts
-    ends = np.cumsum([part.seconds for part in parts])
+    assert isinstance(piece, Flight)
+    ends = np.cumsum([part.seconds for part in piece.parts])
     which = np.minimum(np.searchsorted(ends, times, side="right"), len(ends) - 1)
     table = np.zeros((len(times), len(BODY)))
-    for index, part in enumerate(parts):
+    for index, part in enumerate(piece.parts):
         chosen = which == index
         since = np.minimum(times[chosen] - (ends[index] - part.seconds), part.seconds)
-        table[chosen] = _driving(part, since) if isinstance(part, Arc) else _flying(part, since)
+        table[chosen] = _flying(part, since)
     return table
 
 
@@ -206,26 +203,6 @@ def _flying(curve: Curve, times: Array) -> Array:
         table[:, 3 + axis] = values(speed, times)
         table[:, 6 + axis] = values(derivative(speed), times)
     table[:, 9] = values(curve.yaw, times)
-    return table
-
-
-def _driving(arc: Arc, times: Array) -> Array:
-    table = np.zeros((len(times), len(BODY)))
-    distance = values(arc.way, times)
-    if arc.curvature is None:
-        table[:, 0], table[:, 1], table[:, 9] = arc.x, arc.y, arc.yaw + distance
-        return table
-    speed = derivative(arc.way)
-    pace, pull = values(speed, times), values(derivative(speed), times)
-    bend = arc.curvature
-    yaw = arc.yaw + bend * distance
-    chord = distance * np.sinc(bend * distance / 2 / np.pi)
-    table[:, 0] = arc.x + chord * np.cos(arc.yaw + bend * distance / 2)
-    table[:, 1] = arc.y + chord * np.sin(arc.yaw + bend * distance / 2)
-    table[:, 3], table[:, 4] = pace * np.cos(yaw), pace * np.sin(yaw)
-    table[:, 6] = pull * np.cos(yaw) - bend * pace**2 * np.sin(yaw)
-    table[:, 7] = pull * np.sin(yaw) + bend * pace**2 * np.cos(yaw)
-    table[:, 9] = yaw
     return table
 
 

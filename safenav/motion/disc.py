@@ -6,11 +6,11 @@ Each move is a quintic from rest to rest, so it is independent of the moves that
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from math import atan2, hypot, pi, remainder, tau
 
 from safenav.errors import UsageError
-from safenav.motion.file.records import Arc, Curve, Drive, Flight, Moving
+from safenav.motion.file.records import Curve, Flight, Moving
 from safenav.motion.geometry import MetricFloor, unit_vector
 from safenav.motion.mover import Crossing, Mover
 from safenav.motion.polynomial import PEAK, quintic
@@ -64,7 +64,7 @@ class DiscMover(Mover):
     def rest(self, tick: int, until: float) -> list[Moving]:
         x, y = self.place
         still = Curve(until - self.time, (x,), (y,), (self.altitude,), (self.facing,))
-        return [self._made(Flight, self.at_rest, tick, self.region, [still], until)]
+        return [self._made(self.at_rest, tick, self.region, [still], until)]
 
     def face(self, tick: int, region: int) -> list[Moving]:
         if region == self.region:
@@ -78,43 +78,41 @@ class DiscMover(Mover):
             return []
         return self._go(tick, centre, self.facing, self.region)
 
+    def turning(self, angle: float) -> float:
+        """Return the duration of a turn on the spot."""
+        return PEAK * abs(angle) / TURNING
+
     def _turn(self, tick: int, wanted: float) -> list[Moving]:
-        angle = remainder(wanted - self.facing, tau)
-        if abs(angle) < 1e-9:
-            return []
-        seconds = PEAK * abs(angle) / TURNING
-        x, y = self.place
-        turning = quintic(seconds, self.facing, 0.0, self.facing + angle, 0.0)
-        self.facing = wanted
-        curve = Curve(seconds, (x,), (y,), (self.altitude,), turning)
-        return [self._made(Flight, "turn", tick, self.region, [curve])]
+        turned = self._curves(self.place, wanted)
+        return [self._made("turn", tick, self.region, turned)] if turned else []
 
     def _go(self, tick: int, there: tuple[float, float], wanted: float, to: int) -> list[Moving]:
+        return [self._made(self.name, tick, to, self._curves(there, wanted))]
+
+    def _curves(self, there: tuple[float, float], wanted: float) -> list[Curve]:
+        """Return the path to a pose, from rest to rest; none to where the robot is."""
         here = self.place
-        seconds = self.seconds(hypot(there[0] - here[0], there[1] - here[1]))
+        metres = hypot(there[0] - here[0], there[1] - here[1])
         angle = remainder(wanted - self.facing, tau)
-        if angle == -pi:
+        if abs(angle) < 1e-9:
+            angle = 0.0
+        if abs(angle + pi) < 1e-9:
             angle = pi
-        seconds = max(seconds, PEAK * abs(angle) / TURNING)
+        if metres == angle == 0.0:
+            return []
+        seconds = max(self.seconds(metres), self.turning(angle))
         x, y = (quintic(seconds, here[i], 0.0, there[i], 0.0) for i in (0, 1))
         turning = quintic(seconds, self.facing, 0.0, self.facing + angle, 0.0)
         self.place, self.facing = there, wanted
-        curve = Curve(seconds, x, y, (self.altitude,), turning)
-        return [self._made(Flight, self.name, tick, to, [curve])]
+        return [Curve(seconds, x, y, (self.altitude,), turning)]
 
     def _made(
-        self,
-        kind: Callable[..., Flight | Drive],
-        name: str,
-        tick: int,
-        to: int,
-        parts: Sequence[Curve | Arc],
-        until: float | None = None,
+        self, name: str, tick: int, to: int, parts: Sequence[Curve], until: float | None = None
     ) -> Moving:
         """Return a piece of motion from now on, as long as its parts, or ``until`` a time."""
         begin = self.time
         self.time = begin + sum(part.seconds for part in parts) if until is None else until
-        return kind(self.robot, tick, name, self.region, to, begin, self.time, tuple(parts))
+        return Flight(self.robot, tick, name, self.region, to, begin, self.time, tuple(parts))
 
 
 class FlyerMover(DiscMover):

@@ -16,6 +16,15 @@ from safenav.trace.objective import EXAMPLE, Objective
 _PLACED = re.compile(r"(.*?)(?: - at `(?:key in )?\$\.?(.*)`)?", re.DOTALL)
 _EXPECTED = re.compile(r"Expected (.*?)(?:, got (.*))?", re.DOTALL)
 _MISSING = re.compile(r"Object missing required field `(.*)`")
+_TYPES = re.compile(r"`([a-z]+(?: \| [a-z]+)*)`")
+_WORDS = {
+    "array": "a list",
+    "bool": "true or false",
+    "float": "a number",
+    "int": "a whole number",
+    "object": "an object",
+    "str": "a string",
+}
 
 
 class WrongError(Exception):
@@ -37,11 +46,16 @@ def _sentence(error: str) -> str:
     found, path = match[1], match[2] or ""
     if missing := _MISSING.fullmatch(found):
         return f"`{path}{'.' if path else ''}{missing[1]}` is missing"
+    found = _TYPES.sub(_in_words, found)
     if expected := _EXPECTED.fullmatch(found):
         found = f"must be {expected[1]}" + (f", not {expected[2]}" if expected[2] else "")
     else:
         found = f"has an {found[:1].lower()}{found[1:]}"
     return f"`{path}` {found}"
+
+
+def _in_words(types: re.Match[str]) -> str:
+    return " or ".join(_WORDS.get(word, word) for word in types[1].split(" | "))
 
 
 def _objective(kind: Any, value: Any) -> Any:

@@ -47,6 +47,9 @@ class Objective:
         self.avoid = avoid
         self.always = always
 
+    def __repr__(self) -> str:
+        return f"Objective.of({self.data})"
+
     def _values(self) -> tuple[object, ...]:
         return self.kind, self.body, self.literal, self.avoid, self.always
 

@@ -227,7 +227,7 @@ class Wording(Struct, frozen=True):
             return f"{who} {found}: only an operator can resolve it"
         if line.action in self.skills.get(line.robot, ()):
             return f"{who} {found} until '{line.action}' is done"
-        return f"{who} {found}: it cannot {line.action}"
+        return f"{who} {found}: it lacks '{line.action}'"
 
     def goal(self, line: records.Goal, *, formulas: bool = False) -> str:
         """``quad reaches dock, round 1 done``. ``formulas``: the goal is one of formulas, which the

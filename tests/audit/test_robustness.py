@@ -102,7 +102,7 @@ def test_a_plan_without_poses_for_a_robot_is_reported() -> None:
     plan["robots"]["one"] = []
     with pytest.raises(InputError) as error:
         read_bytes(content(lines))
-    assert "must be `array` of length >= 1" in str(error.value)
+    assert "must be a list of length >= 1" in str(error.value)
 
 
 def test_a_huge_number_is_reported() -> None:

@@ -118,9 +118,9 @@ def test_a_trace_without_metres_needs_them(safenav: Command, tmp_path: Path) -> 
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ('"resolution":[0.5,0.5]', '"resolution":[0.5]', "must be a list of 2 numbers"),
+        ('"resolution":[0.5,0.5]', '"resolution":[0.5]', "must be a list of length 2"),
         ('"resolution":[0.5,0.5]', '"resolution":[0,1]', "resolution of the map is not positive"),
-        ('"origin":[-1.0,10.0,0.0]', '"origin":"here"', "must be a list of 3 numbers"),
+        ('"origin":[-1.0,10.0,0.0]', '"origin":"here"', "must be a list or null, not a string"),
         ('"to":', '"to":99, "too":', "region 99, which is not on the map"),
         ('"robot":"ann","from"', '"robot":"bob","from"', "the header has no robot bob"),
         ('{"type":"header"', '{"type":"heading"', "the first line must be the header"),

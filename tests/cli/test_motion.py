@@ -120,7 +120,7 @@ def test_report_names_the_chain_and_the_waiting(safenav: Command, moved: Path) -
     [
         ("size: 0.5", "", "has no motion in metres"),
         ("speed: 1, size: 3", "", "a body of 3 m does not fit into regions of 2.7 m"),
-        ("motion: rover, size: 1", "resolution: 0.9", "cannot turn in regions of 0.9 m"),
+        ("motion: rover, size: 1", "resolution: 0.9", "does not fit into regions of 0.9 m"),
     ],
     ids=["no parameters", "too large a body", "too small a region"],
 )

@@ -16,7 +16,6 @@ from safenav.motion.check.verdict import check_motion
 from safenav.motion.file.reading import text_of
 from safenav.motion.file.records import (
     Action,
-    Drive,
     Flight,
     Line,
     Motion,
@@ -64,7 +63,9 @@ def longer(line: Any) -> Any:
 
 
 def jumping(line: Any) -> Any:
-    return replace(line, parts=(replace(line.parts[0], x=line.parts[0].x + 0.02), *line.parts[1:]))
+    first, *others = line.parts
+    x = (first.x[0] + 0.02, *first.x[1:])
+    return replace(line, parts=(replace(first, x=x), *others))
 
 
 DAMAGES: dict[str, tuple[type[Line], Callable[[Any], Any], str, str]] = {
@@ -93,7 +94,7 @@ DAMAGES: dict[str, tuple[type[Line], Callable[[Any], Any], str, str]] = {
         *("obstacle", "0.500 s before door@47 is resolved"),
     ),
     "a wall reserved": (Reserve, lambda line: replace(line, region=0), "wall", ""),
-    "a jump between pieces": (Drive, jumping, "continuity", "jumps by 0.02"),
+    "a jump between pieces": (Flight, jumping, "continuity", "jumps by 0.02"),
 }
 
 
@@ -105,8 +106,7 @@ def test_a_damaged_line_is_refused(damage: str) -> None:
         early = isinstance(line, Reserve) and line.t == 0
         return isinstance(line, kind) and not early and (kind is not Segment or walks(line))
 
-    name = "warehouse" if kind is Drive else DOOR
-    found = judged(changed(motion(name), picked, change), name)
+    found = judged(changed(motion(DOOR), picked, change), DOOR)
     assert any(finding.rule == rule and words in finding.found for finding in found)
 
 

@@ -127,3 +127,39 @@ def test_a_run_that_failed_opens_at_its_last_moment(browser: Browser, tmp_path: 
     assert browser.tick == replay.last > 0
     browser.open(page, "#tick=3")
     browser.wait(lambda: browser.tick == 3)
+
+
+@pytest.mark.parametrize("tick", [2, 20])
+def test_each_robot_shows_its_current_target_and_the_way_there(
+    browser: Browser, pages: dict[str, Path], tick: int
+) -> None:
+    browser.open(pages["door"], f"#tick={tick}")
+    browser.wait(lambda: browser.tick == tick)
+    current = browser.run(
+        "return Object.fromEntries([...document.querySelectorAll('.aim.current')]"
+        ".map(ring => [ring.parentElement.dataset.of, +ring.parentElement.dataset.target]))"
+    )
+    ways = browser.run(
+        "return Object.fromEntries([...document.querySelectorAll('[data-intention]')]"
+        ".map(way => [way.dataset.intention, way.getAttribute('d').split(/[ML]/).pop()]))"
+    )
+    robots = browser.run("return JSON.parse(document.getElementById('run').textContent).robots")
+    for robot in robots:
+        name, goals = robot["name"], [goal for goal in robot["progress"] if goal[2] >= 0]
+        first = next(goal for goal in goals if goal[0] > tick)
+        assert current[name] == first[2], name
+        if robot["path"][tick] != first[2]:
+            x, y = map(float, ways[name].split())
+            assert (x, y) == ((first[2] % 13 + 0.5) * 40, (first[2] // 13 + 0.5) * 40), name
+
+
+def test_a_resolved_door_stands_open(browser: Browser, pages: dict[str, Path]) -> None:
+    shapes = set()
+    for tick in (0, 46):
+        browser.open(pages["door"], f"#tick={tick}")
+        browser.wait(lambda tick=tick: browser.tick == tick)
+        shapes.add(browser.one('[data-obstacle="door@47"] .shape').get_dom_attribute("d"))
+        boxes = browser.run(
+            "return getComputedStyle(document.querySelector('.obstacle rect')).stroke"
+        )
+    assert len(shapes) == 2 and boxes == "none"

@@ -186,7 +186,7 @@ def test_progress_counts_rounds_since_the_objective_changed(replays: dict[str, R
 def test_a_violation_is_reported_with_the_safe_action(replays: dict[str, Replay]) -> None:
     told = [e for e in replays["door"].events if e.kind is StoryKind.VIOLATION]
     assert [e.text for e in told] == [
-        "quad at 46 finds a door at 47 and keeps out: it cannot push; it stays"
+        "quad at 46 finds a door at 47 and keeps out: it lacks 'push'; it stays"
     ]
 
 

@@ -97,7 +97,7 @@ def test_events_of_one_tick_stand_below_one_another() -> None:
         records.Resolved(5, "door@9", "digit", 9, True, None),
     )
     assert said == [
-        "tick 2     quad at 8 [1, 2] finds a door at gate 9 [1, 3] and keeps out: it cannot push",
+        "tick 2     quad at 8 [1, 2] finds a door at gate 9 [1, 3] and keeps out: it lacks 'push'",
         "           quad requests help with door@gate: digit needs 3 ticks; digit helps",
         "tick 5     digit at gate 9 [1, 3] resolves door@gate",
     ]

@@ -17,16 +17,13 @@ SHAPE = re.compile(
     r"\bexpected |unknown key |the key '.*' is missing|must be (at|from|more)|unknown word"
     r"|is empty$|cannot name|is reserved|there is no event|: both '|has both"
     r"|without '|exactly one of|is 'literal', not|has no meaning for"
-    r"|always_eventually|is not a colour|there are no robots"
+    r"|always_eventually|there are no robots"
     r"|at least two robots|one form only|map: one of|version \d+ of|targets, and a patrol"
-    r"|an empty set|is outside the map: -|corner of"
+    r"|is outside the map: -"
 )
 """The messages of the loader about the shape alone."""
 
-ONLY_LOADER = re.compile(
-    r"expected a finite number|threshold' has no effect with a legend|"
-    r"the grid is empty|must be from .*(:|$)|must be a polygon"
-)
+ONLY_LOADER = re.compile(r"expected a finite number|the grid is empty|must be from .*(:|$)")
 """Of those, the messages about what no schema tells: numbers that are not finite, rows of a text,
 limits that depend on the kind of motion."""
 

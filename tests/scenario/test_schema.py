@@ -15,8 +15,11 @@ import pytest
 from jsonschema import Draft202012Validator
 
 from safenav.errors import Diagnostic, InputError
+from safenav.outcome import Outcome
+from safenav.scenario.objective import KINDS
 from safenav.scenario.reading.loader import load_scenario_text, schema_text
 from safenav.scenario.yaml.document import DocumentError, plain, read_document
+from safenav.world.map import HEADINGS
 from scenario.mistakes import disagreement, keys_of, mistakes, places
 
 ROOT = Path(__file__).parents[2]
@@ -166,6 +169,15 @@ def test_every_scenario_of_the_project_is_judged_alike() -> None:
                 wrong[name] = told
     assert wrong == {}
     assert count > 200
+
+
+def test_words_of_the_language_are_those_of_the_model() -> None:
+    properties = SCHEMA["$defs"]["expect"]["properties"]
+    outcomes = {outcome.value for outcome in Outcome if outcome is not Outcome.ERROR}
+    assert set(properties["outcome"]["enum"]) == outcomes
+    assert SCHEMA["$defs"]["robot"]["properties"]["heading"]["enum"] == list(HEADINGS)
+    kinds = [rule["required"][0] for rule in SCHEMA["$defs"]["objective"]["oneOf"]]
+    assert kinds == [*KINDS, "ltl"]
 
 
 @pytest.mark.parametrize("name", ["robots", "obstacles"])

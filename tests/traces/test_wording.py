@@ -133,7 +133,7 @@ def test_regions_and_robots_are_shown_by_the_given_functions() -> None:
         strong=lambda word: f"*{word}*",
     )
     violation = records.Violation(3, "quad", 46, 47, "door@47", "push")
-    told = "QUAD at gate 46 finds *a door* at dock 47 and keeps out: it cannot push"
+    told = "QUAD at gate 46 finds *a door* at dock 47 and keeps out: it lacks 'push'"
     assert wording.sentence(violation) == told
     request = records.Request(3, "door@47", "quad", {"digit": 1, "rover": None}, "digit", (47,))
     told = "QUAD requests help with door@dock: digit needs 1 tick, rover cannot come"

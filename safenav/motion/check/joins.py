@@ -11,14 +11,14 @@ from math import cos, hypot, sin
 import numpy as np
 
 from safenav.motion.check.examination import NEAR, Examination
-from safenav.motion.check.paths import Array, along, grid, power_series, value
-from safenav.motion.file.records import Arc, Curve, Drive, Flight, Moving, Reset, Segment
+from safenav.motion.check.paths import Array, grid, power_series, value
+from safenav.motion.file.records import Curve, Flight, Moving, Reset, Segment
 
 State = tuple[float, ...]
 
 
-def check_path(case: Examination, piece: Flight | Drive) -> None:
-    """Check the limits of a flyer's reference, of a disc's or of a unicycle's path, and that its
+def check_path(case: Examination, piece: Flight) -> None:
+    """Check the limits of a flyer's reference, or of the path of a disc or a rover, and that its
     parts join."""
     seconds, lasting = [part.seconds for part in piece.parts], piece.t1 - piece.t0
     if abs(sum(seconds) - lasting) > NEAR or min(seconds, default=0) < 0:
@@ -26,26 +26,31 @@ def check_path(case: Examination, piece: Flight | Drive) -> None:
         case.wrong(piece.t0, piece.robot, "time", found)
     begin = piece.t0
     for part in piece.parts:
-        if isinstance(part, Curve):
-            _flown(case, piece, part, begin)
-        else:
-            _driven(case, piece, part, begin)
+        _moved(case, piece, part, begin)
         begin += part.seconds
-    parts: tuple[Curve | Arc, ...] = piece.parts
-    for before, after in pairwise(parts):
+    for before, after in pairwise(piece.parts):
         jump = _apart(_part_state(before, before.seconds), _part_state(after, 0.0))
         if jump > NEAR:
             case.wrong(piece.t0, piece.robot, "continuity", f"it jumps by {jump:.4f} m")
 
 
-def _flown(case: Examination, piece: Flight | Drive, curve: Curve, begin: float) -> None:
+def _moved(case: Examination, piece: Flight, curve: Curve, begin: float) -> None:
     t = grid(curve.seconds)
-    speed, pull = (
-        np.hypot(power_series(curve.x, t, order), power_series(curve.y, t, order))
-        for order in (1, 2)
+    (east, north), pulls = (
+        [power_series(axis, t, order) for axis in (curve.x, curve.y)] for order in (1, 2)
     )
-    _limited(case, piece, begin + t, speed, "speed", "m/s")
+    pull = np.hypot(*pulls)
+    _limited(case, piece, begin + t, np.hypot(east, north), "speed", "m/s")
     _limited(case, piece, begin + t, pull, "tilt", "m/s^2")
+    _limited(case, piece, begin + t, pull, "acceleration", "m/s^2")
+    turning = np.abs(power_series(curve.yaw, t, 1))
+    _limited(case, piece, begin + t, turning, "turning", "rad/s")
+    if case.motion.header.robots[piece.robot]["kind"] == "rover":
+        yaw = power_series(curve.yaw, t)
+        slip = np.abs(east * np.sin(yaw) - north * np.cos(yaw))
+        if slip.max() > NEAR:
+            found = f"it moves sideways at {slip.max():.3f} m/s"
+            case.wrong(float(begin + t[slip.argmax()]), piece.robot, "slip", found)
     height = case.numbers[piece.robot].get("altitude")
     off = np.abs(power_series(curve.z, t) - height) if height is not None else np.zeros(1)
     if off.max() > NEAR:
@@ -53,30 +58,11 @@ def _flown(case: Examination, piece: Flight | Drive, curve: Curve, begin: float)
         case.wrong(float(begin + t[off.argmax()]), piece.robot, "altitude", found)
 
 
-def _driven(case: Examination, piece: Flight | Drive, arc: Arc, begin: float) -> None:
-    t = grid(arc.seconds)
-    speed, pull = (np.abs(power_series(arc.way, t, order)) for order in (1, 2))
-    if arc.curvature is None:
-        _limited(case, piece, begin + t, speed, "turning", "rad/s")
-    else:
-        _limited(case, piece, begin + t, speed * abs(arc.curvature), "turning", "rad/s")
-        _limited(case, piece, begin + t, speed, "speed", "m/s")
-        _limited(case, piece, begin + t, pull, "acceleration", "m/s^2")
-
-
-def _part_state(part: Curve | Arc, t: float) -> State:
+def _part_state(part: Curve, t: float) -> State:
     """Return x, y, their speeds, and other values that must not jump, at a time of a part."""
-    if isinstance(part, Curve):
-        yaw = value(part.yaw, t)
-        state = [value(axis, t, order) for order in (0, 1) for axis in (part.x, part.y)]
-        more = [value(part.z, t, order) for order in (0, 1)]
-    else:
-        way, speed = value(part.way, t), value(part.way, t, 1)
-        x, y, yaw = (float(number) for number in along(part, np.array([way]))[0])
-        turning = part.curvature is None
-        ahead = 0.0 if turning else speed
-        state, more = [x, y, ahead * cos(yaw), ahead * sin(yaw)], [speed * turning]
-    return (*state, cos(yaw), sin(yaw), *more)
+    state = [value(axis, t, order) for order in (0, 1) for axis in (part.x, part.y)]
+    yaw, turning = value(part.yaw, t), value(part.yaw, t, 1)
+    return (*state, cos(yaw), sin(yaw), turning, value(part.z, t), value(part.z, t, 1))
 
 
 def _apart(one: State, other: State) -> float:
@@ -85,7 +71,7 @@ def _apart(one: State, other: State) -> float:
 
 
 def _limited(
-    case: Examination, piece: Flight | Drive, times: Array, values: Array, limit: str, unit: str
+    case: Examination, piece: Flight, times: Array, values: Array, limit: str, unit: str
 ) -> None:
     """Check values of a piece against one of its robot's limits, if it has that."""
     most, worst = case.numbers[piece.robot].get(limit), int(values.argmax())
@@ -183,6 +169,6 @@ def _end(piece: Moving, *, last: bool) -> State:
     """Return at one end the position, then velocity and other values that must not jump."""
     if isinstance(piece, Segment):
         return piece.goal if last else piece.start
-    assert isinstance(piece, Flight | Drive)
+    assert isinstance(piece, Flight)
     part = piece.parts[-1 if last else 0]
     return _part_state(part, part.seconds if last else 0.0)

@@ -9,7 +9,7 @@ from pathlib import Path
 from safenav.errors import UsageError
 from safenav.motion.check.tracking import COLUMNS
 from safenav.motion.file.reading import read_motion
-from safenav.motion.file.records import Drive, Flight, FlownTrack, Motion, Moving, Segment
+from safenav.motion.file.records import Flight, FlownTrack, Motion, Moving, Segment
 from safenav.trace.reading import Trace
 
 WALKER = ("omega", "height", "step", "aside", "friction", "swing", "size", "clearance")
@@ -108,6 +108,6 @@ def _piece(motion: Motion, piece: Moving) -> str:
             if motion.header.robots[piece.robot]["kind"] != "walker":
                 return f"{at}: it walks but is not a walker"
             parts = piece.phases
-        case Flight() | Drive():
+        case Flight():
             parts = piece.parts
     return "" if parts else f"{at}: a piece of motion without parts"

@@ -10,7 +10,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from safenav.errors import UsageError
-from safenav.motion.file.records import Arc, Curve, Drive, Flight, Moving, Numbers, Segment, Swing
+from safenav.motion.file.records import Flight, Moving, Numbers, Segment, Swing
 
 Array = NDArray[np.float64]
 
@@ -73,34 +73,13 @@ def discs(piece: Moving, radius: float, path: Mass | None) -> list[Disc]:
         return _walking(piece, radius, path)
     times, centres = [], []
     begin = piece.t0
-    assert isinstance(piece, Flight | Drive)
+    assert isinstance(piece, Flight)
     for part in piece.parts:
-        if isinstance(part, Curve):
-            t = grid(part.seconds, _step(part.x, part.y))
-            where = np.stack([power_series(part.x, t), power_series(part.y, t)], axis=1)
-        else:
-            t = grid(part.seconds, _step(part.way if part.curvature is not None else ()))
-            where = along(part, power_series(part.way, t))[:, :2]
+        t = grid(part.seconds, _step(part.x, part.y))
         times.append(begin + t)
-        centres.append(where)
+        centres.append(np.stack([power_series(part.x, t), power_series(part.y, t)], axis=1))
         begin += part.seconds
     return [Disc("body", radius, np.concatenate(times), np.concatenate(centres))]
-
-
-def along(arc: Arc, way: Array) -> Array:
-    """Poses (n, 3) of a unicycle after ``way`` metres on a circle, or after turning by ``way``
-    radians."""
-    x, y, yaw, curvature = arc.x, arc.y, arc.yaw, arc.curvature
-    if curvature is None:
-        still = np.zeros_like(way)
-        return np.stack([x + still, y + still, yaw + way], axis=1)
-    if abs(curvature) < 1e-12:
-        heading = np.full_like(way, yaw)
-        return np.stack([x + way * np.cos(yaw), y + way * np.sin(yaw), heading], axis=1)
-    heading = yaw + curvature * way
-    east = x + (np.sin(heading) - np.sin(yaw)) / curvature
-    north = y - (np.cos(heading) - np.cos(yaw)) / curvature
-    return np.stack([east, north, heading], axis=1)
 
 
 def _step(*coefficients: Numbers) -> float:

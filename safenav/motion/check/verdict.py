@@ -21,7 +21,7 @@ from safenav.motion.check.room import (
 )
 from safenav.motion.check.tracking import check_wind
 from safenav.motion.check.walking import check_segment
-from safenav.motion.file.records import Drive, Flight, Link, Motion, Moving, Reset, Segment
+from safenav.motion.file.records import Flight, Link, Motion, Moving, Reset, Segment
 from safenav.trace.reading import Trace
 
 
@@ -69,7 +69,7 @@ def _paths(case: Examination) -> None:
 def _dynamics(case: Examination, piece: Moving) -> None:
     if isinstance(piece, Segment):
         check_segment(case, piece)
-    elif isinstance(piece, Flight | Drive):
+    elif isinstance(piece, Flight):
         check_path(case, piece)
 
 

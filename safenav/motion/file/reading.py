@@ -125,7 +125,7 @@ def _plain(value: object) -> object:
     if not isinstance(value, Struct):
         return value
     fields = [getattr(value, entry.name) for entry in entries(kind)]
-    if isinstance(value, records.Curve | records.Arc):
+    if isinstance(value, records.Curve):
         known = value.seconds
         return [_polynomial(f, known) if isinstance(f, tuple) else _plain(f) for f in fields]
     return list(map(_plain, fields))

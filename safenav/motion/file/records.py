@@ -112,27 +112,9 @@ class Curve(Struct, frozen=True, array_like=True):
 
 
 class Flight(Moving, frozen=True):
-    """A flyer's reference, or the path of a disc."""
+    """A flyer's reference, or the path of a disc or a rover."""
 
     parts: tuple[Curve, ...] = field(name="curves")
-
-
-class Arc(Struct, frozen=True, array_like=True):
-    """A unicycle's path of constant curvature (1/m) from a pose. ``way``: the polynomial of the
-    distance or, if ``curvature`` is None, of the angle by which it turns on the spot."""
-
-    seconds: float
-    x: float
-    y: float
-    yaw: float
-    curvature: float | None
-    way: Numbers
-
-
-class Drive(Moving, frozen=True):
-    """A rover."""
-
-    parts: tuple[Arc, ...] = field(name="arcs")
 
 
 class GoalLine(Piece, frozen=True):
@@ -260,7 +242,6 @@ Line = Moving | GoalLine | Measured | Reset | FlownTrack | Reserve | Release | A
 TYPES: Mapping[str, type[Line]] = {
     "segment": Segment,
     "flight": Flight,
-    "drive": Drive,
     "goal": GoalLine,
     "measured": Measured,
     "reset": Reset,

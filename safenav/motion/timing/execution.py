@@ -13,9 +13,7 @@ from msgspec.structs import asdict, replace
 
 from safenav.motion.file.records import (
     Action,
-    Arc,
     Curve,
-    Drive,
     Flight,
     Line,
     Measured,
@@ -201,13 +199,13 @@ def _step_end(mover: Mover, step: Crossing) -> tuple[float, bool]:
 
 def _slower(piece: Moving, begin: float, factor: float) -> Moving:
     """Return the same path, slower by a factor from ``begin`` on."""
-    assert isinstance(piece, Flight | Drive), "a walker rests first"
+    assert isinstance(piece, Flight), "a walker rests first"
     t0, t1 = (begin + (t - begin) * factor for t in (piece.t0, piece.t1))
     parts = tuple(_stretched(part, factor) for part in piece.parts)
     return replace(piece, parts=parts, t0=t0, t1=t1)
 
 
-def _stretched(part: Curve | Arc, factor: float) -> Curve | Arc:
+def _stretched(part: Curve, factor: float) -> Curve:
     found = {
         name: tuple(c / factor**power for power, c in enumerate(value))
         for name, value in asdict(part).items()

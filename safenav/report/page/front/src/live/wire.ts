@@ -24,7 +24,7 @@ export class Wire {
 
   private connect(): void {
     const address = new URL("socket", location.href.replace(/#.*$/, ""));
-    address.protocol = "ws:";
+    address.protocol = location.protocol === "https:" ? "wss:" : "ws:";
     const socket = (this.socket = new WebSocket(address));
     socket.onopen = () => {
       this.connected = true;

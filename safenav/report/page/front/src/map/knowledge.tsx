@@ -114,7 +114,7 @@ function Targets({ run, tick, grown }: { run: Run; tick: number; grown: number }
       {run.robots.flatMap((robot) => {
         const regions = new Set(at(robot.tasks, tick)[2]);
         const avoid = at(robot.tasks, tick)[3];
-        const current = aimAt(run, robot, tick)?.region ?? -1;
+        const current = aimAt(run, robot, tick).region;
         const marks = [];
         if (avoid.length) {
           marks.push(<path class="aim avoided" style={{ "--colour": robot.look.colour }} data-avoided={robot.name} d={outline(run, avoid, 2.4)} />);
@@ -158,7 +158,7 @@ function Intentions({ run, tick }: { run: Run; tick: number }) {
     <>
       {run.robots.map((robot) => {
         const aim = aimAt(run, robot, tick);
-        const path = aim === null ? [] : robot.path.slice(tick, Math.min(aim.tick, tick + MOST_STEPS) + 1);
+        const path = robot.path.slice(tick, Math.min(aim.tick, tick + MOST_STEPS) + 1);
         const steps = path.filter((region, i) => region !== path[i - 1]);
         if (steps.length < 2) return null;
         const line = steps.map((region) => centreOf(run, region).join(" ")).join("L");

@@ -63,7 +63,7 @@ export function Events({ run, player, tick, point }: EventsProps) {
           </button>
         ))}
       </div>
-      <ol class="list" ref={list} tabIndex={-1}>
+      <ol class="list" ref={list} tabIndex={-1} style={{ "--digits": moment(run, run.last).length }}>
         <Rows run={run} player={player} events={events} point={point} />
       </ol>
     </section>
@@ -97,7 +97,7 @@ const Rows = memo(({ run, player, events, point }: RowsProps) => (
 ));
 
 /**
- * Marks the rows of a tick and scrolls the list (never the page) to them: to all if they fit, to
+ * Marks the rows of a tick and those to come, and scrolls the list (never the page) to them: to all if they fit, to
  * the end if they are the last ones, because the end of a run matters most.
  */
 function mark(list: HTMLOListElement, events: RunEvent[], tick: number): void {
@@ -105,6 +105,7 @@ function mark(list: HTMLOListElement, events: RunEvent[], tick: number): void {
   let first = -1;
   let last = -1;
   events.forEach((event, i) => {
+    list.children[i]!.classList.toggle("coming", event[0] > tick);
     if (event[0] > tick) return;
     if (first < 0 || event[0] > events[first]![0]) first = i;
     last = i;

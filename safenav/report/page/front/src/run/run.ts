@@ -196,14 +196,17 @@ export function at<T extends [number, ...unknown[]]>(changes: readonly T[], tick
   return changes[low]!;
 }
 
-/** The target that a robot reaches next while it has its present task, and the tick; null if that is not known. */
-export function aimAt(run: Run, robot: Robot, tick: number): { region: number; tick: number } | null {
+/**
+ * The current target of a robot, which it reaches next, also after another task; -1 if that is not known (in a live
+ * run, of several targets). Also the tick until which it is on the way there.
+ */
+export function aimAt(run: Run, robot: Robot, tick: number): { region: number; tick: number } {
   const until = robot.tasks.find(([from]) => from > tick)?.[0] ?? run.last;
-  const next = robot.progress.find(([from, , reached]) => from > tick && reached >= 0);
-  if (next !== undefined && next[0] <= until) return { region: next[2], tick: next[0] };
   const targets = at(robot.tasks, tick)[2];
-  if (targets.includes(robot.path[until]!)) return { region: robot.path[until]!, tick: until };
-  return targets.length === 1 ? { region: targets[0]!, tick: until } : null;
+  const next = robot.progress.find(([from, , reached]) => from > tick && targets.includes(reached));
+  if (next !== undefined) return { region: next[2], tick: Math.min(next[0], until) };
+  const there = robot.path[until]!;
+  return { region: targets.includes(there) ? there : targets.length === 1 ? targets[0]! : -1, tick: until };
 }
 
 export interface Pose {
