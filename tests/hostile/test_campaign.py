@@ -26,8 +26,8 @@ VIEWS = (
     ("replay", "-o", "made.html"),
     ("replay", "--svg", "last", "-o", "made.svg"),
     ("export", "--csv", "made"),
-    ("export", "--resolution", "1", "-o", "made.csv"),
-    ("motion", "-o", "made.jsonl"),
+    ("export", "--side", "1", "-o", "made.csv"),
+    ("export", "-o", "made.jsonl"),
     ("resume", "--max-ticks", "50", "--trace", "made.jsonl"),
     ("certify", "-o", "made", "--trace"),
 )

@@ -127,7 +127,7 @@ def test_a_new_environment_without_compiler_plays_a_scenario_elsewhere(
     assert "1 passed" in say(program, "batch", "x.yaml")
     say(program, "run", "x.yaml", "--trace", "x.jsonl")
     say(program, "check", "x.jsonl")
-    done = ran([program, "motion", "x.jsonl", "--report"], cwd=elsewhere, env=environment)
+    done = ran([program, "export", "x.jsonl", "--report"], cwd=elsewhere, env=environment)
     assert done.returncode == 2
     assert "this needs numpy, which is not installed" in done.stderr
     assert "pip install 'numpy>=1.26' 'daqp>=0.7,<1'" in done.stderr

@@ -116,7 +116,7 @@ def test_the_3d_page_plays_in_seconds(page: Path, browser: Browser) -> None:
 
 def test_the_motion_of_another_trace_is_refused(trace: Path, tmp_path: Path) -> None:
     motion = tmp_path / "motion.jsonl"
-    _safenav("motion", str(trace), "-o", str(motion))
+    _safenav("export", str(trace), "-o", str(motion))
     other = tmp_path / "other.jsonl"
     other.write_bytes(trace.read_bytes() + b"\n")
     page = tmp_path / "x.html"

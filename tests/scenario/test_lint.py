@@ -117,8 +117,8 @@ PLAIN = {
         pytest.param(
             {"names": "{}, resolution: 0.5"},
             [
-                "b (quadcopter, flyer, 0.5 m) has no room to move in a region (0.5 m): 'safenav "
-                "motion' needs 0.6 m; give the map larger regions"
+                "b (quadcopter, flyer, 0.5 m) has no room to move in a region (0.5 m): its "
+                "motion needs 0.6 m; give the map larger regions"
             ],
             id="a robot as large as a region",
         ),
@@ -142,7 +142,7 @@ def test_what_has_no_room_is_what_motion_refuses(model: str, side: float, tmp_pa
         "until: {rounds: 1}\n"
     )
     assert warm.safenav("run", scenario, "--trace", trace).returncode == 0
-    done = warm.safenav("motion", trace, "-o", tmp_path / "m.jsonl")
+    done = warm.safenav("export", trace, "-o", tmp_path / "m.jsonl")
     assert (done.returncode == 2) == any(
         "has no room" in told for told in lint(load_scenario(scenario))
     )
