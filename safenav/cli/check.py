@@ -141,9 +141,13 @@ def recognized(path: Path) -> GivenFile:
             raise InputError([Diagnostic(name, 0, 0, "this folder is not a bundle", hint)])
         return GivenFile(path, BUNDLE)
     if path.is_file() and is_zipfile(path):
-        with ZipFile(path) as archive:
-            if "manifest.json" in archive.namelist():
-                return GivenFile(path, BUNDLE)
+        try:
+            with ZipFile(path) as archive:
+                names = archive.namelist()
+        except Exception:  # a broken archive, which the checker refuses
+            return GivenFile(path, BUNDLE)
+        if "manifest.json" in names:
+            return GivenFile(path, BUNDLE)
         hint = "a bundle has a manifest.json: safenav certify writes one"
         raise InputError([Diagnostic(name, 0, 0, "this archive is not a bundle", hint)])
     content = None

@@ -118,6 +118,16 @@ def test_the_wrong_kind_of_thing_is_recognized(
         assert word in found.stderr
 
 
+def test_a_broken_archive_is_refused(safenav: Command, tmp_path: Path) -> None:
+    with ZipFile(tmp_path / "b.zip", "w") as archive:
+        archive.writestr("manifest.json", "{}" * 200)
+    whole = (tmp_path / "b.zip").read_bytes()
+    (tmp_path / "b.zip").write_bytes(whole[-60:])
+    done = safenav("check", "b.zip")
+    assert (done.returncode, done.stderr) == (1, "")
+    assert "b.zip: refused" in done.stdout
+
+
 @pytest.mark.parametrize("command", ["check", "run", "synth", "explain", "draw", "new --catalogue"])
 def test_scenarios_are_read_from_standard_input(command: str, tmp_path: Path) -> None:
     done = warm.safenav(*command.split(), "-", cwd=tmp_path, text=GOOD)
