@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from io import BytesIO
 from pathlib import Path
 
 from msgspec import Struct
 
-from safenav.audit.check import audit, statistics
-from safenav.audit.continuation import NAME
 from safenav.errors import Diagnostic, InputError, ResourceLimitError
 from safenav.judge.engine import Finding, judge
 from safenav.judge.lines import NotATraceError
 from safenav.line_values import MOST_JUDGED_REGIONS
 from safenav.lines import json_line
 from safenav.trace.reading import Trace, read_bytes, read_content
+from safenav.trace.records import Arrive, Move, Push
 from safenav.trace.writing import as_data
 
 
@@ -52,22 +52,16 @@ def check_trace(trace: str | Path | Trace | Iterable[str]) -> CheckedTrace:
     return checked("".join(lines).encode(), "<trace>")
 
 
-def checked(content: bytes, source: str, first: Trace | None = None) -> CheckedTrace:
-    """Check the content of a trace. ``first``: the trace of the run that it continues."""
+def checked(content: bytes, source: str) -> CheckedTrace:
+    """Check the content of a trace."""
     trace = _of_bounded_size(read_bytes(content, source))
     try:
         found = judge(BytesIO(content))
     except NotATraceError as error:
         raise InputError([Diagnostic(source, 0, 0, str(error))]) from error
-    findings, notes = [*found.findings], [*found.notes]
-    if first is not None:  # the audit compares the header with the end of the first run
-        notes = [note for note in notes if note.rule != "header"]
-        for each in audit(trace, first).findings:
-            if each.rule == NAME:
-                findings.append(Finding(each.rule, each.tick, None, each.line, each.explanation))
     complete = found.outcome is not None and not trace.cut_off
-    told = tuple(findings), statistics(trace), tuple(notes), found.strays, found.hands
-    return CheckedTrace(source, found.outcome, complete, *told)
+    counts = statistics(trace), tuple(found.notes), found.strays, found.hands
+    return CheckedTrace(source, found.outcome, complete, tuple(found.findings), *counts)
 
 
 def _of_bounded_size(trace: Trace) -> Trace:
@@ -76,3 +70,20 @@ def _of_bounded_size(trace: Trace) -> Trace:
         what = f"{trace.source}: a map of {world.rows} x {world.cols} regions"
         raise ResourceLimitError(f"{what}; traces of at most {MOST_JUDGED_REGIONS:,} can be judged")
     return trace
+
+
+def statistics(trace: Trace) -> dict[str, int]:
+    """Return counts of the lines of a trace. ``steps``: moves to another region."""
+    count = Counter(record.type for record in trace.records)
+    moves = [record for record in trace.records if isinstance(record, Move | Arrive)]
+    kinds = {"goals": "goal", "violations": "violation", "requests": "request"}
+    kinds |= {"resolved": "resolved", "blocked": "blocked", "syntheses": "synthesis"}
+    return {
+        "robots": len(trace.header.scenario.robots),
+        "ticks": max((move.tick for move in moves), default=0),
+        "moves": len(moves),
+        "steps": sum(not isinstance(one, Move) or one.from_ != one.to for one in moves),
+        **{name: count[kind] for name, kind in kinds.items()},
+        "deepest_stack": max((r.depth for r in trace.records if isinstance(r, Push)), default=0),
+        "ignored_lines": trace.ignored,
+    }

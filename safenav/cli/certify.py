@@ -96,11 +96,14 @@ def check_bundle(bundle: Path, as_json: bool) -> int:
     claims = [dict(claim) for claim in verdict.claims]
     if as_json:
         data = {"verdict": verdict.result, "reason": verdict.reason, "claims": claims}
+        data["not_compared"] = list(verdict.not_compared)
         click.echo(json.dumps(data, indent=2))
     else:
         rows = [(claim["id"], claim["text"]) for claim in claims]
         if rows:
             click.echo("\n".join(table(("claim", "established"), rows)))
+        for what in verdict.not_compared:
+            click.echo(f"not compared: {what}")
         colour = "green" if verdict.accepted else "red"
         reason = f": {verdict.reason}" if verdict.reason else ""
         click.echo(f"{bundle}: {click.style(verdict.result, fg=colour)}{reason}")

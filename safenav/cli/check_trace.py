@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 import click
 from msgspec import to_builtins
@@ -11,7 +10,7 @@ from msgspec import to_builtins
 from safenav.checked_trace import CheckedTrace, checked
 from safenav.cli import options
 from safenav.errors import ExitCode
-from safenav.trace.reading import read_content, read_trace
+from safenav.trace.reading import read_content
 from safenav.trace.words import counted
 
 EPILOG = """\b
@@ -21,7 +20,6 @@ Examples:
   safenav check-trace --json lab.jsonl
   head -5 lab.jsonl > part.jsonl && safenav check-trace --partial part.jsonl
   safenav resume part.jsonl --trace rest.jsonl
-  safenav check-trace rest.jsonl --after part.jsonl
 \b
 Exit codes:
   0  no rule is broken
@@ -32,20 +30,15 @@ Exit codes:
 @click.command(name="check-trace", epilog=EPILOG)
 @click.argument("trace", type=click.Path())
 @options.show_all
-@click.option(
-    "--after", type=options.INPUT, metavar="FIRST", help="Trace of the run that TRACE continues."
-)
 @click.option("--partial", is_flag=True, help="Accept a trace that ends before its outcome.")
 @click.option("--json", "as_json", is_flag=True, help="Print the whole result as JSON.")
-def command(trace: str, show_all: bool, after: Path | None, partial: bool, as_json: bool) -> int:
+def command(trace: str, show_all: bool, partial: bool, as_json: bool) -> int:
     """Check a trace (`-`: standard input) against the rules of a run (docs/judge.md).
 
     Walls, mobility, obstacles, collisions, goals and the outcome are recomputed from the trace
-    alone; what cannot be judged is listed. With --after, the header of a resumed run is compared
-    with the end of the run that it continues.
+    alone; what cannot be judged is listed.
     """
-    first = None if after is None else read_trace(after)
-    found = checked(read_content(trace), "<stdin>" if trace == "-" else trace, first)
+    found = checked(read_content(trace), "<stdin>" if trace == "-" else trace)
     if as_json:
         click.echo(json.dumps({"ok": not found.findings, **to_builtins(found)}, indent=2))
     else:

@@ -294,7 +294,7 @@ def test_a_drive_is_resumed_where_its_trace_ends(tmp_path: Path) -> None:
     header, *lines = lines_of(rest)
     assert header["scenario"]["robots"]["digit"]["start"] > 8 and header["scenario"]["begun"]
     assert lines[-1]["outcome"] == "completed"
-    assert safenav("check-trace", rest, "--after", first).returncode == 0
+    assert safenav("check-trace", rest).returncode == 0
     assert "no robot moves" in safenav("resume", first).stderr
 
 

@@ -19,8 +19,9 @@ from safenav import errors
 from safenav.batch.cases.case import Case, CaseVerdict, Conditions, Result, file_name, without_a_run
 from safenav.batch.cases.variation import varied
 from safenav.certify.bundle import make_bundle
-from safenav.certify.record import sources_of, syntheses_of
+from safenav.certify.record import syntheses_of
 from safenav.certify.run import Kept
+from safenav.certify.sources import sources_of
 from safenav.extras import missing
 from safenav.outcome import Outcome
 from safenav.runtime.analysis.expectation import Ledger, differences

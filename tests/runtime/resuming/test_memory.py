@@ -1,25 +1,16 @@
 """Formulas keep their memory in the rest of a run."""
 
 import json
-from pathlib import Path
-from typing import Any
 
 import pytest
 from msgspec.structs import replace
 
-from once import SCENARIOS
 from runtime.played import Run, begin, completed, loaded, play
 from runtime.resuming.cuts import FORMULAS, REMEMBERS, begun
 from safenav import Mission
 from safenav.audit.check import audit
-from safenav.certify.bundle import make_bundle
-from safenav.certify.check import check_bundle
-from safenav.certify.record import syntheses_of
-from safenav.certify.run import Kept
 from safenav.runtime.analysis.resuming import resumed
-from safenav.runtime.mission import default_synthesizer
 from safenav.scenario.settings import Clock
-from safenav.synthesis.cache import Cache
 from safenav.trace.reading import read_lines
 
 
@@ -74,22 +65,3 @@ def test_memory_of_other_formulas_is_not_continued(name: str, clock: str) -> Non
     resume = resumed(read_lines(whole.upto("goal")), changed)
     assert ("a" in begun(resume).robots) is (name == "seen")
     completed(resume)
-
-
-@pytest.mark.parametrize(
-    ("text", "last"),
-    [
-        (REMEMBERS % tuple(map(json.dumps, FORMULAS["flag"])), {"kind": "move", "from": 6}),
-        ((SCENARIOS / "case_study_3.yaml").read_text(), {"kind": "violation"}),
-    ],
-    ids=["memory", "requests"],
-)
-def test_the_rest_of_a_run_is_certified(text: str, last: dict[str, Any], tmp_path: Path) -> None:
-    rest = resumed(read_lines(play(text).upto(nth=-1, **last)), loaded(text))
-    cache, kept, run = Cache(tmp_path / "cache"), Kept(), Run()
-    synthesizer = default_synthesizer(rest, cache=cache)
-    Mission(rest, synthesizer, listeners=[run], progress=kept).run()
-    trace = run.text.encode()
-    kept.complete(syntheses_of(trace, "rest"), cache, synthesizer)
-    make_bundle(tmp_path / "bundle", trace, {}, kept, synthesizer)
-    assert check_bundle(tmp_path / "bundle").accepted

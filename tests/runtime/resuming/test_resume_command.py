@@ -102,20 +102,6 @@ def test_a_live_run_stays_live(tmp_path: Path) -> None:
     assert (again.clock.value, again.seed) == ("live", 7)
 
 
-def test_check_trace_compares_a_rest_with_the_run_before(tmp_path: Path) -> None:
-    first, rest = tmp_path / "first.jsonl", tmp_path / "rest.jsonl"
-    source = tmp_path / "s.yaml"
-    source.write_text(whole(case("resumed/door_with_deadlines")))
-    lines = play(case("resumed/door_with_deadlines")).lines
-    first.write_text("".join(lines[:40]))
-    assert warm.safenav("resume", first, source, "--trace", rest, "--no-map").returncode == 0
-    assert warm.safenav("check-trace", rest, "--after", first).returncode == 0
-    first.write_text("".join(lines[:30]))
-    done = warm.safenav("check-trace", rest, "--after", first)
-    assert done.returncode == 1
-    assert "continuation" in done.stdout
-
-
 @pytest.mark.parametrize(
     ("expect", "resumed_once", "resumed_twice"),
     [
