@@ -176,6 +176,8 @@ class Evidence:
         helps = any(one.open for one in known) or (e.verdict == "unrealizable" and s.tick)
         helps = helps or (e.objective.single and s.robots[name].data.battery)  # it charges
         require(serves or helps, f"{name} was not given the objective of its strategy")
+        weaker = e.objective.serves(own) and own.literal and not task.objective.strict
+        require(not weaker, f"the strategy of {name} may cross a target out of turn")
         walls = [one for one in known if name in one.blocks]
         at = {one.name: {one.region} for one in walls}
         at[f"robots.{name}.objective.avoid"] = {*own.avoid}  # no robot: it may move
