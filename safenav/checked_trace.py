@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from io import BytesIO
 from pathlib import Path
 
 from msgspec import Struct
 
-from safenav.audit.check import statistics
 from safenav.errors import Diagnostic, InputError, ResourceLimitError
 from safenav.judge.engine import Finding, judge
 from safenav.judge.lines import NotATraceError
 from safenav.line_values import MOST_JUDGED_REGIONS
 from safenav.lines import json_line
 from safenav.trace.reading import Trace, read_bytes, read_content
+from safenav.trace.records import Arrive, Move, Push
 from safenav.trace.writing import as_data
 
 
@@ -59,8 +60,8 @@ def checked(content: bytes, source: str) -> CheckedTrace:
     except NotATraceError as error:
         raise InputError([Diagnostic(source, 0, 0, str(error))]) from error
     complete = found.outcome is not None and not trace.cut_off
-    told = tuple(found.findings), statistics(trace), tuple(found.notes), found.strays, found.hands
-    return CheckedTrace(source, found.outcome, complete, *told)
+    counts = statistics(trace), tuple(found.notes), found.strays, found.hands
+    return CheckedTrace(source, found.outcome, complete, tuple(found.findings), *counts)
 
 
 def _of_bounded_size(trace: Trace) -> Trace:
@@ -69,3 +70,20 @@ def _of_bounded_size(trace: Trace) -> Trace:
         what = f"{trace.source}: a map of {world.rows} x {world.cols} regions"
         raise ResourceLimitError(f"{what}; traces of at most {MOST_JUDGED_REGIONS:,} can be judged")
     return trace
+
+
+def statistics(trace: Trace) -> dict[str, int]:
+    """Return counts of the lines of a trace. ``steps``: moves to another region."""
+    count = Counter(record.type for record in trace.records)
+    moves = [record for record in trace.records if isinstance(record, Move | Arrive)]
+    kinds = {"goals": "goal", "violations": "violation", "requests": "request"}
+    kinds |= {"resolved": "resolved", "blocked": "blocked", "syntheses": "synthesis"}
+    return {
+        "robots": len(trace.header.scenario.robots),
+        "ticks": max((move.tick for move in moves), default=0),
+        "moves": len(moves),
+        "steps": sum(not isinstance(one, Move) or one.from_ != one.to for one in moves),
+        **{name: count[kind] for name, kind in kinds.items()},
+        "deepest_stack": max((r.depth for r in trace.records if isinstance(r, Push)), default=0),
+        "ignored_lines": trace.ignored,
+    }

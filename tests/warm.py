@@ -229,7 +229,7 @@ def _import_everything() -> None:
 
     names = [module.name for module in pkgutil.walk_packages(safenav.__path__, "safenav.")]
     for name in (*names, *LIBRARIES):
-        if ".certify.checker." not in name and not name.endswith("__main__"):
+        if not name.endswith("__main__"):
             with contextlib.suppress(ImportError):
                 importlib.import_module(name)
     gc.freeze()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import importlib.metadata
 import json
 import platform
 import shutil
@@ -13,26 +12,22 @@ import zipfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 from msgspec import Struct
 
 import safenav
-import safenav.audit
+import safenav.judge
 from safenav import line_values, strict_json
 from safenav.certify.check import Acceptance, BundleVerdict, check_bundle
-from safenav.certify.evidence import RulesEvidence, counter_evidence, strategy_measures
+from safenav.certify.evidence import proofs_of
 from safenav.certify.page import page_of
 from safenav.certify.run import Kept, read_lines
 from safenav.errors import FULL_DISK, NotCertifiedError, ResourceLimitError, UsageError
-from safenav.lines import json_line
+from safenav.judge.bundle.check import VERSION
 from safenav.outcome import Verdict
 from safenav.spec.assignable import may_leave
 from safenav.spec.parsing import read_specification
 from safenav.synthesis.slugs import Synthesizer
-from safenav.verify.measures import NoMeasureError
-
-CHECKER = Path(__file__).parent / "checker"
 
 
 class Made(Struct, frozen=True):
@@ -54,8 +49,8 @@ def make_bundle(
 ) -> Made:
     """Write the bundle of a run to ``target``, a folder or a name that ends in .zip.
 
-    ``sources``: the scenario's YAML, map and catalogue files by name. ``kept``: texts and
-    strategies of all ``synthesis`` lines (see ``Kept.complete``). ``motion``: the run in metres.
+    ``sources``: the scenario's YAML, map and catalogue files by name. ``kept``: the strategies of
+    all ``synthesis`` lines (see ``Kept.complete``). ``motion``: the run in metres.
 
     Raises UsageError if the target exists or the disk is full, NotCertifiedError if a checker
     refuses the bundle, ResourceLimitError if a strategy is larger than the checker takes on."""
@@ -69,20 +64,14 @@ def make_bundle(
         files = files_of_run(trace, sources, kept, synthesizer)
         if motion is not None:
             files["motion.jsonl"] = motion
-        for name, data in files.items():
-            (folder / name).parent.mkdir(parents=True, exist_ok=True)
-            (folder / name).write_bytes(data)
-        manifest = _manifest(files, [])
-        _write_manifest(folder, manifest)
-        verdict = check_bundle(folder, compare=False)
+        write_files(folder, files)
+        verdict = check_bundle(folder)
         if verdict.result is Acceptance.TOO_LARGE:
             raise ResourceLimitError(f"no bundle: {verdict.reason}")
         if not verdict.accepted:
             raise NotCertifiedError(f"the checker refuses this run: {verdict.reason}")
-        page = page_of(read_lines(trace, "trace.jsonl"), verdict.claims, files).encode()
-        files["index.html"] = page
-        (folder / "index.html").write_bytes(page)
-        _write_manifest(folder, _manifest(files, [dict(claim) for claim in verdict.claims]))
+        files["index.html"] = page_of(read_lines(trace, "trace.jsonl"), verdict, files).encode()
+        write_files(folder, files)
         if target.suffix == ".zip":
             _pack(folder, Path(directory) / "bundle.zip")
             (Path(directory) / "bundle.zip").replace(target)
@@ -114,106 +103,60 @@ def files_of_run(
     trace: bytes, sources: Mapping[str, bytes], kept: Kept, synthesizer: Synthesizer
 ) -> dict[str, bytes]:
     """Return all files except the page and the manifest."""
-    lines = read_lines(trace, "trace.jsonl")
-    files = {
-        "scenario.json": _json(lines[0]["scenario"]),
+
+    def counters(spec: str, robot: str) -> Iterator[bytes]:
+        """By the rules of the scenario robots may leave permanently; the specification may not let
+        them. So a counterstrategy that also defeats that is the best one."""
+        text = read_specification(kept.texts[spec], robot=robot)
+        for wider in dict.fromkeys((may_leave(text), text)):
+            answer = synthesizer.counterstrategy(wider)
+            if answer.strategy_json is not None and answer.verdict is Verdict.UNREALIZABLE:
+                yield answer.strategy_json
+
+    return {
         "trace.jsonl": trace,
         **{f"source/{name}": data for name, data in sources.items()},
+        **proofs_of(trace, kept.strategies, counters),
         **programs(),
     }
-    rules = RulesEvidence(lines[0])
-    for line in lines:
-        if line["type"] != "synthesis":
-            continue
-        spec, strategy = line["spec"], line.get("strategy")
-        text = kept.texts[spec]
-        files[f"specs/{spec}.structuredslugs"] = text.encode()
-        if strategy is not None:
-            files[f"strategies/{strategy}.json"] = kept.strategies[strategy]
-            name = f"measures/{spec}-{strategy}.json"
-            if name not in files:
-                files[name] = _json(strategy_measures(text, kept.strategies[strategy]))
-            name = rules.name(line)
-            if name not in files and line.get("node") is not None:
-                found = rules.measures(line, text, kept.strategies[strategy])
-                files |= {name: _json(found)} if found is not None else {}
-        failed = [tried["spec"] for tried in line.get("tried") or ()]
-        failed += [spec] if line["verdict"] == "unrealizable" else []
-        for spec in failed:
-            name = f"counterstrategies/{spec}.json"
-            if name in files or spec not in kept.texts:
-                continue
-            beaten = _counterstrategy(kept.texts[spec], line["robot"], synthesizer)
-            if beaten is not None:
-                files[f"specs/{spec}.structuredslugs"] = kept.texts[spec].encode()
-                files[name] = beaten
-        name = f"counterstrategies/{line['spec']}.json"
-        if line["verdict"] == "unrealizable" and name in files:
-            proof = json.loads(files[name])
-            found = rules.measures(line, text, json.dumps(proof["automaton"]).encode(), proof)
-            files |= {rules.name(line): _json(found)} if found is not None else {}
-    return files
 
 
 def programs() -> dict[str, bytes]:
-    """Return the files of the checker in a bundle: its programs, and the rules of a run in
-    ``audit``."""
-    audit = Path(safenav.audit.__file__).parent
-    found = {path.name: path for path in sorted(CHECKER.glob("check*.py"))}
-    for path in sorted(audit.rglob("*.py")):
-        name = path.relative_to(audit).as_posix()
-        found |= {f"audit/{name}": path} if name != "check.py" else {}  # it needs safenav's reader
-    found["check_json.py"] = Path(strict_json.__file__)
-    found["check_values.py"] = Path(line_values.__file__)
-    own = {"safenav.certify.checker.": "", "safenav.audit": "audit"}
-    own |= {"safenav.strict_json": "check_json", "safenav.line_values": "check_values"}
-    texts = {name: path.read_text() for name, path in found.items()}
+    """Return the files of the checker in a bundle: ``check.py`` and the folder ``judge``."""
+    judge = Path(safenav.judge.__file__).parent
+    found = {f"judge/{path.relative_to(judge).as_posix()}": path for path in judge.rglob("*.py")}
+    found["check.py"] = found.pop("judge/bundle/check.py")
+    own = {"safenav.judge": "judge"}
+    for module in (line_values, strict_json):
+        name = module.__name__.rpartition(".")[2]
+        found[f"judge/{name}.py"], own[module.__name__] = (
+            Path(str(module.__file__)),
+            f"judge.{name}",
+        )
+    texts = {name: found[name].read_text() for name in sorted(found)}
     for before, after in own.items():
         texts = {name: text.replace(before, after) for name, text in texts.items()}
     return {name: text.encode() for name, text in texts.items()}
 
 
-def _counterstrategy(text: str, robot: str, synthesizer: Synthesizer) -> bytes | None:
-    """Return the proof that a specification is unrealizable; None if no proof is possible within
-    the limits. It also defeats robots that leave permanently, if possible: by the rules of the
-    scenario they may."""
-    spec = read_specification(text, robot=robot)
-    for wider in dict.fromkeys((may_leave(spec), spec)):
-        answer = synthesizer.counterstrategy(wider)
-        if answer.strategy_json is None or answer.verdict is not Verdict.UNREALIZABLE:
-            continue
-        try:
-            replies = wider.to_structuredslugs()
-            evidence = counter_evidence(text, answer.strategy_json, replies)
-        except (NoMeasureError, LookupError, ResourceLimitError):
-            return None
-        return _json({"automaton": json.loads(answer.strategy_json), **evidence})
-    return None
-
-
-def _json(data: Any) -> bytes:
-    return json_line(data).encode()
-
-
-def _manifest(files: Mapping[str, bytes], claims: list[dict[str, Any]]) -> dict[str, Any]:
-    return {
+def write_files(folder: Path, files: Mapping[str, bytes]) -> None:
+    """Write files and their manifest."""
+    for name, data in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(data)
+    manifest = {
         "format": "safenav-bundle",
-        "version": 4,
+        "version": VERSION,
         "made_by": {
             "safenav": safenav.__version__,
             "python": platform.python_version(),
-            "networkx": importlib.metadata.version("networkx"),
             "platform": sys.platform,
         },
         "files": {
             name: {"sha256": hashlib.sha256(data).hexdigest(), "bytes": len(data)}
             for name, data in sorted(files.items())
         },
-        "claims": claims,
     }
-
-
-def _write_manifest(folder: Path, manifest: Mapping[str, Any]) -> None:
     (folder / "manifest.json").write_text(json.dumps(manifest, indent=1) + "\n")
 
 

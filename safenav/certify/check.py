@@ -11,8 +11,11 @@ from pathlib import Path
 from typing import Any
 
 from msgspec import Struct
+from msgspec.structs import replace
 
+from safenav.certify.sources import difference
 from safenav.errors import UsageError
+from safenav.judge.bundle.check import SOURCE, UNCOMPARED, open_bundle
 from safenav.synthesis.process import die_with_parent
 
 ROOT = Path(__file__).parents[2]
@@ -20,7 +23,7 @@ PROGRAM = f"""
 import sys
 sys.dont_write_bytecode = True
 sys.path.insert(0, {str(ROOT)!r})
-from safenav.certify.checker.check import main
+from safenav.judge.bundle.check import main
 sys.exit(main())
 """
 
@@ -32,13 +35,15 @@ class Acceptance(StrEnum):
 
 
 class BundleVerdict(Struct, frozen=True):
-    """Verdict of the checker: the claims that it has established, and the reason if it refuses.
+    """Verdict of the checker: the claims that it has established, the reason if it refuses, and
+    which parts it did not compare.
 
     A claim has ``id``, ``kind``, ``text`` and ``evidence``: pairs of a file and a line or None."""
 
     result: Acceptance
     reason: str
     claims: tuple[Mapping[str, Any], ...]
+    not_compared: tuple[str, ...] = ()
 
     @property
     def accepted(self) -> bool:
@@ -48,14 +53,30 @@ class BundleVerdict(Struct, frozen=True):
 _JUDGED = (0, 1, 3)
 
 
-def check_bundle(bundle: Path, *, compare: bool = True) -> BundleVerdict:
-    """Check a bundle with the installed checker (not the copy in the bundle). ``compare``: the
-    manifest must claim what the evidence establishes. Raises UsageError if it is not a bundle."""
+def check_bundle(bundle: Path) -> BundleVerdict:
+    """Check a bundle with the installed checker (not the copy in the bundle), and read its source
+    again. Raises UsageError if it is not a bundle."""
     command = [sys.executable, "-I", "-S", "-c", PROGRAM, str(bundle), "--json"]
-    if not compare:
-        command.append("--any-claims")
     done = subprocess.run(die_with_parent(command), capture_output=True, text=True, check=False)
     if done.returncode not in _JUDGED:
         raise UsageError((done.stdout + done.stderr).strip().splitlines()[-1])
-    said = json.loads(done.stdout)
-    return BundleVerdict(Acceptance(said["verdict"]), said["reason"], tuple(said["claims"]))
+    return compared(bundle, verdict_of(json.loads(done.stdout)))
+
+
+def compared(bundle: Path, verdict: BundleVerdict) -> BundleVerdict:
+    """Return the verdict on a bundle after the comparison of its source."""
+    files = open_bundle(bundle) if verdict.accepted else {}
+    found = {n.partition("/")[2]: f.read_bytes() for n, f in files.items() if n.startswith(SOURCE)}
+    if not found:
+        return verdict
+    told = difference(found, json.loads(files["trace.jsonl"].read_bytes().splitlines()[0]))
+    if told is not None:
+        reason = f"the source is of another scenario than the trace: {told}"
+        return BundleVerdict(Acceptance.REFUSED, reason, ())
+    left = tuple(each for each in verdict.not_compared if each != UNCOMPARED[SOURCE])
+    return replace(verdict, not_compared=left)
+
+
+def verdict_of(said: Mapping[str, Any]) -> BundleVerdict:
+    claims, left = tuple(said["claims"]), tuple(said["not_compared"])
+    return BundleVerdict(Acceptance(said["verdict"]), said["reason"], claims, left)

@@ -1,96 +1,98 @@
-"""Evidence for a strategy or a counterstrategy: its measures and choices.
+"""The proofs of a bundle: measures of strategies, and counterstrategies, under the scenario.
 
-The formulas are evaluated by the checker's own code: evidence need not be independent, because it
-is checked.
+The demands are evaluated by the checker's own code: a proof need not be independent, because it is
+checked.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
-from functools import lru_cache
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from safenav.audit.language import RefusedError, Row, TooLargeError
-from safenav.audit.world import World
-from safenav.certify.checker.check_strategies import Met, Strategy
-from safenav.certify.checker.check_tasks import Task, circumstances
-from safenav.errors import ResourceLimitError
+from safenav.errors import NotCertifiedError, ResourceLimitError
+from safenav.judge.bundle.evidence import proof_file, unseen
+from safenav.judge.bundle.strategies import BundleTooLargeError, Met, RefusedError
+from safenav.judge.bundle.tasks import Task
+from safenav.judge.engine import judge
+from safenav.judge.lines import Line, NotATraceError
+from safenav.judge.rule import Rule
+from safenav.judge.state import State
+from safenav.lines import json_line
 from safenav.verify.measures import Measure, NoMeasureError, measure
 
-
-def strategy_measures(text: str, strategy_json: bytes) -> list[Measure]:
-    """Return a measure for each goal of a specification's text under its strategy.
-
-    Raises NoMeasureError if the strategy starves a goal."""
-    strategy = _read(strategy_json, text)
-    return _measures(strategy, strategy, [*dict.fromkeys(strategy.first)])
+Counters = Callable[[str, str], Iterable[bytes]]
+"""Yields the counterstrategies of a robot to a specification (its sha256), the best one first."""
 
 
-def counter_evidence(text: str, strategy_json: bytes, replies: str | None = None) -> dict[str, Any]:
-    """Return the evidence that the synthesizer's counterstrategy omits: the environment's initial
-    input (``start``) and choices (``chosen``), and the ``measures`` that prove that it wins.
-    ``replies``: a text that allows the robot more, and that the counterstrategy defeats, too.
+def proofs_of(
+    trace: bytes, strategies: Mapping[str, bytes], counters: Counters
+) -> dict[str, bytes]:
+    """Return the proofs of all ``synthesis`` lines of a trace, and their strategies, as files.
 
-    Raises NoMeasureError if it does not beat the robot, LookupError if no input begins it."""
-    strategy = _read(strategy_json, text)
-    wider = strategy if replies in (None, text) else _read(strategy_json, replies)
-    nodes = [*dict.fromkeys(strategy.first)]
-    measures = _measures(strategy, strategy, nodes, counter=True)
-    chosen = [
-        strategy.inputs[targets[0]] if targets else _unanswered_input(wider, node)
-        for node, targets in enumerate(strategy.next)
-    ]
-    start = strategy.inputs[0] if strategy.count else _opening(strategy)
-    return {"start": start, "chosen": chosen, "measures": measures}
+    A line without a proof gets no file, or a measure that does not fall: the checker says why.
+    Raises ResourceLimitError if a strategy is too large for it, NotCertifiedError for other data
+    than a trace."""
+    found: dict[str, bytes] = {}
 
+    def prove(e: Line, s: State) -> Iterator[str]:
+        name = proof_file(e)
+        if name not in found:
+            proof = _proof(e, s, strategies, counters)
+            found.update({} if proof is None else {name: json_line(proof).encode()})
+            if e.verdict == "realizable" and e.strategy in strategies and not unseen(e, s):
+                found[f"strategies/{e.strategy}.json"] = strategies[e.strategy]
+        return iter(())
 
-class RulesEvidence:
-    """Measures under the rules of the scenario itself, for ``synthesis`` lines of one run."""
-
-    def __init__(self, header: Mapping[str, Any]) -> None:
-        """``header``: the first line of the trace."""
-        self._scenario = header["scenario"]
-        self._world = World.of(self._scenario["map"], live=header.get("clock") == "live")
-
-    def name(self, line: Mapping[str, Any]) -> str:
-        """Return the file for a line; lines about the same circumstances share one."""
-        return f"rules/{circumstances(line)}.json"
-
-    def measures(
-        self, line: Mapping[str, Any], text: str, strategy_json: bytes, counter: Any = None
-    ) -> list[Measure] | None:
-        """Return a measure for each goal of the robot; for a counterstrategy (``counter``: its
-        evidence), one for each assumption and one that shows that a goal is missed forever from
-        some point on.
-
-        If a measure does not exist, a constant one takes its place and the checker reports the
-        error. None if the circumstances do not fit the strategy.
-        """
-        strategy = _read(strategy_json, text)
-        robot, cells = self._scenario["robots"][line["robot"]], self._scenario.get("partition")
-        try:
-            task = Task(self._world, robot, line, cells, strategy)
-            if counter is None:
-                begin = task.begin(line["node"])
-            else:
-                start = tuple(counter["start"])
-                nodes = (node for node in strategy.begin if strategy.inputs[node] == start)
-                begin = [node for node in nodes if task.done[node] in task.openings(start)]
-            reached, proof = strategy.reach(begin), counter is not None
-            return _measures(task, strategy, reached, counter=proof, lenient=True)
-        except (RefusedError, LookupError):  # or the line lacks what the format leaves open
-            return None
+    try:
+        judge(trace.splitlines(keepends=True), [Rule("proofs", ("synthesis",), prove, "")])
+    except BundleTooLargeError as error:
+        raise ResourceLimitError(f"a strategy is too large to be certified: {error}") from error
+    except NotATraceError as error:
+        raise NotCertifiedError(str(error)) from error
+    return found
 
 
-def _measures(
-    rules: Any, graph: Strategy, nodes: list[int], *, counter: bool = False, lenient: bool = False
-) -> list[Measure]:
-    """Return the measures under some rules for the edges of nodes, each as if it led to the first
-    of equivalent nodes. ``lenient``: a constant one stands for a measure that does not exist."""
+def _proof(
+    e: Line, s: State, strategies: Mapping[str, bytes], counters: Counters
+) -> dict[str, Any] | None:
+    try:
+        if e.verdict == "realizable" and e.node is not None and not unseen(e, s):
+            task = Task(json.loads(strategies[e.strategy]), e, s)
+            return {"measures": _measures(task, task.graph.reach(task.begin(e.node)))}
+        for automaton in counters(e.spec, e.robot) if e.verdict == "unrealizable" else ():
+            try:
+                return counter_proof(json.loads(automaton), e, s)
+            except (NoMeasureError, LookupError):
+                continue
+    except (RefusedError, LookupError):  # the circumstances do not fit the strategy
+        return None
+    return None
+
+
+def counter_proof(automaton: Any, e: Line, s: State) -> dict[str, Any]:
+    """Return a counterstrategy with what the synthesizer omits: the environment's initial input and
+    choices, and the measures that prove that it wins.
+
+    Raises NoMeasureError if it does not, LookupError if the robot could answer each input."""
+    task = Task(automaton, e, s)
+    nodes = task.graph.reach(task.answered(task.opening))
+    chosen: list[Any] = [None] * task.graph.count
+    for node in nodes:
+        targets = task.graph.next[node]
+        chosen[node] = task.graph.inputs[targets[0]] if targets else _unanswered(task, node)
+    measures = _measures(task, nodes, counter=True)
+    about = {"start": task.opening, "chosen": [row or () for row in chosen]}
+    return {"automaton": automaton, **about, "measures": measures}
+
+
+def _measures(task: Task, nodes: Sequence[int], *, counter: bool = False) -> list[Measure]:
+    """Return the measures for the edges of nodes, each as if it led to the first of equivalent
+    nodes. For a strategy a constant one stands for a measure that does not exist."""
+    graph = task.graph
     edges = graph.edges(nodes)
     ends = edges[0], [graph.first[target] for target in edges[1]]
-    goals, assumed = rules.met(edges)
+    goals, assumed = task.met(edges)
     wanted: list[tuple[Met, list[Met]]] = [(met, assumed) for met in goals]
     if counter:
         wanted = [*((met, []) for met in assumed), ([False] * len(edges[0]), goals)]
@@ -99,35 +101,16 @@ def _measures(
         try:
             found.append(measure(graph.count, ends, met, excuses))
         except NoMeasureError:
-            if not lenient:
+            if counter:
                 raise
             found.append({"n": [0] * graph.count, "a": [None] * graph.count})
     return found
 
 
-@lru_cache(maxsize=2)
-def _read(strategy_json: bytes, text: str) -> Strategy:
-    """Return a strategy as the checker reads it, cached for the next call.
-
-    Raises ResourceLimitError if it is too large for the checker."""
-    try:
-        return Strategy(json.loads(strategy_json), text)
-    except TooLargeError as error:
-        raise ResourceLimitError(f"a strategy is too large to be certified: {error}") from error
-
-
-def _unanswered_input(strategy: Strategy, node: int) -> Row:
-    """Return a next input to which the robot has no reply."""
-    rows = strategy.expected(strategy.asked[node])
-    return _first(row for row in rows if not strategy.replies(node, row))
-
-
-def _opening(strategy: Strategy) -> Row:
-    """Return an initial input to which the robot has no reply."""
-    return _first(row for row in strategy.starts() if not strategy.openings(row))
-
-
-def _first(rows: Iterable[Row]) -> Row:
-    for row in sorted(rows):
-        return row
-    raise LookupError("the robot has a successor for each input")
+def _unanswered(task: Task, node: int) -> Sequence[int]:
+    """Return a next input to which the robot has no reply. Raises LookupError."""
+    rows = sorted(task.expected(task.asked[node]))
+    found = next((row for row in rows if not task.replies(node, row)), None)
+    if found is None:
+        raise LookupError("the robot has a successor for each input")
+    return found

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from html import escape
 from typing import Any
 
-from safenav.audit.lines import read_objective
+from safenav.judge.lines import READS
 from safenav.trace.looks import Look, looks
 from safenav.world.map import RegionMap
 
@@ -38,7 +38,7 @@ def map_svg(scenario: Mapping[str, Any], world: RegionMap) -> str:
         zip(scenario["robots"].values(), looks([*scenario["robots"]]), strict=True)
     ):
         inset = 2 + 1.6 * (number % 4)
-        targets = frozenset[int]().union(*read_objective(robot["objective"]).targets)
+        targets = frozenset[int]().union(*READS["objective"](robot["objective"]).targets)
         marked |= targets
         for region in sorted(targets):
             x, y = _corner(region, world)

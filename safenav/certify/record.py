@@ -9,12 +9,11 @@ from msgspec.structs import replace
 
 from safenav.certify.bundle import Made, make_bundle
 from safenav.certify.run import Kept, read_lines
+from safenav.certify.sources import sources_of
 from safenav.errors import NotCertifiedError, UsageError
 from safenav.lines import read_file
 from safenav.runtime.run.mission import Mission, default_synthesizer, uninterrupted
 from safenav.scenario.reading.loader import load_scenario_text, scenario_text
-from safenav.scenario.reading.references import referenced_files, root_of
-from safenav.scenario.yaml.source import STDIN
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
 from safenav.trace.reading import read_bytes
@@ -94,15 +93,3 @@ def motion_checked(motion: Path, trace: bytes, name: str) -> bytes:
 def syntheses_of(trace: bytes, name: str) -> list[dict[str, object]]:
     """Return the ``synthesis`` lines of a trace."""
     return [line for line in read_lines(trace, name) if line["type"] == "synthesis"]
-
-
-def sources_of(scenario: Path, text: str) -> dict[str, bytes]:
-    """Return the text of a scenario, and its map and catalogue files, by name."""
-    found = {"scenario.yaml" if str(scenario) == STDIN else scenario.name: text.encode()}
-    for path in referenced_files(root_of(text), scenario.parent):
-        name = path.name
-        while name in found:  # a file of that name from another folder
-            name = f"_{name}"
-        if path.is_file():
-            found[name] = path.read_bytes()
-    return found

@@ -18,7 +18,7 @@ from safenav.trace.records import VERSION
 
 
 class Kept(Struct):
-    """Texts of specifications, and strategies, by the sha256 in the trace.
+    """Strategies, and the specifications that need a counterstrategy, by the sha256 in the trace.
 
     ``__call__`` receives the synthesizer's progress reports and stores its results.
     """
@@ -36,28 +36,25 @@ class Kept(Struct):
     def complete(
         self, lines: Sequence[Mapping[str, Any]], cache: Cache, synthesizer: Synthesizer
     ) -> None:
-        """Add the missing texts and strategies of a trace's ``synthesis`` lines: texts from the
-        cache, strategies by repeated synthesis.
+        """Add the missing strategies of a trace's ``synthesis`` lines, by repeated synthesis, and
+        the specifications without a strategy, from the cache.
 
         Raises UsageError, which states what is missing, if that is not possible.
         """
         for line in lines:
-            spec, strategy = line["spec"], line.get("strategy")
-            if spec not in self.texts:
-                text = cache.load_text(spec)
+            strategy = line.get("strategy") if line.get("node") is not None else None
+            missing = strategy is not None and strategy not in self.strategies
+            if missing or line["verdict"] == "unrealizable":
+                text = cache.load_text(line["spec"])
                 if text is None:
                     raise UsageError(
                         f"the specification of {line['robot']} at tick {line['tick']} "
-                        f"({spec[:12]}) is no longer in the cache; run the scenario again "
+                        f"({line['spec'][:12]}) is no longer in the cache; run the scenario again "
                         "with `safenav certify`"
                     )
-                self.texts[spec] = text
-            for tried in line.get("tried") or ():
-                weaker = cache.load_text(tried["spec"])
-                if weaker is not None:  # otherwise no claim names it
-                    self.texts.setdefault(tried["spec"], weaker)
-            if strategy is not None and strategy not in self.strategies:
-                self.strategies[strategy] = self._again(line, synthesizer)
+                self.texts[line["spec"]] = text
+            if missing:
+                self.strategies[str(strategy)] = self._again(line, synthesizer)
 
     def _again(self, line: Mapping[str, Any], synthesizer: Synthesizer) -> bytes:
         spec = read_specification(self.texts[line["spec"]], robot=line["robot"])

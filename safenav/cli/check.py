@@ -271,6 +271,7 @@ def of_bundle(file: GivenFile) -> JudgedFile:
     colour = "green" if verdict.accepted else "red"
     reason = f": {verdict.reason}" if verdict.reason else ""
     lines = [*table(("claim", "established"), rows)] if rows else []
+    lines += [f"not compared: {what}" for what in verdict.not_compared]
     lines.append(f"{file.path}: {click.style(verdict.result, fg=colour)}{reason}")
     status = {
         Acceptance.ACCEPTED: ExitCode.OK,
@@ -278,6 +279,7 @@ def of_bundle(file: GivenFile) -> JudgedFile:
         Acceptance.TOO_LARGE: ExitCode.RESOURCE_LIMIT,
     }[verdict.result]
     data = {"verdict": verdict.result, "reason": verdict.reason, "claims": claims}
+    data["not_compared"] = list(verdict.not_compared)
     return JudgedFile(status, data, lines)
 
 

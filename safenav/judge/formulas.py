@@ -156,6 +156,7 @@ class Formulas:
             [part.value for part in each if {name.rstrip("'") for name in part.reads} <= known]
             for each in parts.values()
         )
+        self._all = {key: [part.value for part in each] for key, each in parts.items()}
         self.count = len(parts["liveness"])
         self.steps = cache(self._steps)
         self.goals = self._goals if len(self._goals) == self.count else []
@@ -178,6 +179,14 @@ class Formulas:
     def allows(self, before: Pose, after: Pose) -> bool:
         """Return whether safety allows a step with some memory."""
         return bool(self.steps(before, after))
+
+    def holds(
+        self, part: str, before: Pose, old: Sequence[int], after: Pose, new: Sequence[int]
+    ) -> list[bool]:
+        """Return which formulas of ``init``, ``safety`` or ``liveness`` hold for a step with values
+        of the memory and the inputs."""
+        at = self._row(before, after, old, new)
+        return [bool(formula(at)) for formula in self._all[part]]
 
     def meets(self, goal: int, before: Pose, after: Pose) -> bool:
         """Return whether a step may meet a goal with some memory; it may also break safety."""

@@ -16,6 +16,8 @@ from safenav.line_values import flaws
 from safenav.strict_json import read_json
 
 VERSION = 3
+PASSING = ("tick", "t", "reason", "seconds", "cached")
+"""Fields of a synthesis that say nothing of its task; the others are its ``text``."""
 MOST_BYTES = 10_000_000
 """Bytes of a line."""
 
@@ -75,12 +77,21 @@ class Objective(Line):
         return self.strict or self.ends or self.kind == "visit"
 
     @property
+    def single(self) -> bool:
+        """Return whether it has one target, where the robot stays from the first arrival on."""
+        return self.settles and not self.ends
+
+    @property
     def covers(self) -> bool:
         return self.kind == "cover"
 
     @property
     def last(self) -> frozenset[int]:
         return self.targets[-1]
+
+    def alternating(self) -> Objective:
+        """Return the weaker form of a strict objective: the same targets in turn."""
+        return Objective(**vars(self) | {"kind": "visit"}) if self.strict else self
 
     def serves(self, own: Objective) -> bool:
         """Return whether the goals of this objective are those of another one, of which it may be
@@ -148,9 +159,15 @@ READS: dict[str, Read] = {
     **{"counts": _by_name(_count), "ints": _by_name(_INT), "truths": _by_name(_BOOL)},
     **{"words": _by_name(_STR), "met": _by_name(_list(_NAMES)), "numbers": _list(_count)},
     **{"memories": _by_name(_by_name(_INT)), "spans": _list(_pair(_count, _count))},
-    **{"poses": _list(_pair(_INT, _HEADING), frozenset)},
+    **{"poses": _list(_pair(_INT, _HEADING), frozenset), "way": _list(_pair(_INT, _HEADING))},
+    **{"closed": _list(_pair(_INT, _STR)), "cells": _list(_list(_INT, frozenset))},
+    **{"again": _by_name(_list(_BOOL)), "orders": _list(_pair(_STR, _count, _STR, _count))},
     **{"places": _by_name(_pair(_INT, _HEADING)), "refused": _by_name(_of(int, type(None)))},
 }
+READS["knowledge"] = _by_name(lambda one: _INT(one) if type(one) is int else _list(_INT)(one))
+READS |= {"beliefs": _by_name(READS["cells"]), "targets": _by_name(READS["cells"])}
+READS["areas"] = _by_name(READS["regions"])
+READS |= {"ways": _by_name(READS["way"]), "again_list": _list(_BOOL)}
 """The types of fields."""
 
 
@@ -220,7 +237,8 @@ def _objective(value: Any) -> Objective:
     asks = kind == "ltl" or always
     formulas = Formulas(body if kind == "ltl" else {}, always) if asks else None
     data = json.dumps([[sorted(one) for one in targets] or body, sorted(rules[0]), rules[1]])
-    about = {"targets": targets, "avoid": rules[0], "literal": form == "literal", "data": data}
+    about = {"targets": targets, "avoid": rules[0], "always": always, "data": data}
+    about["literal"] = form == "literal"
     liveness = formulas.count if formulas and kind == "ltl" else len(targets)
     return Objective(kind=kind, formulas=formulas, count=liveness, **about)
 
@@ -243,8 +261,10 @@ _add(
     change="at:count robot objective?:objective active?:bool within?:count",
     zone="robots:names regions:regions",
     promises="within:counts by?:count late?",
-    input="name spans?:spans",
-    map="rows:count cols:count grid:names",
+    input="name spans?:spans again?:again_list",
+    map="rows:count cols:count grid:names names?:ints areas?:areas",
+    signal="request:bool wait:bool assigned:int",
+    command="places:regions from:poses memory?:ints",
     until="rounds?:count",
     limits="ticks?:count seconds?:number",
     reach="poses:poses live:bool",
@@ -255,7 +275,8 @@ _add(
     obstacle="type name region:int action resolution_regions:regions blocks:set traversable:truth"
     " needs?:need_list from?:count until?:count resolve_within?:count ordered?:bool",
     robot="mobility layer capabilities:set start:int heading:heading objective:objective"
-    " conflicts?:set timing?:count battery?:battery when?:when_list while_waiting?:objective",
+    " conflicts?:set tracking? vision?:number timing?:count battery?:battery"
+    " when?:when_list while_waiting?:objective",
     choice="option:option proof:proof",
     closure="resolved:names never:names robots:reach_by_name",
     joint="robots:names start:places stages:counts states:count sha256 memory?:memories",
@@ -269,20 +290,26 @@ _add(
 _add(
     scenario="map:map robots:robot_by_name obstacles:obstacle_list until:until limits:limits"
     " coordination world? flat? begun?:begun changes?:change_list never_together?:zone_list"
-    " promises?:promises chargers?:regions inputs?:input_list",
+    " promises?:promises chargers?:regions inputs?:input_list partition?:cells",
 )
 _MOVED, _ENDS = "robot from:int to:int heading:heading", "outcome explanation cause? proof?:proof"
 KINDS = {
     kind: _object(text)
     for kind, text in {
         "header": "trace:int scenario:scenario clock?",
-        "move": f"{_MOVED} toward?:int by? result?",
-        "depart": f"{_MOVED} command:count by",
+        "move": f"{_MOVED} toward?:int by? result? signal?:signal busy?:regions",
+        "depart": f"{_MOVED} command:count by node?:count signal?:signal shown?:regions",
+        "hold": "robot signal?:signal",
         "arrive": "robot at:int heading:heading result command:count regions?:regions",
         "act": "robot robots:names obstacles:names",
         "acted": "robot results:words reason? barred?:names",
         "synthesis": "robot verdict objective:objective spec node?:count memory?:ints"
-        " places?:regions",
+        " places?:regions strategy? region?:int heading?:heading form? fairness? tracking?"
+        " closed?:closed moving?:names knowledge?:knowledge beliefs?:beliefs neutral?:int"
+        " places_from?:command_list others_targets?:targets sight_closed?:regions inputs?:truths"
+        " again?:again forbidden?:poses",
+        "plan": "robots:ways orders:orders",
+        "plan_end": "reason",
         "told": "robot objective:objective",
         "push": "obstacle objectives:objectives",
         "pop": "obstacle objectives:objectives",
@@ -358,6 +385,9 @@ class Reader:
         except (WrongError, UnreadError, RecursionError) as error:
             self.require(False, str(error))
         line.kind, line.tick, line.t, line.number = kind, tick, t, self.read
+        if kind == "synthesis":
+            about = {key: data[key] for key in sorted(data) if key not in PASSING}
+            line.__dict__["text"] = json.dumps(about)
         self._names(line)
         return line
 

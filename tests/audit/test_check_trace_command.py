@@ -12,9 +12,6 @@ from runtime.facts import case
 from runtime.played import play
 from safenav.audit.check import check_trace
 from safenav.audit.rules import proofs
-from safenav.certify.checker.check import open_bundle
-from safenav.certify.checker.check_run import Evidence
-from safenav.certify.record import bundle_of_trace
 
 
 def run(*arguments: str, stdin: str = "") -> warm.Done:
@@ -88,7 +85,7 @@ def test_a_trace_without_outcome_takes_partial(good: Path, cut: int) -> None:
     assert run("--partial", str(good)).returncode == 0
 
 
-def test_a_request_that_is_too_large_to_judge_is_noted_in_a_bundle(
+def test_a_request_that_is_too_large_to_judge_is_noted(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "trace.jsonl"
@@ -101,8 +98,3 @@ def test_a_request_that_is_too_large_to_judge_is_noted_in_a_bundle(
     assert (note.rule, note.robot) == ("proof", "c1")
     said = "whether shutter@11 can be resolved and the mission completed (more than 5 joint states)"
     assert note.explanation == f"not judged: {said}"
-    bundle_of_trace(path, tmp_path / "bundle")
-    evidence = Evidence(open_bundle(tmp_path / "bundle")[0])
-    evidence.replay()
-    claims = [claim["text"] for claim in evidence.claims if claim["kind"] == "unjudged"]
-    assert claims == [f"Tick {note.tick}: Not judged: {said}."]

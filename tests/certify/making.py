@@ -4,7 +4,8 @@ import hashlib
 import io
 import json
 import sys
-from contextlib import redirect_stdout, suppress
+from collections.abc import Iterator
+from contextlib import redirect_stdout
 from functools import cache
 from pathlib import Path
 
@@ -13,11 +14,11 @@ import pytest
 from children import ran
 from once import SCENARIOS, made_once
 from runtime.played import whole
-from safenav.certify.bundle import programs
-from safenav.certify.check import Acceptance, BundleVerdict
-from safenav.certify.checker import check as checker
-from safenav.certify.evidence import RulesEvidence
+from safenav.certify.bundle import programs, write_files
+from safenav.certify.check import BundleVerdict, compared, verdict_of
+from safenav.certify.evidence import proofs_of
 from safenav.certify.record import bundle_of_run
+from safenav.judge.bundle import check as checker
 
 ROOT = Path(__file__).parents[2]
 
@@ -130,38 +131,25 @@ def files_of(bundle: Path) -> Files:
     return files
 
 
-def with_rules(files: Files) -> Files:
-    """With measures for altered ``synthesis`` lines, as good as a forger can get them."""
-    files = dict(files)
-    lines = [json.loads(line) for line in files["trace.jsonl"].splitlines()]
-    with suppress(Exception):  # what cannot be read has no measures
-        rules = RulesEvidence(lines[0])
-        for line in lines:
-            if line["type"] != "synthesis" or rules.name(line) in files:
-                continue
-            with suppress(Exception):
-                text = files[f"specs/{line['spec']}.structuredslugs"].decode()
-                if line.get("strategy"):
-                    data, proof = files[f"strategies/{line['strategy']}.json"], None
-                else:
-                    proof = json.loads(files[f"counterstrategies/{line['spec']}.json"])
-                    data = json.dumps(proof["automaton"]).encode()
-                found = rules.measures(line, text, data, proof)
-                files |= {} if found is None else {rules.name(line): json.dumps(found).encode()}
-    return files
+def with_proofs(files: Files) -> Files:
+    """With the proofs that the lines name, as good as a forger can get them, and no others."""
+
+    def counters(*_: str) -> Iterator[bytes]:
+        proofs = (json.loads(data) for name, data in files.items() if name.startswith("proofs/"))
+        yield from (json.dumps(p["automaton"]).encode() for p in proofs if "automaton" in p)
+
+    strategies = {Path(n).stem: data for n, data in files.items() if n.startswith("strategies/")}
+    try:
+        found = proofs_of(files["trace.jsonl"], strategies, counters)
+    except Exception:  # what cannot be read has no proofs
+        return files
+    kept = {n: d for n, d in files.items() if not n.startswith(("proofs/", "strategies/"))}
+    return kept | {name: files.get(name, data) for name, data in found.items()}
 
 
-def rewrite(bundle: Path, files: Files, target: Path) -> Path:
-    """A bundle with these files whose manifest was repaired; it claims what ``bundle`` does."""
-    manifest, files = json.loads((bundle / "manifest.json").read_bytes()), with_rules(files)
-    manifest["files"] = {
-        name: {"sha256": hashlib.sha256(data).hexdigest(), "bytes": len(data)}
-        for name, data in files.items()
-    }
-    for name, data in files.items():
-        (target / name).parent.mkdir(parents=True, exist_ok=True)
-        (target / name).write_bytes(data)
-    (target / "manifest.json").write_text(json.dumps(manifest))
+def rewrite(_: Path, files: Files, target: Path, *, prove: bool = True) -> Path:
+    """A bundle with these files whose manifest, and proofs, were repaired."""
+    write_files(target, with_proofs(files) if prove else files)
     return target
 
 
@@ -190,7 +178,8 @@ def judged(bundle: Path) -> tuple[int, str]:
         return status, out.buffer.getvalue().decode()  # type: ignore[attr-defined]
 
 
-def checked(bundle: Path, *, compare: bool = True) -> BundleVerdict:
+def checked(bundle: Path) -> BundleVerdict:
     """``check_bundle`` without a process of its own: bundles are made by the hundred."""
-    verdict, reason, claims = checker.check(bundle, compare=compare)
-    return BundleVerdict(Acceptance(verdict), reason, tuple(json.loads(json.dumps(claims))))
+    verdict, reason, claims, left = checker.check(bundle)
+    said = {"verdict": verdict, "reason": reason, "claims": claims, "not_compared": left}
+    return compared(bundle, verdict_of(json.loads(json.dumps(said))))

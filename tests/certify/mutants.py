@@ -6,7 +6,6 @@ A mutant gets the files of a bundle and a random source; it returns None if it c
 
 import hashlib
 import json
-import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from random import Random
@@ -30,14 +29,14 @@ def lines_of(files: Files) -> list[dict[str, Any]]:
 
 
 def with_lines(files: Files, lines: list[dict[str, Any]]) -> Files:
-    """With another trace; scenario.json follows its header."""
+    """With another trace."""
     text = "".join(json.dumps(line) + "\n" for line in lines)
-    scenario = json.dumps(lines[0]["scenario"]).encode()
-    return {**files, "trace.jsonl": text.encode(), "scenario.json": scenario}
+    return {**files, "trace.jsonl": text.encode()}
 
 
 def renamed(files: Files, path: str, data: bytes) -> Files:
-    """With another text or strategy: its name, the trace and the measures follow."""
+    """With another strategy: its name and the trace follow, and the measures too if the forger
+    finds any."""
     old = path.rpartition("/")[2].partition(".")[0]
     new = hashlib.sha256(data).hexdigest()
     after = {
@@ -125,69 +124,16 @@ def _flip_bit(nodes: dict[str, Any], source: Random) -> bool:
     return True
 
 
-def _measure(document: list[dict[str, Any]], source: Random) -> bool:
-    part = source.choice(document)
+def _measure(document: dict[str, Any], source: Random) -> bool:
+    part = source.choice(document["measures"]) if document["measures"] else None
+    if part is None or not part["n"]:
+        return False
     node = source.randrange(len(part["n"]))
     if source.random() < 0.7:
         part["n"][node] = max(0, part["n"][node] + source.choice([-2, -1, 1, 2, 50]))
     else:
         part["a"][node] = source.choice([None, 0, 1, 7])
     return True
-
-
-def _some_measure(files: Files, source: Random) -> Files | None:
-    return _document(source.choice(["measures", "rules"]), _measure)(files, source)
-
-
-def _text(change: Callable[[list[str], Random], list[str] | None]) -> Alter:
-    def alter(files: Files, source: Random) -> Files | None:
-        path = some(files, "specs", source)
-        assert path is not None
-        lines = change(files[path].decode().splitlines(), source)
-        return None if lines is None else renamed(files, path, ("\n".join(lines) + "\n").encode())
-
-    return alter
-
-
-def _section(lines: list[str], name: str) -> list[int]:
-    """The numbers of a section's formulas."""
-    inside, found = False, []
-    for number, line in enumerate(lines):
-        if line.startswith("["):
-            inside = line == f"[{name}]"
-        elif inside and line and not line.startswith("#"):
-            found.append(number)
-    return found
-
-
-def _another_assumption(lines: list[str], source: Random) -> list[str] | None:
-    inputs = [line for number in _section(lines, "INPUT") for line in [lines[number]]]
-    if not inputs:
-        return None
-    name = source.choice(inputs)
-    formula = f"{name.partition(':')[0]}' = 14" if ":" in name else f"!{name}'"
-    at = lines.index("[ENV_TRANS]") + 1
-    return [*lines[:at], formula, *lines[at:]]
-
-
-def _never_fair(lines: list[str], source: Random) -> list[str] | None:
-    del source
-    at = lines.index("[ENV_LIVENESS]") + 1
-    return [*lines[:at], "FALSE", *lines[at:]]
-
-
-def _another_guarantee(lines: list[str], source: Random) -> list[str] | None:
-    at = lines.index("[SYS_TRANS]") + 1
-    return [
-        *lines[:at],
-        source.choice(["region' = region", "FALSE", "region' != region"]),
-        *lines[at:],
-    ]
-
-
-def _weaker(lines: list[str], source: Random) -> list[str] | None:
-    number = source.choice(_section(lines, "SYS_TRANS"))
-    return lines[:number] + lines[number + 1 :]
 
 
 def _header(change: Callable[[dict[str, Any], Random], bool]) -> Alter:
@@ -240,18 +186,6 @@ def _line(kind: str, change: Callable[[dict[str, Any], Random], bool]) -> Alter:
     return alter
 
 
-def _drop_line(*kinds: str) -> Alter:
-    def alter(files: Files, source: Random) -> Files | None:
-        lines = lines_of(files)
-        found = [k for k, line in enumerate(lines) if line["type"] in kinds]
-        if not found:
-            return None
-        gone = source.choice(found)
-        return with_lines(files, lines[:gone] + lines[gone + 1 :])
-
-    return alter
-
-
 def _elsewhere(line: dict[str, Any], source: Random) -> bool:
     line["to"] += source.choice([1, -1, 2, 13, -13])
     return True
@@ -284,7 +218,7 @@ def _begins_elsewhere(files: Files, source: Random) -> Files | None:
 
 
 def _exchange_strategies(files: Files, source: Random) -> Files | None:
-    """A strategy that is correct for another specification, with its own measures."""
+    """A strategy that is correct for another task."""
     lines = lines_of(files)
     found = [line for line in lines if line["type"] == "synthesis" and line["strategy"]]
     if len({line["strategy"] for line in found}) < 2:
@@ -292,73 +226,29 @@ def _exchange_strategies(files: Files, source: Random) -> Files | None:
     one, other = source.sample(found, 2)
     if one["strategy"] == other["strategy"]:
         return None
-    before, one["strategy"] = one["strategy"], other["strategy"]
-    files = with_lines(files, lines)
-    own = f"measures/{one['spec']}-{before}.json"
-    files[f"measures/{one['spec']}-{one['strategy']}.json"] = files[own]
-    return files
-
-
-def _weaker_with_strategy(files: Files, source: Random) -> Files | None:
-    """Text and measures lack the last goal: a strategy that never meets it realizes the rest."""
-    path = some(files, "specs", source)
-    assert path is not None
-    lines = files[path].decode().splitlines()
-    goals = _section(lines, "SYS_LIVENESS")
-    name = path.rpartition("/")[2].partition(".")[0]
-    measures = [m for m in files if m.startswith(f"measures/{name}")]
-    if not goals or not measures:
-        return None
-    text = "\n".join(lines[: goals[-1]] + lines[goals[-1] + 1 :]) + "\n"
-    files = dict(files)
-    for measure in measures:
-        files[measure] = json.dumps(json.loads(files[measure])[:-1]).encode()
-    stuck = _strategy(_stay_for_ever)(renamed(files, path, text.encode()), source)
-    return stuck
+    one["strategy"] = other["strategy"]
+    return with_lines(files, lines)
 
 
 def _counter_edge(document: dict[str, Any], source: Random) -> bool:
-    nodes = document["automaton"]["nodes"]
+    nodes = document["automaton"]["nodes"] if "automaton" in document else {}
     return bool(nodes) and source.choice([_redirect, _drop_edge, _flip_bit])(nodes, source)
 
 
 def _counter_input(document: dict[str, Any], source: Random) -> bool:
+    if "automaton" not in document:
+        return False
     inputs = source.choice([document["start"], *document["chosen"]])
     if inputs:
         inputs[source.randrange(len(inputs))] ^= 1
-    return bool(inputs)
+    else:
+        inputs.append(0)
+    return True
 
 
-UNUSED = "the strategy and its measures prove the same text's claims; the altered part is not used"
-COUNTER = "the counterstrategy keeps the new assumption as well"
 MEASURE = "the strategy is the same, and the altered measure still falls"
-WEAKER = "the strategy is the same and is validated against the scenario itself, not by this line"
 ELSEWHERE = "another answer of the strategy that is correct as well, and not one of this run"
-
 STAYS = "where it waits it meets each of its goals"
-
-LOOSE, STRICT = (
-    "; it may cross a target out of turn",
-    ", without crossing a target out of turn",
-)
-
-
-def _stronger_form(files: Files, source: Random) -> Files | None:
-    """The page states that nothing was crossed where that was not proven."""
-    del source
-    page = files["index.html"].replace(LOOSE.encode(), STRICT.encode())
-    return None if page == files["index.html"] else {**files, "index.html": page}
-
-
-def _forged_sentence(files: Files, source: Random) -> Files | None:
-    """A claim on the page loses the condition under which it was proven."""
-    text = files["index.html"].decode()
-    listed = list(re.finditer(r"(<li id=[^>]*>.*?), (whatever|if) [^<]*<br>", text))
-    if not listed:
-        return None
-    one = source.choice(listed)
-    page = f"{text[: one.start()]}{one[1]}.<br>{text[one.end() :]}"
-    return {**files, "index.html": page.encode()}
 
 
 def _literal(line: dict[str, Any], source: Random) -> bool:
@@ -381,36 +271,24 @@ def _no_proof(line: dict[str, Any], source: Random) -> bool:
 
 
 MUTANTS = (
-    Mutant("a stronger form on the page", _stronger_form),
     Mutant("a stronger form in the trace", _line("synthesis", _literal)),
-    Mutant("a forged sentence on the page", _forged_sentence),
     Mutant("a transition", _strategy(_redirect), ELSEWHERE),
     Mutant("a transition to a twin", _strategy(_redirect_to_a_twin), ELSEWHERE),
     Mutant("waiting for ever", _strategy(_stay_for_ever), STAYS),
     Mutant("a transition gone", _strategy(_drop_edge)),
     Mutant("a bit of a state", _strategy(_flip_bit), ELSEWHERE),
-    Mutant("a measure", _some_measure, MEASURE),
-    Mutant("an assumption more", _text(_another_assumption), COUNTER),
-    Mutant("an assumption that is false", _text(_never_fair), WEAKER),
-    Mutant("a guarantee more", _text(_another_guarantee), UNUSED),
-    Mutant("a guarantee fewer", _text(_weaker), WEAKER),
+    Mutant("a measure", _document("proofs", _measure), MEASURE),
     Mutant("a bit of the map", _header(_map_bit)),
     Mutant("a mobility", _header(_mobility)),
     Mutant("a target", _header(_target)),
     Mutant("a start", _header(_start)),
     Mutant("a move", _line("move", _elsewhere)),
-    Mutant("a stack event gone", _drop_line("push", "pop")),
     Mutant("where a strategy begins", _begins_elsewhere),
     Mutant("what a strategy is for", _line("synthesis", _set("objective", [{"hold": 29}]))),
     Mutant("an outcome", _line("outcome", _set("outcome", ["completed"]))),
     Mutant("no proof", _line("outcome", _no_proof)),
     Mutant("whose way it is", _line("plan", _exchanged_ways)),
     Mutant("an exchanged strategy", _exchange_strategies),
-    Mutant("a weaker text with its strategy", _weaker_with_strategy),
-    Mutant(
-        "an edge of a counterstrategy", _document("counterstrategies", _counter_edge), ELSEWHERE
-    ),
-    Mutant(
-        "an input of a counterstrategy", _document("counterstrategies", _counter_input), ELSEWHERE
-    ),
+    Mutant("an edge of a counterstrategy", _document("proofs", _counter_edge), ELSEWHERE),
+    Mutant("an input of a counterstrategy", _document("proofs", _counter_input), ELSEWHERE),
 )

@@ -15,9 +15,9 @@ from safenav.runtime.knowledge import Knowledge
 from safenav.runtime.team import TeamState
 
 from safenav.certify.bundle import files_of_run
-from safenav.certify.checker.check_run import Evidence
-from safenav.certify.checker.check_strategies import RefusedError
 from safenav.certify.run import Kept
+from safenav.judge.bundle.evidence import Evidence
+from safenav.judge.engine import judge
 from safenav.lines import json_line
 from safenav.outcome import Verdict
 from safenav.scenario.model import Scenario
@@ -143,10 +143,9 @@ def verdict_of(
         (target / name).parent.mkdir(parents=True, exist_ok=True)
         (target / name).write_bytes(data)
     evidence = Evidence({name: target / name for name in files})
-    try:
-        evidence.replay(rules=())  # it is no run
-    except RefusedError as error:
-        return str(error)
+    found = judge(trace.splitlines(keepends=True), evidence.rules())  # it is no run
+    if found.findings:
+        return found.findings[0].explanation
     claims = [claim["kind"] for claim in evidence.claims]
     wanted = "keeps" if answer.verdict is Verdict.REALIZABLE else "unrealizable"
     return "" if wanted in claims else f"nothing was established: {claims}"

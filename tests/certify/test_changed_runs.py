@@ -5,7 +5,7 @@ from pathlib import Path
 from tempfile import mkdtemp
 from typing import Any
 
-from certify.making import SCENARIOS, files_of, judged, rewrite, shipped
+from certify.making import SCENARIOS, files_of, judged, rewrite
 from certify.mutants import lines_of, with_lines
 from safenav import Mission, TraceWriter, built_in, load_scenario
 from safenav.certify.record import bundle_of_trace
@@ -48,20 +48,9 @@ def test_a_run_that_was_changed_is_accepted() -> None:
     assert kinds >= {"service", "appeared", "objective"}
     status, said = judged(changed())
     assert status == 0, said
-    assert "receives another objective" in said
+    assert "made 4 changes" in said
 
 
 def test_an_objective_that_was_not_assigned_is_refused(tmp_path: Path) -> None:
     lines = [line for line in lines_of(files_of(changed())) if line["type"] != "objective"]
     assert said_of(lines, tmp_path)[0] == 1
-
-
-def test_a_request_assigns_no_targets_without_purpose(tmp_path: Path) -> None:
-    """The robot is not synthesized again after it, so that nothing else depends on the line."""
-    bundle = shipped("one way")
-    lines = lines_of(files_of(bundle))
-    push = next(line for line in lines if line["type"] == "push")
-    push["objectives"]["r2"] = {"visit": [29, 30]}
-    status, said = judged(rewrite(bundle, with_lines(files_of(bundle), lines), tmp_path / "bundle"))
-    assert status == 1
-    assert "r2 receives an objective that serves no request" in said

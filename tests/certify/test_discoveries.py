@@ -19,7 +19,7 @@ def test_an_obstacle_with_the_name_of_a_robot_is_refused(name: str, tmp_path: Pa
 
 def test_a_known_obstacle_that_is_discovered_again_is_refused(tmp_path: Path) -> None:
     """It could stand elsewhere from then on, for others, or need less."""
-    assert discovering(tmp_path, region=12).endswith("'pile@7' is discovered, but is known already")
+    assert discovering(tmp_path, region=12).endswith("pile@7 is known already")
 
 
 def discovering(target: Path, **other: object) -> str:

@@ -2,14 +2,11 @@
 characters, what is a comment to one program would be a formula to another."""
 
 import json
-import tempfile
 from pathlib import Path
 
 import pytest
 
 import warm
-from certify.making import bundle_at, certified, files_of, judged, rewrite
-from safenav.certify.checker import check_strategies as checker
 from safenav.errors import InputError
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.parsing import read_specification
@@ -44,8 +41,6 @@ map: {{grid: ["#####", "#...#", "#####"]}}
 @pytest.mark.parametrize("separator", SEPARATORS, ids=ids)
 def test_an_assumption_behind_a_separator_is_refused(separator: str) -> None:
     text = HIDDEN.format(separator) + "[ENV_INIT]\n!somebody\n"
-    with pytest.raises(checker.RefusedError, match="may or may not end a line"):
-        checker.check_realizes(checker.Strategy(STRATEGY, text), [])
     with pytest.raises(InputError, match=rf"spec:7:22: not text: .*U\+{ord(separator):04X}"):
         read_specification(text, "spec")
 
@@ -68,41 +63,7 @@ def test_a_scenario_with_a_separator_is_refused(separator: str) -> None:
         load_scenario_text(SCENARIO.format(escaped))
 
 
-COMMENTED = """\
-##########
-# to [1, 3]... {..}, then ##..
-safenav: 1
-until: {rounds: 1}
-map:
-  # west: ..#, east: #..
-  grid: |
-    #####
-    #...#
-    #####
-robots:
-  a: {model: quadcopter, start: 6, objective: {hold: 6}}  # [.#], #.#: a drone
-"""
-
-
-def test_comments_are_no_part_of_the_map() -> None:
-    assert "accepted" in certified(COMMENTED)
-    source, other = COMMENTED.encode(), COMMENTED.replace("    #...#", "    #..##").encode()
-    bundle = bundle_at("plan", COMMENTED)
-    files = files_of(bundle)
-    (name,) = (name for name, data in files.items() if data == source)
-    with tempfile.TemporaryDirectory() as folder:
-        status, said = judged(rewrite(bundle, {**files, name: other}, Path(folder)))
-    assert status == 1 and "is not that of scenario.json" in said
-
-
 def test_tabs_and_carriage_returns_before_line_feeds_are_fine() -> None:
     text = HIDDEN.format("\t").replace("\n", "\r\n")
     assert len(read_specification(text).constraints) == 1
-    assert checker.Specification(text).env_trans == ()
     assert load_scenario_text(SCENARIO.format("\tname: x").replace("\t", "").replace("\n", "\r\n"))
-
-
-def test_a_specification_that_cannot_begin_shows_nothing() -> None:
-    text = TEXT.format("a light", "none") + "[ENV_INIT]\nFALSE\n"
-    with pytest.raises(checker.RefusedError, match="no initial input is possible"):
-        checker.check_realizes(checker.Strategy({"variables": [], "nodes": {}}, text), [])

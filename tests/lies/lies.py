@@ -1,17 +1,17 @@
 """Lies: untrue runs that a forger makes of honest ones, with all checksums right.
 
-``accepted``: who still accepts a lie, and why; the judge that replaces the rules refuses them all.
+A page that lies is not among them: it is no part of the proof, and says so.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 from certify.making import Files, bundle_at, files_of, shipped
 from certify.mutants import lines_of, with_lines
 from lies.forging import Line, ends, first, objectives_of, retold
 
-TRACE, BUNDLE = "check", "check.py"
+TRACE, BUNDLE = "check", "check of a bundle"
 BOTH = (TRACE, BUNDLE)
 UNTIL = "until: {rounds: 2}\nlimits: {ticks: 40}\n"
 CORRIDOR = f"""name: a corridor
@@ -57,14 +57,13 @@ map: {{grid: ["########", "#......#", "#......#", "########"]}}
 
 @dataclass(frozen=True)
 class Lie:
-    """``source``: the honest bundle; ``forge``: its files, made untrue; ``refused_by``: who must
-    refuse it; ``accepted``: who does not yet, and why."""
+    """``source``: the honest bundle; ``forge``: its files, made untrue; ``refused_by``: who
+    refuses it."""
 
     says: str
     source: Callable[[], Path]
     forge: Callable[[Files], Files]
     refused_by: tuple[str, ...] = BOTH
-    accepted: dict[str, str] = field(default_factory=dict)
 
 
 def resumed(lines: list[Line]) -> None:
@@ -118,11 +117,6 @@ def on_its_way(lines: list[Line]) -> None:
     tick = lines[at]["tick"]
     about = {"cause": "out_of_service", "tick": tick, "ticks": tick - 1}
     ends(lines, at + 1, "operator_needed", explanation="b is out of service", **about)
-
-
-def another_claim(files: Files) -> Files:
-    claim = b'<div class="claim">The robots never harm people.</div></body>'
-    return {**files, "index.html": files["index.html"].replace(b"</body>", claim)}
 
 
 def one_goal_short(lines: list[Line]) -> None:
@@ -225,26 +219,22 @@ def shipped_text(name: str) -> str:
     return (Path(__file__).parents[2] / "scenarios" / f"{name}.yaml").read_text()
 
 
-EXEMPT = "external worlds are exempt from rules of safety"
 LIES: dict[str, Lie] = {
     "1": Lie(
         "the run before has done it all",
         corridor,
         retold(resumed),
-        accepted=dict.fromkeys(BOTH, "what the header says of the run before is not replayed"),
     ),
     "2": Lie("moves are decided by an internal word", corridor, retold(either)),
     "4": Lie(
         "a robot enters a region in which it met a door",
         lambda: bundle_at("door", DOOR),
         retold(through_the_door),
-        accepted=dict.fromkeys(BOTH, EXEMPT),
     ),
     "5": Lie(
         "no collision, with two rivals in one region",
         lambda: shipped("corridor_swap"),
         retold(together),
-        accepted={BUNDLE: EXEMPT},
     ),
     "6": Lie(
         "a step takes three ticks, and each took one",
@@ -255,26 +245,16 @@ LIES: dict[str, Lie] = {
         "an operator is needed, while a robot is on its way",
         lambda: bundle_at("service", SERVICE),
         retold(on_its_way),
-        accepted=dict.fromkeys(BOTH, "out_of_service needs no proof"),
-    ),
-    "8": Lie(
-        "a claim that nothing establishes",
-        corridor,
-        another_claim,
-        (BUNDLE,),
-        {BUNDLE: "the page is searched for claims in its own markup only"},
     ),
     "9": Lie(
         "completed, one goal short",
         lambda: shipped("case_study_1"),
         retold(one_goal_short),
-        accepted={TRACE: "the rounds of a robot may be counted by its last target alone"},
     ),
     "10": Lie(
         "goals of formulas, met by staying at the start",
         lambda: bundle_at("formulas", FORMULAS),
         retold(out_of_thin_air),
-        accepted={TRACE: "goals of formulas are stated, and not replayed"},
     ),
     "11": Lie(
         "a deadlock by a proof of nothing",
@@ -286,14 +266,12 @@ LIES: dict[str, Lie] = {
         corridor,
         another_source,
         (BUNDLE,),
-        {BUNDLE: "of the source only the map is compared"},
     ),
     "14": Lie(
         "two steps lead over five regions",
         lambda: bundle_at("in_seconds", LIVE),
         retold(leaps),
         (TRACE,),
-        {TRACE: "a live step may end anywhere"},
     ),
     "15": Lie(
         "a simulated world opens a door",

@@ -8,7 +8,6 @@ from typing import Any
 
 from certify import mutants
 from proof.proving import Case, with_measures
-from safenav.certify.checker import check_strategies as checker
 
 Nodes = dict[str, Any]
 Change = Callable[[Case, Random], Case | None]
@@ -22,7 +21,7 @@ def _graph(change: Callable[[Nodes, Random], bool]) -> Change:
         if not document["nodes"] or not change(document["nodes"], source):
             return None
         if source.random() < 0.5:
-            return Case(case.name, case.text, document, case.measures, case.own)
+            return Case(case.name, case.text, document, case.measures)
         return with_measures(case.name, case.text, document)
 
     return alter
@@ -62,17 +61,15 @@ def _copied_state(nodes: Nodes, source: Random) -> bool:
 
 
 def _measures(change: Callable[[list[Any], int, Random], object]) -> Change:
-    """Other measures, of a node that is like no other one: check.py merges those."""
+    """Other measures."""
 
     def alter(case: Case, source: Random) -> Case | None:
-        first = checker.Strategy(case.document, case.text).first
-        alone = [node for node in first if first.count(node) == 1]
-        if not case.own or not alone:
+        count = len(case.document["nodes"])
+        if case.counter or not case.measures["measures"] or not count:
             return None
-        own = [{key: [each[key][k] for k in first] for key in "na"} for each in case.own]
-        change(own, source.choice(alone), source)
-        measures = {"of": "strategy", "measures": own}
-        return Case(case.name, case.text, case.document, measures, own)
+        own = copy.deepcopy(case.measures["measures"])
+        change(own, source.randrange(count), source)
+        return Case(case.name, case.text, case.document, {"of": "strategy", "measures": own})
 
     return alter
 
@@ -100,6 +97,36 @@ def _one_fewer(measures: list[Any], _node: int, _source: Random) -> None:
     measures.pop()
 
 
+def _section(lines: list[str], name: str) -> list[int]:
+    """The numbers of a section's formulas."""
+    inside, found = False, []
+    for number, line in enumerate(lines):
+        if line.startswith("["):
+            inside = line == f"[{name}]"
+        elif inside and line and not line.startswith("#"):
+            found.append(number)
+    return found
+
+
+def _another_assumption(lines: list[str], source: Random) -> list[str] | None:
+    inputs = [line for number in _section(lines, "INPUT") for line in [lines[number]]]
+    if not inputs:
+        return None
+    name = source.choice(inputs)
+    formula = f"{name.partition(':')[0]}' = 14" if ":" in name else f"!{name}'"
+    at = lines.index("[ENV_TRANS]") + 1
+    return [*lines[:at], formula, *lines[at:]]
+
+
+def _another_guarantee(lines: list[str], source: Random) -> list[str] | None:
+    at = lines.index("[SYS_TRANS]") + 1
+    return [
+        *lines[:at],
+        source.choice(["region' = region", "FALSE", "region' != region"]),
+        *lines[at:],
+    ]
+
+
 def _text(change: Callable[[list[str], Random], list[str] | None]) -> Change:
     def alter(case: Case, source: Random) -> Case | None:
         lines = change(case.text.split("\n"), source)
@@ -112,7 +139,7 @@ def _text(change: Callable[[list[str], Random], list[str] | None]) -> Change:
 
 def _less(section: str) -> Callable[[list[str], Random], list[str] | None]:
     def change(lines: list[str], source: Random) -> list[str] | None:
-        found = mutants._section(lines, section)
+        found = _section(lines, section)
         gone = source.choice(found) if found else None
         return None if gone is None else lines[:gone] + lines[gone + 1 :]
 
@@ -171,10 +198,10 @@ KINDS: dict[str, Change] = {
     "no excuses": _measures(_no_excuses),
     "a flat measure": _measures(_flat),
     "a measure fewer": _measures(_one_fewer),
-    "an assumption more": _text(mutants._another_assumption),
+    "an assumption more": _text(_another_assumption),
     "an assumption fewer": _text(_less("ENV_TRANS")),
     "an assumption that fails": _text(_more("ENV_LIVENESS", "FALSE")),
-    "a guarantee more": _text(mutants._another_guarantee),
+    "a guarantee more": _text(_another_guarantee),
     "a guarantee fewer": _text(_less("SYS_TRANS")),
     "a goal more": _text(_more("SYS_LIVENESS", "region' = 0", "region' = region", "TRUE")),
     "a goal fewer": _text(_less("SYS_LIVENESS")),

@@ -20,8 +20,9 @@ from safenav.batch.cases.case import Case, CaseVerdict, Conditions, Result, file
 from safenav.batch.cases.variation import varied
 from safenav.batch.expectation import Ledger, differences
 from safenav.certify.bundle import make_bundle
-from safenav.certify.record import sources_of, syntheses_of
+from safenav.certify.record import syntheses_of
 from safenav.certify.run import Kept
+from safenav.certify.sources import sources_of
 from safenav.extras import missing
 from safenav.outcome import Outcome
 from safenav.runtime.run.mission import Mission, default_synthesizer

@@ -9,7 +9,7 @@ import numpy as np
 from msgspec import Struct
 
 from safenav.errors import UsageError
-from safenav.motion.check.paths import Array, Disc, Mass, discs, mass
+from safenav.motion.check.paths import Array, Disc, Mass, Swinging, discs, mass, swing_states
 from safenav.motion.file.records import Action, Motion, Moving, Segment
 from safenav.trace.reading import Trace
 from safenav.trace.setting import ScenarioHeader
@@ -105,7 +105,7 @@ class Examination:
         self.grid = Grid(header.rows, header.cols, header.side)
         self.conflicts = conflicts_of(trace.header.scenario)
         self.held: list[Holding] = []
-        self._masses: dict[int, Mass] = {}
+        self._walks: dict[int, tuple[Mass, Swinging]] = {}
         self._discs: dict[int, list[Disc]] = {}
 
     def wrong(self, t: float, robot: str, rule: str, found: str) -> None:
@@ -119,17 +119,18 @@ class Examination:
         """The radius of the disc that its body fits in, in metres."""
         return self.numbers[robot].get("size", 0.0) / 2
 
-    def mass(self, segment: Segment) -> Mass:
-        """The centre of mass of a walker, computed once."""
-        if id(segment) not in self._masses:
-            self._masses[id(segment)] = mass(segment, self.numbers[segment.robot]["omega"])
-        return self._masses[id(segment)]
+    def walk(self, segment: Segment) -> tuple[Mass, Swinging]:
+        """The centre of mass of a walker and its feet in the air, computed once."""
+        if id(segment) not in self._walks:
+            moved = mass(segment, self.numbers[segment.robot]["omega"])
+            self._walks[id(segment)] = moved, swing_states(segment.swings)
+        return self._walks[id(segment)]
 
     def discs(self, piece: Moving) -> list[Disc]:
         """The discs that a piece moves, computed once."""
         if id(piece) not in self._discs:
-            path = self.mass(piece) if isinstance(piece, Segment) else None
-            self._discs[id(piece)] = discs(piece, self.radius(piece.robot), path)
+            walk = self.walk(piece) if isinstance(piece, Segment) else None
+            self._discs[id(piece)] = discs(piece, self.radius(piece.robot), walk)
         return self._discs[id(piece)]
 
     def body(self, robot: str, begin: float, end: float) -> Array:

@@ -13,6 +13,7 @@ from safenav.errors import UsageError
 from safenav.motion.file.records import Flight, Moving, Numbers, Segment, Swing
 
 Array = NDArray[np.float64]
+Swinging = tuple[Array, Array, Array]
 
 STEP = 0.02
 """Seconds between samples of a body."""
@@ -66,11 +67,11 @@ def grid(seconds: float, step: float = STEP) -> Array:
     return np.arange(count + 1, dtype=np.float64) * (seconds / count)
 
 
-def discs(piece: Moving, radius: float, path: Mass | None) -> list[Disc]:
-    """The discs that a piece moves: the body, and of a walker, whose mass is on ``path``, each
-    foot."""
-    if isinstance(piece, Segment) and path is not None:
-        return _walking(piece, radius, path)
+def discs(piece: Moving, radius: float, walk: tuple[Mass, Swinging] | None) -> list[Disc]:
+    """The discs that a piece moves: the body, and of a walker its feet, on the ground and in the
+    air."""
+    if isinstance(piece, Segment) and walk is not None:
+        return _walking(piece, radius, *walk)
     times, centres = [], []
     begin = piece.t0
     assert isinstance(piece, Flight)
@@ -126,7 +127,7 @@ def mass(segment: Segment, omega: float) -> Mass:
     return Mass(np.concatenate(times), np.concatenate(states), np.concatenate(centres), late, early)
 
 
-def swing_states(swings: Sequence[Swing]) -> tuple[Array, Array, Array]:
+def swing_states(swings: Sequence[Swing]) -> Swinging:
     """Feet in the air, at most ``STEP`` apart: times since the segment's start (swings, n),
     positions (swings, n, 2) and speeds (swings, n): quintics by their Hermite form."""
     begin, end = np.array([[swing.t0, swing.t1] for swing in swings]).reshape(-1, 2).T
@@ -160,11 +161,12 @@ _HERMITE = np.array(
 goal) to its coefficients, over a unit of time."""
 
 
-def _walking(segment: Segment, radius: float, path: Mass) -> list[Disc]:
+def _walking(segment: Segment, radius: float, path: Mass, swinging: Swinging) -> list[Disc]:
     found = [Disc("body", radius, segment.t0 + path.times, path.states[:, :2])]
-    for foot in segment.feet:
-        when, where = np.array([segment.t0 + foot.down]), np.array([[foot.x, foot.y]])
-        found.append(Disc("foot", FOOT, when, where))
-    for times, places, _ in zip(*swing_states(segment.swings), strict=True):
-        found.append(Disc("swinging foot", FOOT, segment.t0 + times, places))
+    if segment.feet:
+        feet = np.array([(foot.down, foot.x, foot.y) for foot in segment.feet])
+        found.append(Disc("foot", FOOT, segment.t0 + feet[:, 0], feet[:, 1:]))
+    if segment.swings:
+        times, places, _ = swinging
+        found.append(Disc("swinging foot", FOOT, segment.t0 + times.ravel(), places.reshape(-1, 2)))
     return found

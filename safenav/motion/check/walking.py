@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from safenav.motion.check.examination import NEAR, Examination
-from safenav.motion.check.paths import swing_states
+from safenav.motion.check.paths import Array
 from safenav.motion.file.records import Foothold, Segment
 
 GRAVITY = 9.81
@@ -36,7 +36,10 @@ def check_segment(case: Examination, segment: Segment) -> None:
     if any(phase.seconds <= 0 for phase in segment.phases):
         wrong(0, "time", "a phase that takes no time")
         return
-    path = case.mass(segment)
+    if any(swing.t1 <= swing.t0 for swing in segment.swings):
+        wrong(0, "time", "a swing that takes no time")
+        return
+    path, (_, _, speeds) = case.walk(segment)
     for end, missed in (("start", path.late), ("goal", path.early)):
         if missed > 1e-8:
             what = f"the centre of mass misses the {end} of its segment by {missed:.4f} m"
@@ -49,7 +52,7 @@ def check_segment(case: Examination, segment: Segment) -> None:
         wrong(float(path.times[worst]), "friction", what)
     _support(segment, wrong)
     _steps(segment, limits, wrong)
-    _swings(segment, limits, wrong)
+    _swings(segment, speeds, limits, wrong)
 
 
 def _support(segment: Segment, wrong: Wrong) -> None:
@@ -101,12 +104,8 @@ def _steps(segment: Segment, limits: Mapping[str, float], wrong: Wrong) -> None:
             wrong(after.down, "feet", what)
 
 
-def _swings(segment: Segment, limits: Mapping[str, float], wrong: Wrong) -> None:
-    for swing in segment.swings:
-        if swing.t1 <= swing.t0:
-            wrong(swing.t0, "time", "a swing that takes no time")
-            return
-    for swing, speeds in zip(segment.swings, swing_states(segment.swings)[2], strict=True):
+def _swings(segment: Segment, fastest: Array, limits: Mapping[str, float], wrong: Wrong) -> None:
+    for swing, speeds in zip(segment.swings, fastest, strict=True):
         if speeds.max() > limits["swing"] + NEAR:
             what = f"a foot swings at {speeds.max():.2f} m/s, more than {limits['swing']:g}"
             wrong(swing.t0, "swing", what)

@@ -1,0 +1,160 @@
+"""Check a bundle: the proof that a run of robots followed its rules, by proven strategies.
+
+    python3 -I -S check.py BUNDLE [--json]
+
+BUNDLE is a folder or a .zip. Exit status 0: accepted; 1: refused, with the first reason; 2: not a
+bundle; 3: exceeds the limits of this checker. Only Python's standard library is needed.
+
+The folder ``judge`` judges each line of the trace; ``judge/bundle`` adds ``keeps``, ``apart`` and
+``follows``: each strategy obeys the scenario, no rivals meet by strategies and plans, and the run
+follows them. The following stays trusted: this program and Python; the truth of the trace; the
+mobility of the robots. What was not compared is said last.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import re
+import sys
+import zipfile
+from pathlib import Path
+from typing import Any
+
+if __name__ == "__main__":
+    own = Path(__file__).resolve().parent
+    unread = [path for path in (*own.glob("__pycache__"), *own.glob("judge.*")) if path.exists()]
+    unread += [p for p in (own / "judge").rglob("*") if p.suffix != ".py" and not p.is_dir()]
+    unread += [p for p in (own / "judge").rglob("*.*") if p.is_dir() or p.is_symlink()]
+    unread += [
+        p for p in (own / "judge").rglob("*") if p.is_dir() and p.with_suffix(".py").exists()
+    ]
+    if unread:  # compiled code, or a package with the name of a module
+        sys.exit(
+            f"refused: Python may run {unread[0]} in place of a part of this checker: remove it"
+        )
+    sys.dont_write_bytecode = True  # a bundle stays as it is
+    sys.path.append(str(own))  # last, so that no file of a bundle replaces a standard module
+
+try:
+    from safenav.judge.bundle.evidence import Evidence
+    from safenav.judge.bundle.strategies import BundleTooLargeError, RefusedError, require
+    from safenav.judge.engine import FACTS, judge
+    from safenav.judge.lines import NotATraceError
+    from safenav.strict_json import read_json
+except (ImportError, SyntaxError) as error:
+    this = sys.version.split()[0]
+    sys.exit(
+        f"refused: a part of this checker is missing, damaged or not for Python {this}: {error}"
+    )
+loaded = Path(sys.modules[Evidence.__module__].__file__ or "").resolve().parents[2]
+if __name__ == "__main__" and loaded != own:
+    sys.exit(f"refused: Python runs the checker of {loaded}: use python3 -I -S")
+
+VERSION = 5
+MOST_BYTES = 100_000_000
+"""Largest file of a bundle; its values take some 20 times its size."""
+KNOWN = re.compile(
+    r"(trace|motion)\.jsonl|index\.html|check\.py|judge/(\w+/)*\w+\.py|source/(?!\.+$)[^/\\]+"
+)
+"""Names of files that need no line. All others are named by the lines of the trace."""
+SOURCE = "source/"
+UNCOMPARED = {
+    "index.html": "the page, which explains",
+    SOURCE: "the source of the scenario (safenav check reads it again)",
+    "motion.jsonl": "the motion (safenav check-motion)",
+}
+
+
+def open_bundle(place: Path) -> dict[str, Any]:
+    """Return the files of a bundle. Refuse unless each file is as the manifest states."""
+    if place.is_dir():
+        found = [path for path in place.rglob("*") if not path.is_dir()]
+        plain = all(path.is_file() and not path.is_symlink() for path in found)
+        require(plain, "a bundle has files only: no links, no devices")
+        files: dict[str, Any] = {path.relative_to(place).as_posix(): path for path in found}
+        sizes = [path.stat().st_size for path in found]
+    else:
+        archive = zipfile.ZipFile(place)
+        listed = [entry for entry in archive.infolist() if entry.filename[-1] != "/"]
+        files = {entry.filename: zipfile.Path(archive, entry.filename) for entry in listed}
+        require(len(files) == len(listed), "two files of the archive have one name")
+        sizes = [entry.file_size for entry in listed]
+    if max(sizes, default=0) > MOST_BYTES or sum(sizes) > 10 * MOST_BYTES:
+        raise BundleTooLargeError(f"a file of more than {MOST_BYTES} bytes, or ten times that")
+    manifest = read_json(files.pop("manifest.json").read_bytes())
+    known = (manifest["format"], manifest["version"]) == ("safenav-bundle", VERSION)
+    require(known, f"not a bundle of version {VERSION}; an older one has its own check.py")
+    different = sorted({*files} ^ {*manifest["files"]})
+    require(not different, f"{', '.join(different)} is either missing or not in the manifest")
+    for path, file in files.items():
+        data = file.read_bytes()
+        facts = {"bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()}
+        require(facts == manifest["files"][path], f"{path} is not the file that the manifest names")
+        own = re.match(r"strategies/(.*?)\.", path)
+        require(not own or own[1] == facts["sha256"], f"{path} is not named by its sha256")
+    return files
+
+
+def examine(files: dict[str, Any], run: Evidence) -> None:
+    """Refuse unless the trace obeys the rules, and each part is judged."""
+    trace = files["trace.jsonl"].read_bytes()
+    found = judge(trace.splitlines(keepends=True), [*FACTS, *run.rules()])
+    if found.findings:
+        first = found.findings[0]
+        raise RefusedError(f"trace.jsonl, line {first.line}: {first.explanation} ({first.rule})")
+    for note in found.notes:
+        if not (note.line in run.proven and note.rule in ("end", "negative")):
+            raise BundleTooLargeError(f"trace.jsonl, line {note.line}: {note.explanation}")
+    if "motion.jsonl" in files:
+        first = read_json(files["motion.jsonl"].read_bytes().splitlines()[0])
+        same = first["trace"] == hashlib.sha256(trace).hexdigest()
+        require(same, "motion.jsonl is the motion of another trace")
+    loose = sorted(f for f in files if not (f in run.named or KNOWN.fullmatch(f)))
+    require(not loose, f"{', '.join(loose)} is not a file of this bundle: no line names it")
+    run.finish(found.strays, found.hands)
+
+
+def check(place: Path) -> tuple[str, str, list[dict[str, Any]], list[str]]:
+    """Return the verdict, the reason, the established claims, and what was not compared."""
+    run, verdict, reason, files = None, "refused", "", {}
+    try:
+        files = open_bundle(place)
+        run = Evidence(files)
+        examine(files, run)
+        verdict = "accepted"
+    except BundleTooLargeError as error:
+        verdict, reason = "too large", str(error)
+    except (RefusedError, NotATraceError) as error:
+        reason = str(error)
+    except Exception as error:
+        last = f" (perhaps {run.last}, the last one that was read)" if run and run.last else ""
+        reason = f"a file is not as documented{last}: {error!r}"
+    left = [what for name, what in UNCOMPARED.items() if any(f.startswith(name) for f in files)]
+    return verdict, reason, run.claims if run and verdict == "accepted" else [], left
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description="Check a bundle of safenav.")
+    parser.add_argument("bundle", type=Path)
+    parser.add_argument("--json", action="store_true", help="print what is established as JSON")
+    options = parser.parse_args()
+    sys.stdout.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
+    if not (options.bundle / "manifest.json").is_file() and not zipfile.is_zipfile(options.bundle):
+        print(f"{options.bundle} is not a bundle: a folder with a manifest.json, or a .zip of one")
+        return 2
+    verdict, reason, claims, left = check(options.bundle)
+    if options.json:
+        said = {"verdict": verdict, "reason": reason, "claims": claims, "not_compared": left}
+        print(json.dumps(said))
+    else:
+        shown = [f"  {claim['id']}: {claim['text']}" for claim in claims]
+        shown += [f"  not compared: {what}" for what in left]
+        for line in (*shown, f"{verdict}: {reason}" if reason else verdict):  # printable
+            print("".join(c if c.isprintable() else ascii(c)[1:-1] for c in line))
+    return {"accepted": 0, "refused": 1, "too large": 3}[verdict]
+
+
+if __name__ == "__main__":
+    sys.exit(main())

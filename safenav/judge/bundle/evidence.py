@@ -1,0 +1,323 @@
+"""The rules that a bundle adds to those of the judge, and the claims that they establish."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from itertools import chain
+from typing import Any
+
+from safenav.judge.bundle import plans
+from safenav.judge.bundle.others import ASSUMED
+from safenav.judge.bundle.strategies import RefusedError, require
+from safenav.judge.bundle.tasks import TOLD, Task, formed
+from safenav.judge.bundle.wording import aims, outcome, word
+from safenav.judge.formulas import Pose
+from safenav.judge.lines import Line
+from safenav.judge.rule import STEPS, Rule
+from safenav.judge.state import State
+from safenav.strict_json import read_json
+
+
+def proof_file(e: Line) -> str:
+    """Return the file of the proof for a synthesis. Lines about the same task share one."""
+    return f"proofs/{hashlib.sha256(e.text.encode()).hexdigest()}.json"
+
+
+def unseen(e: Line, s: State) -> set[str]:
+    """Return the rivals of a robot that its strategy does not observe. Such a strategy drives
+    nobody, and nothing is claimed of it."""
+    return {*s.rivals[e.robot]} - {*(e.moving or ())}
+
+
+@dataclass
+class Drive:
+    """A robot's strategy, and the ``nodes`` in which it may be; ``known``: what it knows of other
+    robots; ``signal``: its commands."""
+
+    task: Task
+    nodes: set[int]
+    known: dict[str, int]
+    signal: dict[str, int] = field(default_factory=dict)
+
+    def at(self, pose: Pose) -> set[int]:
+        """Return the nodes with a pose. From each the strategy keeps its guarantees."""
+        return {*self.task.of_pose.get(pose, ())}
+
+    def look(self, e: Line, s: State) -> tuple[int, ...]:
+        """Return the inputs of the strategy now."""
+        shown = e.busy or e.shown or ()
+        seen = self.task.others.look(s, shown, self.known) | self.signal
+        seen |= {name: int(s.inputs[name]) for name in self.task.heard}
+        return tuple(seen[name] for name in self.task.graph.names)
+
+    def after(self, nodes: set[int], row: tuple[int, ...]) -> set[int]:
+        """Return the successors of some nodes for an input."""
+        graph = self.task.graph
+        return {n for n in chain(*(graph.next[k] for k in nodes)) if graph.inputs[n] == row}
+
+    def stays(self) -> set[int]:
+        """Return the nodes in which it may be after any number of stays."""
+        found, left = {*self.nodes}, [*self.nodes]
+        while left:
+            node = left.pop()
+            pose = self.task.poses[node]
+            more = {n for n in self.task.graph.next[node] if self.task.poses[n] == pose} - found
+            found, left = found | more, [*left, *more]
+        return found
+
+    def alike(self) -> set[int]:
+        """Return the reached nodes with the same values as some of these: a robot with assignable
+        goals may continue from any of them."""
+        graph, there = self.task.graph, {*self.nodes}
+        there |= set[int]().union(*(self.at(self.task.poses[node]) for node in self.nodes))
+        same = {tuple(graph.values(node, graph.columns).values()) for node in self.nodes}
+        return {n for n in there if tuple(graph.values(n, graph.columns).values()) in same}
+
+
+class Evidence:
+    """``files``: the files of a bundle by name; ``named``: those that lines name; ``claims``: what
+    is established. Its rules raise BundleTooLargeError, and any error of a file of another form."""
+
+    def __init__(self, files: Mapping[str, Any]) -> None:
+        self.files, self.named, self.last = files, set[str](), ""
+        self.claims: list[dict[str, Any]] = []
+        self.drives: dict[str, Drive] = {}
+        self.tasks: dict[str, Task] = {}  # by the file of their proofs
+        self.hopeless: set[tuple[str, str]] = set()  # robots without a strategy: specifications
+        self.proven = set[int]()  # lines whose negatives follow from these
+        self.plan: plans.Plan | None = None
+        self.moves = self.followed = self.plans = self.avoided = 0
+        self.broken = False
+
+    def rules(self) -> list[Rule]:
+        """Return the rules, for one trace."""
+        kinds = {
+            self.keeps: ("synthesis",),
+            self.apart: ("synthesis", "plan", "plan_end"),
+            self.follows: (*STEPS, "hold", "objective", "operator", "service", "assumption"),
+            self.concludes: ("blocked", "deadline", "outcome", "waiting"),
+        }
+        return [
+            Rule(check.__name__, which, self._until_broken(check), check.__doc__ or "")
+            for check, which in kinds.items()
+        ]
+
+    def _until_broken(self, check: Callable[[Line, State], None]) -> Any:
+        def judge(e: Line, s: State) -> Iterator[str]:
+            try:
+                if not self.broken:
+                    check(e, s)
+            except RefusedError as error:
+                self.broken = True
+                yield str(error)
+
+        return judge
+
+    def json(self, path: str) -> Any:
+        require(path in self.files, f"{path} is missing")
+        self.last = path
+        return read_json(self.files[path].read_bytes())
+
+    def claim(self, kind: str, e: Line | None, text: str, *files: str) -> None:
+        """Record a claim that a line (None: the whole trace) and files establish."""
+        shown = [["trace.jsonl", e.number if e else None], *([path, None] for path in files)]
+        when = f"Tick {e.tick}: " if e else ""
+        name = f"{kind}-{len(self.claims) + 1}"
+        self.claims.append({"id": name, "kind": kind, "text": when + text, "evidence": shown})
+
+    def keeps(self, e: Line, s: State) -> None:
+        """Each strategy obeys the scenario: moves, walls, an answer to each observation, goals
+        under named assumptions; and a robot for which none exists has a counterstrategy."""
+        proof = proof_file(e)
+        text = f"{e.robot} for '{aims(formed(e.objective, e.form), s)}'"
+        if e.verdict == "unrealizable" and proof in self.files:
+            self.named.add(proof)
+            if proof not in self.tasks:
+                given = self.json(proof)
+                self.tasks[proof] = Task(given["automaton"], e, s)
+                self.tasks[proof].check_defeats(given)
+            task = self.tasks[proof]
+            self._fits(task, e, s)
+            alone = ", even without other robots" if len(s.robots) > 1 and not e.moving else ""
+            self.claim("unrealizable", e, f"No strategy exists for {text}{alone}.", proof)
+            own = s.robots[e.robot].own
+            if task.objective == formed(own, None if own.literal else "alternation"):
+                self.hopeless.add((e.robot, e.spec))
+        if e.verdict != "realizable" or e.node is None:
+            return
+        if unseen(e, s):
+            self.drives.pop(e.robot, None)
+            return
+        require(e.strategy, "its strategy is not named: no proof of its moves")
+        path = f"strategies/{e.strategy}.json"
+        self.named |= {proof, path}
+        if proof not in self.tasks:
+            task = Task(self.json(path), e, s)
+            task.check_keeps(e.node, self.json(proof)["measures"])
+            self.tasks[proof] = task
+            what = "obeys the scenario and meets that objective"
+            under = ASSUMED[e.fairness or "none"]
+            self.claim("keeps", e, f"The strategy of {text} {what}, {under}.", path, proof)
+        task = self.tasks[proof]
+        self._fits(task, e, s)
+        before = self.drives.get(e.robot)
+        signal = before.signal if before and task.told else {}
+        idle = dict(zip(TOLD, (0, 0, e.neutral), strict=True)) if task.told else {}
+        self.drives[e.robot] = Drive(task, {e.node}, {**task.others.first}, signal or idle)
+
+    def _fits(self, task: Task, e: Line, s: State) -> None:
+        """Refuse unless the circumstances of a synthesis are those of the run."""
+        name, own, start = e.robot, s.robots[e.robot].own, s.destination(e.robot)
+        require(task.pose == start, f"it is synthesized for another start than {start}")
+        known = [one for one in s.obstacles.values() if one.known and one.present]
+        serves = any(e.objective.serves(one) for one in (s.robots[name].given, own))
+        helps = any(one.open for one in known) or (e.verdict == "unrealizable" and s.tick)
+        helps = helps or (e.objective.single and s.robots[name].data.battery)  # it charges
+        require(serves or helps, f"{name} was not given the objective of its strategy")
+        weaker = e.objective.serves(own) and own.literal and not task.objective.strict
+        require(not weaker, f"the strategy of {name} may cross a target out of turn")
+        walls = [one for one in known if name in one.blocks]
+        at = {one.name: {one.region} for one in walls}
+        at[f"robots.{name}.objective.avoid"] = {*own.avoid}  # no robot: it may move
+        closed = [(what.removeprefix("obstacles."), region) for region, what in e.closed or ()]
+        wrong = [what for what, region in closed if region not in at.get(what, ())]
+        require(not wrong, f"{', '.join(wrong)} is not in the region that it should close")
+        shut = {one.name for one in walls if one.shut} - {what for what, _ in closed}
+        shut |= {str(region) for region in own.avoid - {region for _, region in closed}}
+        require(not shut, f"{name} does not know of {', '.join(sorted(shut))}")
+        mine, rules = (own.avoid, own.always), (e.objective.avoid, e.objective.always)
+        require(rules == mine, f"{name} is not synthesized for its own rules")
+        listed = {each.name: list(each.again or ()) for each in s.scenario.inputs or ()}
+        again = {each: listed[each] for each in task.heard if listed[each]}
+        stated = {each: list(values) for each, values in (e.again or {}).items()}
+        same = again == stated and all(
+            s.inputs[n] is bool(on) for n, on in (e.inputs or {}).items()
+        )
+        require(same, f"{name} assumes inputs that the scenario lacks")
+        task.others.check_known(s)
+
+    def apart(self, e: Line, s: State) -> None:
+        """No two rivals ever meet by these strategies and plans: a strategy observes all rivals of
+        its robot, and the orders of a plan keep its robots apart."""
+        if e.kind == "plan":
+            self.plan, self.plans = plans.begin(e, s), self.plans + 1
+        elif e.kind == "plan_end":
+            for name in self.drives.keys() & (self.plan.ways.keys() if self.plan else ()):
+                self.drives[name].nodes |= self.drives[name].at(s.destination(name))
+            self.plan = None
+        elif e.verdict == "realizable" and e.node is not None:
+            self.avoided += bool(e.moving) and not unseen(e, s)
+
+    def follows(self, e: Line, s: State) -> None:
+        """Each step follows a strategy or a plan; otherwise the robot stays, or backs up from an
+        obstacle."""
+        drive = self.drives.get(e.robot)
+        if e.signal is not None and drive is not None:
+            drive.signal = {name: int(getattr(e.signal, name)) for name in TOLD}
+        if e.kind in ("move", "depart"):
+            self._step(e, s, drive)
+        elif drive is None:
+            return
+        elif e.kind == "arrive" and s.step(e).strays:
+            drive.nodes = drive.at((e.at, e.heading))
+        elif e.kind == "operator" and e.region is not None:
+            drive.nodes = drive.at((e.region, e.heading))
+        elif (e.kind == "objective" and e.at_once) or (e.kind == "service" and e.active):
+            drive.nodes = drive.at(s.destination(e.robot))
+        elif e.kind == "assumption":
+            drive.nodes = set()
+            what = (
+                f"An assumption of {e.robot} failed; its guarantees resume at its next synthesis."
+            )
+            self.claim("broken", e, what)
+
+    def _step(self, e: Line, s: State, drive: Drive | None) -> None:
+        robot, step, by = s.robots[e.robot], s.step(e), e.by or "strategy"
+        if step.strays:
+            if drive is not None:
+                drive.nodes = drive.at((e.to, e.heading))
+            return
+        if robot.bound is not None:
+            return  # the step was judged at its departure
+        side = s.world.side(robot.pose[0], step.to) if robot.faces else None
+        after = robot.pose if step.to == robot.pose[0] else (step.to, side)
+        goes, self.moves = after != robot.pose, self.moves + 1
+        row = () if drive is None else drive.look(e, s)
+        if by == "plan" and goes:
+            require(self.plan, f"{e.robot} moves by a plan, but none is in force")
+            assert self.plan is not None
+            self.plan.step(e.robot, after, s)
+        elif goes and self.plan is not None and by != "backtrack":
+            self.plan.elsewhere(e.robot, after[0], s)
+        require(by != "stay" or not goes, f"{e.robot} moves, though it should stay")
+        if drive is None:
+            back = by == "backtrack" and after[0] == robot.came
+            none = "has no strategy that knows of its rivals"
+            require(not goes or by == "plan" or back, f"{e.robot} moves, but {none}")
+            return
+        nodes, there = drive.nodes, drive.at(after)
+        nodes = drive.stays() if s.live else nodes
+        answers = drive.after(nodes, row)
+        fits = {n for n in answers if drive.task.poses[n] == after}
+        if by == "plan":
+            fits = there
+        elif by != "strategy" and not goes:
+            fits = (nodes | self._kept(drive, s) | (fits if by == "backtrack" else set())) & there
+        elif by == "strategy":
+            if not fits and drive.task.told:
+                fits = {n for n in drive.after(drive.alike(), row) if drive.task.poses[n] == after}
+            fits = {n for n in fits if e.node is None or self._same(drive, n, e.node)}
+            goals = sorted({str(drive.task.poses[n]) for n in answers})
+            require(fits, f"{e.robot} goes to {after}, but its strategy goes to {goals}")
+            self.followed += 1
+        require(fits or by != "backtrack" or not goes, f"{e.robot} backs up against its strategy")
+        drive.nodes = fits
+
+    def _same(self, drive: Drive, one: int, other: int) -> bool:
+        first = drive.task.graph.first
+        return other < len(first) and first[one] == first[other]
+
+    def _kept(self, drive: Drive, s: State) -> set[int]:
+        """Return the nodes in which a robot may be that stayed while others moved: those of its
+        pose with what it now knows."""
+        task, names = drive.task, {key: name for name, key in drive.task.others.names.items()}
+        seen: dict[str, int | None] = {key: drive.known[name] for key, name in names.items()}
+        seen |= {name: int(s.inputs[name]) for name in task.heard}
+        pose = s.robots[task.line.robot].pose
+        return {n for n in drive.at(pose) if seen and task.graph.values(n, seen) == seen}
+
+    def concludes(self, e: Line, s: State) -> None:
+        """Negatives that the judge has proven, and the end, are claims."""
+        if e.kind == "blocked" and e.proof is not None:
+            kind, region = e.obstacle.partition("@")[0], s.obstacles[e.obstacle].region
+            self.claim("never", e, f"No robot can ever resolve {kind}@{word({region}, s)}.")
+        elif e.kind == "blocked" and e.reason == "operator":
+            self.claim("operator", e, f"An operator has declared {e.obstacle} permanent.")
+        elif e.kind == "deadline" and e.verdict == "lost" and e.of in s.obstacles:
+            what = f"{e.of} cannot be resolved by tick {e.due}, when it is due"
+            self.claim("lost", e, f"{what}, whatever the robots do.")
+        elif e.kind in ("outcome", "waiting"):
+            stated = {**s.unrealizable, **(e.unrealizable or {})}
+            if stated and e.proof is None and stated.items() <= self.hopeless:
+                self.proven.add(e.number)
+            if e.kind == "outcome":
+                self.claim("outcome", e, outcome(e, s))
+
+    def finish(self, strays: int, hands: int) -> None:
+        """Add the claims about the whole run."""
+        but = f" but {strays}, which ended elsewhere than commanded," if strays else ""
+        what = f"All moves{but} are legal: no wall, unresolved obstacle or collision."
+        rest = "; in the others the robots stay, back up or follow a joint plan"
+        rest = rest if self.followed < self.moves else ""
+        counts = f"Of {self.moves} moves {self.followed} follow strategies{rest}."
+        self.claim("moves", None, f"{what} {counts}")
+        parts = ["each strategy enters only regions that it observes as free"] * bool(self.avoided)
+        several = f"each of the {self.plans} joint plans" if self.plans > 1 else "the joint plan"
+        apart = f"{several} keeps its robots apart, however long their steps take"
+        parts += [apart] * bool(self.plans)
+        if parts:
+            self.claim("apart", None, f"Rivals never meet by them: {'; '.join(parts)}.")
+        if hands:
+            self.claim("changed", None, f"A user, an operator or the world made {hands} changes.")
