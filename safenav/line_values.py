@@ -27,19 +27,19 @@ _TEXTS = {
 }
 """Keys of texts: for people, formulas, and the map."""
 _TRUTHS = {
-    *("active", "again", "aside", "at_once", "before", "cached", "disturbed", "for_now", "inputs"),
-    *("live", "lossless", "ordered", "over", "ran", "request", "requested", "same", "seen"),
-    *("together", "traversable", "uncounted", "values", "verified", "wait"),
+    *("active", "again", "aside", "at_once", "cached", "for_now", "inputs", "live", "lossless"),
+    *("ordered", "request", "requested", "same", "seen", "together", "traversable", "values"),
+    *("verified", "wait"),
 }
 _NUMBERS = {
     *("assigned", "bids", "capacity", "charge", "chargers", "cols", "command"),
     *("depth", "due", "earliest", "makespan", "move", "need"),
-    *("neutral", "node", "nodes", "origin", "partition", "places"),
+    *("neutral", "node", "origin", "partition", "places"),
     *("proposed", "refused", "region", "regions", "resolution", "resolution_regions"),
-    *("resolve_within", "round", "rounds", "rows", "seconds", "seed", "shown", "sight_closed"),
-    *("since", "spans", "stages", "states", "stay", "syntheses", "synthesis_memory"),
-    *("synthesis_seconds", "t", "targets", "tick", "ticks", "to", "toward", "turn", "vision"),
-    *("timing", "waited", "within"),
+    *("resolve_within", "round", "rounds", "rows", "seconds", "seed", "sight_closed"),
+    *("spans", "stages", "states", "stay", "syntheses", "synthesis_memory"),
+    *("synthesis_seconds", "t", "targets", "tick", "ticks", "to", "toward", "vision"),
+    *("timing", "within"),
 }
 """Keys of numbers, or of lists and objects of numbers; only headings stand beside them."""
 _HEADINGS = {"north", "east", "south", "west"}
@@ -73,7 +73,7 @@ WORDS: dict[str, set[str]] = {
     "tracking": {"nearby", "exact", "belief"},
     "verdict": _VERDICTS,
     "verified": {"moves"},
-    "why": {"strategy", "held", "plan", "synthesis", "acting", "service", "operator"},
+    "why": {"strategy", "held", "synthesis", "acting", "service", "operator"},
     "world": {"simulated", "external"},
 }
 """The words of a key."""
@@ -81,11 +81,8 @@ _BOTH = {"by", "inputs"}
 """Keys of a word, and elsewhere of a number or a truth."""
 WORDS_OF_LINES: dict[tuple[str, str], set[str]] = {
     ("synthesis", "reason"): {
-        *("initial", "request", "resolved", "blocked", "gone", "plan", "objective", "service"),
-        "charge",
+        *("initial", "request", "resolved", "blocked", "gone", "objective", "service"),
     },
-    ("push", "reason"): {"request"},
-    ("pop", "reason"): {"request"},
     ("blocked", "reason"): _BLOCKS,
     ("plan_end", "reason"): {"reached", "violation", "changed"},
     ("deadline", "verdict"): {"set", "kept", "late", "excused", "lost"},
@@ -94,13 +91,13 @@ WORDS_OF_LINES: dict[tuple[str, str], set[str]] = {
 }
 """The words of a key that depend on the type of the line."""
 _BY_NAME = {
-    *("again", "areas", "asked", "beliefs", "bids", "busy", "due", "inputs"),
-    *("knowledge", "memory", "met", "names", "nodes", "objectives", "others_targets", "refused"),
+    *("again", "areas", "beliefs", "bids", "busy", "due", "inputs"),
+    *("knowledge", "memory", "names", "objectives", "refused"),
     *("requirements", "results", "robots", "rounds", "stages", "start", "unrealizable", "values"),
-    *("waited", "waiting", "within"),
+    *("waiting", "within"),
 }
 """Keys whose object has names as its keys; each value is one of the key."""
-_TWICE_BY_NAME = {"asked", "memory"}
+_TWICE_BY_NAME = {"memory"}
 _OBJECTIVES, _ASIDE = {"objective", "objectives", "while_waiting"}, {"always", "form", "ltl"}
 """Keys of objectives, and those in one beside its kind and its ``targets``."""
 _INTERNAL = {"from_", "line", "data"}

@@ -49,10 +49,6 @@ def after(e: Line, s: State) -> None:
 def _begin_tick(tick: int, s: State) -> None:
     s.found.clear()
     s.entering.clear()
-    if tick:
-        for name in s.asked & s.obstacles.keys():
-            s.obstacles[name].known = True
-        s.asked = set()
     s.unrealizable.clear()
     for of in s.overdue(tick):
         if of not in s.missed:
@@ -286,7 +282,6 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
                 s.dues.setdefault(one.name, e.tick + one.within)
         case "appeared":
             one.begin()
-            s.resume(one)
             s.orders.discard(one.name)
             s.dues.pop(one.name, None)
             s.hands += e.cause in ("user", "world")

@@ -157,7 +157,7 @@ READS: dict[str, Read] = {
     **{"heading": _HEADING, "truth": _of(bool, type(None)), "name": _HEADING},
     **{"names": _NAMES, "set": _SET, "regions": _list(_INT, frozenset)},
     **{"counts": _by_name(_count), "ints": _by_name(_INT), "truths": _by_name(_BOOL)},
-    **{"words": _by_name(_STR), "met": _by_name(_list(_NAMES)), "numbers": _list(_count)},
+    **{"words": _by_name(_STR)},
     **{"memories": _by_name(_by_name(_INT)), "spans": _list(_pair(_count, _count))},
     **{"poses": _list(_pair(_INT, _HEADING), frozenset), "way": _list(_pair(_INT, _HEADING))},
     **{"closed": _list(_pair(_INT, _STR)), "cells": _list(_list(_INT, frozenset))},
@@ -257,7 +257,6 @@ _add(
     need="action regions:regions robots?:count together?:bool same?:bool",
     battery="capacity:count start:count move:count stay:number charge:count",
     when="input objective:objective",
-    clock="since:int disturbed?:bool before?:bool over?:bool",
     change="at:count robot objective?:objective active?:bool within?:count",
     zone="robots:names regions:regions",
     promises="within:counts by?:count late?",
@@ -271,7 +270,6 @@ _add(
     option="obstacle need:count robots:set",
 )
 _add(
-    done="rounds?:count seen?:numbers turn?:count uncounted?:bool clock?:clock memory?:ints",
     obstacle="type name region:int action resolution_regions:regions blocks:set traversable:truth"
     " needs?:need_list from?:count until?:count resolve_within?:count ordered?:bool",
     robot="mobility layer capabilities:set start:int heading:heading objective:objective"
@@ -282,14 +280,10 @@ _add(
     joint="robots:names start:places stages:counts states:count sha256 memory?:memories",
     room="robots:names",
 )
-_add(
-    tree="choices:choice_list",
-    begun="robots?:done_by_name due?:counts late?:names closed?:names had?:names met?:met"
-    " asked?:memories stays?:names",
-)
+_add(tree="choices:choice_list")
 _add(
     scenario="map:map robots:robot_by_name obstacles:obstacle_list until:until limits:limits"
-    " coordination world? flat? begun?:begun changes?:change_list never_together?:zone_list"
+    " coordination world? flat? changes?:change_list never_together?:zone_list"
     " promises?:promises chargers?:regions inputs?:input_list partition?:cells",
 )
 _MOVED, _ENDS = "robot from:int to:int heading:heading", "outcome explanation cause? proof?:proof"

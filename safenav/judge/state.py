@@ -197,23 +197,21 @@ class Step(NamedTuple):
 
 
 class State:
-    """The state at a line. ``begun``: the header says what a run before has done; ``tick``,
-    ``time`` (live: seconds); ``coming``: the obstacles that the scenario lets appear, and
-    ``changes`` for robots, that have not come yet; ``dues``: open deadlines of obstacles and the
-    mission; ``missed``: deadlines that have passed; ``entering``: live, steps into the region of
-    an obstacle on which some robot acts, with their ticks; ``strays``, ``hands``: steps that ended
-    elsewhere than commanded, and changes by a user or the world."""
+    """The state at a line. ``tick``, ``time`` (live: seconds); ``coming``: the obstacles that the
+    scenario lets appear, and ``changes`` for robots, that have not come yet; ``dues``: open
+    deadlines of obstacles and the mission; ``missed``: deadlines that have passed; ``entering``:
+    live, steps into the region of an obstacle on which some robot acts, with their ticks;
+    ``strays``, ``hands``: steps that ended elsewhere than commanded, and changes by a user or the
+    world."""
 
     def __init__(self, header: Line) -> None:
         self.scenario = h = header.scenario
         self.live, self.external = header.clock == "live", h.world == "external"
         self.world = World(h.map.grid, h.map.cols)
-        self.begun = h.begun or Line()
         self.tick, self.time, self.last = 0, 0.0, header
         promises = h.promises or Line(within={})
         self.robots = {name: self._robot(name, data, promises) for name, data in h.robots.items()}
         self.names = [*self.robots]
-        self.met_before = dict(self.begun.met or {})
         self.obstacles: dict[str, Obstacle] = {}
         self.at: dict[int, list[Obstacle]] = {}  # by region
         for data in sorted(h.obstacles, key=lambda one: one.start is not None):
@@ -224,7 +222,6 @@ class State:
         self.inputs = {each.name: False for each in h.inputs or ()}
         self.by_user: set[str] = set()
         self.dues = {} if promises.by is None else {"mission": promises.by}
-        self.dues |= self.begun.due or {}
         self.missed: list[str] = []
         self.orders: set[str] = set()
         self.flat: dict[str, str] = {}  # obstacles at robots whose charge is used up
@@ -246,9 +243,6 @@ class State:
         self.zones = [
             (frozenset(zone.robots), zone.regions) for zone in h.never_together or ()
         ]  # fmt: skip
-        for name in {*(self.begun.closed or ()), *(self.begun.stays or ())} & {*self.obstacles}:
-            self.obstacles[name].shut = self.obstacles[name].known = True
-        self.asked = {*(self.begun.asked or ())}  # known from the first tick on
         for robot in self.robots.values():
             self.stand(robot)
 
@@ -257,20 +251,11 @@ class State:
             (data.start, data.heading if data.mobility == "heading" else None),
             data.objective,
         )
-        done = (self.begun.robots or {}).get(name) or Line()
-        seen = frozenset(done.seen or ())
-        goals = (done.rounds or 0) * own.count + len(seen)
-        turn = done.turn if goals or (own.in_turn and done.turn) else None
-        counts = tuple((done.rounds or 0) + (k in seen) for k in range(own.count))
-        ahead = (done.turn or 0) + bool(done.rounds) if own.ends else 0
-        progress = Progress(goals, turn, seen, done.rounds or 0, counts, ahead, done.rounds or 0)
-        told, clock = done.clock or Line(since=0), Clock(promises.within.get(name))
-        clock.begun, clock.away = -told.since, bool(told.disturbed)
-        clock.before, clock.over = bool(told.before), bool(told.over)
+        progress = Progress(counts=(0,) * own.count)
+        clock = Clock(promises.within.get(name))
         robot = Robot(name, data, pose, frozenset([pose[0]]), own, own, progress, clock, pose)
         robot.charge = float(data.battery.start) if data.battery else None
-        robot.moved = int(name in (self.begun.had or ()))
-        robot.memories = begins(robot, done.memory)
+        robot.memories = begins(robot)
         return robot
 
     def add(self, data: Line) -> None:
@@ -290,13 +275,6 @@ class State:
             *(data.resolve_within, bool(data.ordered), data.start is None, data.until),
         )
         self.at.setdefault(found.region, []).append(found)
-        if found.there:
-            self.resume(found)
-
-    def resume(self, one: Obstacle) -> None:
-        """Take the needs of an obstacle that the run before has met."""
-        for group in self.met_before.pop(one.name, ()):
-            one.stage, one.group = one.stage + 1, frozenset(group)
 
     def _conflict(self, one: str, other: str) -> bool:
         a, b = self.robots[one].data, self.robots[other].data
@@ -378,13 +356,11 @@ class State:
         return self.world.show(region)
 
 
-def begins(robot: Robot, stated: Mapping[str, int] | None = None) -> set[int] | None:
+def begins(robot: Robot) -> set[int] | None:
     """Return the memories with which a robot begins its formulas; None if they are not followed."""
     formulas = robot.own.formulas
     if formulas is None or not formulas.whole or robot.own.kind != "ltl" or not formulas.names:
         return None
-    if stated:
-        return {k for k, row in enumerate(formulas.values) if agrees(formulas.names, row, stated)}
     return {*formulas.begins(robot.pose)}
 
 

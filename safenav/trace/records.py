@@ -84,8 +84,7 @@ class Synthesis(Record, frozen=True, tag="synthesis"):
     What the specification was made from: pose (``region``, ``heading``), ``memory`` (variable:
     value at the start), ``inputs`` that its formulas name and their values, ``again`` (the values
     of these that are assumed infinitely often), ``closed`` (regions shut beyond the walls, and what
-    shuts each), ``moving`` (robots that are inputs and must not be run into) and ``tracked``
-    (inputs for knowledge only), ``fairness`` and ``others_targets``, ``tracking``, ``knowledge`` of
+    shuts each), ``tracked`` (robots that are inputs), ``fairness``, ``tracking``, ``knowledge`` of
     others at the start (a region, or cells), ``beliefs`` (the numbering of belief values, for each
     other robot), ``sight_closed`` (regions that block the view), ``places`` and ``neutral`` (what
     can be assigned; ``places_from``: what only from some places), ``forbidden`` beyond the
@@ -111,11 +110,9 @@ class Synthesis(Record, frozen=True, tag="synthesis"):
     inputs: Mapping[str, bool] | None = None
     again: Mapping[str, tuple[bool, ...]] | None = None
     closed: tuple[tuple[Region, str], ...] | None = None
-    moving: tuple[str, ...] | None = None
     tracked: tuple[str, ...] | None = None
     tracking: str | None = None
     fairness: str | None = None
-    others_targets: Mapping[str, tuple[tuple[Region, ...], ...]] | None = None
     knowledge: Mapping[str, Region | tuple[Count, ...]] | None = None
     beliefs: Mapping[str, tuple[tuple[Count, ...], ...]] | None = None
     sight_closed: tuple[Region, ...] | None = None
@@ -140,8 +137,7 @@ class Move(Record, frozen=True, tag="move"):
     """One for each robot and tick. ``toward``: while a step takes several ticks, the region to
     which the robot is in transit and which it also occupies. ``by``: what decided the move (None:
     nothing was queried, the robot is in transit, or the trace does not record it). ``signal``: on
-    the first move after it changed. ``busy``: regions that were shown to its strategy as occupied
-    although no robot is there. ``result``: if the step ended elsewhere than commanded."""
+    the first move after it changed. ``result``: if the step ended elsewhere than commanded."""
 
     robot: str
     from_: Region
@@ -150,15 +146,13 @@ class Move(Record, frozen=True, tag="move"):
     toward: Region | None = None
     by: vocabulary.MovedBy | None = None
     signal: Signal | None = None
-    busy: tuple[Region, ...] | None = None
     result: vocabulary.MoveEnd | None = None
 
 
 class Depart(Record, frozen=True, tag="depart"):
     """Live: a robot begins a step, and occupies both regions until the ``arrive`` line with the
     same ``command``. ``heading``: the one at its end. ``by`` as in ``Move``; ``node``: the
-    strategy's node after the step; ``shown``: regions that were shown to its strategy as occupied
-    although no robot is there; ``seconds``: expected duration."""
+    strategy's node after the step; ``seconds``: expected duration."""
 
     command: Count
     robot: str
@@ -167,7 +161,6 @@ class Depart(Record, frozen=True, tag="depart"):
     heading: Heading | None
     by: vocabulary.MovedBy
     node: Count | None = None
-    shown: tuple[Region, ...] | None = None
     signal: Signal | None = None
     seconds: Seconds | None = None
 
@@ -209,13 +202,11 @@ class ActionEnd(Record, frozen=True, tag="acted"):
 
 
 class Held(Record, frozen=True, tag="hold"):
-    """Live: a robot stays where it is, from now on for another reason. ``shown``: regions that were
-    shown to its strategy as occupied although no robot is there."""
+    """Live: a robot stays where it is, from now on for another reason."""
 
     robot: str
     why: vocabulary.HoldReason
     signal: Signal | None = None
-    shown: tuple[Region, ...] | None = None
 
 
 class Late(Record, frozen=True, tag="late"):
@@ -226,7 +217,6 @@ class Late(Record, frozen=True, tag="late"):
     reason: str
     robot: str | None = None
     obstacle: str | None = None
-    command: Count | None = None
     at: Seconds | None = None
 
 
@@ -362,16 +352,14 @@ class Request(Record, frozen=True, tag="request"):
 
 
 class StackEntry(Record, frozen=True):
-    """An entry of the stack of objectives: requester, helpers, obstacle and its need."""
+    """An entry of the stack of objectives: obstacle, requester and helpers."""
 
     depth: Count
     objectives: Mapping[str, Objective]
     obstacle: str
     requester: str | None
     helper: str | None
-    reason: vocabulary.StackReason = vocabulary.StackReason.REQUEST
     helpers: tuple[str, ...] | None = None
-    need: Count | None = None
 
 
 class Push(StackEntry, frozen=True, tag="push"):
@@ -476,11 +464,9 @@ class Plan(Record, frozen=True, tag="plan"):
 
 
 class PlanEnd(Record, frozen=True, tag="plan_end"):
-    """``nodes``: the next node of each robot's strategy (None: nowhere; it keeps
-    its place until it is synthesized)."""
+    """The end of the joint plan that was recorded last."""
 
     reason: vocabulary.PlanEndReason
-    nodes: Mapping[str, Count | None] | None = None
 
 
 class Checkpoint(Record, frozen=True, tag="checkpoint"):

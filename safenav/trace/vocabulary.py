@@ -13,15 +13,10 @@ class Reason(StrEnum):
     RESOLVED = "resolved"
     BLOCKED = "blocked"
     GONE = "gone"
-    PLAN = "plan"
-    """After a joint plan, from a pose that the strategy before did not know."""
     OBJECTIVE = "objective"
     """It was given another objective."""
     SERVICE = "service"
     """It is back in service."""
-    CHARGE = "charge"
-    """It goes to a charger, or has charged enough."""
-    """It begins a round that is in time only if it meets its targets in other poses."""
 
 
 class Form(StrEnum):
@@ -30,12 +25,6 @@ class Form(StrEnum):
     LITERAL = "literal"
     OTHER_MEMORY = "other_memory"
     ALTERNATION = "alternation"
-
-
-class StackReason(StrEnum):
-    """Reason for a push."""
-
-    REQUEST = "request"
 
 
 class BlockReason(StrEnum):
@@ -76,8 +65,6 @@ class HoldReason(StrEnum):
     """Its strategy has it stay."""
     HELD = "held"
     """Kept there: its strategy has no successor that it may take now."""
-    PLAN = "plan"
-    """The joint plan has it stay: it is done, or others go first."""
     SYNTHESIS = "synthesis"
     ACTING = "acting"
     SERVICE = "service"

@@ -42,8 +42,6 @@ _WHY = {
     vocabulary.Reason.GONE: "after an obstacle disappeared",
     vocabulary.Reason.OBJECTIVE: "for another objective",
     vocabulary.Reason.SERVICE: "back in service",
-    vocabulary.Reason.PLAN: "after a joint plan",
-    vocabulary.Reason.CHARGE: "for its battery",
 }
 
 _BLOCKED = {
@@ -74,7 +72,6 @@ _CHANGES = {
 _HOLDS = {
     vocabulary.HoldReason.STRATEGY: "by its strategy",
     vocabulary.HoldReason.HELD: "held back",
-    vocabulary.HoldReason.PLAN: "by the joint plan",
     vocabulary.HoldReason.SYNTHESIS: "until its strategy is synthesized",
     vocabulary.HoldReason.ACTING: "acting",
     vocabulary.HoldReason.SERVICE: "out of service",

@@ -52,7 +52,7 @@ class _Told:
             number, end = self.under_way.pop(name), {"at": line["to"], "heading": line["heading"]}
             yield {"type": "arrive", **base, "command": number, **end, "result": "arrived"}
         elif to == here:
-            why = {"strategy": "strategy", "plan": "plan"}.get(line.get("by", "strategy"), "held")
+            why = "strategy" if line.get("by", "strategy") == "strategy" else "held"
             if self.held.get(name) != (why, more):
                 yield {"type": "hold", **base, "why": why, **more}
             self.held[name] = why, more

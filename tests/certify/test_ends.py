@@ -134,7 +134,7 @@ def test_a_bundle_contains_the_motion_of_its_run(tmp_path: Path) -> None:
     bundle_of_run(SCENARIOS / "hello.yaml", tmp_path / "hello", motion=True)
     status, said = judged(tmp_path / "hello")
     assert status == 0, said
-    assert "not compared: the motion (safenav check-motion)" in said
+    assert "not compared: the motion (safenav check)" in said
     moved, trace = tmp_path / "hello" / "motion.jsonl", tmp_path / "hello" / "trace.jsonl"
     bundle_of_trace(trace, tmp_path / "again", moved)
     another = shipped("case_study_1") / "trace.jsonl"

@@ -63,7 +63,7 @@ SOURCE = "source/"
 UNCOMPARED = {
     "index.html": "the page, which explains",
     SOURCE: "the source of the scenario (safenav check reads it again)",
-    "motion.jsonl": "the motion (safenav check-motion)",
+    "motion.jsonl": "the motion (safenav check)",
 }
 
 

@@ -92,7 +92,6 @@ class Case:
     def __init__(
         self,
         s: State,
-        tick: int,
         *,
         hopeful: bool = False,
         memory: Mapping[str, int] | None = None,
@@ -105,8 +104,7 @@ class Case:
         self.at: dict[str, Any] = {name: s.destination(name) for name in s.names}
         for name, number in self.memory.items():
             self.at[name] = (*self.at[name], number, frozenset())
-        asked = s.asked if tick else set[str]()
-        known = (one for one in every if one.open and (one.known or one.name in asked))
+        known = (one for one in every if one.open and one.known)
         known = (one for one in known if not one.shut)
         self.obstacles = tuple(self._opened(one) for one in known)
         self._reach, self._around = cache(self._reached), cache(self._back)

@@ -35,7 +35,7 @@ def negative_problems(e: Line, s: State) -> Iterator[str]:
             yield f"the formulas of {name} cannot remember {', '.join(stated)} so"
             return
         numbers[name] = number
-    case = Case(s, e.tick, memory=numbers)
+    case = Case(s, memory=numbers)
     if e.cause not in (causes := _causes(e.proof, case)):
         yield f"its cause is {e.cause}; proven is {causes[0]}"
     try:
@@ -59,7 +59,7 @@ def shut_problems(e: Line, s: State) -> Iterator[str]:
     elif unread := _unread(s):
         yield NotJudged(f"whether {e.obstacle} can be resolved: {unread} has many memories")
     else:
-        yield from closure_problems(e.proof, Case(s, e.tick, hopeful=True), lame=False)
+        yield from closure_problems(e.proof, Case(s, hopeful=True), lame=False)
 
 
 def _unread(s: State) -> str:
@@ -86,7 +86,7 @@ def _out_of_service_problems(e: Line, s: State) -> Iterator[str]:
     if not any(robot.out for robot in s.robots.values()):
         yield "no robot is out of service"
     elif e.kind == "outcome" and not any(robot.acts for robot in s.robots.values()):
-        case = Case(s, e.tick)
+        case = Case(s)
         try:
             if done := can_complete(case, MOST_SERVED):
                 yield f"the robots in service can do their part of the mission, with {done}"
@@ -100,7 +100,7 @@ def _lost_problems(e: Line, s: State) -> Iterator[str]:
     stated = {**s.unrealizable, **(e.unrealizable or {})}
     if s.waiting is not None:
         stated = {**s.lost_before, **stated}
-    case = Case(s, e.tick)
+    case = Case(s)
     games = list[str]()
     for name, spec in stated.items():
         robot = s.robots[name]

@@ -62,7 +62,7 @@ def mobility(e: Line, s: State) -> Iterator[str]:
 def pace(e: Line, s: State) -> Iterator[str]:
     """In ticks a robot has one move each tick, and a step takes the ticks that its model states."""
     robot, takes = s.robots[e.robot], s.robots[e.robot].data.timing or 1
-    if e.tick != robot.moved + 1 and not (e.tick == robot.moved == 1 and s.begun.had):
+    if e.tick != robot.moved + 1:
         yield f"{e.robot} moves in tick {e.tick} after its move of tick {robot.moved}"
     begun = robot.began if robot.bound is not None else e.tick
     took, strays = e.tick - begun + 1, s.step(e).strays

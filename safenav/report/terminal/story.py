@@ -17,7 +17,7 @@ from safenav.report.terminal.fold import folded
 from safenav.report.terminal.map import MapPicture, Marker, draw
 from safenav.report.terminal.map import legend as marks
 from safenav.scenario.model import Scenario
-from safenav.scenario.objective import Ltl, station, target_regions
+from safenav.scenario.objective import Ltl, target_regions
 from safenav.scenario.objective_text import describe
 from safenav.trace import records, vocabulary
 from safenav.trace.looks import labels
@@ -74,7 +74,6 @@ class Story:
         self._in_rounds = False
         self._doing = {r.name: describe(r.objective, scenario.map.word) for r in scenario.robots}
         self._own = {r.name: r.objective for r in scenario.robots}
-        self._stops: set[str] = set()
         self._modes: frozenset[str] = frozenset()
         self._depth = 0
         self._now: float | None = None
@@ -176,10 +175,7 @@ class Story:
             self._in_rounds = False
 
     def _goal(self, event: records.Goal) -> None:
-        """Print each completed round once, but none of robots that wait, help, charge, or are sent
-        to a single target."""
-        if event.robot in self._stops:
-            return
+        """Print each completed round once, but none of robots that wait or help."""
         if self._depth == 0 and event.round > self._rounds.get(event.robot, 0):
             formulas, shown = isinstance(self._own[event.robot], Ltl), event
             if event.robot in self._modes:  # rounds of an objective under ``when`` do not count
@@ -230,29 +226,15 @@ class Story:
         for rule, count in Counter(assumed).items() if together else ():
             self._echo(f"             {count} robots assume: {rule}")
         for event in events:
-            self._stops.discard(event.robot)
             objective = objective_of(event.objective)
             words = self._wording.objective(event.objective)
-            charges = event.reason is vocabulary.Reason.CHARGE
-            if not charges and objective is not None:
+            if objective is not None:
                 self._own[event.robot] = objective
-            elif charges and objective is not None:
-                place = station(objective)
-                if place is not None and objective != self._own[event.robot]:
-                    self._stops.add(event.robot)
-                if place is not None and place <= {*self._scenario.chargers}:
-                    words += ", to charge"
             allows = f" ({shortened(event.allows)})" if event.allows else ""
             another = self._doing.get(event.robot) != words
-            stays = first and another and objective is not None and station(objective) is not None
-            if stays:  # in a run that continues another, it waits
-                self._stops.add(event.robot)
-            another = stays or (not first and another)
-            if event.verdict is not Verdict.REALIZABLE or charges:
-                another = False
-            else:
+            if event.verdict is Verdict.REALIZABLE:
                 self._doing[event.robot] = words
-            if charges or allows or another:
+            if allows or (another and event.verdict is Verdict.REALIZABLE):
                 self._echo(f"             {self._name(event.robot)}: {words}{allows}")
             for assumption in map(shortened, () if together else event.assumptions):
                 self._echo(f"             {self._name(event.robot)} assumes: {assumption}")

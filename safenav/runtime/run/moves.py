@@ -165,5 +165,4 @@ def _reason(event: now.Stayed, state: State) -> HoldReason:
         return HoldReason.SERVICE
     if event.why is not None:
         return HoldReason(event.why)
-    known = {"strategy": HoldReason.STRATEGY, "plan": HoldReason.PLAN}
-    return known.get(event.by, HoldReason.HELD)
+    return HoldReason.STRATEGY if event.by == "strategy" else HoldReason.HELD
