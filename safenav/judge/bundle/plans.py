@@ -33,7 +33,8 @@ class Plan:
         require(way[index] == after, f"{robot} goes to {after}; its plan says {way[index]}")
         for first, i, then, j in self.orders:
             if (then, j) == (robot, index):
-                there = self.at[first] - (s.robots[first].bound is not None)
+                to = s.robots[first].bound  # after its last place a strategy may drive it
+                there = self.at[first] - (to == self.ways[first][self.at[first]][0])
                 require(there >= i, f"{robot} does not wait until {first} is at its place {i}")
         self.at[robot] = index
 
