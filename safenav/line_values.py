@@ -55,9 +55,6 @@ WORDS: dict[str, set[str]] = {
     "cause": _CHANGES,
     "clock": {"live"},
     "coordination": {"resynthesis", "assignable"},
-    "fairness": {
-        *("none", "off_my_targets", "out_of_my_way", "out_of_my_sight", "at_its_targets"),
-    },
     "form": {"literal", "other_memory", "alternation"},
     "heading": _HEADINGS,
     "intervention": {

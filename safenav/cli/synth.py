@@ -31,7 +31,9 @@ from safenav.report.terminal.fold import echo_folded
 from safenav.report.terminal.specification_text import vacuity_data, vacuity_lines
 from safenav.report.terminal.synthesis_progress import WaitingLine
 from safenav.report.terminal.table import table
+from safenav.runtime.control.tasks import Controller
 from safenav.runtime.run.mission import default_synthesizer, first_results
+from safenav.scenario.model import Scenario
 from safenav.spec.compile import assumption_names, compile_task
 from safenav.spec.specification import Specification
 from safenav.synthesis.export import StrategySize, statistics_of, to_dot, to_graphml
@@ -107,6 +109,7 @@ class Synthesized(Struct, frozen=True):
     folder=True, printed=True, help="Write into this folder; -: print the strategy of one robot."
 )
 @click.option("--measures", type=options.FILE, help="Write the measures of a specification.")
+@click.option("--avoiding", is_flag=True, help="Avoid the other robots (without coordination).")
 @click.option("--verify/--no-verify", default=True, help="Check each strategy independently.")
 @click.option("--strict", is_flag=True, help="Warnings count as unrealizable.")
 @click.option("--json", "as_json", is_flag=True, help="Print one summary as JSON.")
@@ -115,6 +118,7 @@ def command(
     robot: str | None,
     output: Path | None,
     measures: Path | None,
+    avoiding: bool,
     verify: bool,
     strict: bool,
     as_json: bool,
@@ -126,17 +130,25 @@ def command(
     if is_specification(scenario):
         if robot is not None:
             raise UsageError(f"{scenario} is a specification: without --robot")
+        if avoiding:
+            raise UsageError(f"{scenario} is a specification: without --avoiding")
         if measures is not None and not verify:
             raise UsageError("--measures are those of a verified strategy: without --no-verify")
         return _specification(scenario, output, measures, verify, strict, as_json)
     if measures is not None:
         hint = "-o writes the specification of each robot"
         raise UsageError(f"{scenario} is a scenario; --measures takes a specification: {hint}")
-    return _scenario(scenario, robot, output, verify, strict, as_json)
+    return _scenario(scenario, robot, output, avoiding, verify, strict, as_json)
 
 
 def _scenario(
-    file: Path, robot: str | None, output: Path | None, verify: bool, strict: bool, as_json: bool
+    file: Path,
+    robot: str | None,
+    output: Path | None,
+    avoiding: bool,
+    verify: bool,
+    strict: bool,
+    as_json: bool,
 ) -> int:
     plan, refused = options.loaded(file)
     options.check_robot(robot, plan, file)
@@ -145,6 +157,8 @@ def _scenario(
         raise UsageError(f"-o - prints one strategy: add --robot NAME, one of {', '.join(wanted)}")
     synthesizer = default_synthesizer(plan, verify=verify)
     answers = first_results(plan, synthesizer, WaitingLine(), wanted)
+    if avoiding:
+        answers = {name: _avoiding(each, plan, synthesizer) for name, each in answers.items()}
     if refused is not None and all(answer.realizable for answer in answers.values()):
         raise refused  # for another reason than an unreachable target
     made, data, notes, warned = list[Synthesized](), list[dict[str, Any]](), list[str](), False
@@ -172,6 +186,14 @@ def _scenario(
     _report(made, output, "robot", {"scenario": plan.name, "robots": data}, as_json, notes)
     bad = not all(one.realizable for one in made) or (strict and warned)
     return ExitCode.NEGATIVE if bad else ExitCode.OK
+
+
+def _avoiding(answer: Controller, plan: Scenario, synthesizer: Synthesizer) -> Controller:
+    """Return the controller of a robot that observes which neighbouring regions robots in conflict
+    occupy, and never enters one of these."""
+    rivals = tuple(other.name for other in plan.in_conflict(answer.task.robot))
+    task = replace(answer.task, avoids=rivals)
+    return replace(answer, task=task, result=synthesizer.synthesize(compile_task(task, plan.map)))
 
 
 def _specification(

@@ -9,8 +9,7 @@ from msgspec.structs import replace
 
 from safenav.explain.explanation import Diagnosis, NoStrategyCause
 from safenav.explain.undisturbed import Solo, play
-from safenav.scenario.model import Scenario
-from safenav.scenario.objective import Ltl, Target, alternation, station
+from safenav.scenario.objective import Ltl, Target, alternation
 from safenav.scenario.reachability import Reachability
 from safenav.spec.task import Known, Task
 from safenav.world.map import Heading, RegionMap
@@ -51,22 +50,6 @@ def diagnose(task: Task, world: RegionMap) -> Diagnosis:
             crossing=_crossing(task, world),
         )
     return replace(found, cause=NoStrategyCause.ONE_WAY)
-
-
-def held_ways(task: Task, world: RegionMap, scenario: Scenario) -> tuple[Known, ...]:
-    """Return the robots that their objective keeps at their start forever, if together they are in
-    the way. To a robot that observes them, the map alone seems passable."""
-    if isinstance(task.objective, Ltl):
-        return ()
-    held = tuple(
-        Known(other.region, f"robots.{other.name}", f"{other.name} holds this region")
-        for other in task.observed
-        if other.danger and other.region in (station(scenario.robot(other.name).objective) or ())
-    )
-    if not held:
-        return ()
-    barred = replace(task, blocked=(*task.blocked, *held))
-    return () if _solo(barred, world).winnable else _culprits(barred, world)
 
 
 def _solo(task: Task, world: RegionMap) -> Solo:

@@ -9,7 +9,7 @@ import time
 from msgspec.structs import replace
 
 from safenav.explain.core import find_core
-from safenav.explain.diagnosis import diagnose, held_ways
+from safenav.explain.diagnosis import diagnose
 from safenav.explain.explanation import (
     Core,
     Explanation,
@@ -45,11 +45,6 @@ def explain(scenario: Scenario, task: Task, synthesizer: Synthesizer, judge: Jud
     part = with_guarantees(spec, core.constraints)
     play = confinement(found, core, task) or play_out(spec, part, task, world, ask)
     cause = found.cause or _cause(core, task)
-    if cause in (_C.CORNERED, _C.KEPT_AWAY):
-        holding = held_ways(task, world, scenario)
-        if holding:
-            cause = _C.PARKED_ROBOT
-            found = replace(found, cause=cause, culprits=holding)
     closed = {member.origin.item for member in core.members}
     if cause is not found.cause and cause in (_C.PARKED_ROBOT, _C.OBSTACLE):
         found = replace(found, culprits=tuple(k for k in task.blocked if k.item in closed))

@@ -68,7 +68,7 @@ def why_words(found: Diagnosis, task: Task, world: RegionMap) -> str:
         inputs = " or ".join(task.objective.inputs)
         could = f", or the input {inputs} can keep it from its goals" if inputs else ""
         return f"its guarantees conflict{could}"
-    others = ", ".join(other.name for other in task.observed if other.danger)
+    others = ", ".join(task.avoids)
     if others:
         return f"{others} could keep it away forever, or corner it"
     return "its guarantees conflict"

@@ -16,14 +16,12 @@ from itertools import starmap
 
 from msgspec.structs import replace
 
-from safenav.scenario.model import Tracking
-from safenav.scenario.objective import Ltl, formulas_in
-from safenav.spec.assignable_regions import AssignableRegions, Part, assignable_regions, whereabouts
+from safenav.scenario.objective import Ltl
+from safenav.spec.assignable_regions import AssignableRegions, Part, assignable_regions
 from safenav.spec.movement import among, one_of
 from safenav.spec.specification import Constraint, Origin, Owner, Section, Specification, Variable
 from safenav.spec.task import Task
 from safenav.world.map import Region, RegionMap
-from safenav.world.moves import Mobility
 
 SOURCE = "paper, Section V-D, the runtime-assignable goal"
 NEXT = "'"
@@ -51,8 +49,7 @@ def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
     possible = assignable_regions(task, world)
     idle = neutral(possible)
     begin = _origin("no request before the first move")
-    nothing = ("!request", f"assigned = {idle}")
-    for formula in nothing if begins_anywhere(task) else (*nothing, "!wait"):
+    for formula in ("!request", f"assigned = {idle}", "!wait"):
         yield Constraint(Section.ENV_INIT, formula, begin)
     where = _origin("only regions from which it can resume its objective are assigned")
     allowed_next = one_of("assigned", possible.places, "'")
@@ -70,15 +67,6 @@ def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
 
 def _origin(rule: str) -> Origin:
     return Origin("coordination", rule, SOURCE)
-
-
-def unless_waiting(constraint: Constraint) -> Constraint:
-    """Restrict a fairness assumption to moments when the robot need not wait: other robots might
-    be out of its way only while it must not move."""
-    if constraint.section is not Section.ENV_LIVENESS:
-        return constraint
-    wait = "wait'" if "'" in constraint.formula else "wait"  # now or next, as in the formula
-    return replace(constraint, formula=f"!{wait} & ({constraint.formula})")
 
 
 def guarantees(task: Task, world: RegionMap) -> Iterator[Constraint]:
@@ -123,31 +111,6 @@ def _asked(part: Part) -> str:
     """Return the condition that one of the regions of a part is assigned to the robot."""
     assigned = one_of("assigned", part.regions, "'")
     return f"request' & !wait' & {assigned}"
-
-
-def begins_anywhere(task: Task) -> bool:
-    """Return whether the strategy must cover every pose and memory from which its goals can be met,
-    not only those on its own paths: a joint plan may leave the robot in any. Without headings and
-    formulas its paths cover all. A strategy that tracks positions of other robots cannot cover all
-    of those, so it is not extended."""
-    formulas = formulas_in(task.objective) is not None
-    wayward = task.robot.model.mobility is Mobility.HEADING or formulas
-    nearby = task.tracking is Tracking.NEARBY
-    return task.assignable and task.endangered and nearby and wayward
-
-
-def unless_elsewhere(constraint: Constraint) -> Constraint:
-    """Restrict an initial condition to starts without ``wait`` (else: ``elsewhere``)."""
-    if constraint.section is not Section.SYS_INIT:
-        return constraint
-    return replace(constraint, formula=f"wait | ({constraint.formula})")
-
-
-def elsewhere(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """Yield the initial condition with ``wait``: any region that the robot can ever reach."""
-    anywhere = one_of("region", whereabouts(task, world))
-    origin = _origin("if it must wait at first, it starts wherever a plan put it")
-    yield Constraint(Section.SYS_INIT, f"wait -> {anywhere}", origin)
 
 
 def excused(constraint: Constraint, holds: bool = False) -> Constraint:

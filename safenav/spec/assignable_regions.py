@@ -67,11 +67,6 @@ def assignable_regions(task: Task, world: RegionMap) -> AssignableRegions:
     return _assignable_regions(_Ground.of(task, world))
 
 
-def whereabouts(task: Task, world: RegionMap) -> frozenset[Region]:
-    """Return the regions that the robot of a task can ever reach."""
-    return frozenset(pose.region for pose, _ in _Ground.of(task, world).ways())
-
-
 class _Ground(Struct, frozen=True):
     """The state that paths depend on."""
 

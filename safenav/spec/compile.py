@@ -1,7 +1,7 @@
 """Compile one robot's share of a mission to a GR(1) specification (docs/specifications.md).
 
 Only variables that some guarantee can depend on are modelled: the robot's own pose and memory as
-outputs, its knowledge of the robots with which it could collide as inputs.
+outputs, its knowledge of other robots as inputs.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def compile_task(task: Task, world: RegionMap) -> Specification:
     robot = task.robot
     others = encode_others(task, world)
     objective = encode(task.objective, f"{task.item}.objective", task.pose.region, task.memory)
-    steered, anywhere = task.assignable, assignable.begins_anywhere(task)
+    steered = task.assignable
     own = [
         assignable.excused(each, task.objective.settles) if steered else each
         for each in objective.constraints
@@ -45,13 +45,12 @@ def compile_task(task: Task, world: RegionMap) -> Specification:
     variables += objective.variables
     constraints = [
         *(assignable.assumptions(task, world) if steered else ()),
-        *(assignable.unless_waiting(c) if steered else c for c in others.assumptions),
+        *others.assumptions,
         *_environment(task),
-        *(assignable.unless_elsewhere(c) if anywhere else c for c in _beginning(task)),
-        *(assignable.elsewhere(task, world) if anywhere else ()),
+        *_beginning(task),
         *_motion(task, world, others),
         *(assignable.guarantees(task, world) if steered else ()),
-        *(assignable.unless_elsewhere(c) if anywhere else c for c in own),
+        *own,
     ]
     title = f"{robot.name} ({robot.model.name}): {describe(task.objective)}"
     return Specification(robot.name, title, tuple(variables), tuple(constraints))

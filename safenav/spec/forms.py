@@ -2,8 +2,8 @@
 
 A strict objective, such as a patrol, keeps its literal formula (paper, Section VI) if the robot can
 satisfy that with its present memory, or else with another target first. Otherwise it becomes plain
-alternation: the robot may cross a target out of turn and wait at one. Robots that share a floor, go
-to chargers, or get goals assigned at runtime use plain alternation from the start. Every other
+alternation: the robot may cross a target out of turn and wait at one. Robots that share a floor or
+get goals assigned at runtime use plain alternation from the start. Every other
 objective has one form, as has a strict one with ``form: literal``.
 
 ``run``, ``check``, ``synth``, ``explain``, the studio and certificates try these forms in this
@@ -12,7 +12,7 @@ order.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from enum import StrEnum
 from functools import reduce
 from operator import or_
@@ -35,7 +35,6 @@ class Weakening(StrEnum):
     OBSTACLES = "the known obstacles leave no other path"
     KEPT = "the team could not continue from a pose on the other path"
     SHARED = "it shares its floor with others"
-    CHARGED = "it goes to a charger on its shortest path"
     ASSIGNED = "it can be assigned another region at any time"
 
 
@@ -57,7 +56,6 @@ def forms(
     *,
     shared: bool = False,
     assigned: bool = False,
-    charged: bool = False,
 ) -> Iterator[ObjectiveForm]:
     """Yield the forms to try, the strongest first, for a robot at ``pose`` whose next target is
     number ``turn``. ``blocked``: a mask of the regions that it cannot enter. Forms that the robot
@@ -69,9 +67,6 @@ def forms(
     if shared or assigned:
         yield ObjectiveForm(plain, turn, Weakening.SHARED if shared else Weakening.ASSIGNED)
         return
-    if charged:
-        yield ObjectiveForm(plain, turn, Weakening.CHARGED)
-        return
     count = len(objective.targets)
     turns = [(turn + k) % count for k in range(count)]
     tried = [first for first in turns if can_keep(graph, pose, objective, first, blocked)]
@@ -81,23 +76,17 @@ def forms(
     yield ObjectiveForm(plain, turn, why)
 
 
-def concession(
-    asked: Objective, rung: ObjectiveForm, word: Word = number_word, others: Collection[str] = ()
-) -> str | None:
+def concession(asked: Objective, rung: ObjectiveForm, word: Word = number_word) -> str | None:
     """Return the difference between a form and the objective, with its reason: ``may cross a target
-    on the way: the corridor leaves no other path``. ``others``: the robots on its floor. None for
-    the strongest form."""
+    on the way: the corridor leaves no other path``. None for the strongest form."""
     if rung.weakening is None:
         return None
     if rung.weakening is Weakening.TURNED:
         first, *others = (word(target) for target in _from(rung.turn, asked.targets))
         other = others[0] if len(others) == 1 else "the one whose turn it is"
         return f"{first} first: from here it cannot begin with {other} without crossing {first}"
-    why = rung.weakening.value
-    if others and rung.weakening is Weakening.SHARED:
-        why = f"it shares its floor with {', '.join(others)}"
     waits = rung.weakening in (Weakening.SHARED, Weakening.ASSIGNED)
-    return f"may cross a target on the way{' and wait at one' * waits}: {why}"
+    return f"may cross a target on the way{' and wait at one' * waits}: {rung.weakening.value}"
 
 
 def asked_of(task: Task) -> Objective:

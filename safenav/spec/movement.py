@@ -72,21 +72,6 @@ def stepping(variable: str, section: Section, world: RegionMap, item: str) -> It
             yield Constraint(section, f"{one_of(variable, open_edge)} -> !({step})", origin)
 
 
-def on_side(variable: str, heading: Heading, world: RegionMap) -> str:
-    """``variable`` becomes the region next to the robot's on that side, as a formula that
-    binds like an atom. Values beyond the map stand for no region."""
-    vertical = heading in (Heading.NORTH, Heading.SOUTH)
-    offset = world.cols if vertical else 1
-    if heading in (Heading.NORTH, Heading.WEST):
-        parts = [f"region = {variable}' + {offset}"]
-    else:
-        parts = [f"{variable}' < {world.size}", f"{variable}' = region + {offset}"]
-    if not vertical:
-        edge = wrapping(heading, world)
-        parts += [f"!({one_of('region', edge)})"] if edge else []
-    return "(" + " & ".join(parts) + ")"
-
-
 def wrapping(heading: Heading, world: RegionMap) -> list[Region]:
     """Return the regions at the eastern or western edge whose next number in that direction is a
     free region across the edge."""

@@ -61,10 +61,9 @@ class Header(Record, frozen=True, tag="header"):
 
 
 class Tried(Struct, frozen=True):
-    """A synthesis that failed before: weaker assumptions, or a stronger form."""
+    """A synthesis of a stronger form that failed before."""
 
     form: vocabulary.Form
-    fairness: str
     spec: Sha256
     verdict: Verdict
 
@@ -84,7 +83,7 @@ class Synthesis(Record, frozen=True, tag="synthesis"):
     What the specification was made from: pose (``region``, ``heading``), ``memory`` (variable:
     value at the start), ``inputs`` that its formulas name and their values, ``again`` (the values
     of these that are assumed infinitely often), ``closed`` (regions shut beyond the walls, and what
-    shuts each), ``tracked`` (robots that are inputs), ``fairness``, ``tracking``, ``knowledge`` of
+    shuts each), ``tracked`` (robots that are inputs), ``tracking``, ``knowledge`` of
     others at the start (a region, or cells), ``beliefs`` (the numbering of belief values, for each
     other robot), ``sight_closed`` (regions that block the view), ``places`` and ``neutral`` (what
     can be assigned; ``places_from``: what only from some places), ``forbidden`` beyond the
@@ -112,7 +111,6 @@ class Synthesis(Record, frozen=True, tag="synthesis"):
     closed: tuple[tuple[Region, str], ...] | None = None
     tracked: tuple[str, ...] | None = None
     tracking: str | None = None
-    fairness: str | None = None
     knowledge: Mapping[str, Region | tuple[Count, ...]] | None = None
     beliefs: Mapping[str, tuple[tuple[Count, ...], ...]] | None = None
     sight_closed: tuple[Region, ...] | None = None

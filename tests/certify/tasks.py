@@ -27,7 +27,7 @@ from safenav.spec.compile import compile_task
 from safenav.spec.forms import ObjectiveForm
 from safenav.spec.objective import NO_MEMORY, Memory
 from safenav.spec.specification import Constraint, Section, Specification
-from safenav.spec.task import Fairness, Known, Observed, Task
+from safenav.spec.task import Known, Observed, Task
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
 from safenav.trace import records
@@ -68,7 +68,6 @@ class Circumstances:
     """What the first robot of a scenario is synthesized under, beyond the scenario."""
 
     closed: tuple[int, ...] = ()
-    fairness: Fairness = Fairness.NONE
     memory: Memory = NO_MEMORY
     assignable: bool = False
 
@@ -80,14 +79,9 @@ def task_of(scenario: Scenario, about: Circumstances = ORDINARY) -> Task:
     """The task of the first robot at the start."""
     robot = scenario.robots[0]
     observed = tuple(
-        Observed(
-            other.name,
-            other.start.region,
-            other.objective.targets,
-            robot.conflicts(other),
-        )
+        Observed(other.name, other.start.region)
         for other in scenario.robots[1:]
-        if robot.conflicts(other) or other.name in robot.tracks
+        if other.name in robot.tracks
     )
     names = {o.region: o.name for o in scenario.obstacles}
     return Task(
@@ -98,7 +92,6 @@ def task_of(scenario: Scenario, about: Circumstances = ORDINARY) -> Task:
         blocked=tuple(Known(r, names[r], "it is there") for r in about.closed),
         observed=observed,
         tracking=robot.tracking,
-        fairness=about.fairness,
         assignable=about.assignable,
         partition=None if scenario.partition is None else Partition(scenario.partition),
         live=scenario.clock is Clock.LIVE,

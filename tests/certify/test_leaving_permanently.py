@@ -12,18 +12,7 @@ from safenav.certify import bundle
 from safenav.judge.bundle.evidence import Evidence
 from safenav.judge.engine import judge
 from safenav.scenario.model import Scenario
-from safenav.spec.task import Fairness
 
-HOLDS = (
-    scenario_of(
-        "#####\n#.#.#\n#...#\n#...#\n#####",
-        "r0: {model: walker, tracking: belief, vision: 2, start: [2, 3], heading: south, "
-        "objective: {hold: [2, 3]}}\n"
-        "r1: {model: walker, tracking: belief, vision: 2, start: [2, 1], heading: south, "
-        "objective: {hold: [3, 2]}}",
-    ),
-    Circumstances(fairness=Fairness.OFF_MY_TARGETS, assignable=True),
-)
 REMEMBERS = (
     scenario_of(
         "#..\n...\n#..\n...",
@@ -36,7 +25,7 @@ REMEMBERS = (
     ),
     Circumstances(closed=(5,), assignable=True),
 )
-CASES = pytest.mark.parametrize(("scenario", "about"), [HOLDS, REMEMBERS])
+CASES = pytest.mark.parametrize(("scenario", "about"), [REMEMBERS])
 
 
 @CASES
@@ -48,7 +37,7 @@ def test_the_checker_accepts_a_proof_that_also_defeats_leaving_permanently(
 
 def test_a_proof_without_such_a_reply_is_refused(tmp_path: Path) -> None:
     """A reply that only the scenario allows, or any other one."""
-    assert verdict_of(HOLDS[0], tmp_path, HOLDS[1]) == ""
+    assert verdict_of(REMEMBERS[0], tmp_path, REMEMBERS[1]) == ""
     trace = (tmp_path / "trace.jsonl").read_bytes().splitlines(keepends=True)
     files = {p.relative_to(tmp_path).as_posix(): p for p in tmp_path.rglob("*") if p.is_file()}
     (path,) = (tmp_path / "proofs").iterdir()

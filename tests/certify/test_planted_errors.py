@@ -20,8 +20,7 @@ from certify.tasks import (
     without,
 )
 from safenav.spec.objective import Memory
-from safenav.spec.specification import Constraint, Section
-from safenav.spec.task import Fairness
+from safenav.spec.specification import Section
 
 AROUND_A_WALL = """
     #######
@@ -67,28 +66,17 @@ class Exercise:
     more: str = ""
 
 
-def swapped(first: str, second: str, section: Section) -> Planted:
-    def change(constraint: Constraint) -> str:
-        if constraint.section is not section:
-            return constraint.formula
-        text = constraint.formula.replace(first, "\0").replace(second, first)
-        return text.replace("\0", second)
-
-    return rewritten(change)
-
-
 def replaced(old: str, new: str) -> Planted:
     return rewritten(lambda c: new if c.formula == old else c.formula)
 
 
 ALONE = "a: {model: rover, start: [1, 1], objective: {visit: [[1, 1], [1, 5]]}}"
 WALKER = "a: {model: walker, start: [2, 2], heading: east, objective: {visit: [[1, 1], [3, 5]]}}"
-TWO = """
-    a: {model: rover, start: [1, 1], objective: {visit: [[1, 1], [3, 5]]}}
-    b: {model: rover, start: [1, 5], objective: {visit: [[1, 5], [3, 1]]}}
+TRACKING = """
+    a: {model: rover, tracking: exact, tracks: [b], start: [1, 1],
+        objective: {visit: [[1, 1], [3, 5]]}}
+    b: {model: quadcopter, start: [1, 5], objective: {visit: [[1, 5], [3, 1]]}}
 """
-TWO_EXACT = TWO.replace("rover,", "rover, tracking: exact,", 1)
-FAIR = Circumstances(fairness=Fairness.OUT_OF_MY_WAY)
 EXERCISES = [
     Exercise("a wall left out", ALONE, without("region' != 10"), grid=AROUND_A_WALL),
     Exercise(
@@ -120,39 +108,6 @@ EXERCISES = [
         "goal 2 of the scenario",
     ),
     Exercise(
-        "a busy side left out of the rule",
-        TWO,
-        without("busy_east' -> move' != 2", "busy_south' -> move' != 3"),
-        about=FAIR,
-    ),
-    Exercise(
-        "two busy sides exchanged in the rule",
-        TWO,
-        swapped("busy_east", "busy_south", Section.SYS_TRANS),
-        about=FAIR,
-    ),
-    Exercise(
-        "fairness FALSE",
-        TWO,
-        with_more(Section.ENV_LIVENESS, "FALSE"),
-        "goal 0 of the scenario",
-        FAIR,
-    ),
-    Exercise(
-        "an assumption that nobody ever comes from one side",
-        TWO,
-        with_more(Section.ENV_TRANS, "!busy_east'"),
-        UNANSWERED,
-        FAIR,
-    ),
-    Exercise(
-        "one robot fewer than there are",
-        TWO + "    c: {model: rover, start: [3, 3], objective: {hold: [3, 3]}}\n",
-        with_more(Section.ENV_TRANS, "!(busy_east' & busy_south')"),
-        UNANSWERED,
-        FAIR,
-    ),
-    Exercise(
         "a known obstacle forgotten",
         ALONE,
         without("region' != 10"),
@@ -170,19 +125,6 @@ EXERCISES = [
     ),
     Exercise("a wrong target to begin with", ALONE, replaced("goal = 0", "goal = 1"), "'goal': 1"),
     Exercise(
-        "the collision rule inverted",
-        TWO,
-        rewritten(
-            lambda c: (
-                f"!{c.formula}"
-                if c.section is Section.SYS_TRANS and c.formula.startswith("busy_")
-                else c.formula
-            )
-        ),
-        "the robot could continue to",
-        FAIR,
-    ),
-    Exercise(
         "an ltl safety line dropped",
         "a: {model: rover, start: [1, 1], objective: {ltl: {\n"
         '        safety: ["region\' != 7"], liveness: ["region\' = 8", "region\' = 6"]}}}',
@@ -198,8 +140,9 @@ EXERCISES = [
     Exercise(
         "a belief that vanishes",
         """
-    a: {model: rover, tracking: belief, vision: 2, start: [1, 1], objective: {hold: [1, 1]}}
-    b: {model: rover, start: [1, 5], objective: {visit: [[1, 5], [2, 4]]}}
+    a: {model: rover, tracking: belief, tracks: [b], vision: 2, start: [1, 1],
+        objective: {hold: [1, 1]}}
+    b: {model: quadcopter, start: [1, 5], objective: {visit: [[1, 5], [2, 4]]}}
 """,
         with_more(Section.ENV_TRANS, "at_b' < 28"),
         UNANSWERED,
@@ -217,13 +160,11 @@ EXERCISES = [
         "a: {model: rover, start: [1, 2], objective: {hold: {any: [[1, 1], [1, 2]]}}}",
         without("region = 8 -> region' = 8", "region = 9 -> region' = 9"),
     ),
-    Exercise("exact positions ignored", TWO_EXACT, without("region' != at_b'"), about=FAIR),
     Exercise(
         "others taken to stand still",
-        TWO_EXACT,
+        TRACKING,
         with_more(Section.ENV_TRANS, "at_b' = at_b"),
         UNANSWERED,
-        FAIR,
     ),
     Exercise(
         "a robot told to wait may go on",

@@ -15,7 +15,6 @@ from safenav.errors import ResourceLimitError
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Patrol, Visit
 from safenav.spec.objective import NO_MEMORY, Memory
-from safenav.spec.task import FAIRNESS_ORDER, Fairness
 
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "40"))
 FIRST = 0 if "SAFENAV_FUZZ" not in os.environ else 100_000
@@ -79,11 +78,10 @@ def random_circumstances(source: Random, scenario: Scenario) -> Circumstances:
     memory = NO_MEMORY
     if isinstance(robot.objective, Visit | Patrol):
         memory = Memory(source.randrange(len(robot.objective.targets)))
-    rungs = FAIRNESS_ORDER[robot.tracking] if len(scenario.robots) > 1 else (Fairness.NONE,)
     hidden = scenario.obstacles[0].region
     taken = {other.start.region for other in scenario.robots}
     closed = (hidden,) if source.random() < 0.4 and hidden not in taken else ()
-    return Circumstances(closed, source.choice(rungs), memory, source.random() < 0.2)
+    return Circumstances(closed, memory, source.random() < 0.2)
 
 
 @pytest.mark.parametrize("seed", range(FIRST, FIRST + COUNT))

@@ -130,16 +130,12 @@ def second_header(lines: list[Line]) -> None:
     lines.insert(1, lines[0])
 
 
-def resumed(lines: list[Line]) -> None:
-    lines[0]["scenario"]["begun"] = {"robots": {"quad": {"rounds": 2}}}
-
-
 CHAIN = [
     *(wall_left_out, other_node, other_start, wrong_memory, other_objective, forgotten_rule),
     *(false_wall, robot_as_wall, forbidden_pose, weaker_form, no_strategy, no_synthesis),
     *(another_way, staying_step, step_without_plan, backs_up_for_fun, unresolved, incapable),
     *(one_round_more, observed_rivals, exclusion, unknown_assumption, names_an_input),
-    *(second_header, resumed),
+    second_header,
 ]
 
 

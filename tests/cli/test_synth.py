@@ -18,6 +18,14 @@ safenav: 1
 map: {grid: "#######\\n#.....#\\n#######\\n"}
 robots: {flyer: {model: quadcopter, start: 8, objective: {patrol: [12, 10], form: literal}}}
 """
+TWO = """\
+safenav: 1
+map: {grid: ["#######", "#.....#", "#######"]}
+robots:
+  a: {model: rover, start: 8, objective: {visit: [8, 12]}}
+  b: {model: rover, start: 10, objective: {visit: [10, 11]}}
+catalogue: {robots: {rover: {mobility: free, layer: ground, capabilities: []}}}
+"""
 CROSSING = """\
 safenav: 1
 map: {grid: ["#######", "#.....#", "#######"], names: {far: 8, mid: 9, near: 10}}
@@ -67,6 +75,19 @@ def test_specification_reads_like_documentation(safenav: Command, tmp_path: Path
         above = next(line for line in reversed(lines[:i]) if line.startswith("#"))
         assert above.startswith(("# robots.digit", "# map"))
     assert max(map(len, lines)) <= 160
+
+
+def test_strategies_that_avoid_the_others(safenav: Command, tmp_path: Path) -> None:
+    """For automata without a coordination layer: four inputs, and one assumption."""
+    (tmp_path / "two.yaml").write_text(TWO)
+    done = safenav("synth", "two.yaml", "--avoiding", "--robot", "a", "-o", "out")
+    assert done.returncode == 0, done.stderr
+    assert "a assumes: infinitely often no robot is beside it (b)" in done.stdout
+    text = (tmp_path / "out" / "a.structuredslugs").read_text()
+    assert "busy_west' -> move' != 4" in text
+    alone = safenav("synth", "two.yaml", "--robot", "a", "-o", "alone")
+    assert alone.returncode == 0
+    assert "busy" not in (tmp_path / "alone" / "a.structuredslugs").read_text()
 
 
 def test_statistics_are_a_table(safenav: Command) -> None:

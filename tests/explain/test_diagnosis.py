@@ -26,7 +26,7 @@ from safenav.scenario.objective_text import describe
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.compile import compile_task
 from safenav.spec.objective import NO_MEMORY
-from safenav.spec.task import Fairness, Known, Observed, Task
+from safenav.spec.task import Known, Task
 from safenav.synthesis.slugs import Synthesizer
 from safenav.world.map import Heading, RegionMap
 from safenav.world.moves import Mobility, Pose
@@ -101,7 +101,6 @@ catalogue: {{robots: {{r: {{mobility: free, layer: ground, capabilities: []}}}}}
 
 AWAY = Visit((frozenset({16}),))
 BLOCKER = "blocker: {model: r, start: 14, objective: {visit: [14, 15]}}"
-GUARD = "guard: {model: r, start: 14, objective: {hold: 14}}"
 
 
 @pytest.mark.parametrize(
@@ -122,38 +121,17 @@ def test_obstacles_in_the_way_are_named_by_their_item(item: str, cause: NoStrate
     assert "it is there" in explain_unrealizable(task.robot, task, world)
 
 
-def test_a_robot_without_assumptions_can_be_kept_from_its_target() -> None:
-    other = Observed("blocker", 14, (frozenset({14}),))
-    task, world = _corridor(AWAY, observed=(other,), fairness=Fairness.NONE)
-    found = explain(_beside(BLOCKER), task, Synthesizer(), lambda _: False)
-    assert found.cause is NoStrategyCause.KEPT_AWAY
-    assert not found.core.alone
-    assert found.play is not None
-    assert found.play.goal is not None
-    assert found.play.goal.regions == (16,)
-    assert cause_words(found, world) == "blocker can keep it away forever"
-
-
 def test_a_robot_that_must_not_wait_can_be_cornered() -> None:
     formulas = Ltl(
         safety=("region = 10 -> region' != 10", "region = 11 -> region' != 11"),
         liveness=("region = 16",),
     )
-    other = Observed("blocker", 14, (frozenset({14}),))
-    task, world = _corridor(formulas, observed=(other,), fairness=Fairness.OUT_OF_MY_WAY)
+    task, world = _corridor(formulas, avoids=("blocker",))
     found = explain(_beside(BLOCKER), task, Synthesizer(), lambda _: False)
     assert found.cause is NoStrategyCause.CORNERED
     assert found.play is not None and found.play.ending is PlayEnd.STUCK
     said = cause_words(found, world)
     assert said == "blocker can force it into a state where every move breaks a guarantee"
-
-
-def test_a_robot_that_stays_in_the_only_way_is_what_is_in_the_way() -> None:
-    other = Observed("guard", 14, (frozenset({14}),))
-    task, world = _corridor(AWAY, observed=(other,), fairness=Fairness.NONE)
-    found = explain(_beside(GUARD), task, Synthesizer(), lambda _: False)
-    assert found.cause is NoStrategyCause.PARKED_ROBOT
-    assert "14 [1, 5] is closed (guard holds this region)" in cause_words(found, world)
 
 
 def test_regions_that_are_closed_for_one_reason_are_listed_together() -> None:

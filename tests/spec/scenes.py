@@ -5,14 +5,12 @@ from dataclasses import dataclass
 from hypothesis import assume
 from hypothesis import strategies as st
 
-from safenav.formula.evaluator import predicate
-from safenav.formula.parser import parse
 from safenav.runtime.control.observing import after_look
 from safenav.scenario.model import Robot, RobotModel, Tracking
 from safenav.scenario.objective import Visit
 from safenav.spec.other_robots import belief
 from safenav.spec.other_robots.knowledge import Knowledge
-from safenav.spec.task import Fairness, Known, Observed, Task
+from safenav.spec.task import Known, Observed, Task
 from safenav.world.map import Region, RegionMap
 from safenav.world.moves import Mobility, Pose
 from safenav.world.partition import Partition
@@ -46,15 +44,10 @@ class Scene:
 
 
 @st.composite
-def scenes(
-    draw: st.DrawFn, fairness: Fairness = Fairness.NONE, *, danger: bool | None = None
-) -> Scene:
-    """``danger``: whether the robot must avoid the other one; None: drawn."""
+def scenes(draw: st.DrawFn) -> Scene:
     world = draw(maps())
     free = st.sampled_from(world.free)
     own, other = draw(free), draw(free)
-    danger = draw(st.booleans()) if danger is None else danger
-    assume(own != other or not danger)
     target = st.frozensets(free, min_size=1, max_size=3)
     radius = draw(st.sampled_from([1.0, 1.5, 2.0, 3.0, None]))
     model = RobotModel("rover", Mobility.FREE, "ground", frozenset(), radius)
@@ -67,9 +60,8 @@ def scenes(
             Pose(own),
             objective,
             blocked=tuple(Known(region, "map", "closed") for region in sorted(blocked)),
-            observed=(Observed("other", other, (draw(target),), danger),),
+            observed=(Observed("other", other),),
             tracking=Tracking.BELIEF,
-            fairness=fairness,
             partition=draw(st.none() | partitions(world)),
             closed=draw(st.frozensets(free, max_size=2)),
         ),
@@ -88,27 +80,18 @@ class Look:
 
 
 def walk(scene: Scene, data: st.DataObject, steps: int) -> list[Look]:
-    """Both robots at random; they keep what they guarantee each other."""
+    """Both robots at random."""
     world, task = scene.world, scene.task
     (observed,) = task.observed
     blocked = {known.region for known in task.blocked}
     watch = belief.watch_for(task, world)
-    guarantees = [predicate(parse(c.formula)) for c in belief.guarantees(task)]
-
-    def allowed(region: Region, knowledge: Knowledge) -> bool:
-        """The guarantee that the specification demands, on the inputs."""
-        model_input = knowledge if isinstance(knowledge, int) else 10**6
-        following = {"region": region, "at_other": model_input}
-        return all(formula({}, following) for formula in guarantees)
-
     own, other, knowledge = task.pose.region, observed.region, belief.known_of(observed)
     looks = []
     for _ in range(steps):
-        choices = [other, *world.neighbours(other)]
-        other = data.draw(st.sampled_from([r for r in choices if r != own or not observed.danger]))
+        other = data.draw(st.sampled_from([other, *world.neighbours(other)]))
         knowledge = after_look(watch, own, other, knowledge)
         steps_ = [own, *(r for r in world.neighbours(own) if r not in blocked)]
-        after = data.draw(st.sampled_from([r for r in steps_ if allowed(r, knowledge)]))
+        after = data.draw(st.sampled_from(steps_))
         looks.append(Look(own, other, knowledge, after))
         own = after
     return looks

@@ -20,12 +20,11 @@ from safenav.scenario.model import Robot, RobotModel, Tracking
 from safenav.scenario.objective import Visit
 from safenav.scenario.reading.loader import load_scenario
 from safenav.spec.compile import compile_task
-from safenav.spec.movement import headings
 from safenav.spec.other_robots import belief
 from safenav.spec.other_robots.knowledge import Knowledge, occurring, watch
 from safenav.spec.other_robots.tracking import OthersEncoding, encode_others
 from safenav.spec.specification import Section
-from safenav.spec.task import FAIRNESS_ORDER, Fairness, Observed, Task
+from safenav.spec.task import Observed, Task
 from safenav.synthesis.slugs import Synthesizer
 from safenav.verify.verification import first_failure
 from safenav.world.map import Region, RegionMap
@@ -70,16 +69,6 @@ def test_what_is_observed_satisfies_the_assumptions(scene: Scene, data: st.DataO
         state = following
 
 
-@campaign(75)
-@given(scenes(), st.data())
-def test_no_robot_out_of_sight_is_where_the_robot_steps(scene: Scene, data: st.DataObject) -> None:
-    for look in walk(scene, data, 12):
-        if isinstance(look.knowledge, frozenset):
-            assert look.other != look.after
-        elif scene.task.observed[0].danger:
-            assert look.other != look.after != look.knowledge
-
-
 @campaign(60)
 @given(scenes(), st.data())
 def test_a_specification_can_begin_with_a_belief(scene: Scene, data: st.DataObject) -> None:
@@ -87,8 +76,7 @@ def test_a_specification_can_begin_with_a_belief(scene: Scene, data: st.DataObje
     looks = walk(scene, data, 8)
     knowledge, own, where = looks[3].knowledge, looks[3].after, looks[3].other
     cells = knowledge if isinstance(knowledge, frozenset) else None
-    (other,) = scene.task.observed
-    again = Observed("other", where, other.targets, other.danger, cells)
+    again = Observed("other", where, cells)
     task = replace(scene.task, pose=Pose(own), observed=(again,))
     later = Scene(scene.world, task)
     state = {"region": own, **inputs(later, knowledge)}
@@ -109,12 +97,8 @@ def test_the_assumptions_allow_what_can_become_known_and_nothing_else(scene: Sce
     values = range(scene.world.size + len(model.beliefs))
     for knowledge, owns in model.owns.items():
         for own in bits(owns):
-            if scene.task.observed[0].danger and knowledge == own:
-                continue  # two robots in one region
             prospect = model.watch.update(own, knowledge)
             expected = set(prospect.seen)
-            if scene.task.observed[0].danger:
-                expected.discard(own)
             if prospect.belief is not None:
                 expected.add(model.number(prospect.belief))
             state = {"region": own, "at_other": model.number(knowledge)}
@@ -171,58 +155,6 @@ def test_what_occurs_is_what_some_joint_path_leads_to(scene: Scene) -> None:
     assert {(own, known) for known, owns in masks.items() for own in bits(owns)} == found
 
 
-@pytest.mark.parametrize("fairness", [Fairness.OFF_MY_TARGETS, Fairness.AT_ITS_TARGETS])
-@campaign(60)
-@given(data=st.data())
-def test_a_fairness_assumption_holds_whenever_the_other_meets_it(
-    fairness: Fairness, data: st.DataObject
-) -> None:
-    """Else the robot would rely on more than the other does."""
-    scene = data.draw(scenes(fairness))
-    live = formulas(scene, Section.ENV_LIVENESS)
-    (other,) = scene.task.observed
-    off = fairness is Fairness.OFF_MY_TARGETS
-    targets = scene.task.targets if off else other.targets
-    assert len(live) == (len(targets) if other.danger else 0)
-    for look in walk(scene, data, 8):
-        for formula, target in zip(live, targets, strict=False):
-            meets = (look.other not in target) if off else (look.other in target)
-            if meets:
-                assert formula(inputs(scene, look.knowledge), None)
-
-
-@settings(max_examples=60, deadline=None)
-@given(scenes(Fairness.OUT_OF_MY_SIGHT), st.data())
-def test_out_of_sight_means_believed(scene: Scene, data: st.DataObject) -> None:
-    live = formulas(scene, Section.ENV_LIVENESS)
-    for look in walk(scene, data, 8):
-        unseen = isinstance(look.knowledge, frozenset)
-        assert all(f(inputs(scene, look.knowledge), None) == unseen for f in live)
-        assert live or not unseen or not scene.task.observed[0].danger
-
-
-@campaign(60)
-@given(scenes(Fairness.OUT_OF_MY_WAY, danger=True), st.data())
-def test_out_of_the_way_means_not_beside_it(scene: Scene, data: st.DataObject) -> None:
-    live = formulas(scene, Section.ENV_LIVENESS)
-    for look in walk(scene, data, 8):
-        following = {"region": look.after, **inputs(scene, look.knowledge)}
-        (formula,) = live
-        alone = all(scene.world.step(look.before, h) != look.other for h in headings(scene.world))
-        assert formula({"region": look.before}, following) == alone
-
-
-@pytest.mark.parametrize("fairness", [Fairness.OFF_MY_TARGETS, Fairness.OUT_OF_MY_WAY])
-def test_a_harmless_robot_is_tracked_but_not_avoided(fairness: Fairness) -> None:
-    world = RegionMap.from_grid(["....", "...."])
-    encoding = encode_others(_task(fairness, danger=False), world)
-    assert [variable.name for variable in encoding.inputs] == ["at_other"]
-    assert not encoding.guarantees
-    rules = {constraint.origin.rule for constraint in encoding.assumptions}
-    assert "other does not step onto this robot" not in rules
-    assert not any(c.section is Section.ENV_LIVENESS for c in encoding.assumptions)
-
-
 def test_numbers_go_to_beliefs_that_can_occur() -> None:
     """Where everything is in sight there is nothing to believe."""
     world = RegionMap.from_grid(["....", "...."])
@@ -245,33 +177,13 @@ def test_a_jump_out_of_sight_leaves_nothing_known() -> None:
     assert after_look(here, 1, 3, 1) == 3
 
 
-@pytest.mark.parametrize("robot", ["digit", "quad"])
-def test_two_that_see_four_regions_get_strategies(
-    robot: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Case study 3 with collisions: realizable once nobody stands in the way for ever."""
-    monkeypatch.setenv("SAFENAV_CACHE", str(tmp_path))
-    scenario = load_scenario(CASE_STUDY_3)
-    start = {"digit": 49, "quad": 58}[robot]
-    synthesizer = Synthesizer(verifier=first_failure)
-    for fairness in FAIRNESS_ORDER[Tracking.BELIEF]:
-        task = _tracking(scenario.robot(robot), "other", start, 4.0, fairness)
-        result = synthesizer.synthesize(compile_task(task, scenario.map))
-        if fairness is Fairness.NONE:
-            assert result.verdict is Verdict.UNREALIZABLE
-        if fairness in (Fairness.OUT_OF_MY_WAY, Fairness.OUT_OF_MY_SIGHT):
-            assert result.verdict is Verdict.REALIZABLE
-            assert result.verified
-
-
 def test_a_map_of_64_regions_that_all_are_in_sight(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """There is no belief, and no value of the input beyond the regions."""
     monkeypatch.setenv("SAFENAV_CACHE", str(tmp_path))
     world = RegionMap.from_grid(["........"] * 8)
-    task = _task(Fairness.OUT_OF_MY_WAY)
-    result = Synthesizer(verifier=first_failure).synthesize(compile_task(task, world))
+    result = Synthesizer(verifier=first_failure).synthesize(compile_task(_task(), world))
     assert result.verdict is Verdict.REALIZABLE
     assert result.verified
 
@@ -281,21 +193,19 @@ def _tracking(
     other: str,
     region: Region,
     radius: float,
-    fairness: Fairness = Fairness.NONE,
 ) -> Task:
     seeing = replace(robot, model=replace(robot.model, vision=radius))
-    observed = (Observed(other, region, (frozenset({region}),)),)
+    observed = (Observed(other, region),)
     return Task(
         seeing,
         robot.start,
         robot.objective,
         observed=observed,
         tracking=Tracking.BELIEF,
-        fairness=fairness,
     )
 
 
-def _task(fairness: Fairness, danger: bool = True) -> Task:
+def _task() -> Task:
     """A robot in the first region with unlimited sight, and another in the fourth."""
     model = RobotModel("rover", Mobility.FREE, "ground", frozenset())
     objective = Visit((frozenset({0}), frozenset({1})))
@@ -303,11 +213,10 @@ def _task(fairness: Fairness, danger: bool = True) -> Task:
         Robot("rover", model, Pose(0), objective),
         Pose(0),
         objective,
-        observed=(Observed("other", 3, (frozenset({2}),), danger),),
+        observed=(Observed("other", 3),),
         tracking=Tracking.BELIEF,
-        fairness=fairness,
     )
 
 
 def _encoding(world: RegionMap) -> OthersEncoding:
-    return encode_others(_task(Fairness.OFF_MY_TARGETS, danger=True), world)
+    return encode_others(_task(), world)

@@ -31,8 +31,7 @@ Known = int | frozenset[int]
 def live_scenes(draw: st.DrawFn, tracking: Tracking = Tracking.BELIEF) -> Scene:
     scene = draw(scenes())
     assume(len(scene.world.free) <= 16)
-    observed = tuple(replace(other, danger=False) for other in scene.task.observed)
-    task = replace(scene.task, observed=observed, tracking=tracking, live=True)
+    task = replace(scene.task, tracking=tracking, live=True)
     return Scene(scene.world, task)
 
 

@@ -113,10 +113,9 @@ def test_who_must_cross_a_target_patrols_by_alternation() -> None:
 def test_among_others_a_patrol_is_alternation_from_the_start() -> None:
     patrol = Patrol((at(1), at(4)))
     assert climbed(patrol, 2, shared=True) == [ObjectiveForm(PLAIN, 0, Weakening.SHARED)]
-    assert climbed(patrol, 2, charged=True) == [ObjectiveForm(PLAIN, 0, Weakening.CHARGED)]
     assert climbed(patrol, 2, assigned=True) == [ObjectiveForm(PLAIN, 0, Weakening.ASSIGNED)]
-    assert concession(patrol, ObjectiveForm(PLAIN, 0, Weakening.SHARED), others=["bob"]) == (
-        "may cross a target on the way and wait at one: it shares its floor with bob"
+    assert concession(patrol, ObjectiveForm(PLAIN, 0, Weakening.SHARED)) == (
+        "may cross a target on the way and wait at one: it shares its floor with others"
     )
 
 

@@ -26,7 +26,6 @@ from safenav.report.terminal.map import MapPicture, Marker, draw
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective_text import describe
 from safenav.spec.forms import asked_of
-from safenav.spec.other_robots.nearby import busy
 from safenav.spec.specification import Constraint, Owner
 from safenav.trace.looks import labels
 from safenav.trace.words import listed, regions_words
@@ -208,7 +207,7 @@ def _named(formula: str, world: RegionMap) -> str:
 
 def _others(found: Explanation) -> str:
     """Return the environment of the robot: the other robots that it may encounter, and inputs."""
-    names = [other.name for other in found.task.observed if other.danger]
+    names = [*found.task.avoids]
     inputs = [each.name for each, _ in found.task.inputs]
     if inputs:
         names.append(f"the input{'s' if len(inputs) > 1 else ''} {listed(inputs)}")
@@ -256,14 +255,10 @@ def _inputs_of(play: LosingPlay) -> list[str]:
 
 
 def _inputs_words(inputs: Sequence[tuple[str, int]], world: RegionMap) -> str:
-    """Return the robot's observations in words, without free sides."""
-    sides = {busy(heading): heading for heading in Heading}
+    """Return the robot's observations in words."""
     words = []
     for name, value in inputs:
-        if name in sides:
-            if value:
-                words.append(f"a robot is to its {sides[name].label}")
-        elif name.startswith("at_"):
+        if name.startswith("at_"):
             known = value < world.size
             where = f"at {world.label(value)}" if known else "out of sight"
             words.append(f"{name.removeprefix('at_')} is {where}")

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from safenav.scenario.model import Tracking
 from safenav.spec.other_robots.belief import known_of, watch_for
 from safenav.spec.other_robots.knowledge import Knowledge, Tracker
-from safenav.spec.other_robots.tracking import Sightings, observe
+from safenav.spec.other_robots.tracking import observe
 from safenav.spec.task import Observed, Task
 from safenav.team import state as now
 from safenav.team.state import Is, State
@@ -21,10 +21,10 @@ def observed(team: Team, state: State, i: int) -> Iterator[Observed]:
     for j, member in enumerate(team.members if not me.planned else ()):
         if member.name in me.robot.tracks:
             other = state.robots[j]
-            here, targets = other.next % team.size, other.objective.targets
+            here = other.next % team.size
             found = known.get(j, here)
             seen, belief = (here, found) if isinstance(found, frozenset) else (found, None)
-            yield Observed(member.name, seen, targets, danger=False, belief=belief)
+            yield Observed(member.name, seen, belief=belief)
 
 
 def standing(team: Team, state: State) -> frozenset[int]:
@@ -38,8 +38,7 @@ def heard(team: Team, state: State, i: int, task: Task) -> dict[str, int]:
     robot, places = state.robots[i], {m.name: j for j, m in enumerate(team.members)}
     at = {each.name: state.robots[places[each.name]].pose % team.size for each in task.observed}
     known = {name: dict(robot.known).get(places[name], at[name]) for name in at}
-    here = robot.pose % team.size
-    found = observe(task, team.world, Sightings(here, frozenset(), at, known))
+    found = observe(task, team.world, known)
     return found | {each.name: int(each.name in state.inputs) for each, _ in task.inputs}
 
 

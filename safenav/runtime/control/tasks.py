@@ -56,7 +56,7 @@ class Controller(Struct, frozen=True, eq=False):
 
     def allows(self, word: Word) -> str | None:
         """The shortfall of its form from the objective, with the reason; None if there is none."""
-        return concession(self.asked, self.rung, word, [])
+        return concession(self.asked, self.rung, word)
 
     def words(self, word: Word) -> str:
         """The objective in the requested form, in the user's words."""
@@ -65,8 +65,7 @@ class Controller(Struct, frozen=True, eq=False):
 
     def failed(self) -> tuple[records.Tried, ...]:
         """All forms that failed, this one the last."""
-        fairness, spec = self.task.fairness.value, self.result.spec_sha256
-        one = records.Tried(self.form, fairness, spec, self.result.verdict)
+        one = records.Tried(self.form, self.result.spec_sha256, self.result.verdict)
         return (*self.tried, one)
 
     @property

@@ -49,7 +49,6 @@ def synthesis_line(
         closed=tuple((known.region, known.item) for known in task.blocked),
         tracked=tuple(other.name for other in task.observed),
         tracking=task.tracking.value,
-        fairness=task.fairness.value,
         knowledge={
             other.name: other.region if other.belief is None else tuple(sorted(other.belief))
             for other in task.observed

@@ -1,1 +1,1 @@
-"""Other robots as the environment of one: nearby, exact, belief."""
+"""Other robots as the environment of one: tracked (exact, belief) or avoided (nearby)."""

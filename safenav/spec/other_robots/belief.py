@@ -17,9 +17,7 @@ from functools import lru_cache
 from msgspec import Struct
 
 from safenav.errors import UsageError
-from safenav.scenario.objective import Target
 from safenav.spec.movement import headings, step_formula, wrapping
-from safenav.spec.other_robots import exact
 from safenav.spec.other_robots.knowledge import (
     Belief,
     Knowledge,
@@ -29,7 +27,7 @@ from safenav.spec.other_robots.knowledge import (
     watch,
 )
 from safenav.spec.specification import Constraint, Origin, Owner, Section, Variable
-from safenav.spec.task import Fairness, Observed, Task
+from safenav.spec.task import Observed, Task
 from safenav.world.map import Heading, Region, RegionMap
 from safenav.world.partition import rooms
 from safenav.world.poses import Mask, bits, region_mask
@@ -110,18 +108,9 @@ def inputs(task: Task, world: RegionMap) -> tuple[Variable, ...]:
     return tuple(found)
 
 
-def guarantees(task: Task) -> Iterator[Constraint]:
-    """Never enter the region where another robot is seen.
-
-    That is enough: the robot sees all regions that it can step to, so it never steps into one that
-    holds an unseen robot.
-    """
-    return exact.guarantees(task, "is seen", SOURCE)
-
-
 def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
     """Others move by single steps (in a live run by any number), are seen where they are in sight
-    and believed where they are not, and do not step onto this robot (they guarantee it)."""
+    and believed where they are not."""
     for model in models(task, world):
         item, name = f"robots.{model.other.name}", model.other.variable
         begin = Origin(f"{item}.start", f"initial knowledge of {model.other.name}")
@@ -130,34 +119,6 @@ def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
         yield from _sight(model, item)
         yield from _vanishing(model, item)
         yield from _believing(model, item)
-        if model.other.danger:
-            polite = Origin(item, f"{model.other.name} does not step onto this robot", SOURCE)
-            yield Constraint(Section.ENV_TRANS, f"{name}' != region", polite)
-    yield from fairness(task, world)
-
-
-def fairness(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """Yield the fairness assumption of the task, if it has one.
-
-    Knowledge satisfies it if one of the other's possible regions does. So it holds whenever the
-    other's true position satisfies it, and the robot cannot break it by looking away.
-    """
-    every = {model.other: model for model in models(task, world)}
-
-    def at(other: Observed, target: Target, surely: bool) -> str:
-        model = every[other]
-        there = [(belief, model.watch.possible(belief)) for belief in model.beliefs]
-        on = [belief for belief, may in there if (may <= target if surely else may & target)]
-        values = region_mask(target) | region_mask(map(model.number, on))
-        return within(other.variable, values)
-
-    yield from exact.fairness(task, world, at, (", or may not be", ", or may be"), SOURCE)
-    for other, model in every.items():
-        if task.fairness is Fairness.OUT_OF_MY_SIGHT and other.danger and model.beliefs:
-            rule = f"{other.name} is infinitely often out of sight"
-            formula = f"{other.variable} >= {model.size}"
-            origin = Origin(f"robots.{other.name}", rule, SOURCE)
-            yield Constraint(Section.ENV_LIVENESS, formula, origin)
 
 
 def observe(task: Task, world: RegionMap, known: Mapping[str, Knowledge]) -> dict[str, int]:

@@ -4,19 +4,19 @@ The input ``busy_north`` is true when the neighbouring region in the north is oc
 of the decision. That suffices to avoid collisions, it is sound whatever the others do (also those
 that take several ticks for a step and occupy two regions meanwhile), and the game stays small: it
 does not grow with the team, and with the map only as the robot's own motion does. It has no
-foresight: the robot cannot plan around future positions of others. See docs/tracking.md for how
-this compares with exact positions and beliefs.
+foresight: the robot cannot plan around future positions of others. For automata that run without a
+coordination layer (``safenav synth --avoiding``).
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from itertools import combinations
 
 from safenav.spec.movement import headings, one_of, step_formula
 from safenav.spec.specification import Constraint, Origin, Owner, Section, Variable
-from safenav.spec.task import Fairness, Task
-from safenav.world.map import Heading, Region, RegionMap
+from safenav.spec.task import Task
+from safenav.world.map import Heading, RegionMap
 
 SOURCE = "safenav: other robots nearby"
 MOVE = "move"
@@ -49,7 +49,7 @@ def guarantees(task: Task, world: RegionMap) -> Iterator[Constraint]:
     for heading in headings(world):
         step = step_formula("region", heading, world)
         yield Constraint(Section.SYS_TRANS, f"{MOVE}' = {heading + 1} <-> {step}", begin)
-    names = ", ".join(_dangers(task))
+    names = ", ".join(task.avoids)
     safe = Origin(task.item, f"never enter a region where another robot is ({names})", SOURCE)
     for heading in headings(world):
         yield Constraint(Section.SYS_TRANS, f"{busy(heading)}' -> {MOVE}' != {heading + 1}", safe)
@@ -65,34 +65,13 @@ def assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
         if dead_ends := world.dead_ends[heading]:
             formula = f"{one_of('region', dead_ends)} -> !{busy(heading)}'"
             yield Constraint(Section.ENV_TRANS, formula, inside)
-    count = len(_dangers(task))
+    count = len(task.avoids)
     few = Origin("robots", f"{count} other robot{'s' * (count > 1)} cannot be everywhere", SOURCE)
-    for sides in () if task.exclusive else combinations(headings(world), count + 1):
+    for sides in combinations(headings(world), count + 1):
         together = " & ".join(f"{busy(h)}'" for h in sides)
         yield Constraint(Section.ENV_TRANS, f"!({together})", few)
-    yield from fairness(task, world)
-
-
-def fairness(task: Task, world: RegionMap) -> Iterator[Constraint]:
-    """Yield the fairness assumption of the task, if it has one.
-
-    One condition for all sides: joint plans meet it as they would one per side, and it costs one
-    fixpoint instead of four.
-    """
-    sides = headings(world)
-    if task.fairness is not Fairness.OUT_OF_MY_WAY or not sides:
-        return
-    rule = f"infinitely often no robot is beside it ({', '.join(_dangers(task))})"
-    nobody = " & ".join(f"!{busy(heading)}'" for heading in sides)
-    yield Constraint(Section.ENV_LIVENESS, nobody, Origin(task.item, rule, SOURCE))
-
-
-def observe(region: Region, occupied: Collection[Region], world: RegionMap) -> dict[str, int]:
-    """Return the inputs for a robot in ``region`` when others occupy those regions."""
-    return {
-        busy(heading): int(world.step(region, heading) in occupied) for heading in headings(world)
-    }
-
-
-def _dangers(task: Task) -> list[str]:
-    return [other.name for other in task.observed if other.danger]
+    if headings(world):
+        # One condition for all sides costs one fixpoint, not four.
+        rule = f"infinitely often no robot is beside it ({', '.join(task.avoids)})"
+        nobody = " & ".join(f"!{busy(heading)}'" for heading in headings(world))
+        yield Constraint(Section.ENV_LIVENESS, nobody, Origin(task.item, rule, SOURCE))
