@@ -7,12 +7,9 @@ import textwrap
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from msgspec.structs import replace
-from safenav.runtime.coordination.coordination_recorder import synthesis_record
-from safenav.runtime.coordination.strategy_search import TaskResult
-from safenav.runtime.knowledge import Knowledge
-from safenav.runtime.team import TeamState
 
 from safenav.certify.bundle import files_of_run
 from safenav.certify.run import Kept
@@ -20,6 +17,8 @@ from safenav.judge.bundle.evidence import Evidence
 from safenav.judge.engine import judge
 from safenav.lines import json_line
 from safenav.outcome import Verdict
+from safenav.runtime.control.tasks import Controller
+from safenav.runtime.run.synthesis_line import synthesis_line
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.settings import Clock
@@ -98,6 +97,17 @@ def task_of(scenario: Scenario, about: Circumstances = ORDINARY) -> Task:
     )
 
 
+def _avoided(task: Task) -> dict[str, Any]:
+    """The fields about robots that the strategy itself must avoid. No run has such strategies:
+    joint plans keep its robots apart."""
+    every = {o.name: o for o in task.observed}
+    moving = [name for name, other in every.items() if other.danger]
+    found: dict[str, Any] = {"moving": moving, "tracked": [*(every.keys() - {*moving})]}
+    if task.fairness is Fairness.AT_ITS_TARGETS:
+        found["others_targets"] = {n: [[*t] for t in o.targets] for n, o in every.items()}
+    return found
+
+
 def verdict_of(
     scenario: Scenario,
     target: Path,
@@ -110,9 +120,7 @@ def verdict_of(
     synthesizer = Synthesizer(cache=Cache.off(), verifier=first_failure)
     answer = synthesizer.synthesize(spec)
     kept = Kept({answer.spec_sha256: spec.to_structuredslugs()})
-    node = None
-    if answer.strategy is not None and answer.strategy_json is not None:
-        node = 0
+    if answer.strategy_json is not None:
         kept.strategies[str(answer.strategy_sha256)] = answer.strategy_json
     t = 0.0 if task.live else None
     told = scenario_header(scenario, {o.name: None for o in scenario.obstacles})
@@ -125,20 +133,20 @@ def verdict_of(
             records.Violation(0, name, at, o.region, o.name, o.type.action)
             for o in scenario.obstacles
         ]
-    found = TaskResult(
-        task, answer, task.objective, ObjectiveForm(task.objective, about.memory.index)
-    )
-    team = TeamState(scenario, {}, Knowledge(scenario))
-    lines.append(replace(synthesis_record(team, found, Reason.INITIAL, node), t=t))
-    trace = "".join(json_line(as_data(line)) for line in lines).encode()
+    form = ObjectiveForm(task.objective, about.memory.index)
+    found = Controller(task, task.objective, form, answer, frozenset())
+    line = synthesis_line(0, Reason.INITIAL, found, scenario.map)
+    node = None if answer.strategy is None else 0
+    written = as_data(replace(line, t=t, node=node)) | _avoided(task)
+    trace = "".join(map(json_line, [*map(as_data, lines), written])).encode()
     files = files_of_run(trace, {}, kept, synthesizer)
     for name, data in files.items():
         (target / name).parent.mkdir(parents=True, exist_ok=True)
         (target / name).write_bytes(data)
     evidence = Evidence({name: target / name for name in files})
-    found = judge(trace.splitlines(keepends=True), evidence.rules())  # it is no run
-    if found.findings:
-        return found.findings[0].explanation
+    judged = judge(trace.splitlines(keepends=True), evidence.rules())  # it is no run
+    if judged.findings:
+        return judged.findings[0].explanation
     claims = [claim["kind"] for claim in evidence.claims]
     wanted = "keeps" if answer.verdict is Verdict.REALIZABLE else "unrealizable"
     return "" if wanted in claims else f"nothing was established: {claims}"

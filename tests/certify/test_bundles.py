@@ -62,7 +62,7 @@ def test_the_run_of_a_shipped_scenario_is_proven(name: str) -> None:
     assert status == 0, said
     assert said.endswith("accepted\n")
     assert "The mission is completed" in said
-    assert "obeys the scenario and meets that objective" in said or "the joint plan" in said
+    assert "obeys the scenario and meets that objective" in said or "joint plan" in said
 
 
 @pytest.mark.parametrize("name", UNREALIZABLE)
@@ -302,10 +302,8 @@ map:
 areas: {ward: {rows: 1, columns: 4-5}}
 robots:
   dan: {model: digit, start: dock, heading: east, objective: {patrol: [dock, shelf]}}
-  dora: {model: digit, start: shelf, heading: west, objective: {patrol: [ward, shelf]}}
-obstacles:
-  - {type: door, region: [1, 3]}
-  - {type: gate, region: [2, 1]}
+  dora: {model: quadcopter, start: shelf, objective: {patrol: [ward, shelf]}}
+obstacles: [{type: door, region: [1, 3]}]
 until: {rounds: 1}
 """
 
@@ -337,8 +335,7 @@ def test_the_page_says_names_and_draws_robots_as_the_replay() -> None:
     for name in ("dock", "shelf", "ward"):
         assert re.search(rf'<text class="name"[^>]*>{name}</text>', page)
     seen = plain(page)
-    assert "dan for &#x27;be at dock and shelf in turn, infinitely often&#x27;" in seen
-    assert "that objective, if infinitely often no other robot is beside it." in seen
+    assert "dan for &#x27;be at dock and shelf in turn, infinitely often, without" in seen
     assert "dora for &#x27;be at ward and shelf in turn" in seen
     for look, letters in zip(looks(["dan", "dora"]), labels(["dan", "dora"]).values(), strict=True):
         drawn = page.count(f'<path d="{look.path}" fill="{look.colour}"')

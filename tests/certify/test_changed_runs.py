@@ -26,7 +26,7 @@ def changed() -> Path:
         mission = Mission(scenario, listeners=[writer])
         mission.start()
         while mission.result is None:
-            tick = mission.state.tick
+            tick = mission.tick
             if tick in (OUT, BACK):
                 mission.intervene(SetService("quad", tick == BACK))
             if tick == BACK + 1:

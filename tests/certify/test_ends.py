@@ -15,7 +15,7 @@ from safenav.certify.record import bundle_of_run, bundle_of_trace
 from safenav.errors import NotCertifiedError
 from safenav.runtime.intervention.kinds import AssignObjective
 from safenav.runtime.worlds.truth import SimulatedWorld
-from safenav.scenario.model import Robot, Scenario, Tracking
+from safenav.scenario.model import Robot, Scenario
 from safenav.scenario.objective import Visit
 from safenav.world.moves import Pose
 
@@ -47,7 +47,6 @@ robots:
   a:
     model: quadcopter
     start: 5
-    tracking: {tracking}
     objective:
       avoid: {avoid}
       ltl:
@@ -62,21 +61,16 @@ limits: {{ticks: 30}}
 """A counter that only region 6 changes."""
 
 
-@pytest.mark.parametrize(
-    ("tracking", "avoid"),
-    [(Tracking.NEARBY, []), *((tracking, [6]) for tracking in Tracking)],
-    ids=["possible", *Tracking],
-)
-def test_claims_about_a_robot_alone_depend_on_its_assumptions(
-    tracking: Tracking, avoid: list[int], tmp_path: Path
+@pytest.mark.parametrize("avoid", [[], [6]], ids=["possible", "impossible"])
+def test_what_a_robot_cannot_do_alone_is_claimed_without_the_others(
+    avoid: list[int], tmp_path: Path
 ) -> None:
     scenario = tmp_path / "counting.yaml"
-    scenario.write_text(COUNTING.format(tracking=tracking.value, avoid=avoid))
+    scenario.write_text(COUNTING.format(avoid=avoid))
     made = bundle_of_run(scenario, tmp_path / "bundle")
     claims = {claim["kind"]: claim["text"] for claim in made.verdict.claims}
     if avoid:
-        relies = tracking is not Tracking.NEARBY  # which has no assumption that would help
-        assert ("even without other robots" in claims["unrealizable"]) is relies
+        assert "even without other robots" in claims["unrealizable"]
         assert "never began" in claims["outcome"]
     else:
         assert "unrealizable" not in claims

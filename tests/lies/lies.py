@@ -5,6 +5,7 @@ A page that lies is not among them: it is no part of the proof, and says so.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 from certify.making import Files, bundle_at, files_of, shipped
@@ -102,9 +103,15 @@ def through_the_door(lines: list[Line]) -> None:
 
 
 def together(lines: list[Line]) -> None:
+    """In a world outside of safenav, b enters the region beside it in which a is."""
     lines[0]["scenario"]["world"] = "external"
-    at = first(lines, "move", tick=4, robot="b")
-    lines[at]["to"] = 27
+    moves = [k for k, line in enumerate(lines) if line["type"] == "move"]
+    at = next(
+        k
+        for before, k in pairwise(moves)
+        if lines[k]["robot"] == "b" and abs(lines[before]["to"] - lines[k]["from"]) == 1
+    )
+    lines[at]["to"] = lines[at - 1]["to"]
     ends(lines, at + 1, "interrupted")
 
 
