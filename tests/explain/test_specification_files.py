@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from explain.conftest import Invoke
-from safenav.cli import explain, specification, synth
+from safenav.cli import explain, specification, synth, verify
 from safenav.synthesis.binary import find_binary
 from safenav.synthesis.slugs import Synthesizer
 
@@ -81,7 +81,7 @@ def test_a_strategy_is_that_of_slugs_and_is_correct(tmp_path: Path, invoke: Invo
     options = ["--explicitStrategy", "--jsonOutput"]
     slugs = subprocess.run([find_binary().path, *options, file], capture_output=True, check=True)
     assert (out / "lift.json").read_bytes() == slugs.stdout
-    assert invoke(specification.verify, file, out / "lift.json").status == 0
+    assert invoke(verify.command, file, out / "lift.json").status == 0
     assert "nothing to explain" in invoke(explain.command, file).output
 
 
@@ -92,7 +92,7 @@ def test_an_unrealizable_one_gets_the_strategy_of_the_environment(
     answer = invoke(synth.command, file, "-o", tmp_path)
     assert answer.status == 1 and f"safenav explain {file}" in answer.error
     strategy = tmp_path / "door.counterstrategy.json"
-    assert invoke(specification.verify, "--counterstrategy", file, strategy).status == 0
+    assert invoke(verify.command, "--counterstrategy", file, strategy).status == 0
 
 
 def test_initial_inputs_that_win_at_once_are_named(tmp_path: Path, invoke: Invoke) -> None:
@@ -103,11 +103,11 @@ def test_initial_inputs_that_win_at_once_are_named(tmp_path: Path, invoke: Invok
     said = "the initial inputs z=1 w=0 leave no output"
     assert answer.status == 1 and said in answer.output
     strategy = tmp_path / "at_once.counterstrategy.json"
-    answer = invoke(specification.verify, "--counterstrategy", file, strategy)
+    answer = invoke(verify.command, "--counterstrategy", file, strategy)
     assert answer.status == 0 and said in answer.output
     possible = text.replace("!w -> !y", "!w -> y")
     file.write_text(possible)
-    assert invoke(specification.verify, "--counterstrategy", file, strategy).status == 1
+    assert invoke(verify.command, "--counterstrategy", file, strategy).status == 1
 
 
 @pytest.mark.parametrize(

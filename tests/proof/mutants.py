@@ -110,7 +110,7 @@ def _section(lines: list[str], name: str) -> list[int]:
 
 def _another_assumption(lines: list[str], source: Random) -> list[str] | None:
     inputs = [line for number in _section(lines, "INPUT") for line in [lines[number]]]
-    if not inputs:
+    if not inputs or "[ENV_TRANS]" not in lines:
         return None
     name = source.choice(inputs)
     formula = f"{name.partition(':')[0]}' = 14" if ":" in name else f"!{name}'"

@@ -99,7 +99,7 @@ def test_a_message_is_folded_but_not_the_lines_of_a_file_in_it() -> None:
 def test_draw_knows_two_forms_of_picture(tmp_path: Path) -> None:
     scenario = ROOT / "scenarios" / "case_study_1.yaml"
     done = safenav("draw", scenario, "-o", tmp_path / "map.pdf")
-    assert done.returncode == 2 and ".svg or .png" in done.stderr
+    assert done.returncode == 2 and "a name in .svg or a name in .png" in done.stderr
 
 
 def test_a_picture_in_pixels_warns_of_letters_without_a_font(tmp_path: Path) -> None:
