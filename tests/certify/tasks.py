@@ -7,7 +7,6 @@ import textwrap
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from msgspec.structs import replace
 
@@ -92,20 +91,10 @@ def task_of(scenario: Scenario, about: Circumstances = ORDINARY) -> Task:
         observed=observed,
         tracking=robot.tracking,
         assignable=about.assignable,
+        inputs=tuple((each, False) for each in scenario.inputs),
         partition=None if scenario.partition is None else Partition(scenario.partition),
         live=scenario.clock is Clock.LIVE,
     )
-
-
-def _avoided(task: Task) -> dict[str, Any]:
-    """The fields about robots that the strategy itself must avoid. No run has such strategies:
-    joint plans keep its robots apart."""
-    every = {o.name: o for o in task.observed}
-    moving = [name for name, other in every.items() if other.danger]
-    found: dict[str, Any] = {"moving": moving, "tracked": [*(every.keys() - {*moving})]}
-    if task.fairness is Fairness.AT_ITS_TARGETS:
-        found["others_targets"] = {n: [[*t] for t in o.targets] for n, o in every.items()}
-    return found
 
 
 def verdict_of(
@@ -137,8 +126,8 @@ def verdict_of(
     found = Controller(task, task.objective, form, answer, frozenset())
     line = synthesis_line(0, Reason.INITIAL, found, scenario.map)
     node = None if answer.strategy is None else 0
-    written = as_data(replace(line, t=t, node=node)) | _avoided(task)
-    trace = "".join(map(json_line, [*map(as_data, lines), written])).encode()
+    lines.append(replace(line, t=t, node=node))
+    trace = "".join(json_line(as_data(each)) for each in lines).encode()
     files = files_of_run(trace, {}, kept, synthesizer)
     for name, data in files.items():
         (target / name).parent.mkdir(parents=True, exist_ok=True)

@@ -18,10 +18,8 @@ REMEMBERS = (
         "#..\n...\n#..\n...",
         "r0: {model: walker, start: [3, 1], heading: west, objective: {ltl: {memory: {seen: bool}, "
         "init: '!seen', safety: \"seen' <-> seen | region = 1\", "
-        "liveness: [\"region' = 1 & seen'\"]}}}\n"
-        "r1: {model: rover, start: [0, 2], objective: {hold: [2, 2]}}\n"
-        "r2: {model: rover, start: [2, 2], objective: {hold: [1, 1]}}",
-        "obstacles: [{type: door, region: 5}]\n",
+        'liveness: ["bell\'"]}}}',
+        "inputs: {bell: {}}\nobstacles: [{type: door, region: 5}]\n",
     ),
     Circumstances(closed=(5,), assignable=True),
 )
@@ -59,4 +57,4 @@ def test_a_proof_of_the_specification_alone_is_refused(
     scenario: Scenario, about: Circumstances, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(bundle, "may_leave", lambda spec: spec)
-    assert "the robot could continue to" in verdict_of(scenario, tmp_path, about)
+    assert verdict_of(scenario, tmp_path, about) == "nothing was established: []"

@@ -41,14 +41,16 @@ def _scenario(source: Random) -> Scenario | None:
     if len(free) < 3:
         return None
     tracking = source.choice(["nearby", "nearby", "exact", "belief"])
-    robots = []
-    for number in range(min(source.choice([1, 1, 2, 2, 3]), len(free) - 2)):
+    robots, names = [], [f"r{n}" for n in range(min(source.choice([1, 1, 2, 2, 3]), len(free) - 2))]
+    for number, name in enumerate(names):
         row, col = free[number]
         model = source.choice(["rover", "walker"])
         heading = f", heading: {source.choice(['north', 'east', 'south', 'west'])}"
         vision = f", vision: {source.randint(1, 4)}" if tracking == "belief" else ""
+        others = [other for other in names if other != name and tracking != "nearby"]
+        known = f"avoids: [], tracks: [{', '.join(others)}], tracking: {tracking}{vision}"
         robots.append(
-            f"r{number}: {{model: {model}, tracking: {tracking}{vision}, start: [{row}, {col}]"
+            f"{name}: {{model: {model}, {known}, start: [{row}, {col}]"
             f"{heading if model == 'walker' else ''}, objective: {_objective(source, free, cols)}}}"
         )
     row, col = free[-1]
