@@ -33,10 +33,7 @@ def diagnose(task: Task, world: RegionMap) -> Diagnosis:
         return found
     culprits = _culprits(task, world)
     if culprits:
-        items = [known.item for known in culprits]
-        parked = all(i.startswith("robots.") and not i.endswith(".avoid") for i in items)
-        cause = NoStrategyCause.PARKED_ROBOT if parked else NoStrategyCause.OBSTACLE
-        return replace(found, cause=cause, culprits=culprits)
+        return replace(found, cause=NoStrategyCause.OBSTACLE, culprits=culprits)
     if task.robot.model.mobility is Mobility.HEADING and _facing_elsewhere(task, world):
         return replace(found, cause=NoStrategyCause.HEADING)
     free = replace(task, objective=replace(task.objective, always=()))

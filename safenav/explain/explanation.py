@@ -27,7 +27,6 @@ class NoStrategyCause(StrEnum):
     """Walls are between the robot and a target."""
     OBSTACLE = "obstacle"
     """A known obstacle is on the only path."""
-    PARKED_ROBOT = "parked_robot"
     """A robot that never moves blocks the only path."""
     HEADING = "heading"
     """It faces the wrong way at its start, and cannot turn on the spot."""
@@ -54,7 +53,7 @@ class Diagnosis(Struct, frozen=True):
 
     ``cause``: None if the map and the robot's mobility are not the reason. ``lost``: targets
     without any path. ``confined``: the regions that it can reach. ``culprits``: obstacles or robots
-    in the way, for OBSTACLE and PARKED_ROBOT. ``crossing``: the target in the way, for CROSSING."""
+    in the way, for OBSTACLE. ``crossing``: the target in the way, for CROSSING."""
 
     cause: NoStrategyCause | None
     lost: tuple[Target, ...] = ()
@@ -161,7 +160,6 @@ class RepairKind(StrEnum):
     START = "start"
     MOBILITY = "mobility"
     OBJECTIVE = "objective"
-    AVOIDS = "avoids"
     INPUT = "input"
     """An assumption on an input."""
     CAPABILITY = "capability"

@@ -46,7 +46,7 @@ def explain(scenario: Scenario, task: Task, synthesizer: Synthesizer, judge: Jud
     play = confinement(found, core, task) or play_out(spec, part, task, world, ask)
     cause = found.cause or _cause(core, task)
     closed = {member.origin.item for member in core.members}
-    if cause is not found.cause and cause in (_C.PARKED_ROBOT, _C.OBSTACLE):
+    if cause is not found.cause and cause is _C.OBSTACLE:
         found = replace(found, culprits=tuple(k for k in task.blocked if k.item in closed))
     deadline = time.monotonic() + REPAIR_SECONDS
     problem = RepairProblem(scenario, task, cause, found, deadline)
@@ -66,8 +66,6 @@ def _cause(core: Core, task: Task) -> NoStrategyCause:
         return _C.KEPT_AWAY if Section.SYS_LIVENESS in sections else _C.CORNERED
     known = {k.item for k in task.blocked}
     items = [member.origin.item for member in core.members]
-    if any(item in known and item.startswith("robots.") for item in items):
-        return _C.PARKED_ROBOT
     if any(item in known for item in items):
         return _C.OBSTACLE
     own = (f"{task.item}.objective", f"{task.item}.start")

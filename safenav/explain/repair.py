@@ -19,7 +19,6 @@ from safenav.scenario.model import Robot, Scenario
 from safenav.scenario.objective import Ltl, Objective, Word
 from safenav.scenario.objective_text import written
 from safenav.scenario.reading.compatibility import conflicts
-from safenav.scenario.yaml.document import flow
 from safenav.spec.objective import NO_MEMORY
 from safenav.world.map import Heading, Region, RegionMap
 from safenav.world.moves import Mobility, Pose
@@ -39,7 +38,6 @@ C, K = NoStrategyCause, RepairKind
 _FIRST: dict[NoStrategyCause, tuple[RepairKind, ...]] = {
     C.NO_WAY: (K.OPEN_WALL, K.REMOVE_WALLS, K.START, K.OBJECTIVE),
     C.OBSTACLE: (K.OBJECTIVE, K.OPEN_WALL, K.REMOVE_WALLS),
-    C.PARKED_ROBOT: (K.AVOIDS, K.OPEN_WALL, K.REMOVE_WALLS, K.START),
     C.HEADING: (K.HEADING, K.START, K.MOBILITY),
     C.ONE_WAY: (K.MOBILITY, K.OPEN_WALL, K.REMOVE_WALLS, K.OBJECTIVE),
     C.CROSSING: (K.OBJECTIVE, K.OPEN_WALL, K.REMOVE_WALLS, K.START),
@@ -47,8 +45,8 @@ _FIRST: dict[NoStrategyCause, tuple[RepairKind, ...]] = {
     C.CONTRADICTION: (K.OBJECTIVE,),
     C.FORBIDDEN_WAY: (K.OBJECTIVE, K.START, K.HEADING, K.MOBILITY, K.OPEN_WALL),
     C.CONFLICT: (K.INPUT, K.OBJECTIVE, K.START),
-    C.CORNERED: (K.INPUT, K.OBJECTIVE, K.AVOIDS, K.OPEN_WALL, K.REMOVE_WALLS, K.START),
-    C.KEPT_AWAY: (K.INPUT, K.AVOIDS, K.OBJECTIVE, K.OPEN_WALL, K.START),
+    C.CORNERED: (K.INPUT, K.OBJECTIVE, K.OPEN_WALL, K.REMOVE_WALLS, K.START),
+    C.KEPT_AWAY: (K.INPUT, K.OBJECTIVE, K.OPEN_WALL, K.START),
 }
 
 
@@ -178,24 +176,6 @@ def _milder(objective: Objective, word: Word) -> Iterator[tuple[Objective, tuple
         yield each, ("", written(each, word))
 
 
-def _avoids(problem: RepairProblem) -> Iterator[Repair]:
-    """Yield repairs after which two robots may share a region after all (one of them can step over
-    the other, say)."""
-    scenario, robot = problem.scenario, problem.robot
-    dangers = scenario.in_conflict(robot)
-    for other in dangers:
-        mine = frozenset(o.name for o in dangers if o is not other)
-        theirs = frozenset(o.name for o in scenario.in_conflict(other) if o is not robot)
-        changed = [replace(robot, avoids=mine), replace(other, avoids=theirs)]
-        yield _with_robots(
-            K.AVOIDS,
-            problem,
-            changed,
-            (f"robots.{robot.name}.avoids", flow(sorted(mine))),
-            (f"robots.{other.name}.avoids", flow(sorted(theirs))),
-        )
-
-
 def _hopeful(robot: Robot, problem: RepairProblem) -> bool:
     """Return whether the robot alone could meet the weakest form of its objective."""
     if isinstance(robot.objective, Ltl):
@@ -238,6 +218,5 @@ _CANDIDATES: dict[RepairKind, Callable[[RepairProblem], Iterator[Repair]]] = {
     K.START: _starts,
     K.MOBILITY: _mobility,
     K.OBJECTIVE: _objectives,
-    K.AVOIDS: _avoids,
     K.INPUT: _inputs,
 }

@@ -40,7 +40,7 @@ def why_words(found: Diagnosis, task: Task, world: RegionMap) -> str:
     match found.cause:
         case NoStrategyCause.NO_WAY:
             return f"there is no path from {here} to {lost}: walls are between them"
-        case NoStrategyCause.OBSTACLE | NoStrategyCause.PARKED_ROBOT:
+        case NoStrategyCause.OBSTACLE:
             way = f"from {here} to {lost}" if lost else "to its targets"
             return f"there is no path {way}: {things}"
         case NoStrategyCause.HEADING:

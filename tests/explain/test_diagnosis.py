@@ -103,18 +103,12 @@ AWAY = Visit((frozenset({16}),))
 BLOCKER = "blocker: {model: r, start: 14, objective: {visit: [14, 15]}}"
 
 
-@pytest.mark.parametrize(
-    ("item", "cause"),
-    [
-        ("robots.guard", NoStrategyCause.PARKED_ROBOT),
-        ("obstacles.door@13", NoStrategyCause.OBSTACLE),
-    ],
-)
-def test_obstacles_in_the_way_are_named_by_their_item(item: str, cause: NoStrategyCause) -> None:
+def test_obstacles_in_the_way_are_named_by_their_item() -> None:
+    item = "obstacles.door@13"
     harmless = Known(11 + 18, "obstacles.door@29", "in a wall")
     task, world = _corridor(AWAY, blocked=(Known(13, item, "it is there"), harmless))
     found = diagnose(task, world)
-    assert found.cause is cause
+    assert found.cause is NoStrategyCause.OBSTACLE
     assert [known.item for known in found.culprits] == [item]
     assert found.lost == (frozenset({16}),)
     assert found.confined == {10, 11, 12}
