@@ -72,9 +72,12 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             robot, at = state.robots[i], state.robots[i].at
             way = state.plan.ways[i] if state.plan else ()
             planned = at + 1 < len(way) and way[at + 1].pose == robot.to
-            ended = {"pose": robot.next, "to": None, "by": None, "failed": ()}
-            if robot.next % team.size != robot.pose % team.size:
+            region, mine = robot.next % team.size, team.members[i].objective
+            held = robot.own.held and mine.stays(robot.own.memory, region)
+            ended: dict[str, object] = {"pose": robot.next, "to": None, "by": None, "failed": ()}
+            if region != robot.pose % team.size:
                 ended["behind"] = robot.pose % team.size
+            ended["own"] = robot.own._replace(held=held)
             return _robot(state, i, at=at + planned, **ended)
         case now.Elsewhere(i, pose):
             state = _moved(team, state, i)
@@ -194,7 +197,7 @@ def apply(team: Team, state: State, event: now.Event) -> State:
                 state, i, objective=objective, task=task, node=node, values=values, **begun
             )
         case now.Turned(i, memory):
-            return _robot(state, i, own=state.robots[i].own._replace(memory=memory))
+            return _robot(state, i, own=_turned(team.members[i], state.robots[i].own, memory))
         case now.Planned(plan):
             robots = tuple(replace(each, at=0) for each in state.robots)
             return replace(state, plan=plan, robots=robots)
@@ -374,12 +377,17 @@ def _begun(team: Team, state: State, i: int) -> RobotNow:
     own = member.objective
     if robot.fresh and own.strict and not member.planned and on_own(team, state, i):
         assert not isinstance(own, Ltl)
-        count = robot.own
-        memory = own.begin(robot.pose % team.size, count.memory)
-        if memory != count.memory:  # the round that it has begun is void
-            met = count.met - count.met % member.pursuit.targets
-            robot = replace(robot, own=count._replace(memory=memory, met=met))
+        memory = own.begin(robot.pose % team.size, robot.own.memory)
+        robot = replace(robot, own=_turned(member, robot.own, memory))
     return robot
+
+
+def _turned(member: Member, count: Count, memory: int) -> Count:
+    """The progress of a robot that goes on with another target: the round that it has begun is
+    void."""
+    if memory == count.memory:
+        return count
+    return count._replace(memory=memory, met=count.met - count.met % member.pursuit.targets)
 
 
 def _reached(team: Team, robot: RobotNow, i: int, objective: Objective) -> int:
@@ -438,7 +446,8 @@ def will_count(team: Team, state: State, i: int) -> bool:
     robot, member = state.robots[i], team.members[i]
     here = member.kept(robot.pose)
     after = _count(member.objective, robot.own, here, robot.pose % team.size)[0]
-    return robot.fresh or (after != robot.own and not done(team, state, i))
+    left = rounds(member.objective, robot.own) < team.rounds
+    return robot.fresh or (after != robot.own and left)
 
 
 def charged(team: Team, state: State, i: int) -> bool:
@@ -448,7 +457,7 @@ def charged(team: Team, state: State, i: int) -> bool:
 
 
 def done(team: Team, state: State, i: int) -> bool:
-    return rounds(team.members[i].objective, state.robots[i].own) >= team.rounds
+    return rounds(team.members[i].objective, state.robots[i].recorded) >= team.rounds
 
 
 def stands(team: Team, state: State, i: int) -> bool:

@@ -115,6 +115,11 @@ class RobotNow(Struct, frozen=True):
         return self.pose if self.to is None else self.to
 
     @property
+    def recorded(self) -> Count:
+        """Its progress with its own objective by the lines of the trace."""
+        return self.own if self.kept is None else self.kept
+
+    @property
     def idle(self) -> bool:
         return self.to is None and self.acting is None
 
