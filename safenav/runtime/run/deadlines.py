@@ -17,8 +17,8 @@ from safenav.team import bound
 from safenav.team import state as now
 from safenav.team.apply import goals, on_own, rounds
 from safenav.team.floor import floor_now, stages_of
-from safenav.team.state import State
-from safenav.team.team import Team
+from safenav.team.state import Count, State
+from safenav.team.team import Member, Team
 from safenav.trace import records
 from safenav.trace.vocabulary import DeadlineVerdict
 from safenav.world.poses import Mask
@@ -234,20 +234,20 @@ class Ledger:
             about = self.names[k], due, verdict, soonest, self.causes.get(k)
             self.emit(records.Deadline(self.tick, *about))
         if MISSION in self.open and not objectives_change(team, self.tick):
-            every = (goals_left(team, state, i, team.rounds) for i in range(len(team.members)))
-            ends[MISSION] = mission_end(moment, times, self.tick, [[each] for each in every])
+            every = [orders_left(team, state, i, team.rounds) for i in range(len(team.members))]
+            ends[MISSION] = mission_end(moment, times, self.tick, every)
         for of, due in self.open.items():
             if of in ends and of not in self.reported and _beyond(ends[of], due):
                 self.reported.add(of)
                 self._lost(self.names[of], due, ends[of])
         for i, (member, clock) in enumerate(zip(team.members, self.clocks, strict=True)):
             within, robot = member.robot.within, state.robots[i]
-            left = goals_left(team, state, i)
-            if within is None or left is None or clock.over or clock.reported or clock.excused:
+            orders = [each for each in orders_left(team, state, i) if each is not None]
+            if within is None or not orders or clock.over or clock.reported or clock.excused:
                 continue
             if not robot.active or not on_own(team, state, i):
                 continue
-            end = bound.rounds_done(moment, i, times, left)
+            end = min(bound.rounds_done(moment, i, times, left) for left in orders)
             soonest = None if end >= bound.NEVER else end
             if _beyond(soonest, clock.begun + within):
                 self.clocks[i] = replace(clock, reported=True)
@@ -292,10 +292,18 @@ def objectives_change(team: Team, tick: int) -> bool:
     return listed and any(robot.when for robot in scenario.robots)
 
 
-def goals_left(team: Team, state: State, i: int, most: int | None = None) -> list[Mask] | None:
-    """The targets that a robot must still meet in sequence for its round, or for ``most`` rounds;
-    None if it chooses their order."""
+def orders_left(
+    team: Team, state: State, i: int, most: int | None = None
+) -> list[list[Mask] | None]:
+    """The sequences of targets of which a robot must still meet one for its round, or for ``most``
+    rounds: several while any target may be its first. None: it chooses their order."""
     member, own = team.members[i], state.robots[i].own
+    free = member.either and own.met == 0
+    begun = [own._replace(memory=k) for k in range(len(member.targets))] if free else [own]
+    return [_goals_left(team, member, each, most) for each in begun]
+
+
+def _goals_left(team: Team, member: Member, own: Count, most: int | None) -> list[Mask] | None:
     if not member.objective.ordered():
         return None
     masks = member.targets
