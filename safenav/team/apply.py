@@ -383,7 +383,7 @@ def _begun(team: Team, state: State, i: int) -> RobotNow:
 
 
 def _turned(member: Member, count: Count, memory: int) -> Count:
-    """The progress of a robot that goes on with another target: the round that it has begun is
+    """The progress of a robot that continues with another target: the round that it has begun is
     void."""
     if memory == count.memory:
         return count

@@ -296,14 +296,14 @@ def orders_left(
     team: Team, state: State, i: int, most: int | None = None
 ) -> list[list[Mask] | None]:
     """The sequences of targets of which a robot must still meet one for its round, or for ``most``
-    rounds: several while any target may be its first. None: it chooses their order."""
+    rounds: several while a joint plan may begin with any. None: it chooses their order."""
     member, own = team.members[i], state.robots[i].own
-    free = member.either and own.met == 0
+    free = member.planned and member.either and own.met == 0
     begun = [own._replace(memory=k) for k in range(len(member.targets))] if free else [own]
-    return [_goals_left(team, member, each, most) for each in begun]
+    return [_goals_left(member, each, most) for each in begun]
 
 
-def _goals_left(team: Team, member: Member, own: Count, most: int | None) -> list[Mask] | None:
+def _goals_left(member: Member, own: Count, most: int | None) -> list[Mask] | None:
     if not member.objective.ordered():
         return None
     masks = member.targets
