@@ -123,7 +123,7 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             return replace(state, plan=None)
         case now.Seen(k):
             match state.obstacles[k].state:
-                case Is.HIDDEN:  # robots may have met needs of it unknowingly
+                case Is.HIDDEN | Is.AWAY:  # robots may have met needs of it unknowingly
                     return _obstacle(state, k, replace(state.obstacles[k], state=Is.SEEN))
                 case Is.OVER:
                     return replace(_obstacle(state, k, ObstacleNow(Is.SEEN)), plan=None)

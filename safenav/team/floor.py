@@ -479,8 +479,9 @@ def stages_of(floor: Floor, state: State) -> Stages:
 
 def standing(team: Team, state: State, *, moving: bool) -> list[int | None]:
     """The region of each robot that can take part in an action; ``moving``: also of those on their
-    way."""
-    return [r.pose % team.size if moving or r.to is None else None for r in state.robots]
+    way or out of service."""
+    can = (moving or (r.to is None and r.active) for r in state.robots)
+    return [r.pose % team.size if c else None for r, c in zip(state.robots, can, strict=True)]
 
 
 def occupied(team: Team, state: State, among: Iterable[int] | None = None) -> Mask:

@@ -115,6 +115,7 @@ class Nature(LiveSimulation):
         self._faults, self._dice = dict(faults), Random(f"strikes of {seed}")
         self._telling: list[tuple[float, int, WorldEvent, str, int]] = []
         self._untold: dict[str, int] = {}
+        self._acts_on: dict[str, Sequence[Obstacle]] = {}
         self._bound: dict[str, set[Region]] = {}
         self._reserved: dict[str, tuple[float, set[Region]]] = {}
         self._dead: set[str] = set()
@@ -194,6 +195,7 @@ class Nature(LiveSimulation):
             failed = tuple((obstacle, ActResult.FAILED) for obstacle in obstacles)
             self._write("acted", robot=name)
             return Acted(self._now, name, failed, "motor off", command=command)
+        self._acts_on[name] = obstacles
         event = super().act(robot, obstacles, command)
         if event is None:
             self._untold[name] = command
@@ -252,9 +254,8 @@ class Nature(LiveSimulation):
             fails = self._strikes("act")
             if fails:
                 found = [(o, ActResult.NOTHING) for o in missing]
-                named = self._cleared[name] - {o.name for o in missing}
-                works = [w for w in self.truth.works.open.values() if w.obstacle.name in named]
-                found += [(work.obstacle, ActResult.FAILED) for work in works]
+                there = [o for o in self._acts_on[name] if self.truth.stands(o)]
+                found += [(obstacle, ActResult.FAILED) for obstacle in there]
                 done: WorldEvent = replace(event, at=at, found=tuple(found), reason="it failed")
             else:
                 done = super()._happens(event, robot, missing)

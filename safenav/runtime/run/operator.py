@@ -24,7 +24,7 @@ from safenav.scenario.model import Obstacle, ObstacleType, Scenario
 from safenav.scenario.reachability import Reachability
 from safenav.team import state as now
 from safenav.team.failures import number, stands_for
-from safenav.team.floor import occupied
+from safenav.team.floor import reserved
 from safenav.team.state import Is
 from safenav.trace import records
 from safenav.trace.vocabulary import OperatorIntervention
@@ -255,8 +255,8 @@ class Operator:
         if (member.robot.model.mobility is Mobility.HEADING) is (heading is None):
             reason = "needs a heading" if heading is None else "has no heading"
             raise UsageError(f"{member.name} {reason}")
-        if occupied(run.team, run.state, member.rivals) >> region & 1:
-            raise UsageError(f"another robot is in region {region}")
+        if reserved(run.team, run.state, i) >> region & 1:
+            raise UsageError(f"another robot is in region {region}, or in a zone with it")
         away = {asked.obstacle for asked in self.asked if isinstance(asked, AWAY)}
         for k in _known(run):
             obstacle, need = run.team.obstacles[k], run.state.obstacles[k].stage.need

@@ -44,7 +44,7 @@ SLOWEST = 20.0
 class World:
     """``attended``: an operator may help; ``still``: no robot moves, and nothing will ever happen;
     ``passes``: those at the present moment.
-    ``moving``: whether robots in transit still act in the region that they leave; ``limit``:
+    ``moving``: whether robots in transit, and out of service, still act where they are; ``limit``:
     when the run ends at the latest, and with which outcome; ``ticks`` of a stay (live: 0)."""
 
     def __init__(
@@ -300,7 +300,7 @@ class World:
         robot, there = run.team.members[i].robot, run.state.robots[i]
         if not robot.capabilities or there.acting is not None:
             return False
-        if there.to is not None and not self.moving:
+        if not (self.moving or (there.to is None and there.active)):
             return False
         known = self._known(run, i)
         if self._changes(run, i):
@@ -387,7 +387,7 @@ class World:
         gone = tuple(k for k, result in reported.items() if result is ActResult.NOTHING)
         over = {team.obstacles[k].name for k in (*truths, *gone)}
         self._opened |= dict.fromkeys(over, self.commands.now())
-        kept = tuple((k, s) for k, s in stages.items() if k in truths or k not in failed)
+        kept = tuple((k, s) for k, s in stages.items() if k in truths or k not in (*failed, *gone))
         failed = tuple(k for k in failed if k not in truths and k not in gone)
         command, why = event.command or 0, event.reason
         before = run.state
@@ -469,7 +469,7 @@ class World:
     def _group(self, run: Running, i: int) -> tuple[int, ...]:
         """The robots that are busy while a robot acts: those that take part."""
         team, state, group = run.team, run.state, {i}
-        at = [r.pose % team.size if r.idle else None for r in state.robots]
+        at = [r.pose % team.size if r.idle and r.active else None for r in state.robots]
         for k, _ in self._changes(run, i):
             group |= {*participants(team, state, at, i, k)}
         return tuple(sorted(group))
