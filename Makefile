@@ -47,7 +47,7 @@ compiled-tests: install # the tests themselves say what is wrong with one
 page-packages: # what the bundle of the replay page is built with
 	@cd safenav/report/page/front && npm ci --silent --no-audit --no-fund || true
 
-QUICK := tests/architecture tests/audit tests/formula tests/scenario tests/spec tests/traces tests/world
+QUICK := tests/architecture tests/formula tests/judge tests/scenario tests/spec tests/traces tests/world
 
 quick: install lint ## lint, types and unit tests, in under a minute
 	$(BIN)/pytest -n $(JOBS) --dist worksteal -q -m "not slow" $(QUICK)

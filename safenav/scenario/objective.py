@@ -4,8 +4,8 @@ A target is a set of regions, any of which counts. A kind is its data, its words
 it forbids; the order in which its targets count is a ``Pursuit``. The specification states both in
 formulas (``spec.objective``); the runtime (``runtime.progress``) and joint plans
 (``runtime.traffic.joint_search.states``) count by the pursuit, and graph search plays it
-(``explain.undisturbed``). The audit and the checker of bundles have a table of their own
-(``audit.kinds``), on purpose. All other code queries the kind and never names it
+(``explain.undisturbed``). The judge has a class of its own
+(``judge.lines``), on purpose. All other code queries the kind and never names it
 (``tests/architecture/test_kinds.py``).
 
 Raw formulas (``ltl``) have no pursuit: the synthesizer makes their automaton.

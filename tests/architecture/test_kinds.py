@@ -16,17 +16,12 @@ KNOW = {
     "scenario/objective.py": "its class",
     "scenario/language.py": "its key in a scenario",
     "spec/objective.py": "its formulas, if they are new",
-    "audit/kinds.py": "the judges' own table",
     "judge/lines.py": "the judge's own objective",
     "trace/objective.py": "the format: kinds that an unknown reader could misread",
 }
 
 EXEMPT = {
     ("hold", "trace/records.py"): "the line of a robot that stays",
-    ("hold", "audit/run/passes.py"): "that line",
-    ("hold", "audit/run/situation.py"): "that line",
-    ("hold", "audit/rules/live.py"): "that line",
-    ("hold", "audit/rules/order.py"): "that line",
     ("hold", "judge/bundle/evidence.py"): "that line",
     ("once", "judge/bundle/wording.py"): "the adverb",
     ("once", "stl/parser.py"): "an operator of signal temporal logic",

@@ -125,11 +125,8 @@ def test_only_frozen_data_has_undeclared_attributes() -> None:
     assert loose == []
 
 
-ON_THEIR_OWN = ("safenav.audit.", "safenav.judge.")
-"""They share nothing with what they check, so they have names of their own for it."""
-
 BESIDE = ("safenav.judge.",)
-"""The judge, which stands beside the audit: both know the same things."""
+"""It shares nothing with what it checks, so it has names of its own for it."""
 
 AS_RECORDED = ("safenav.team.", "safenav.solve.", "safenav.runtime.")
 """Events, states and decisions of a run have the names of the lines that record them."""
@@ -142,7 +139,7 @@ def classes(name: str) -> list[str]:
 
 
 def test_a_class_has_its_name_to_itself() -> None:
-    counted = [name for name in MODULES if not name.startswith((*ON_THEIR_OWN, *AS_RECORDED))]
+    counted = [name for name in MODULES if not name.startswith((*BESIDE, *AS_RECORDED))]
     times = Counter(cls for name in counted for cls in classes(name))
     assert [cls for cls, count in times.items() if count > 1] == []
 

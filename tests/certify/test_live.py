@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
-from audit.living import living
 from certify.making import SCENARIOS, files_of, judged, rewrite, shipped
 from certify.mutants import lines_of, with_lines
 from certify.tasks import scenario_of, task_of, verdict_of
+from judge.living import living
 from safenav import Mission, TraceWriter, load_scenario
 from safenav.certify.record import bundle_of_trace
 from safenav.scenario.reading.loader import load_scenario_text

@@ -1,6 +1,6 @@
 """Altered bundles are refused, unless they still prove what they claim.
 
-The broken traces of ``tests/audit`` try each rule about lines, which bundles are judged by, too.
+The broken traces of ``tests/judge`` try each rule about lines, which bundles are judged by, too.
 Among the tests the campaign is short; SAFENAV_FUZZ=2000 tries as many others.
 """
 

@@ -1,7 +1,7 @@
 """A campaign from the shell: ``python -m fuzz.blend --seeds 0:99 --faults --operator`` (in tests/).
 
 Plays live scenarios with many keys, in a world with faults, with an operator who intervenes at
-random; each run is judged by the world's log, and its trace is audited and certified.
+random; each run is judged by the world's log, and its trace is checked and certified.
 """
 
 from __future__ import annotations

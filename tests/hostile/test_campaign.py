@@ -11,12 +11,12 @@ from typing import Any
 
 import pytest
 
-from audit.good_live_traces import GOOD_LIVE
-from audit.good_traces import GOOD
 from certify.making import ALTERNATION, bundle_at, files_of, negative, shipped
 from certify.mutants import lines_of
 from hostile.attack import SAFENAV, attack
 from hostile.enemy import Enemy, written
+from judge.good_live_traces import GOOD_LIVE
+from judge.good_traces import GOOD
 from lies.lies import FORMULAS, LIVE
 from safenav.certify.bundle import programs
 

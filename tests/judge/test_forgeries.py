@@ -8,11 +8,11 @@ import random
 
 import pytest
 
-from audit.living import living
-from audit.test_rules import GOOD_IN_TICKS
-from audit.trace_script import Line, text
 from judge.forgeries import FORGERIES
+from judge.good_traces import GOOD as GOOD_IN_TICKS
+from judge.living import living
 from judge.oracle import Facts
+from judge.trace_script import Line, text
 from safenav.judge.engine import judge
 from safenav.judge.lines import NotATraceError
 

@@ -1,7 +1,7 @@
 """A campaign from the shell: ``python -m live.campaign --seeds 0:2000 --faults`` (in tests/).
 
 Plays the missions of the seeds in time, some of them with faults and some through a world in
-another process, and judges each by the world's log; its trace is audited. ``--both`` compares those
+another process, and judges each by the world's log; its trace is checked. ``--both`` compares those
 without faults with lockstep.
 """
 

@@ -97,7 +97,7 @@ class Walk:
         self.moves += 1
         self.silent.discard(name)
         # It may have decided to stay first, which counts again, and takes no time here. That it has
-        # decided so is in the trace, which is audited.
+        # decided so is in the trace, which is checked.
         self.visits[name].append(line["from"])
         self._begun[name] = line["t"]
         self.way[name] = (line["from"], line["to"])

@@ -33,7 +33,7 @@ Played = tuple[str, Charges, list[dict[str, Any]]]
 
 
 def play(data: Data, scenario: Scenario, seed: int, *, faults: bool = False) -> Played:
-    """The outcome of a run, the charges of its robots, and its trace. That is audited, and its
+    """The outcome of a run, the charges of its robots, and its trace. That is checked, and its
     end is judged by the log of the world unless a robot ran flat."""
     floor, lines = Floor(data, seed, faults_of(seed) if faults else {}), list[str]()
     world, heard = Live(scenario, floor), lambda record: lines.append(json.dumps(as_data(record)))

@@ -1,6 +1,6 @@
 """Others that move at any speed between two looks (live runs), against a flood of the map.
 
-The oracle is this file's own: it reads the map's text, and its line of sight is the audit's.
+The oracle is this file's own: it reads the map's text, and its line of sight is the judge's.
 """
 
 from collections.abc import Collection
@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from fuzz.campaign import campaign
-from safenav.audit.world import World
 from safenav.formula.evaluator import Predicate, predicate
 from safenav.formula.parser import parse
+from safenav.judge.bundle.others import sees
+from safenav.judge.world import World
 from safenav.runtime.control.observing import after_look
 from safenav.scenario.model import Tracking
 from safenav.spec.other_robots import belief
@@ -41,7 +42,7 @@ class Oracle:
     def __init__(self, world: RegionMap, scene: Scene) -> None:
         self.rows = world.grid_rows()
         self.cols = len(self.rows[0])
-        self.grid = World(self.rows, len(self.rows), self.cols)
+        self.grid = World(self.rows, self.cols)
         task = scene.task
         self.radius, self.closed = task.robot.model.vision, task.closed
         self.cells = belief.watch_for(task, world).partition.cells
@@ -63,7 +64,7 @@ class Oracle:
     def next(self, own: int, known: Known) -> set[Known]:
         now = [known] if isinstance(known, int) else [r for k in known for r in self.cells[k]]
         reach = self.flood(now)
-        seen = {r for r in reach if self.grid.sees(own, r, self.radius, self.closed)}
+        seen = {r for r in reach if sees(self.grid, own, r, self.radius, self.closed)}
         cells = frozenset(k for k, cell in enumerate(self.cells) if cell & (reach - seen))
         return {*seen, *([cells] if cells else [])}
 

@@ -1,7 +1,7 @@
 """Conversion of a trace to a ``Replay``.
 
 ``safenav.trace`` reads the lines; this module arranges them by tick. It checks only the
-requirements of a picture (the audit checks the run itself): regions on the map, robots and
+requirements of a picture (the judge checks the run itself): regions on the map, robots and
 obstacles that the header names, one move for each robot and tick. The ticks of a live run are the
 instants of its events. A trace that was cut off is shown up to its last complete tick."""
 

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from audit.good_traces import GOOD
-from audit.trace_script import Line, edit, find, insert_after, text
+from judge.good_traces import GOOD
+from judge.trace_script import Line, edit, find, insert_after, text
 from safenav.errors import Diagnostic, InputError
 from safenav.outcome import Outcome
 from safenav.trace.reading import read_bytes, read_lines, read_trace
@@ -96,12 +96,10 @@ def test_a_broken_line_in_the_middle_is_reported_with_its_place() -> None:
         ("synthesis", {"states": -1}, "`states` must be a whole number >= 0"),
         ("synthesis", {"seconds": -0.5}, "`seconds` must be a number >= 0"),
         ("synthesis", {"reason": "boredom"}, "`reason` has an invalid enum value"),
-        ("push", {"reason": "boredom"}, "`reason` has an invalid enum value"),
         ("outcome", {"seconds": -1}, "`seconds` must be a number >= 0"),
         ("outcome", {"synthesis_seconds": -1}, "`synthesis_seconds` must be a number >= 0"),
         ("outcome", {"syntheses": -1}, "`syntheses` must be a whole number >= 0"),
         ("goal", {"round": -1}, "`round` must be a whole number >= 0"),
-        ("pop", {"reason": 3}, "`reason` must be a string, not a whole number"),
         ("blocked", {"reason": "boredom"}, "`reason` has an invalid enum value"),
     ],
 )

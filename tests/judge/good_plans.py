@@ -5,7 +5,7 @@ import json
 from collections.abc import Callable
 from typing import Any
 
-from audit.trace_script import CORRIDOR, ROOM, Line, Script, closure, obstacle, robot
+from judge.trace_script import CORRIDOR, ROOM, Line, Script, closure, obstacle, robot
 
 
 def script(

@@ -6,12 +6,8 @@ from pathlib import Path
 import pytest
 
 import warm
-from audit.good_traces import GOOD
-from audit.trace_script import edit, text
-from runtime.facts import case
-from runtime.played import play
-from safenav.audit.check import check_trace
-from safenav.audit.rules import proofs
+from judge.good_traces import GOOD
+from judge.trace_script import edit, text
 
 
 def run(*arguments: str, stdin: str = "") -> warm.Done:
@@ -83,18 +79,3 @@ def test_a_trace_without_outcome_takes_partial(good: Path, cut: int) -> None:
     assert "ends before its outcome" in result.stdout
     assert "--partial" in result.stdout
     assert run("--partial", str(good)).returncode == 0
-
-
-def test_a_request_that_is_too_large_to_judge_is_noted(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = tmp_path / "trace.jsonl"
-    path.write_text(play(case("requests/set_aside")).text)
-    assert check_trace(path).notes == ()
-    monkeypatch.setattr(proofs, "MOST_SERVED", 5)
-    found = check_trace(path)
-    (note,) = found.notes
-    assert found.ok
-    assert (note.rule, note.robot) == ("proof", "c1")
-    said = "whether shutter@11 can be resolved and the mission completed (more than 5 joint states)"
-    assert note.explanation == f"not judged: {said}"

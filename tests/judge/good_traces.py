@@ -2,8 +2,8 @@
 
 from collections.abc import Callable
 
-from audit.good_plans import GOOD_PLANS
-from audit.trace_script import CORRIDOR, ROOM, Line, Script, closure, obstacle, robot
+from judge.good_plans import GOOD_PLANS
+from judge.trace_script import CORRIDOR, ROOM, Line, Script, closure, obstacle, robot
 
 HALL = """
 #########
@@ -72,7 +72,7 @@ def pressed() -> list[Line]:
     for to in (11, 12, 21, 22, 23, 24):
         s.next_tick().move("pia", to)
     s.goal("pia", 1, 1)
-    return s.end("completed", {"pia": 1})
+    return s.end("interrupted", {"pia": 0})
 
 
 def untraversable() -> list[Line]:
@@ -95,7 +95,7 @@ def untraversable() -> list[Line]:
     s.next_tick().move("digit", 15).move("quad", 14)
     s.next_tick().move("digit", 16).move("quad", 13).goal("quad", 1, 1)
     s.next_tick().move("digit", 10).goal("digit", 1, 1).move("quad", 14)
-    return s.end("completed", {"digit": 1, "quad": 1})
+    return s.end("interrupted", {"digit": 0, "quad": 0})
 
 
 def nested() -> list[Line]:
@@ -160,7 +160,7 @@ def unrequested() -> list[Line]:
     s.next_tick().move("digit", 16).move("quad", 15).goal("quad", 1, 1)
     s.next_tick().move("digit", 15).move("quad", 14).goal("quad", 0, 1)
     s.next_tick().move("digit", 14).move("quad", 15).goal("quad", 1, 2)
-    return s.end("completed", {"digit": 1, "quad": 2})
+    return s.end("interrupted", {"digit": 0, "quad": 1})
 
 
 def _around(s: Script) -> list[Line]:

@@ -3,9 +3,9 @@
 from collections.abc import Callable
 from typing import Any, Self
 
-from audit.good_plans import given_up
-from audit.living import living
-from audit.trace_script import (
+from judge.good_plans import given_up
+from judge.living import living
+from judge.trace_script import (
     ROOM,
     Line,
     Script,

@@ -1,4 +1,4 @@
-"""Any bytes give an audit, or an error with the position in the trace."""
+"""Any bytes give a verdict, or an error with the position in the trace."""
 
 import json
 import random
@@ -7,10 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from audit.good_traces import GOOD
-from audit.trace_script import Line, text
-from runtime.played import play
-from safenav.audit.check import Audit, audit, check_trace
+from judge.good_traces import GOOD
+from judge.trace_script import Line, text
+from safenav.checked_trace import CheckedTrace, check_trace, checked
 from safenav.errors import InputError
 from safenav.trace.reading import read_bytes
 
@@ -32,10 +31,10 @@ def content(lines: list[Line]) -> bytes:
     return "".join(line + "\n" for line in text(lines)).encode()
 
 
-def audited(data: bytes) -> Audit | None:
-    """The audit, or None if the trace was refused with a place that exists."""
+def judged(data: bytes) -> CheckedTrace | None:
+    """The verdict, or None if the trace was refused with a place that exists."""
     try:
-        return audit(read_bytes(data))
+        return checked(data, "t.jsonl")
     except InputError as error:
         assert error.diagnostics
         lines = data.count(b"\n") + 1
@@ -48,19 +47,19 @@ def test_flipped_bytes_never_crash(name: str, data: st.DataObject) -> None:
     raw = bytearray(content(GOOD[name]()))
     for _ in range(data.draw(st.integers(1, 4))):
         raw[data.draw(st.integers(0, len(raw) - 1))] = data.draw(st.integers(0, 255))
-    audited(bytes(raw))
+    judged(bytes(raw))
 
 
 @given(st.binary(max_size=200))
 def test_arbitrary_bytes_never_crash(raw: bytes) -> None:
-    audited(raw)
+    judged(raw)
 
 
 @given(st.sampled_from(NAMES), st.randoms(use_true_random=False))
 def test_shuffled_dropped_and_doubled_lines_never_crash(name: str, rng: random.Random) -> None:
     header, *lines = GOOD[name]()
     chosen = rng.choices(lines, k=rng.randint(0, 2 * len(lines)))
-    audited(content([header, *chosen]))
+    judged(content([header, *chosen]))
 
 
 @given(st.sampled_from(NAMES), st.data())
@@ -74,7 +73,7 @@ def test_any_value_in_any_field_never_crashes(name: str, data: st.DataObject) ->
             break
         place = inner
     place[key] = data.draw(VALUES)
-    audited(content(lines))
+    judged(content(lines))
 
 
 @given(st.sampled_from(NAMES), st.data())
@@ -83,7 +82,7 @@ def test_a_trace_cut_at_any_byte_breaks_no_rule(name: str, data: st.DataObject) 
     raw = content(GOOD[name]())
     first = raw.index(b"\n") + 1
     cut = data.draw(st.integers(first, len(raw) - 2))
-    found = audited(raw[:cut])
+    found = judged(raw[:cut])
     assert found is not None
     assert found.findings == ()
     assert not found.complete
@@ -112,30 +111,13 @@ def test_a_huge_number_is_reported() -> None:
         read_bytes(content(lines[:-1]) + raw.encode() + b"\n")
 
 
-REFUSED = """
-safenav: 1
-map: {grid: ["#####", "#...#", "#...#", "#####"]}
-catalogue:
-  robots:
-    cart: {mobility: free, layer: ground, capabilities: [],
-           battery: {capacity: CAPACITY, charge: 3, stay: 1}}
-robots: {r: {model: cart, start: 6, objective: {visit: [8, 6], within: 3, always: RULE}}}
-chargers: [6]
-"""
-
-
-@pytest.mark.parametrize("capacity", [9, 1], ids=["rounds", "charge"])
 @pytest.mark.parametrize(
     "formula",
     ["garbage(", "foo = 3", "(" * 3000, "!" * 3000 + "TRUE", " -> ".join(["TRUE"] * 400)],
     ids=["open", "unknown", "brackets", "negations", "implications"],
 )
-def test_an_unreadable_formula_is_reported_beside_a_refused_promise(
-    capacity: int, formula: str
-) -> None:
-    scenario = REFUSED.replace("CAPACITY", str(capacity)).replace("RULE", "region < 12")
-    run = play(scenario)
-    assert run.outcome["refused"]
-    run.records[0]["scenario"]["robots"]["r"]["objective"]["always"] = [formula]
-    told = check_trace(map(json.dumps, run.records))
-    assert any("not judged" in note.explanation for note in told.notes)
+def test_an_unreadable_formula_is_reported(formula: str) -> None:
+    lines = GOOD["door"]()
+    lines[0]["scenario"]["robots"]["quad"]["objective"]["always"] = [formula]
+    with pytest.raises(InputError, match=r"line 1: .*formula"):
+        check_trace(text(lines))

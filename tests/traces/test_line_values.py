@@ -9,8 +9,8 @@ from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 import pytest
 from msgspec import Struct
 
-from audit.good_traces import GOOD
-from audit.trace_script import edit, find, text
+from judge.good_traces import GOOD
+from judge.trace_script import edit, find, text
 from safenav import line_values
 from safenav.errors import InputError
 from safenav.line_values import WORDS, WORDS_OF_LINES, flaws

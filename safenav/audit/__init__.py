@@ -1,1 +1,0 @@
-"""Trace reader and checker, independent of the program that wrote the trace."""

@@ -1,1 +1,0 @@
-"""The team's possibilities at a line: reachable poses, duties, lower bounds on times."""

@@ -1,1 +1,0 @@
-"""Independent checks of infeasibility proofs: closures, trees of choices, joint searches."""
