@@ -1,9 +1,7 @@
 """The examples of docs/batch.md and docs/ci.md work as described."""
 
 import re
-import shlex
 from pathlib import Path
-from typing import Any
 
 import pytest
 import yaml
@@ -40,21 +38,6 @@ def test_what_the_matrix_file_includes_is_as_it_expects(tmp_path: Path) -> None:
     (tmp_path / "sweep.yaml").write_text(yaml.safe_dump(only))
     done = safenav("batch", "sweep.yaml", cwd=tmp_path)
     assert (done.returncode, "2 passed" in done.stdout) == (0, True), done.stdout
-
-
-def commands() -> list[str]:
-    workflow, gitlab = (yaml.safe_load(example) for example in blocks(CI, "yaml"))
-    steps: list[dict[str, Any]] = workflow["jobs"]["batch"]["steps"]
-    lines = [step["run"] for step in steps if "run" in step] + gitlab["scenarios"]["script"]
-    lines += [line for block in blocks(BATCH, "sh") for line in block.splitlines()]
-    return [line.split("#")[0] for line in lines if line.startswith("safenav batch")]
-
-
-@pytest.mark.parametrize("line", commands())
-def test_commands_are_understood(line: str) -> None:
-    words = shlex.split(line)[2:]
-    context = command.make_context("safenav batch", list(words))
-    assert context.params["paths"]
 
 
 def test_the_documentation_names_every_verdict_option_and_threshold() -> None:

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from safenav.batch.cases.matrix import is_matrix, read_matrix
+from safenav.batch.cases.matrix import read_matrix
 from safenav.batch.cases.variation import varied
 from safenav.errors import InputError
 from safenav.scenario.reading.loader import load_scenario_text
@@ -90,11 +90,6 @@ def test_every_combination_but_the_excluded_and_the_included(
 def test_mistakes_of_a_matrix_are_reported_at_their_place(text: str, message: str) -> None:
     with pytest.raises(InputError, match=message):
         read_matrix(text, "m.yaml")
-
-
-def test_a_file_says_that_it_is_a_matrix_file() -> None:
-    assert is_matrix("# nightly\nbatch: 1\n")
-    assert not is_matrix("safenav: 1\nname: batch\nmap: {batch: 1}\n")
 
 
 SCENARIO = """\

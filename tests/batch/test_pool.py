@@ -75,17 +75,6 @@ def test_a_case_that_hangs_is_stopped_with_its_synthesizer(
     assert slugs.all_gone()
 
 
-def test_closing_stops_what_runs(slugs: SlugsLog) -> None:
-    pool = LocalPool(2, Conditions())
-    pool.submit(case("sleeper"))
-    pool.submit(case("sleeper", 1))
-    while len(slugs.pids) < 2:
-        assert pool.collect(0.05) == []
-    assert sorted(name for name, _ in pool.running()) == ["sleeper-0.yaml", "sleeper-1.yaml"]
-    pool.close()
-    assert slugs.all_gone()
-
-
 def test_kinds_of_failure_are_distinguished() -> None:
     unexpected = scenario("other", "{outcome: completed}")
     arrived = run(
@@ -111,22 +100,6 @@ def test_kinds_of_failure_are_distinguished() -> None:
     assert "out of order" in reasons["broken-0.yaml"][0]
 
 
-def test_without_an_expectation_a_scenario_has_to_be_completed() -> None:
-    silent = scenario("silent").replace("expect: {outcome: unrealizable}\n", "")
-    ticks_only = scenario("ticking", "{ticks: 9}")
-    arrived = run([case("silent", text=silent), case("ticking", text=ticks_only)])
-    assert set(verdicts(arrived).values()) == {CaseVerdict.DIFFERENT}
-
-
-def test_traces_are_written_where_wanted(tmp_path: Path) -> None:
-    traces = tmp_path / "traces"
-    traces.mkdir()
-    arrived = run([case("quick"), case("crasher")], traces=traces)
-    for arrival in arrived.values():
-        assert arrival.trace is not None
-        assert arrival.trace.read_text().startswith('{"type":"header"')
-
-
 def test_a_worker_is_used_again_and_keeps_nothing_of_the_case_before() -> None:
     worker = Worker()
     try:
@@ -136,14 +109,6 @@ def test_a_worker_is_used_again_and_keeps_nothing_of_the_case_before() -> None:
             assert result.passed == (robot == "quick")
             assert result.name == f"{robot}-{number}.yaml"
             assert worker.alive
-    finally:
-        worker.end()
-
-
-def test_ctrl_c_at_the_terminal_does_not_reach_workers() -> None:
-    worker = Worker()
-    try:
-        assert os.getpgid(worker.pid) != os.getpgid(0)
     finally:
         worker.end()
 

@@ -5,7 +5,6 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
-from msgspec import convert
 
 from safenav.batch.cases.case import Case, CaseVerdict, Result, without_a_run
 from safenav.batch.journal import StateFile
@@ -62,10 +61,6 @@ def failing(*letters: str, until: int = 99) -> Script:
     return script
 
 
-def done(report: Report) -> str:
-    return "".join(result.name[0] for result in report.in_order)
-
-
 def test_a_case_that_passes_after_a_retry_is_flaky_and_keeps_its_reasons() -> None:
     report = run_batch(CASES, Scripted(failing("b", until=3)), retries=2)
     assert report.as_expected
@@ -81,34 +76,6 @@ def test_a_file_that_is_not_a_scenario_is_not_retried() -> None:
     )
     run_batch(CASES, backend, retries=5)
     assert backend.asked.count("a.yaml") == 1
-
-
-def test_fail_fast_stops_at_the_first_failure() -> None:
-    backend = Scripted(failing("b"))
-    report = run_batch(CASES, backend, fail_fast=True)
-    assert done(report) == "ab"
-    assert report.stopped_early and backend.closed
-    assert [case.name for case in report.not_run] == ["c.yaml", "d.yaml"]
-    assert not report.as_expected
-
-
-def test_failures_are_results_too_and_not_run_again_by_resume(tmp_path: Path) -> None:
-    with StateFile(tmp_path, resume=False) as state:
-        run_batch(CASES, Scripted(failing("b")), state=state)
-    backend = Scripted(passing)
-    with StateFile(tmp_path, resume=True) as state:
-        report = run_batch(CASES, backend, state=state)
-    assert backend.asked == []
-    assert [result.name for result in report.failed] == ["b.yaml"]
-
-
-def test_without_resume_everything_is_run_again(tmp_path: Path) -> None:
-    for _ in range(2):
-        backend = Scripted(passing)
-        with StateFile(tmp_path, resume=False, cases=[case.name for case in CASES]) as state:
-            run_batch(CASES, backend, state=state)
-        assert len(backend.asked) == 4
-    assert len((tmp_path / "state.jsonl").read_text().splitlines()) == 4
 
 
 @pytest.mark.parametrize("cut", [1, 40, 200])
@@ -155,22 +122,3 @@ def test_a_folder_that_cannot_be_written_is_an_error(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(UsageError, match="cannot write the state"):
         StateFile(tmp_path / "file", resume=False)
-
-
-def test_traces_of_failures_are_kept_and_the_others_removed(tmp_path: Path) -> None:
-    kept: list[str] = []
-
-    def keep(result: Result, trace: Path | None) -> list[str]:
-        assert trace is not None
-        kept.append(trace.read_text())
-        return [f"kept {result.name}"]
-
-    report = run_batch(CASES, Scripted(failing("b", "d"), tmp_path), artifacts=keep)
-    assert kept == ["b.yaml", "d.yaml"]
-    assert report.results["b.yaml"].artifacts == ["kept b.yaml"]
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_result_survives_its_way_through_a_file() -> None:
-    result = Result("n", "f", {"seed": [1, None]}, "abc", CaseVerdict.HUNG, ["r"], rounds={"a": 2})
-    assert convert(result.record() | {"from a later version": 1}, Result) == result

@@ -76,12 +76,6 @@ def test_every_strategy_is_verified_and_the_same_run_repeats(name: str) -> None:
     assert {s["cached"] for s in again.all("synthesis")} == {True}
 
 
-def test_a_pop_restores_the_objective_that_was_pushed() -> None:
-    trace = play((SCENARIOS / "case_study_3.yaml").read_text())
-    pop, pushed = trace.one("pop", obstacle="door@47"), trace.all("push")[0]["objectives"]["quad"]
-    assert pop["objectives"]["quad"] == pushed == {"visit": [[42, 44], 22]}
-
-
 @pytest.mark.parametrize(
     ("number", "new_strategies"), [(1, []), (2, ["digit"]), (3, [])], ids=["door", "scout", "chain"]
 )
@@ -96,11 +90,3 @@ def test_assignable_goals_need_new_strategies_only_for_new_walls(
     assert trace.order(*EVENTS) == usual.order(*EVENTS)
     for key in ("robot", "at", "proposed"):
         assert [v[key] for v in trace.all("violation")] == [v[key] for v in usual.all("violation")]
-
-
-def test_assigned_goals_keep_the_requester_in_place_and_send_the_helper() -> None:
-    text = (SCENARIOS / "case_study_1.yaml").read_text()
-    trace = play(text.replace("until:", "coordination: assignable\nuntil:"))
-    asked, done = trace.one("push")["tick"], trace.one("resolved")["tick"]
-    assert {trace.position("quad", tick) for tick in range(asked, done + 1)} == {46}
-    assert trace.position("digit", done) == 47

@@ -10,7 +10,6 @@ from msgspec.structs import replace
 from runtime.played import Run, begin, completed, loaded, play
 from runtime.worlds import Bare, Driven, Remote
 from safenav import Mission
-from safenav.errors import InputError
 from safenav.report.replay.reading import read_replay
 from safenav.report.terminal.story import Story
 from safenav.runtime.worlds.protocol import Acted, Arrived, WorldEvent
@@ -309,34 +308,12 @@ def test_a_step_of_several_ticks_is_given_up_where_an_obstacle_has_been_found(se
     assert run.outcome["outcome"] == "operator_needed" and not run.findings
 
 
-class Repeating(Building):
-    """The walker is said to open the door whenever it passes."""
-
-    def act(self, robot: Robot) -> Iterable[tuple[Obstacle, bool | None]]:
-        if robot.name == "walker" and self.at["walker"] == DOOR:
-            self.closed, self.closings = False, 0
-            yield self.door, None
-
-
-def test_rounds_do_not_restart_with_the_same_result() -> None:
-    text = BUILDING.replace("[[3, 1], [1, 4]]", "[[3, 1], [3, 9]]")
-    assert completed(text, world=Repeating).one("resolved")
-
-
 def test_a_suspected_obstacle_may_be_absent() -> None:
     """The drone flies through both; the truth of the second one is anybody's guess."""
     run = built(BUILDING + SUSPECTED % "traversable: true")
     listed = run.records[0]["scenario"]["obstacles"]
     assert [entry["traversable"] for entry in listed] == [None, None]
     assert run.one("discovered")
-
-
-def test_without_a_world_the_scenario_is_simulated() -> None:
-    """Then the audit is as strict as ever."""
-    scenario = loaded(BUILDING + SUSPECTED % "traversable: false")
-    told = play(scenario, world=SimulatedWorld(scenario)).records[0]["scenario"]
-    assert told["world"] == "simulated"
-    assert [o["traversable"] for o in told["obstacles"]] == [None, False]
 
 
 def test_a_program_that_steps_itself_can_give_up() -> None:
@@ -348,27 +325,6 @@ def test_a_program_that_steps_itself_can_give_up() -> None:
     last = run.records[-1]
     assert (last["outcome"], last["explanation"]) == ("interrupted", "battery low")
     assert not run.findings
-
-
-def test_the_audit_refuses_an_obstacle_that_was_never_declared() -> None:
-    run = built()
-    discovered = run.one("discovered")
-    run.records.remove(discovered)
-    for late in ([], [discovered]):
-        run.records[-1:-1] = late
-        with pytest.raises(InputError, match="no obstacle door@27"):
-            assert not run.findings
-
-
-def test_an_obstacle_is_discovered_once_and_in_its_time() -> None:
-    run = built()
-    discovered = run.one("discovered")
-    discovered["tick"] += 7000
-    assert "time" in run.broken
-    discovered["tick"] -= 7000
-    run.records.insert(run.records.index(discovered), discovered)
-    with pytest.raises(InputError, match="door@27 is known already"):
-        assert not run.findings
 
 
 class SinceEpoch(Bare):

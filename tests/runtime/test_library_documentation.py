@@ -33,16 +33,6 @@ def run(program: str, folder: Path, environment: dict[str, str]) -> str:
     return found.stdout
 
 
-def test_the_shortest_program(environment: dict[str, str]) -> None:
-    assert run(SHORTEST, ROOT, environment) == "completed {'rover': 2}\n"
-
-
-def test_synthesis_alone(environment: dict[str, str]) -> None:
-    told = run(SYNTHESIS, ROOT, environment)
-    assert re.match(r"realizable \d+ True\n", told)
-    assert "[SYS_LIVENESS]" in told
-
-
 def test_the_fleet_is_driven_through_the_door(tmp_path: Path, environment: dict[str, str]) -> None:
     from safenav.checked_trace import check_trace
 
@@ -120,18 +110,3 @@ def test_importing_safenav_loads_nothing_else(environment: dict[str, str]) -> No
         "print(set(safenav.__all__) <= set(dir(safenav)))"
     )
     assert run(program, ROOT, environment) == "[]\nTrue\n"
-
-
-def test_the_public_names_are_those_of_their_modules() -> None:
-    from safenav.runtime.run.mission import Mission
-    from safenav.runtime.worlds.protocol import World
-    from safenav.scenario.reading.loader import load_scenario
-    from safenav.synthesis.slugs import Synthesizer
-
-    assert safenav.Mission is Mission
-    assert safenav.World is World
-    assert safenav.Synthesizer is Synthesizer
-    assert safenav.load_scenario is load_scenario
-    assert safenav.resumption.__name__ == "resumption"
-    with pytest.raises(AttributeError, match="has no attribute 'Misson'"):
-        _ = safenav.Misson  # type: ignore[attr-defined]  # nor has it for a type checker

@@ -25,7 +25,6 @@ from safenav.runtime.worlds.live_simulation import LiveSimulation
 from safenav.runtime.worlds.protocol import (
     Acted,
     Arrived,
-    Blocked,
     Elsewhere,
     Failed,
     Lost,
@@ -33,7 +32,6 @@ from safenav.runtime.worlds.protocol import (
     WorldEvent,
 )
 from safenav.scenario.model import Obstacle, Robot, Scenario
-from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.settings import Clock, FailedMoves, Failures
 from safenav.team.floor import Floor
@@ -205,14 +203,6 @@ def test_a_simulated_run_does_not_depend_on_the_hashes_of_a_process(tmp_path: Pa
     assert told[0]
 
 
-def test_a_failed_move_is_repeated() -> None:
-    run = play_faulty(nth(2, fails))
-    assert run.outcome["outcome"] == "completed"
-    failed = run.one("arrive", result="failed")
-    again = next(d for d in run.all("depart", robot="a") if d["command"] > failed["command"])
-    assert failed["reason"] == "slips" and again["from"] == failed["at"]
-
-
 TURNED = """
 map: {grid: ["######", "#....#", "#....#", "#....#", "######"]}
 robots:
@@ -236,24 +226,6 @@ def test_a_target_counts_where_a_robot_gets_to_it_with_another_heading() -> None
     """Its new strategy begins there with that met; it went to it again before that counted."""
     run = completed(TURNED, world=carried(9))
     assert [goal["tick"] for goal in run.all("goal")] == [run.one("arrive", at=9)["tick"], 12]
-
-
-CORNER = """
-map: {grid: ["#####", "#...#", "#...#", "##.##", "#####"]}
-robots:
-  a: {model: digit, start: [2, 2], heading: north, objective: {visit: [[1, 2], [2, 2]]}}
-until: {rounds: 1}
-clock: live
-"""
-
-
-def test_a_robot_that_is_carried_to_a_dead_end_needs_an_operator() -> None:
-    """It has no request for which it could hold there: the team decides, with a proof."""
-    scenario, run = loaded(CORNER), Run()
-    Mission(scenario, world=carried(17)(scenario), listeners=[run]).run()
-    assert run.outcome["outcome"] == "operator_needed"
-    assert run.outcome["proof"]["robots"] == {"a": {"poses": [[17, "south"]], "live": False}}
-    assert len(run.all("synthesis")) == 1
 
 
 def test_a_region_that_fails_repeatedly_is_an_obstacle() -> None:
@@ -296,16 +268,6 @@ def gone(world: Faulty, event: Arrived) -> Sequence[WorldEvent]:
     return [Lost(event.at, "a", regions, command=event.command)]
 
 
-def test_all_regions_of_a_lost_robot_are_closed() -> None:
-    run = play_faulty(nth(1, gone))
-    lost = run.one("arrive", result="lost")
-    closed = {line["obstacle"]["name"] for line in run.all("discovered")}
-    assert closed == {f"lost_a@{region}" for region in {*lost["regions"]} - {lost["at"]}}
-    after = Run(run.records[run.records.index(lost) :])
-    assert not [line for line in after.all("depart") if line["to"] in lost["regions"]]
-    assert run.outcome["outcome"] in ("operator_needed", "completed")
-
-
 def test_a_region_where_a_robot_may_be_lost_is_closed_also_where_another_is() -> None:
     """That may leave it, but does not enter it again. The report itself is a collision."""
 
@@ -323,23 +285,6 @@ def test_a_region_where_a_robot_may_be_lost_is_closed_also_where_another_is() ->
     assert not after.all("depart", to=region)
     assert run.outcome["outcome"] == "operator_needed"
     assert "collision" in run.broken
-
-
-def test_two_robots_may_be_lost_in_one_region_after_the_other() -> None:
-    """The report of robot a does not name the region from which it set out; that of b does."""
-    begun: dict[str, int] = {}
-
-    def lost(world: Faulty, event: WorldEvent) -> Sequence[WorldEvent]:
-        if not isinstance(event, Arrived):
-            return [event]
-        begun.setdefault(event.robot, world.last[event.robot].region)
-        there = world._poses["a"].region if event.robot == "a" else begun["a"]
-        return [Lost(event.at, event.robot, frozenset({there}), command=event.command)]
-
-    run = play_faulty(lost)
-    first, second = run.all("arrive", result="lost")
-    assert second["regions"] == [first["at"]]
-    assert run.outcome["cause"] == "out_of_service"
 
 
 @pytest.mark.parametrize(
@@ -400,16 +345,6 @@ def test_a_robot_that_may_be_in_a_zone_closes_it_to_those_never_together_with_it
     assert not [line for line in run.all("depart", robot="b") if line["to"] in (9, 10, 11)]
     assert run.outcome["outcome"] == "operator_needed"
     assert not {"violation", "backtrack", "request", "never-together"} & {*run.broken}
-
-
-def test_an_obstacle_reported_by_a_step_is_known_to_the_team() -> None:
-    def meets(world: Faulty, event: Arrived) -> Sequence[WorldEvent]:
-        door = Obstacle(built_in().obstacles["uncertainty"], world._poses["a"].region, True)
-        return [Blocked(event.at, "a", world.back(event), door, command=event.command)]
-
-    run = play_faulty(nth(2, meets))
-    met = run.one("violation", robot="a")["obstacle"]
-    assert met.startswith("uncertainty@") and run.all("blocked", obstacle=met)
 
 
 def test_a_sensor_of_the_building_closes_a_region() -> None:

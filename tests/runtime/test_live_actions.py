@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from msgspec.structs import replace
 
-from runtime.played import Run, completed, loaded, play
+from runtime.played import Run, completed, loaded
 from runtime.test_live import RING
 from runtime.worlds import Driven
 from safenav import Mission
@@ -17,7 +17,6 @@ from safenav.runtime.worlds.protocol import (
     Arrived,
     WorldEvent,
 )
-from safenav.runtime.worlds.truth import SimulatedWorld
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.settings import Clock, Failures
 from safenav.trace.vocabulary import ActResult
@@ -180,17 +179,6 @@ def test_a_robot_in_transit_takes_part_in_no_joint_action(speed: float) -> None:
         assert bool(run.all(kind)) == (speed == 14.0), kind
 
 
-@pytest.mark.parametrize("place", ["[1, 5]", "[2, 5]", "[1, 6]"])
-def test_a_world_of_blocking_calls_resolves_obstacles_in_the_ticks_of_the_simulation(
-    place: str,
-) -> None:
-    """Where a robot starts, by its first step, or later: in the same ticks."""
-    scenario = loaded(STARTS % SUSPECT.replace("[1, 5]", place))
-    runs = [play(scenario, world=world(scenario)) for world in (SimulatedWorld, Calls)]
-    one, other = ([(x["tick"], x["at"]) for x in run.all("resolved")] for run in runs)
-    assert one == other != []
-
-
 @pytest.mark.parametrize(
     ("first", "told"),
     [
@@ -231,20 +219,6 @@ def test_the_trace_records_why_an_action_has_failed(
     assert failed["results"] == ({"debris@24": "failed"} if known else {})
     assert any(told in line for line in story)
     assert not run.findings
-
-
-def test_an_action_that_finds_nothing_is_not_repeated() -> None:
-    """Also where the world takes its time to say so."""
-
-    class Slow(LiveSimulation):
-        def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> Any:
-            found = super().act(robot, obstacles, command)
-            if found is not None:
-                self._push(0.5, found, robot)
-
-    scenario = loaded(RING)
-    run = completed(scenario, world=Slow(scenario))
-    assert len(run.all("act")) <= len(run.all("arrive")) + len(scenario.robots) + 1
 
 
 ONE_LOAD = """

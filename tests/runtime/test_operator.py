@@ -2,7 +2,6 @@
 
 import json
 import time
-from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 from threading import Event
@@ -98,13 +97,6 @@ def test_a_run_waits_for_an_operator_and_continues_after_interventions(
     assert len(given) == sum(map(len, waits))
 
 
-def test_interventions_given_together_cause_one_decision() -> None:
-    """The first alone would be a second wait: the gate is given up, and the cart cannot go on."""
-    trace = attended(GATE, ["service bee out", "service bee back", "resolved gate@27"])
-    assert len(trace.all("waiting")) == 1
-    assert trace.all("reopened") == []
-
-
 def test_a_request_that_was_given_up_is_reopened_after_an_intervention() -> None:
     trace = attended(GATE, ["service bee out"], ["resolved gate@27"], ["service bee back"])
     first, second = trace.all("waiting")[:2]
@@ -135,53 +127,6 @@ def test_a_request_given_up_and_resolved_is_not_reopened_when_its_obstacle_is_ba
     assert not run.findings
 
 
-CORRIDOR = """
-name: one breaks down in the corridor between two rooms
-map: {grid: ["###########", "#...###...#", "#.........#", "#...###...#", "###########"]}
-catalogue: {robots: {cart: {mobility: free, layer: ground, capabilities: []}}}
-robots:
-  a: {model: cart, start: [2, 3], objective: {visit: [[1, 9], [1, 1]]}}
-  b: {model: cart, start: [2, 1], objective: {visit: [[3, 8], [3, 1]]}}
-  c: {model: cart, start: [1, 8], objective: {visit: [[1, 7], [2, 8]]}}
-clock: live
-changes: [{at: 3, robot: a, service: out}]
-"""
-
-
-def test_robots_behind_one_out_of_service_continue_once_it_is_back() -> None:
-    trace = attended(CORRIDOR, ["service a back"])
-    (waiting,) = trace.all("waiting")
-    assert waiting["cause"] == "out_of_service"
-    assert trace.outcome["outcome"] == "completed"
-
-
-def test_joint_plans_exclude_rounds_that_a_robot_out_of_service_prevents() -> None:
-    """The digit can reach its target in the west, but not the one in the east."""
-    text = CORRIDOR.replace("b: {model: cart, start: [2, 1]", "b: {model: digit, start: [2, 1]")
-    text = text.replace("{visit: [[3, 8], [3, 1]]}", "{cover: [[1, 3], [3, 8]]}, heading: east")
-    result = Mission(loaded(text)).run()
-    assert (result.outcome, result.cause) == (Outcome.OPERATOR_NEEDED, "out_of_service")
-
-
-SIDING = """
-map: {grid: ["#########", "#.......#", "####.####", "#########"]}
-catalogue: {robots: {cart: {mobility: free, layer: ground, capabilities: []}}}
-robots:
-  a: {model: cart, start: [1, 1], objective: {visit: [[1, 7], [1, 1]]}}
-  b: {model: cart, start: [1, 7], objective: {visit: [[1, 1], [1, 7]]}}
-  c: {model: cart, start: [2, 4], objective: {visit: [[1, 4], [2, 4]]}}
-changes: [{at: 1, robot: c, service: out}]
-clock: live
-"""
-
-
-def test_no_deadlock_is_reported_while_a_robot_out_of_service_is_in_the_way() -> None:
-    """It stands where the others could let each other pass."""
-    trace = attended(SIDING, ["service c back"])
-    assert trace.one("waiting")["cause"] == "out_of_service"
-    assert trace.outcome["outcome"] == "completed"
-
-
 @pytest.mark.parametrize(
     ("line", "message"),
     [
@@ -210,40 +155,6 @@ def test_an_impossible_intervention_is_refused(line: str, message: str) -> None:
     with pytest.raises(UsageError) as error:
         mission.intervene(read_intervention(line, mission.scenario))
     assert message in str(error.value)
-
-
-def changed(*kinds: str, **fields: Any) -> Callable[[list[dict[str, Any]]], None]:
-    """Other fields of the first line of each type; without fields, that line is left out."""
-
-    def change(lines: list[dict[str, Any]]) -> None:
-        for kind in kinds:
-            index = next(i for i, line in enumerate(lines) if line["type"] == kind)
-            if fields:
-                lines[index].update(fields)
-            else:
-                del lines[index]
-
-    return change
-
-
-@pytest.mark.parametrize(
-    ("waits", "change", "rule"),
-    [
-        ([["resolved gate@27"]], changed("operator", "gone"), "unresolved-obstacle"),
-        ([["service bee out"], ["give_up"]], changed("blocked"), "permanence"),
-        ([["put_back cart [2, 8]"]], changed("operator", region=0), "shut"),
-        ([["give_up"]], changed("waiting", proof=None), "negative"),
-    ],
-    ids=["no intervention", "not given up", "wall", "no proof"],
-)
-def test_a_broken_trace_is_found(
-    waits: list[list[str]],
-    change: Callable[[list[dict[str, Any]]], None],
-    rule: str,
-) -> None:
-    run = attended(GATE, *waits)
-    change(run.records)
-    assert rule in run.broken
 
 
 def test_a_proof_holds_after_moves_during_the_wait() -> None:

@@ -54,17 +54,6 @@ def test_the_audit_accepts_a_last_order_that_a_real_clock_delays_a_little() -> N
     assert not run.findings
 
 
-def test_a_proof_that_ignores_an_obstacle_that_has_disappeared_is_refused() -> None:
-    run = play(case("waiting/button_behind_what_disappears"))
-    gone = run.records.index(run.one("gone", obstacle="beam@13"))
-    poses = [[region, None] for region in (12, 13, 14, 15)]
-    robots = {"cart": {"poses": poses, "live": False}}
-    proof = {"kind": "closure", "resolved": [], "never": [], "robots": robots}
-    said = {"outcome": "operator_needed", "cause": "unrealizable", "proof": proof}
-    forged = Run([*run.records[: gone + 1], {**run.outcome, **said, "tick": 8, "ticks": 7}])
-    assert "negative" in forged.broken
-
-
 CLOSED = """
 clock: live
 map: {grid: ["#######", "#.....#", "#######", "#.....#", "#######"]}

@@ -7,7 +7,7 @@ import pytest
 
 from safenav.errors import InputError
 from safenav.scenario.model import Scenario
-from safenav.scenario.objective import Hold, Ltl, Patrol, Visit
+from safenav.scenario.objective import Hold, Patrol, Visit
 from safenav.scenario.objective_text import describe, written
 from safenav.scenario.reading.loader import load_scenario_text
 from scenario.rooms import ROOMS
@@ -68,26 +68,6 @@ def test_objectives_take_areas_and_are_described_by_their_names(
     assert robot(written(objective, scenario.map.word)).robots[0].objective == objective
 
 
-def test_formulas_compare_the_region_with_an_area() -> None:
-    told = robot("{ltl: {safety: [region != corner | TRUE], liveness: [region = corner]}}")
-    objective = told.robots[0].objective
-    assert isinstance(objective, Ltl)
-    assert objective.liveness == ("region = 25 | region = 26",)
-    assert objective.safety == ("region != 25 & region != 26 | TRUE",)
-
-
-def test_resolution_regions_take_areas() -> None:
-    scenario = load("""\
-catalogue:
-  obstacles:
-    debris: {action: push, resolve_at: [corner, gate]}
-robots:
-  ann: {model: digit, start: 8, heading: east, objective: {patrol: [west, east]}}
-obstacles: [{type: debris, region: 18}]
-""")
-    assert scenario.obstacles[0].resolution_regions(scenario.map) == (17, 25, 26)
-
-
 @pytest.mark.parametrize(
     ("areas", "told"),
     [
@@ -115,11 +95,6 @@ def test_two_regions_apart_are_noted_where_they_may_be_one(regions: str, apart: 
     assert [("[[11, 4]]" in note) for note in notes] == [True] * apart
 
 
-def test_an_empty_list_avoids_nothing() -> None:
-    (ann,) = robot("{hold: 8, avoid: []}").robots
-    assert ann.objective == Hold((frozenset({8}),))
-
-
 def test_a_run_names_the_areas_that_robots_reach(tmp_path: Path) -> None:
     text = (
         ROOMS
@@ -141,12 +116,3 @@ def test_a_run_names_the_areas_that_robots_reach(tmp_path: Path) -> None:
     assert "corner: 25-26" in drawn
     assert safenav("certify", "rooms.yaml", "-o", "bundle", cwd=tmp_path).returncode == 0
     assert safenav("check", "bundle", cwd=tmp_path).returncode == 0
-
-
-def test_areas_inside_the_map_are_pointed_out() -> None:
-    text = (
-        'safenav: 1\nmap: {grid: ["..."], areas: {a: [1]}}\n'
-        "robots: {q: {model: quadcopter, start: 0, objective: {hold: 1}}}\n"
-    )
-    with pytest.raises(InputError, match="'areas' stands beside 'map', not in it"):
-        load_scenario_text(text)

@@ -9,8 +9,6 @@ from safenav.scenario.yaml.document import (
     DocumentError,
     Mapping,
     Place,
-    Scalar,
-    Sequence,
     read_document,
     scalar_value,
 )
@@ -51,39 +49,6 @@ def _both_yaml_parsers(request: pytest.FixtureRequest, monkeypatch: pytest.Monke
 def test_plain_scalars_follow_the_core_schema(text: str, value: object) -> None:
     assert scalar_value(text) == value
     assert type(scalar_value(text)) is type(value)
-
-
-def test_not_a_number_is_read_as_such() -> None:
-    value = scalar_value(".nan")
-    assert isinstance(value, float)
-    assert math.isnan(value)
-
-
-def test_nodes_know_their_places() -> None:
-    root = read_document("a: 1\nb:\n  - 'two'\n  - x y\n").root
-    assert isinstance(root, Mapping)
-    (a, one), (b, rest) = root.entries
-    assert (a.place, one.place, b.place) == (Place(1, 1), Place(1, 4), Place(2, 1))
-    assert isinstance(rest, Sequence)
-    two, words = rest.items
-    assert two == Scalar(Place(3, 5), "two", "two", "'", literal=True)
-    assert words == Scalar(Place(4, 5), "x y", "x y", "", literal=True)
-
-
-@pytest.mark.parametrize("text", ['a: "x\\ty"', "a: 'it''s'", "a: one\n  two", "a: |\n  block"])
-def test_text_with_escapes_or_breaks_is_not_literal(text: str) -> None:
-    root = read_document(text).root
-    assert isinstance(root, Mapping)
-    value = root.get("a")
-    assert isinstance(value, Scalar)
-    assert not value.literal
-
-
-def test_an_alias_repeats_what_it_names() -> None:
-    root = read_document("a: &here [1, 2]\nb: *here\nc: &x 3\nd: *x").root
-    assert isinstance(root, Mapping)
-    assert root.get("b") == root.get("a")
-    assert root.get("d") == Scalar(Place(4, 4), 3, "3")
 
 
 @pytest.mark.parametrize(

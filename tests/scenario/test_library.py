@@ -1,9 +1,6 @@
 """The library: each robot model moves, each obstacle type is resolved by robots of the library, and
 docs/catalogue.md has the figures that the files have."""
 
-import re
-from pathlib import Path
-
 import pytest
 import yaml
 
@@ -18,7 +15,6 @@ from safenav.trace.reading import read_bytes
 from safenav.trace.records import Resolved
 
 LIBRARY: Catalogue = built_in()
-PAGE = (Path(__file__).parents[2] / "docs" / "catalogue.md").read_text(encoding="utf-8")
 
 ROOMS = {"grid": ["##########", "#...##...#", "#........#", "#...##...#", "##########"]}
 GAP = 24
@@ -65,26 +61,6 @@ def test_each_obstacle_is_resolved_by_robots_of_the_library(name: str) -> None:
     assert resolved == {f"{name}@{GAP}"}
 
 
-def test_the_page_has_the_figures_of_the_files() -> None:
-    rows = re.findall(
-        r"^\| `(\w+)` \| [^|]+ \| ([\d.]+) \| ([\d.]+) \| (\w+) \|", PAGE, re.MULTILINE
-    )
-    told = {name: (float(size), float(speed), motion) for name, size, speed, motion in rows}
-    models = LIBRARY.robots.values()
-    assert told == {m.name: (m.size, m.speed, m.motion) for m in models}
-    for model in models:
-        for word in model.capabilities:
-            row = re.search(rf"^\| `{word}` \|.*$", PAGE, re.MULTILINE)
-            assert row is not None, word
-            assert f"`{model.name}`" in row[0] or model.layer == "air", (word, model.name)
-    for kind in LIBRARY.obstacles.values():
-        row = re.search(rf"^\| `{kind.name}` \|.*$", PAGE, re.MULTILINE)
-        assert row is not None, kind.name
-        assert all(f"`{need.action}`" in row[0] for need in kind.needs)
-    assert len(LIBRARY.robots) >= 12
-    assert len(LIBRARY.obstacles) >= 12
-
-
 def test_every_robot_and_obstacle_has_a_silhouette_and_so_have_those_named_like_them() -> None:
     for names, shape in (
         (LIBRARY.robots, robot_pictogram),
@@ -95,14 +71,3 @@ def test_every_robot_and_obstacle_has_a_silhouette_and_so_have_those_named_like_
     assert obstacle_pictogram("fire_door") == obstacle_pictogram("door")
     assert obstacle_pictogram("my_pulled_door") != obstacle_pictogram("door")
     assert robot_pictogram("rover") == obstacle_pictogram("trapdoor") == ""
-
-
-def test_the_batteries_of_the_page_follow_from_its_figures() -> None:
-    battery = r"`\{capacity: (\d+), move: (\d+), stay: (\d+), charge: \S+\}`"
-    rows = re.findall(rf"^\| `(\w+)` \| [^|]+ \| [^|]+ \| {battery}", PAGE, re.MULTILINE)
-    assert len(rows) >= 5
-    for name, capacity, move, stay in rows:
-        speed = LIBRARY.robots[name].speed
-        assert speed is not None
-        assert int(move) == int(stay) == pytest.approx(27 / speed, abs=1)
-        assert int(capacity) > 100 * int(move)

@@ -15,11 +15,8 @@ import pytest
 from jsonschema import Draft202012Validator
 
 from safenav.errors import Diagnostic, InputError
-from safenav.outcome import Outcome
-from safenav.scenario.objective import KINDS
 from safenav.scenario.reading.loader import load_scenario_text, schema_text
 from safenav.scenario.yaml.document import DocumentError, plain, read_document
-from safenav.world.map import HEADINGS
 from scenario.mistakes import disagreement, keys_of, mistakes, places
 
 ROOT = Path(__file__).parents[2]
@@ -119,9 +116,7 @@ OTHERS: list[tuple[str, Any]] = [
 ]
 """Other forms of the values of FULL."""
 
-BROKEN = {file.stem: file for file in sorted((ROOT / "scenarios" / "invalid").rglob("*.yaml"))}
 
-MISSHAPEN = ("illegal_map_characters", "not_a_scenario", "regions_outside_map")
 """Broken scenarios that alone show that the schema refuses what it must."""
 
 
@@ -148,13 +143,6 @@ def judged(text: str, file: str = "x.yaml") -> tuple[Diagnostic, ...]:
     return ()
 
 
-def read(file: Path) -> Any:
-    try:
-        return plain(read_document(file.read_text(encoding="utf-8")).root)
-    except DocumentError:
-        return None
-
-
 def test_the_schema_is_one() -> None:
     Draft202012Validator.check_schema(SCHEMA)
 
@@ -169,27 +157,6 @@ def test_every_scenario_of_the_project_is_judged_alike() -> None:
                 wrong[name] = told
     assert wrong == {}
     assert count > 200
-
-
-def test_words_of_the_language_are_those_of_the_model() -> None:
-    properties = SCHEMA["$defs"]["expect"]["properties"]
-    outcomes = {outcome.value for outcome in Outcome if outcome is not Outcome.ERROR}
-    assert set(properties["outcome"]["enum"]) == outcomes
-    assert SCHEMA["$defs"]["robot"]["properties"]["heading"]["enum"] == list(HEADINGS)
-    kinds = [rule["required"][0] for rule in SCHEMA["$defs"]["objective"]["oneOf"]]
-    assert kinds == [*KINDS, "ltl"]
-
-
-@pytest.mark.parametrize("name", ["robots", "obstacles"])
-def test_the_built_in_catalogue_has_the_right_shape(name: str) -> None:
-    part = {"$ref": "#/$defs/catalogue", "$defs": SCHEMA["$defs"]}
-    file = ROOT / "safenav" / "scenario" / "built_in" / f"{name}.yaml"
-    assert list(Draft202012Validator(part).iter_errors(read(file))) == []
-
-
-@pytest.mark.parametrize("name", MISSHAPEN)
-def test_wrong_shapes_are_refused(name: str) -> None:
-    assert not VALIDATOR.is_valid(read(BROKEN[name]))
 
 
 DATA: dict[str, Any] = plain(read_document(FULL).root)

@@ -1,7 +1,6 @@
 """Strategies as DOT, GraphML and figures."""
 
 import io
-import json
 import re
 import shutil
 import subprocess
@@ -10,8 +9,8 @@ import networkx
 import pytest
 
 from safenav.outcome import Verdict
-from safenav.spec.specification import Owner, Specification, Variable
-from safenav.synthesis.export import in_words, statistics_of, to_dot, to_graphml, to_networkx
+from safenav.spec.specification import Specification
+from safenav.synthesis.export import statistics_of, to_dot, to_graphml
 from safenav.synthesis.request import SynthesisResult
 from safenav.synthesis.strategy import Strategy
 
@@ -53,30 +52,6 @@ def test_graphviz_draws_it(strategy: Strategy) -> None:
     assert drawn.returncode == 0 and b"region=5" in drawn.stdout
 
 
-def test_the_same_strategy_gives_the_same_bytes(
-    strategy: Strategy, patrol: Specification, patrol_json: bytes
-) -> None:
-    again = Strategy.parse(patrol_json, patrol)
-    assert to_dot(again) == to_dot(strategy)
-    assert to_graphml(again) == to_graphml(strategy)
-
-
-def test_headings_are_compass_words_and_booleans_their_names() -> None:
-    variables = (
-        Variable("region", Owner.OUTPUT, (0, 90)),
-        Variable("heading", Owner.OUTPUT, (0, 3)),
-        Variable("scout", Owner.OUTPUT),
-        Variable("level", Owner.INPUT, (0, 3)),
-    )
-    strategy = Strategy(Specification("r", "r", variables, ()), (), [], [], [])
-    values = {"region": 47, "heading": 1, "scout": 0, "level": 2}
-    assert in_words(strategy, values, Owner.OUTPUT) == "region=47 heading=east !scout"
-    assert in_words(strategy, {**values, "heading": 3, "scout": 1}, Owner.OUTPUT) == (
-        "region=47 heading=west scout"
-    )
-    assert in_words(strategy, values, Owner.INPUT) == "level=2"
-
-
 def test_strange_titles_do_no_harm(patrol: Specification, patrol_json: bytes) -> None:
     title = 'a "quoted" \\ title\nin <two> lines & \x00 \x1b'
     spec = Specification("r", title, patrol.variables, patrol.constraints)
@@ -93,11 +68,3 @@ def test_figures(patrol: Specification, strategy: Strategy) -> None:
     assert (figures.robot, figures.verdict, figures.seconds) == ("carrier", "realizable", 0.25)
     without = statistics_of(patrol, SynthesisResult("carrier", Verdict.TIMEOUT, 1.0, False, "0"))
     assert (without.states, without.edges, without.bits) == (None, None, 3)
-
-
-def test_a_counterstrategy_without_successors_is_exported(patrol: Specification) -> None:
-    names = ["request", "region@0.3.5", "region@1"]
-    node = {"rank": 0, "state": [0, 0, 0], "trans": []}
-    data = json.dumps({"variables": names, "nodes": {"0": node}}).encode()
-    graph = to_networkx(Strategy.parse(data, patrol))
-    assert (graph.number_of_nodes(), graph.number_of_edges()) == (1, 0)

@@ -9,14 +9,13 @@ import pytest
 
 from once import CORPUS
 from oracle import inputs_first, random_specification, to_structuredslugs
-from safenav.errors import InputError
 from safenav.formula.evaluator import evaluate
 from safenav.formula.parser import parse
 from safenav.formula.prefix import to_infix
 from safenav.formula.printer import to_text
 from safenav.outcome import Verdict
 from safenav.spec.parsing import read_specification
-from safenav.spec.specification import Owner, Section, Specification, Variable
+from safenav.spec.specification import Specification
 from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
@@ -30,38 +29,6 @@ def test_a_printed_specification_reads_back(patrol: Specification) -> None:
         (c.section, c.formula) for c in patrol.constraints
     ]
     assert again.title == patrol.title
-
-
-def test_a_constraint_remembers_its_line_and_comment(patrol: Specification) -> None:
-    step, _ = patrol.section(Section.SYS_TRANS)
-    assert step.origin.item == "patrol.structuredslugs:19"
-    assert step.origin.rule == "robots.carrier: one region a tick"
-
-
-def test_sections_may_come_in_any_order_and_again() -> None:
-    spec = read_specification(
-        "[SYS_TRANS]\ny' = y\n[OUTPUT]\ny : 2 ... 4\n[INPUT]\nx\n[SYS_TRANS]\ny' > 2 | x\n"
-        "[OUTPUT]\nz\n"
-    )
-    assert spec.variables == (
-        Variable("x", Owner.INPUT),
-        Variable("y", Owner.OUTPUT, (2, 4)),
-        Variable("z", Owner.OUTPUT),
-    )
-    assert [c.formula for c in spec.section(Section.SYS_TRANS)] == ["y' = y", "y' > 2 | x"]
-
-
-def test_all_mistakes_are_reported_with_their_lines() -> None:
-    text = "[INPUT]\nx:5...3\nx y\nz\nz\n[SYSTRANS]\n[OUTPUT]\nw:-1...3\n"
-    with pytest.raises(InputError) as raised:
-        read_specification(text, "broken.structuredslugs")
-    places = [(d.file, d.line) for d in raised.value.diagnostics]
-    assert places == [("broken.structuredslugs", line) for line in (2, 3, 5, 6, 8)]
-
-
-def test_text_before_the_first_section_is_refused() -> None:
-    with pytest.raises(InputError, match="is in no section"):
-        read_specification("x' = 3\n")
 
 
 @pytest.mark.parametrize(
@@ -93,13 +60,6 @@ def test_a_long_chain_in_prefix_notation_stays_flat() -> None:
     """Generated files have disjunctions of hundreds of literals; nesting is limited."""
     line = "| a " * 500 + "! b"
     assert to_text(parse(to_infix(line))).count("|") == 500
-
-
-@pytest.mark.parametrize("line", ["& a", "| a b c", "? 0", "$ 2 a", "& a =", "$ x a", "! ! "])
-def test_a_line_that_is_neither_stays_and_is_refused_when_it_is_used(line: str) -> None:
-    spec = read_specification(f"[INPUT]\na\nb\nc\n[ENV_TRANS]\n{line}\n")
-    (constraint,) = spec.constraints
-    assert constraint.formula == line.strip()
 
 
 def test_a_random_file_reads_as_the_synthesizer_reads_it(slugs: Binary) -> None:

@@ -24,14 +24,6 @@ from safenav.verify.verification import first_failure
 from synthesis.requests import NATIVE, UPSTREAM, Answering, Script, ask, gone, impossible
 
 
-@pytest.mark.parametrize("status", [0, 1, 10])
-def test_the_result_line_of_a_foreign_binary_overrides_its_status(
-    answering: Answering, patrol: Specification, patrol_json: bytes, status: int
-) -> None:
-    assert ask(answering("realizable", patrol_json, status), patrol) is Verdict.REALIZABLE
-    assert ask(answering("unrealizable", b"", status), patrol) is Verdict.UNREALIZABLE
-
-
 def test_a_result_contains_size_time_and_strategy(
     answering: Answering, patrol: Specification, patrol_json: bytes
 ) -> None:
@@ -97,23 +89,6 @@ def test_our_binary_translates_for_a_foreign_one(
     assert ask(foreign, patrol) is Verdict.UNREALIZABLE
     assert (tmp_path / "given").read_text() == patrol.to_structuredslugs().upper()
     assert (tmp_path / "name").read_text().strip().endswith(".slugsin")
-
-
-def test_a_failed_translation_is_an_error(
-    script: Script, patrol: Specification, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    own = script(NATIVE + "echo 'translation is broken' >&2; exit 4")
-    monkeypatch.setattr("safenav.synthesis.slugs.find_own_binary", lambda: own)
-    with pytest.raises(SynthesizerError, match=r"does not translate(.|\n)*translation is broken"):
-        ask(script(UPSTREAM), patrol)
-
-
-def test_a_translation_that_takes_too_long_is_a_timeout(
-    script: Script, patrol: Specification, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    own = script(NATIVE + "sleep 60")
-    monkeypatch.setattr("safenav.synthesis.slugs.find_own_binary", lambda: own)
-    assert Synthesizer(script(UPSTREAM), seconds=0.3).synthesize(patrol).verdict is Verdict.TIMEOUT
 
 
 @pytest.mark.parametrize(
@@ -202,14 +177,6 @@ def test_a_broken_binary_is_an_error_with_its_last_words(
     assert "robot 'carrier'" in str(raised.value)
 
 
-def test_our_binary_must_agree_with_itself(
-    answering: Answering, patrol: Specification, patrol_json: bytes
-) -> None:
-    binary = answering("realizable", patrol_json, status=10, prefix=NATIVE)
-    with pytest.raises(SynthesizerError, match="printed realizable, but ended with exit status 10"):
-        ask(binary, patrol)
-
-
 def test_a_rejected_specification_shows_the_complaint(
     script: Script, patrol: Specification
 ) -> None:
@@ -229,16 +196,6 @@ def test_a_binary_that_floods_its_output_is_stopped_at_the_memory_limit(
         Synthesizer(binary, memory_mb=limit, cache=Cache.off()).synthesize(patrol)
 
 
-def test_a_file_that_is_no_program_is_an_error(tmp_path: Path, patrol: Specification) -> None:
-    path = tmp_path / "slugs"
-    path.write_bytes(b"\x7fELF but not really")
-    path.chmod(0o755)
-    with pytest.raises(SynthesizerError):
-        ask(Binary(path), patrol)
-    with pytest.raises(SynthesizerError):
-        ask(Binary(tmp_path / "nothing"), patrol)
-
-
 def test_a_specification_larger_than_a_pipe_is_given_whole(
     script: Script, patrol: Specification
 ) -> None:
@@ -253,15 +210,6 @@ def test_a_specification_larger_than_a_pipe_is_given_whole(
     )
     result = Synthesizer(binary).synthesize(spec)
     assert str(len(spec.to_structuredslugs())) in result.detail
-
-
-def test_a_binary_that_does_not_read_its_input_may_still_answer(
-    script: Script, patrol: Specification
-) -> None:
-    many = tuple(patrol.constraints) * 5000
-    spec = Specification("r", "r", patrol.variables, many)
-    binary = script(NATIVE + "echo 'RESULT: Specification is unrealizable.' >&2; exit 10")
-    assert ask(binary, spec) is Verdict.UNREALIZABLE
 
 
 @pytest.fixture
@@ -336,24 +284,3 @@ def test_importing_it_loads_nothing_heavy() -> None:
     )
     printed = ran([sys.executable, "-c", code], check=True).stdout
     assert printed.strip() == "[]"
-
-
-def test_the_real_binary_patrols(slugs: Binary, patrol: Specification) -> None:
-    result = Synthesizer(slugs, cache=Cache.off()).synthesize(patrol)
-    assert result.verdict is Verdict.REALIZABLE
-    assert result.strategy is not None
-    node = result.strategy.initial()[0]
-    regions = []
-    for tick in range(12):
-        following = result.strategy.step(node, {"request": tick % 2})
-        assert following is not None
-        node = following
-        regions.append(result.strategy.values(node)["region"])
-    assert {3, 5} <= set(regions[6:])
-
-
-def test_the_real_binary_gives_the_verdict_alone(slugs: Binary, patrol: Specification) -> None:
-    synthesizer = Synthesizer(slugs, cache=Cache.off())
-    results = synthesizer.synthesize_all([patrol, impossible(patrol)], strategy=False)
-    assert [r.verdict for r in results] == [Verdict.REALIZABLE, Verdict.UNREALIZABLE]
-    assert [r.strategy for r in results] == [None, None]

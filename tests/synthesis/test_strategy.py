@@ -16,10 +16,6 @@ def strategy(patrol: Specification, patrol_json: bytes) -> Strategy:
     return Strategy.parse(patrol_json, patrol)
 
 
-def test_size_is_told_without_decoding(strategy: Strategy) -> None:
-    assert (len(strategy.states), strategy.edges) == (9, 18)
-
-
 def test_a_variable_with_one_value_has_no_bits_but_a_value() -> None:
     spec = Specification("r", "r", (Variable("at", Owner.OUTPUT, (7, 7)),), ())
     data = b'{"variables": [], "nodes": {"0": {"rank": 0, "state": [], "trans": [0]}}}'
@@ -76,15 +72,3 @@ def test_a_malformed_strategy_is_refused_with_the_reason(
 ) -> None:
     with pytest.raises(SynthesizerError, match=complaint):
         Strategy.parse(_changed(patrol_json, *path, value=value), patrol)
-
-
-@pytest.mark.parametrize("cut", [0, 1, 40, -1])
-def test_truncated_json_is_refused(patrol: Specification, patrol_json: bytes, cut: int) -> None:
-    with pytest.raises(SynthesizerError, match="not JSON"):
-        Strategy.parse(patrol_json[:cut], patrol)
-
-
-@pytest.mark.parametrize("data", [b"\xff\xfe{", b"[" * 100_000, b"[1]", b"null"])
-def test_other_things_than_a_json_object_are_refused(patrol: Specification, data: bytes) -> None:
-    with pytest.raises(SynthesizerError):
-        Strategy.parse(data, patrol)

@@ -1,7 +1,5 @@
 """Every trace line of an event has one sentence, the same in all outputs."""
 
-from collections.abc import Sequence
-
 import pytest
 from msgspec.structs import replace
 
@@ -10,7 +8,6 @@ from safenav.trace import records, vocabulary
 from safenav.trace.objective import Objective as TracedObjective
 from safenav.trace.records import KINDS
 from safenav.trace.wording import Wording, syntheses_words
-from safenav.trace.words import shortened
 from traces.examples import examples
 
 SILENT = {"header", "move", "backtrack", "belief", "checkpoint", "discovered"}
@@ -30,19 +27,6 @@ def test_every_event_has_one_sentence(seed: int) -> None:
         assert "None" not in sentence
         told.add(record.type)
     assert told == set(KINDS) - SILENT
-
-
-@pytest.mark.parametrize("reason", vocabulary.Reason)
-def test_every_reason_of_a_synthesis_has_its_words(reason: vocabulary.Reason) -> None:
-    objective = TracedObjective.of({"hold": 4})
-    assert objective is not None
-    verdict = Verdict.REALIZABLE
-    line = records.Synthesis(
-        1, "quad", reason, verdict, 0.002, 21, False, True, "0" * 64, "0" * 64, objective
-    )
-    sentence = Wording().sentence(line)
-    assert sentence.startswith("synthesis for quad ")
-    assert sentence.endswith(": 21 states in 2 ms, verified")
 
 
 @pytest.mark.parametrize(
@@ -66,62 +50,6 @@ def test_many_strategies_share_one_sentence(
     )
     lines = [replace(line, states=n, cached=k < cached) for k, n in enumerate(sizes)]
     assert syntheses_words(lines) == told
-
-
-@pytest.mark.parametrize(
-    ("rule", "told"),
-    [
-        ("never beside it (a, b, c)", "never beside it (a, b, c)"),
-        ("never beside it", "never beside it"),
-        (
-            f"never beside it ({', '.join(map(str, range(20)))})",
-            "never beside it (0, 1, 2 and 17 others)",
-        ),
-        ("it shares its floor with a, b", "it shares its floor with a, b"),
-        (
-            f"it shares its floor with {', '.join(map(str, range(20)))}",
-            "it shares its floor with 0, 1, 2 and 17 others",
-        ),
-    ],
-)
-def test_a_line_names_few_robots(rule: str, told: str) -> None:
-    assert shortened(rule) == told
-
-
-def test_an_obstacle_in_the_way_of_many_names_few_of_them() -> None:
-    names = frozenset(f"r{number}" for number in range(12))
-    line = records.KnownObstacle(1, "spill@4", names, vocabulary.BlockReason.NO_CAPABLE_ROBOT)
-    told = Wording().sentence(line)
-    assert told.startswith("spill@4 permanently blocks r0, r1, r2 and 9 others: ")
-
-
-@pytest.mark.parametrize("reason", vocabulary.BlockReason)
-def test_every_reason_to_block_has_its_words(reason: vocabulary.BlockReason) -> None:
-    line = records.KnownObstacle(1, "door@47", frozenset({"quad", "digit"}), reason)
-    assert Wording().sentence(line).startswith("door@47 permanently blocks digit and quad: ")
-
-
-@pytest.mark.parametrize(
-    ("numbers", "team", "told"),
-    [
-        ((10, 2), None, "rover_2 and rover_10"),
-        ((2, 0, 1), 3, "rover_0, rover_1 and rover_2"),
-        (range(12), 12, "all 12 robots"),
-        ((11, 9, 10, 0, 1), 12, "rover_0, rover_1, rover_9, rover_10 and rover_11"),
-    ],
-    ids=["as people sort", "a small team", "all of a large one", "some of a large one"],
-)
-def test_robots_that_something_is_blocked_for(
-    numbers: Sequence[int], team: int | None, told: str
-) -> None:
-    names = frozenset(f"rover_{number}" for number in numbers)
-    line = records.KnownObstacle(1, "door@47", names, vocabulary.BlockReason.UNRESOLVABLE)
-    assert f" permanently blocks {told}: " in Wording(team=team).sentence(line)
-
-
-def test_the_wording_of_an_obstacle_that_blocks_no_robot_is_unresolved() -> None:
-    line = records.KnownObstacle(1, "parcel@6", frozenset(), vocabulary.BlockReason.UNRESOLVABLE)
-    assert Wording().sentence(line).startswith("parcel@6 stays unresolved: ")
 
 
 def test_regions_and_robots_are_shown_by_the_given_functions() -> None:

@@ -110,71 +110,7 @@ def test_visibility_is_what_exact_geometry_says(
         assert {t for t in range(world.size) if sight.sees(source, t)} == expected
 
 
-@settings(max_examples=100)
-@given(situations())
-def test_visibility_is_symmetric_and_reaches_all_neighbours(
-    situation: tuple[RegionMap, float | None, frozenset[int]],
-) -> None:
-    world, radius, closed = situation
-    sight = visible_from(world, radius, closed)
-    for source in world.free:
-        assert {source, *world.neighbours(source)} <= sight.from_(source)
-        assert all(sight.sees(target, source) for target in sight.from_(source))
-
-
-@settings(max_examples=100)
-@given(maps(), st.integers(0, 41))
-def test_a_larger_radius_shows_more_and_a_closed_obstacle_less(world: RegionMap, shut: int) -> None:
-    near, far = visible_from(world, 2.0), visible_from(world, 3.0)
-    unlimited = visible_from(world, None)
-    behind = visible_from(world, None, frozenset({shut}))
-    for source in world.free:
-        assert near.from_(source) <= far.from_(source) <= unlimited.from_(source)
-        assert behind.from_(source) <= unlimited.from_(source)
-
-
-def test_a_wall_blocks_the_view_and_a_doorway_opens_it() -> None:
-    sight = visible_from(ROOMS, None)
-    assert not sight.sees(ROOMS.region(2, 3), ROOMS.region(2, 5))
-    assert sight.sees(ROOMS.region(3, 1), ROOMS.region(3, 11))
-    assert not visible_from(ROOMS, 4.0).sees(ROOMS.region(3, 1), ROOMS.region(3, 6))
-
-
-def test_a_closed_door_is_seen_but_not_seen_through() -> None:
-    door = ROOMS.region(3, 8)
-    sight = visible_from(ROOMS, None, frozenset({door}))
-    assert sight.sees(ROOMS.region(3, 6), door)
-    assert not sight.sees(ROOMS.region(3, 6), ROOMS.region(3, 9))
-    assert sight.sees(door, ROOMS.region(3, 6)) and sight.sees(door, ROOMS.region(3, 10))
-
-
-def test_a_line_through_a_corner_passes_one_wall_but_not_between_two() -> None:
-    past_one = RegionMap.from_grid([".#", ".."])
-    between_two = RegionMap.from_grid([".#", "#."])
-    assert visible_from(past_one, None).sees(0, 3)
-    assert not visible_from(between_two, None).sees(0, 3)
-
-
-def test_a_radius_is_measured_between_centres() -> None:
-    world = RegionMap.from_grid(["......"] * 6)
-    sight = visible_from(world, 5.0)
-    assert sight.sees(0, world.region(0, 5)) and sight.sees(0, world.region(3, 4))
-    assert not sight.sees(0, world.region(4, 4))
-
-
 @pytest.mark.parametrize("radius", [0.0, 0.9, -3.0, float("nan")])
 def test_a_robot_that_cannot_see_its_neighbours_is_refused(radius: float) -> None:
     with pytest.raises(ValueError, match="vision radius"):
         visible_from(ROOMS, radius)
-
-
-def test_visibility_is_computed_once() -> None:
-    same = RegionMap.from_grid(ROOMS.grid_rows())
-    assert visible_from(ROOMS, 4.0) is visible_from(same, 4.0)
-    assert visible_from(ROOMS, 4.0) is not visible_from(ROOMS, 4.0, frozenset({47}))
-
-
-def test_everything_is_in_sight_on_a_large_open_map() -> None:
-    world = RegionMap.from_grid(["." * 30] * 30)
-    sight = visible_from(world, None)
-    assert sum(len(sight.from_(region)) for region in world.free) == 900**2
