@@ -27,7 +27,6 @@ def fake(tmp_path: Path, script: str) -> Path:
         ("run", HELLO, "--max-ticks", "0"),
         ("run", HELLO, "--sede", "1"),
         ("run", HELLO, "--time-limit", "nan"),
-        ("run", HELLO, "--time-limit", "inf"),
         ("run", HELLO, "--clock", "live", "--operator", "nowhere.txt"),
         ("run", HELLO, "--clock", "live", "--operator", sys.executable),
         ("run", HELLO, "--live", "--no-verify"),
@@ -35,8 +34,6 @@ def fake(tmp_path: Path, script: str) -> Path:
         ("synth", HELLO, "--robot", "nobody"),
         ("synth", HELLO, "-o", "/dev/null/out"),
         ("new", "s.yaml", "--map", LONG),
-        ("run", HELLO, "-o", LONG),
-        ("synth", HELLO, "-o", LONG),
         ("batch", HELLO, "-o", LONG),
         ("studio", f"{LONG}.yaml", "--no-browser"),
     ],
@@ -53,7 +50,6 @@ def test_bad_usage_is_exit_2_without_traceback(
 
 UNREADABLE = [
     ("check", "loop", "Too many levels of symbolic links"),
-    ("replay", "loop", "Too many levels of symbolic links"),
     ("check", "binary", "not UTF-8"),
     ("check", "binary.jsonl", "the first line is incomplete"),
     ("new s.yaml --side 1 --map", ".", "this is a directory"),
@@ -62,7 +58,6 @@ UNREADABLE = [
     ("synth", "fire.spec", "from LTLMoP and TuLiP, name the slugsin file"),
     ("check", "rooms.pddl", "rooms.pddl: neither a scenario (YAML) nor a specification"),
     ("check", "random-1.scen", "then each as [ROW, COLUMN]"),
-    ("draw", "random-1.scen", "then each as [ROW, COLUMN]"),
     ("run", "floor.sdf", "occupancy map (ROS map_saver)"),
     ("run", "arm.urdf", "safenav new --catalogue"),
     ("synth", "next.slugs", "next.slugs:4:9: unexpected '!='"),

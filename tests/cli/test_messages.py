@@ -15,7 +15,6 @@ from children import ran
 from cli.conftest import MAIN, Command
 from once import SCENARIOS
 from safenav.cli import COMMANDS
-from safenav.errors import Diagnostic, InputError
 
 MAPS = Path(__file__).parents[1] / "maps"
 ROOT = Path(__file__).parents[2]
@@ -42,20 +41,6 @@ def test_a_mistake_shows_its_line_and_a_caret(safenav: Command, tmp_path: Path) 
     assert "did you mean 'model'?" in hint
 
 
-def test_a_long_line_is_shown_around_the_mistake(safenav: Command, tmp_path: Path) -> None:
-    padded = GOOD.replace("objective: {", "objective: {" + " " * 400).replace("[6, 8]", "[6, 99]")
-    (tmp_path / "s.yaml").write_text(padded)
-    line, caret = safenav("check", "s.yaml").stderr.splitlines()[1:3]
-    assert len(line) <= 80
-    assert line[caret.index("^") :].startswith("99")
-
-
-def test_the_last_of_very_many_mistakes_are_counted() -> None:
-    """A line of a thousand nested 'next' gave 280 kB."""
-    told = str(InputError([Diagnostic("s.slugsin", k, 1, "wrong") for k in range(1, 501)]))
-    assert told.endswith("s.slugsin:101:1: wrong\nand 399 more")
-
-
 def test_a_mistake_in_a_type_brings_no_second_message(safenav: Command, tmp_path: Path) -> None:
     text = GOOD + (
         "catalogue: {obstacles: {rubble: {acton: push}}}\n"
@@ -76,14 +61,12 @@ def test_a_mistake_in_a_type_brings_no_second_message(safenav: Command, tmp_path
         (["check", "fleet.yaml"], ["this is a fleet file, not a scenario, trace", "safenav drive"]),
         (["drive", "s.yaml", "--fleet", "run.jsonl"], ["this is a trace, not a fleet file"]),
         (["check", "lab.motion.jsonl"], ["against its trace", "check lab.motion.jsonl TRACE"]),
-        (["check", "s.yaml", "page.html"], ["page.html: this is a web page", "open it in"]),
         (["check", "s.slugs"], ["this is a specification", "safenav synth s.slugs"]),
         (["check", "s.json"], ["this is a strategy of slugs", "safenav verify SPECIFICATION"]),
         (["check", "matrix.yaml"], ["this is a matrix file", "safenav batch matrix.yaml"]),
         (["check", "n.zip"], ["this archive is not a bundle", "safenav certify"]),
         (["check", "."], ["this folder is not a bundle", "safenav batch ."]),
         (["check", "s.yaml", "--partial"], ["--partial is for traces; no such FILE is given"]),
-        (["check", "run.jsonl", "--rate", "9"], ["--rate is for motion files; no such FILE"]),
         (["check-trace", "run.jsonl"], ["there is no command", "safenav check FILE"]),
         (["replay", "lab.motion.jsonl"], ["this is a motion file, not a trace"]),
         (["replay", "notes.txt"], ["notes.txt:1:1: this line is not JSON", "not a trace of"]),
@@ -92,7 +75,6 @@ def test_a_mistake_in_a_type_brings_no_second_message(safenav: Command, tmp_path
         (["check", str(MAPS / "office.pgm")], ["this is an image (PGM)", "safenav draw"]),
         (["rn", "s.yaml"], ["there is no command 'rn'", "did you mean 'run'?"]),
         (["s.yaml"], ["there is no command 's.yaml'", "safenav run s.yaml"]),
-        (["run.jsonl"], ["there is no command 'run.jsonl'", "safenav replay run.jsonl"]),
         (["frobnicate"], ["there is no command", "safenav --help"]),
     ],
     ids=lambda value: value[0] if isinstance(value, list) else "",
@@ -140,13 +122,6 @@ def test_an_image_named_like_standard_input_is_a_file(safenav: Command, tmp_path
     text = GOOD.replace(drawn, "  image: '-'\n  rows: 3\n  cols: 5\n")
     (tmp_path / "s.yaml").write_text(text)
     assert "no such file" in safenav("check", "s.yaml").stderr
-
-
-def test_nothing_points_to_files_that_a_user_does_not_have() -> None:
-    from safenav.scenario.beginning import TEMPLATES, template_text
-
-    for name in TEMPLATES:
-        assert "docs/" not in template_text(name)
 
 
 def test_a_cache_that_cannot_be_written_is_told_without_code(tmp_path: Path) -> None:
@@ -212,14 +187,6 @@ def test_a_terminal_that_is_closed_ends_the_program_as_interrupted() -> None:
         os.close(controller)
         program.communicate(b"\n", timeout=300)
     assert program.returncode == 130
-
-
-def test_batches_take_the_option_for_output_of_all_commands(
-    safenav: Command, tmp_path: Path
-) -> None:
-    (tmp_path / "s.yaml").write_text(GOOD)
-    assert safenav("batch", "s.yaml", "-o", "kept").returncode == 0
-    assert (tmp_path / "kept").is_dir()
 
 
 @pytest.mark.parametrize("command", COMMANDS)

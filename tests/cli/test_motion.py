@@ -107,14 +107,6 @@ def test_motion_of_another_trace_is_a_finding(safenav: Command, moved: Path) -> 
     assert "of another trace" in found.stdout
 
 
-def test_report_names_the_chain_and_the_waiting(safenav: Command, moved: Path) -> None:
-    del moved
-    found = safenav("export", "run.jsonl", "--report")
-    assert found.returncode == 0
-    for words in ("makespan", "critical path", "push door@17", "path m", "rover"):
-        assert words in found.stdout
-
-
 @pytest.mark.parametrize(
     ("motion", "metres", "words"),
     [
@@ -144,16 +136,6 @@ def test_another_robot_of_a_built_in_name_does_not_move_as_that(
     found = safenav("export", "run.jsonl", "--motion", "out.jsonl")
     assert found.returncode == 2
     assert "the model 'digit' has no motion in metres" in found.stderr
-
-
-def test_walker_on_small_regions_is_refused(safenav: Command, moved: Path) -> None:
-    trace = (moved / "run.jsonl").read_text()
-    own = '"motion": {"kind": "disc"'.replace(" ", "")
-    assert own in trace
-    (moved / "walker.jsonl").write_text(trace.replace(own, '"motion":{"kind":"walker"'))
-    found = safenav("export", "walker.jsonl", "--side", "1.2", "-o", "out.jsonl")
-    assert found.returncode == 2
-    assert "cannot walk on regions of 1.2 m" in found.stderr
 
 
 def test_what_is_no_trace_is_told(safenav: Command, tmp_path: Path) -> None:

@@ -92,13 +92,9 @@ def test_tick_limit_is_a_resource_limit(safenav: Command) -> None:
 
 OUTPUTS = [
     "run s.yaml --trace {}",
-    "run s.yaml --html {}",
     "run s.yaml --motion {} --trace t.jsonl",
-    "run s.yaml -o {}.html",
     "run s.yaml --live --trace {}",
     "batch s.yaml --junit {}",
-    "batch s.yaml --results {}",
-    "batch s.yaml --csv {}",
     "draw s.yaml -o {}.svg",
     "new {}.yaml",
     "new {}.json --schema",

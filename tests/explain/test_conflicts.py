@@ -1,6 +1,5 @@
 """Cores, plays and sentences of files that were once explained wrongly."""
 
-import json
 import signal
 import subprocess
 import sys
@@ -24,90 +23,8 @@ a'
 b'
 !b'
 """
-SOME_INPUTS = """\
-[INPUT]
-z
-w
-[OUTPUT]
-y
-[SYS_INIT]
-z -> y
-!w -> !y
-[SYS_LIVENESS]
-y
-"""
-START_AND_TRAP = """\
-[INPUT]
-x
-[OUTPUT]
-y
-[SYS_INIT]
-x
-[SYS_TRANS]
-x' -> y & !y'
-y'
-[SYS_LIVENESS]
-y
-"""
 
 
-@pytest.mark.parametrize(
-    ("text", "core", "said", "ending", "inputs"),
-    [
-        (TWO_CONFLICTS, [5, 6], "still unrealizable without line 5 or without line 6", "stuck", {}),
-        (
-            SOME_INPUTS,
-            [7, 8],
-            "  the initial inputs z=1 w=0 leave no output that satisfies the guarantees",
-            "no_beginning",
-            {"z": 1, "w": 0},
-        ),
-        (
-            START_AND_TRAP,
-            [6],
-            "still unrealizable without line 6",
-            "no_beginning",
-            {"x": 0},
-        ),
-    ],
-    ids=["two conflicts", "some initial inputs", "a start and a trap"],
-)
-def test_the_play_is_one_of_the_core_and_other_conflicts_are_named(
-    text: str,
-    core: list[int],
-    said: str,
-    ending: str,
-    inputs: dict[str, int],
-    tmp_path: Path,
-    invoke: Invoke,
-) -> None:
-    file = tmp_path / "s"
-    file.write_text(text)
-    answer = invoke(explain.command, file)
-    assert answer.status == 1 and said in answer.output
-    found = json.loads(invoke(explain.command, file, "--json").output)["unrealizable"]
-    assert [int(c["item"].rpartition(":")[2]) for c in found["core"]] == core
-    assert (found["play"]["ending"], found["play"]["inputs"]) == (ending, inputs)
-
-
-PORCH = """
-safenav: 1
-map:
-  grid: ["#######", "#.....#", "#.#.#.#", "#.#.#.#", "#..#..#", "#######"]
-  names: {porch: [1, 3], kitchen: [1, 2], living: [1, 4], bed: [4, 1]}
-inputs: {fire: {at: 6}, person: {at: 6}}
-robots:
-  a:
-    model: quadcopter
-    start: porch
-    objective:
-      ltl:
-        safety:
-          - fire' -> region' != kitchen
-          - person' -> region' != living
-          - region = 8 -> region' != 9
-        liveness: region = bed
-"""
 DROP = """
 safenav: 1
 map: {grid: ["#########", "#...#...#", "#.......#", "#...#...#", "#########"]}
@@ -130,27 +47,6 @@ robots:
           - "!carrying -> region' != porch"
         liveness: ["!carrying"]
 """
-
-
-def test_each_formula_is_a_member_of_its_own(tmp_path: Path, invoke: Invoke) -> None:
-    file = tmp_path / "porch.yaml"
-    file.write_text(PORCH)
-    (found,) = json.loads(invoke(explain.command, file, "--json").output)["unrealizable"]
-    formulas = [c for m in found["core"]["members"] for c in m["constraints"]]
-    assert "[SYS_TRANS] fire' -> region' != 9" in formulas
-    assert "[SYS_TRANS] region = 8 -> region' != 9" not in formulas
-    assert all(len(m["constraints"]) == 1 for m in found["core"]["members"] if "ltl" in m["rule"])
-
-
-def test_the_play_shows_what_the_robot_does_not_dare(tmp_path: Path, invoke: Invoke) -> None:
-    """It idled with all inputs off."""
-    file = tmp_path / "drop.yaml"
-    file.write_text(DROP)
-    answer = invoke(explain.command, file)
-    play = answer.output.split("What happens:")[1]
-    assert "a at porch 10 [1, 1]; hazard = 0, person = 1, carrying = 0, radio = 1" in play
-    assert "and no move is left:" in play
-    assert "staying breaks: robots.a.objective: ltl: always: !carrying -> region' != 10" in play
 
 
 def test_without_time_only_what_is_proven_is_printed(

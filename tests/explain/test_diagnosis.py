@@ -3,20 +3,17 @@ that only arise within a run."""
 
 from random import Random
 
-import pytest
 from msgspec.structs import replace
 
-from safenav.explain.core import minimal_subset
 from safenav.explain.diagnosis import diagnose
 from safenav.explain.explanation import (
-    Diagnosis,
     NoStrategyCause,
     PlayEnd,
     RepairProblem,
 )
 from safenav.explain.investigation import explain
 from safenav.explain.repair import find_repairs
-from safenav.explain.summary import explain_unrealizable, why_words
+from safenav.explain.summary import explain_unrealizable
 from safenav.explain.undisturbed import play
 from safenav.outcome import Verdict
 from safenav.report.terminal.explanation_text import cause_words
@@ -99,20 +96,7 @@ catalogue: {{robots: {{r: {{mobility: free, layer: ground, capabilities: []}}}}}
 """)
 
 
-AWAY = Visit((frozenset({16}),))
 BLOCKER = "blocker: {model: r, start: 14, objective: {visit: [14, 15]}}"
-
-
-def test_obstacles_in_the_way_are_named_by_their_item() -> None:
-    item = "obstacles.door@13"
-    harmless = Known(11 + 18, "obstacles.door@29", "in a wall")
-    task, world = _corridor(AWAY, blocked=(Known(13, item, "it is there"), harmless))
-    found = diagnose(task, world)
-    assert found.cause is NoStrategyCause.OBSTACLE
-    assert [known.item for known in found.culprits] == [item]
-    assert found.lost == (frozenset({16}),)
-    assert found.confined == {10, 11, 12}
-    assert "it is there" in explain_unrealizable(task.robot, task, world)
 
 
 def test_a_robot_that_must_not_wait_can_be_cornered() -> None:
@@ -126,17 +110,6 @@ def test_a_robot_that_must_not_wait_can_be_cornered() -> None:
     assert found.play is not None and found.play.ending is PlayEnd.STUCK
     said = cause_words(found, world)
     assert said == "blocker can force it into a state where every move breaks a guarantee"
-
-
-def test_regions_that_are_closed_for_one_reason_are_listed_together() -> None:
-    """Each was listed with the reason: a line of 1,000 characters for an avoided column."""
-    task, world = _corridor(AWAY)
-    shut = [Known(region, "avoid", "guard avoids it") for region in range(8, 18)]
-    found = Diagnosis(NoStrategyCause.OBSTACLE, culprits=(*shut, Known(20, "door", "it is there")))
-    assert why_words(found, task, world).endswith(
-        ": 8 [0, 8], 9 [1, 0], 10 [1, 1] and 7 others are closed (guard avoids them), "
-        "20 [2, 2] is closed (it is there)"
-    )
 
 
 def test_no_start_is_proposed_that_the_loader_refuses() -> None:
@@ -163,25 +136,3 @@ catalogue:
         assert {repair.kind for repair in found} >= {"open_wall"}
         told = [change for repair in found for change in repair.change]
         assert [value for item, value in told if item == "robots.r.start"] == starts
-
-
-@pytest.mark.parametrize("seed", range(40))
-def test_a_minimal_subset_is_minimal_and_fails(seed: int) -> None:
-    """Failing: to contain one of some random sets."""
-    source = Random(seed)
-    items = list(range(source.randint(1, 30)))
-    bad = [set(source.sample(items, source.randint(1, len(items)))) for _ in range(4)]
-    asked = 0
-
-    def fails(some: object) -> bool:
-        nonlocal asked
-        asked += 1
-        return any(b <= set(some) for b in bad)  # type: ignore[call-overload]
-
-    found = minimal_subset(items, fails)
-    assert fails(found)
-    assert not any(fails([i for i in found if i != spared]) for spared in found)
-
-
-def test_nothing_at_all_may_be_enough_to_fail() -> None:
-    assert minimal_subset([1, 2, 3], lambda _: True) == []

@@ -186,13 +186,6 @@ def test_body_pushed_into_a_wall_by_5_cm_is_refused() -> None:
     assert any(f.rule == "room" and "reaches 0.050 m into region" in f.found for f in refused)
 
 
-def test_missing_segment_is_refused() -> None:
-    lines = list(motion(DOOR).lines)
-    lines.remove(next(line for line in lines if walks(line)))
-    found = judged(replace(motion(DOOR), lines=tuple(lines)))
-    assert any(f.rule == "continuity" and "no motion recorded" in f.found for f in found)
-
-
 def test_missing_move_with_a_longer_rest_is_refused() -> None:
     """The last flight replaced by hovering where the quadcopter was: continuous, but not there."""
     lines = list(motion(DOOR).lines)
@@ -203,12 +196,6 @@ def test_missing_move_with_a_longer_rest_is_refused() -> None:
     lines.remove(last)
     found = judged(replace(motion(DOOR), lines=tuple(lines)))
     assert any("is missing" in f.found for f in found)
-
-
-def test_motion_of_another_trace_is_refused() -> None:
-    found = check_motion(motion(DOOR), trace_of("case_study_2"))
-    assert len(found) == 1
-    assert "of another trace" in found[0].found
 
 
 @pytest.mark.parametrize(

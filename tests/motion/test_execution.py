@@ -168,14 +168,6 @@ def test_a_clock_that_drifts_is_found(drive: Drive, share: float) -> None:
     assert rules(drive, shifted) == set()
 
 
-def test_a_stamp_that_goes_back_is_found(drive: Drive) -> None:
-    row = _rows(drive.motion, "digit")[40]
-    back = measured(
-        drive.motion, "digit", lambda r: replace(r, stamp=r.stamp - 0.1) if r == row else r
-    )
-    assert rules(drive, back) == {"measured clock"}
-
-
 def test_missing_measurements_are_found(drive: Drive) -> None:
     gap = measured(drive.motion, "quad", lambda row: None if 1.0 < row.t < 2.2 else row)
     assert rules(drive, gap) == {"measured rate"}

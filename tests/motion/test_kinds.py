@@ -11,7 +11,6 @@ from motion.runs import played
 from safenav.motion.check.verdict import check_motion
 from safenav.motion.file.records import Flight
 from safenav.motion.making import motion_of
-from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.reading import read_bytes
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "motion.md"
@@ -59,11 +58,3 @@ def test_kind_of_the_documentation_moves_and_is_accepted() -> None:
     assert {line.primitive for line in motion.lines if isinstance(line, Flight)} == {"crawl"}
     assert motion.header.robots["gary"]["speed"] == 0.2
     assert check_motion(motion, trace) == []
-
-
-@pytest.mark.usefixtures("installed")
-def test_an_unknown_kind_of_motion_is_refused_with_a_suggestion() -> None:
-    from safenav.errors import InputError
-
-    with pytest.raises(InputError, match="did you mean 'crawler'"):
-        load_scenario_text(SCENARIO.replace("crawler", "crawlr"), "made.yaml")

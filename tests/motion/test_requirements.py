@@ -8,7 +8,6 @@ with Python 3.13.
 import math
 import os
 import random
-import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
@@ -18,7 +17,6 @@ import pytest
 from numpy.typing import NDArray
 
 from motion.runs import motion, trace_of
-from safenav.errors import UsageError
 from safenav.formula.parser import FormulaError
 from safenav.motion.file.records import Action
 from safenav.motion.requirements import MotionRecording, curve, judged
@@ -298,7 +296,6 @@ WRONG = [
     ("", 1, "empty"),
     ("always(speed(a) <=", 19, "end of the formula"),
     ("speed(a)", 1, "compare it"),
-    ("always(speed(a))", 7, "a condition is expected"),
     ("(speed(a) > 1) + 2 > 1", 1, "a number is expected"),
     ("sped(a) < 1", 1, "is not a signal"),
     ("distance(a) < 1", 1, "takes 2 robots, not 1"),
@@ -306,12 +303,10 @@ WRONG = [
     ("G (speed(a) < 1)", 1, "write 'always'"),
     ("speed(a) < 1 && speed(b) < 1", 14, "write 'and'"),
     ("always[5,2] speed(a) < 1", 7, "ends before it begins"),
-    ("always[0;2] speed(a) < 1", 9, "unexpected"),
     ("always[0:2] speed(a) < 1", 9, "a comma separates"),
     ("always[0,x] speed(a) < 1", 10, "seconds"),
     ("1 < speed(a) < 2", 14, "do not chain"),
     ("not " * 60 + "speed(a) < 1", 197, "nested more than 50"),
-    ("(" * 60 + "speed(a) < 1" + ")" * 60, 51, "nested more than 50"),
     ("speed(a) < 1 speed(b) < 1", 14, "an operator or the end"),
     ("speed(a) / 2 < 1", 10, "no division"),
 ]
@@ -323,24 +318,6 @@ def test_an_error_names_the_column_and_what_to_write(text: str, column: int, wor
         parse_requirement(text)
     assert caught.value.column == column
     assert words in f"{caught.value.found} {caught.value.hint}"
-
-
-@pytest.mark.parametrize(
-    ("text", "same"),
-    [
-        ("not x(a) > 1 and x(b) > 1", "(not (x(a) > 1)) and (x(b) > 1)"),
-        ("x(a) > 1 or x(b) > 1 and x(c) > 1", "x(a) > 1 or (x(b) > 1 and x(c) > 1)"),
-        ("x(a) > 1 -> x(b) > 1 -> x(c) > 1", "x(a) > 1 -> (x(b) > 1 -> x(c) > 1)"),
-        ("x(a)>1 until[1,2] x(b)>1 or x(c)>1", "(x(a)>1) until[1,2] (x(b)>1 or x(c)>1)"),
-        ("always[0,inf] x(a) > 1 and x(b) > 1", "(always x(a) > 1) and x(b) > 1"),
-        ("x(a) + 2 * x(b) - 1 >= 0.5", "(x(a) + (2 * x(b))) - 1 >= 0.5"),
-        ("-x(a) <= 1", "1 >= -(x(a))"),
-    ],
-)
-def test_operators_bind_as_documented(text: str, same: str) -> None:
-    trees = (repr(parse_requirement(formula)) for formula in (text, same))
-    one, other = (re.sub(r", columns?=(\d+|\([\d, ]*\))", "", tree) for tree in trees)
-    assert one == other
 
 
 def test_case_study_1_is_judged_on_its_motion() -> None:
@@ -373,13 +350,3 @@ def test_case_study_1_is_judged_on_its_motion() -> None:
     assert "raise the sampling rate: --rate" in advice["always(distance(quad, digit) >= 1.4)"]
     shown = curve(recording, "always(distance(quad, digit) >= 1.0)")
     assert shown.low.max() > 5 > 1 > shown.low.min()
-
-
-def test_an_unknown_robot_or_obstacle_or_too_high_a_rate_is_refused() -> None:
-    recording = MotionRecording(motion("case_study_1"), trace_of("case_study_1"))
-    with pytest.raises(UsageError, match="'quat' is not a robot of this motion\n    known: quad"):
-        judged(recording, {"a": "speed(quat) < 1"})
-    with pytest.raises(UsageError, match="no obstacle 'door@46'\n    did you mean 'door@47'"):
-        judged(recording, {"a": "eventually resolved_door@46"})
-    with pytest.raises(UsageError, match="at most 10000"):
-        MotionRecording(motion("case_study_1"), trace_of("case_study_1"), 1e6)

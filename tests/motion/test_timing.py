@@ -119,15 +119,6 @@ def test_slow_robots_never_overlap_never_enter_a_door_early_and_all_end(name: st
         assert sum(1 for line in plan if isinstance(line, Action)) == sum(map(len, acting))
 
 
-def test_without_the_rule_slow_robots_would_overlap() -> None:
-    trace = trace_of("two_digits")
-    scenario = trace.header.scenario
-    free = {n: replace(r, conflicts=frozenset()) for n, r in scenario.robots.items()}
-    heedless = replace(trace.header, scenario=replace(scenario, robots=free))
-    runs = [strolled(replace(trace, header=heedless), seed) for seed in range(5)]
-    assert all(overlaps(trace, run) > 0 for run in runs)
-
-
 def test_regions_are_reserved_in_the_first_tick_of_a_step_and_released_in_its_last() -> None:
     moves = [r for r in trace_of("team_of_six").records if isinstance(r, Move)]
     ends = [m for m in moves if m.toward is None and m.to != m.from_]
@@ -155,41 +146,6 @@ def test_makespan_is_the_length_of_the_chain_that_is_named(name: str) -> None:
         assert after.t0 == pytest.approx(before.t1, abs=1e-9)
     length = sum(link.t1 - link.t0 for link in outcome.chain)
     assert length == pytest.approx(outcome.makespan, abs=1e-6)
-
-
-@pytest.mark.parametrize("name", SHIPPED)
-def test_robots_are_busy_or_wait_for_a_robot(name: str) -> None:
-    found = motion(name)
-    for line in found.lines:
-        if hasattr(line, "cause"):
-            assert line.on in found.header.robots
-            assert line.t1 > line.t0
-
-
-def test_digit_opens_the_door_for_the_quadcopter_which_waits_for_it() -> None:
-    found = motion("case_study_1")
-    (action,) = [line for line in found.lines if isinstance(line, Action)]
-    assert (action.robot, action.obstacle, action.action) == ("digit", "door@47", "push")
-    assert action.t1 - action.t0 == pytest.approx(2.0)
-    entered = min(
-        line.t
-        for line in found.lines
-        if isinstance(line, Reserve) and line.robot == "quad" and line.region == 47
-    )
-    assert entered == pytest.approx(action.t1)
-    assert found.outcome.waiting["quad"] > 20
-
-
-def test_step_of_several_ticks_is_one_move() -> None:
-    trace = trace_of("team_of_six")
-    steps = [r for r in trace.records if isinstance(r, Move) and r.robot == "porter"]
-    assert any(r.toward is not None for r in steps)
-    moved = [
-        line
-        for line in motion("team_of_six").lines
-        if isinstance(line, Moving) and line.robot == "porter" and line.origin != line.to
-    ]
-    assert len(moved) == sum(1 for r in steps if r.from_ != r.to)
 
 
 def test_a_robot_without_charge_stands_until_its_battery_is_replaced() -> None:

@@ -8,82 +8,21 @@ import csv
 import hashlib
 import os
 from pathlib import Path
-from random import Random
 
 import pytest
 
 from once import CORPUS
 from oracle import (
-    Game,
-    Specification,
     build_game,
     check_strategy,
     extract,
     from_json,
-    inputs_first,
     is_realizable,
-    random_specification,
     read_slugsin,
     solve,
     to_json,
-    to_slugsin,
     to_text,
 )
-
-BATCH = 25
-GAMES = int(os.environ.get("SAFENAV_RANDOM_GAMES", "200"))
-
-
-def _random(seed: int) -> Specification:
-    return random_specification(Random(seed), integers=seed % 3 == 0, bits=3 + seed % 4)
-
-
-@pytest.mark.parametrize("batch", range(GAMES // BATCH))
-def test_strategies_of_the_fixpoint_hold_up_under_model_checking(batch: int) -> None:
-    for seed in range(batch * BATCH, (batch + 1) * BATCH):
-        game = build_game(_random(seed))
-        solution, biased = solve(game), solve(game, bias_for_action=True)
-        assert biased.winning == solution.winning, f"seed {seed}"
-        if is_realizable(game, solution.winning):
-            assert check_strategy(game, extract(solution)) == [], f"seed {seed}"
-            assert check_strategy(game, extract(biased)) == [], f"seed {seed}, biased"
-
-
-def test_both_verdicts_and_non_trivial_strategies_are_frequent() -> None:
-    """The random games are worth playing."""
-    games = [build_game(_random(seed)) for seed in range(400)]
-    solved = [(game, solve(game)) for game in games]
-    realizable = [s for game, s in solved if is_realizable(game, s.winning)]
-    assert 120 <= len(realizable) <= 280
-    assert sum(len(extract(solution).nodes) >= 8 for solution in realizable) >= 80
-    assert sum(any(len(sets) > 2 for sets in solution.recorded) for solution in realizable) >= 80
-    automata = [(s.game.specification, extract(s)) for s in realizable]
-    assert sum(not a.nodes for _, a in automata) >= 10, "empty initial sets"
-    assert sum(any(not n.successors for n in a.nodes) for _, a in automata) >= 10, "dead ends"
-    shuffled = sum(a.nodes != () and inputs_first(s) != s for s, a in automata)
-    assert shuffled >= 40, "outputs before inputs"
-    for count in range(1, 5):
-        some = sum(len(s.env_liveness) == count and len(a.nodes) >= 4 for s, a in automata)
-        assert some >= 5, f"{count} assumptions"
-
-
-def test_slugsin_is_read_as_it_is_written() -> None:
-    for seed in range(300):
-        source = Random(seed)
-        specification = random_specification(source, bits=4)
-        text = to_slugsin(specification, source)
-        assert _plays(build_game(read_slugsin(text))) == _plays(build_game(specification)), text
-
-
-def _plays(game: Game) -> tuple[object, ...]:
-    return (
-        game.specification.variables,
-        game.env_init,
-        game.sys_init,
-        game.moves,
-        game.assumptions,
-        game.guarantees,
-    )
 
 
 def _corpus() -> Path:

@@ -3,7 +3,6 @@
 import json
 from itertools import combinations
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -12,8 +11,6 @@ from report.browser import Browser
 from safenav.report.page.html import page_of
 from safenav.report.replay.reading import read_replay
 from tests.warm import safenav
-
-STORY = {"violation", "request", "resolved", "blocked", "outcome"}
 
 
 @pytest.fixture(scope="module")
@@ -92,82 +89,6 @@ def test_all_names_are_legible_and_none_lies_over_another(browser: Browser, page
     )
     assert layers.index("words") < layers.index("motion"), "a robot covers the name of its region"
     assert not browser.errors()
-
-
-def test_names_win_over_numbers_which_come_back_with_room(browser: Browser, page: Path) -> None:
-    browser.open(page, width=1440, height=900)
-    names, numbers = boxes(browser, ".words .names text"), boxes(browser, ".numbers text")
-    assert numbers
-    hidden = [(n, m) for n, a in names.items() for m, b in numbers.items() if not apart(a, b)]
-    assert hidden == []
-    for _ in range(4):
-        browser.button("Zoom in").click()
-    assert len(boxes(browser, ".numbers text")) >= len(numbers)
-
-
-def test_areas_have_an_outline_and_targets_follow_it(browser: Browser, page: Path) -> None:
-    browser.open(page, width=1440, height=900)
-    areas = browser.run(
-        "return [...document.querySelectorAll('.area-line[data-area]')].map(a => a.dataset.area)"
-    )
-    assert areas == ["ward_a", "corridor"]
-    aims = browser.run(
-        "return [...document.querySelectorAll('[data-of=tug_2]')].map(a => a.dataset.target)"
-    )
-    assert "ward_a" in aims and len(aims) == 3
-
-
-def test_the_story_is_never_hidden_by_joint_plans(browser: Browser, page: Path) -> None:
-    browser.open(page, width=1440, height=900)
-    events: list[list[Any]] = browser.run(
-        "return JSON.parse(document.getElementById('run').textContent).events"
-    )
-    assert any(event[1] == "plan" for event in events)
-    told = {(event[0], event[1]) for event in events if event[1] in STORY}
-    marks = browser.run(
-        "return [...document.querySelectorAll('.marks button')].map(m => "
-        "[+m.dataset.tick, m.dataset.kind, m.title])"
-    )
-    shown = {(tick, kind) for tick, kind, _ in marks}
-    assert len({kind for _, kind in told}) >= 4
-    assert told <= shown
-    words = "\n".join(title for _, _, title in marks)
-    assert all(event[2] in words for event in events if event[1] in STORY)
-
-
-def test_the_legend_explains_all_marks_and_keeps_the_map(browser: Browser, page: Path) -> None:
-    browser.open(page, width=1440, height=900)
-    before = browser.one(".map").rect
-    browser.one(".legend summary").click()
-    assert browser.one(".map").rect == before
-    frame = browser.one(".legend ul").rect
-    assert frame["x"] >= 0 and frame["x"] + frame["width"] <= browser.one(".stage").rect["width"]
-    signs = browser.run(
-        "return [...document.querySelectorAll('.legend .sign path')].map(p => p.getAttribute('d'))"
-    )
-    marks = browser.run(
-        "return [...document.querySelectorAll('.marks .sign path, .list .sign path')]"
-        ".map(p => p.getAttribute('d'))"
-    )
-    assert set(marks) <= set(signs)
-    browser.press("\ue00c")  # Escape
-    assert not browser.one(".legend ul").is_displayed()
-
-
-def test_the_lines_of_five_robots_fit_their_panel(browser: Browser, page: Path) -> None:
-    browser.open(page, width=1440, height=900)
-    last = browser.run("return JSON.parse(document.getElementById('run').textContent).last")
-    words = ""
-    for tick in range(0, last + 1, 3):
-        browser.run("location.hash = arguments[0]", f"#tick={tick}")
-        browser.wait(lambda tick=tick: browser.tick == tick)
-        over, text = browser.run(
-            "const p = document.querySelector('.panel.robots');"
-            "return [p.scrollHeight - p.clientHeight, p.textContent]"
-        )
-        assert over <= 0, tick
-        words += text
-    assert "reached ward_a" in words
 
 
 def test_pictures_and_the_drawn_map_show_all_names(trace: Path) -> None:

@@ -5,23 +5,19 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
-from msgspec.structs import replace
 
 from once import SCENARIOS, beside
 from report import made_traces
 from safenav.cli import group
 from safenav.report.page.encode import encoded
-from safenav.report.picture.glyphs import STATUS_MARKS, separated
-from safenav.report.picture.names import placed_names
 from safenav.report.picture.scenario import scenario_text, scene_of
 from safenav.report.picture.scene import EXCLUSION, Options, svg_of
-from safenav.report.picture.svg import FONTS, text_width, wrapped
+from safenav.report.picture.svg import text_width
 from safenav.report.replay.reading import read_replay
-from safenav.report.replay.timeline import Hidden, ObstacleStatus, Placed, Replay, Scene
+from safenav.report.replay.timeline import ObstacleStatus, Replay
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.studio.editing.drawing import drawing_of
 from safenav.trace.looks import looks
-from safenav.world.map import RegionMap
 
 SVG = "{http://www.w3.org/2000/svg}"
 MOMENTS = [("door", 0), ("door", 11), ("door", 46), ("chain", 6), ("detour", 49), ("crowd", 137)]
@@ -67,15 +63,6 @@ def test_no_text_overlaps_another_or_leaves_the_page(
             assert apart, f"{words!r} overlaps {other!r}"
 
 
-def test_long_names_are_wrapped_not_cut_off(replays: dict[str, Replay]) -> None:
-    name = "a very long name of a scenario that nobody would ever write " * 3
-    scene = replace(replays["door"].scene(11), title=name + "x" * 300)
-    svg = svg_of(scene)
-    width = float(ElementTree.fromstring(svg).attrib["width"])
-    assert all(box[2] <= width for _, box in _texts(svg))
-    assert "".join(words for words, _ in _texts(svg)).replace(" ", "").count("x" * 30) >= 1
-
-
 def test_a_picture_names_robots_objectives_obstacles_and_stack(replays: dict[str, Replay]) -> None:
     words = " ".join(text for text, _ in _texts(svg_of(replays["chain"].scene(6))))
     expected = "tick 6 of 40; At this moment; quad; hold 48; visit 47, 44 in turn; uncertainty@43"
@@ -113,34 +100,6 @@ def test_robots_are_told_apart_by_shape_colour_and_letters(count: int) -> None:
     assert len({(look.shape, look.colour) for look in style}) == count
     assert len({look.letters for look in style}) == count
     assert len({look.shape for look in style[:7]}) == min(count, 7)
-
-
-def test_letters_differ_even_where_names_begin_alike() -> None:
-    names = ["quad", "quad2", "q", "queen", "Quad", "q2"]
-    letters = [look.letters for look in looks(names)]
-    assert len(set(letters)) == len(names)
-    assert all(1 <= len(text) <= 2 for text in letters)
-
-
-def test_robots_over_one_another_are_drawn_apart() -> None:
-    places = [(2.0, 3.0), (2.0, 3.0), (2.0, 5.0)]
-    shifts = separated(places)
-    (r0, c0), (r1, c1), far = shifts
-    assert ((r0 - r1) ** 2 + (c0 - c1) ** 2) ** 0.5 > 0.55
-    assert far == (0.0, 0.0)
-    assert separated([(0.0, 0.0), (0.0, 1.0)]) == [(0.0, 0.0), (0.0, 0.0)]
-
-
-def test_texts_are_wrapped_to_a_width() -> None:
-    text = "quad requests help with door@47 and " + "m" * 80
-    lines = wrapped(text, 12, 200)
-    assert all(text_width(line, 12) <= 200 for line in lines)
-    assert "".join(lines).replace(" ", "") == text.replace(" ", "")
-
-
-def test_the_fonts_come_along() -> None:
-    assert {font.name for font in FONTS.glob("*.ttf")} == {"DejaVuSans.ttf", "DejaVuSans-Bold.ttf"}
-    assert "Bitstream" in (FONTS / "LICENSE.txt").read_text()
 
 
 def test_a_scenario_is_drawn_before_any_run() -> None:
@@ -183,15 +142,6 @@ def test_a_scenario_as_text_shows_numbers_starts_targets_and_obstacles() -> None
     assert "door@47: hidden at 47 [3, 8], needs push at 47, blocks every robot; " in text
 
 
-def test_a_narrow_terminal_gets_a_narrow_map() -> None:
-    scenario = load_scenario(SCENARIOS / "case_study_1.yaml")
-    lines = scenario_text(scenario, width=40)
-    columns, *grid = [line for line in lines if "██" in line or line.startswith("  0  ")]
-    assert columns == "  0         5         10"
-    assert [line[:2] for line in grid] == [f"{row} " for row in range(7)]
-    assert all(len(line) == 2 + 26 for line in grid)
-
-
 @pytest.mark.parametrize("name", ["case_study_1", "warehouse", "team_of_six"])
 def test_figures_can_be_read_and_targets_are_framed(name: str) -> None:
     scenario = load_scenario(SCENARIOS / f"{name}.yaml")
@@ -217,46 +167,7 @@ def test_figures_can_be_read_and_targets_are_framed(name: str) -> None:
             assert (look.colour, *scenario.map.position(region)) in frames
 
 
-def test_robots_and_obstacles_of_a_large_map_can_be_seen() -> None:
-    """They were a few pixels wide among 100 x 100 regions."""
-    world = RegionMap.from_grid(["." * 100] * 100)
-    robot = Placed("a", "digit", "ground", 50.0, 50.0, None, None)
-    door = Hidden("door@77", "door", 77, ("push",), (77,), ())
-    marks = ((door, ObstacleStatus.BLOCKED, 0),)
-    svg = svg_of(Scene("large", "tick 1", world, (robot,), marks), Options(legend=False))
-    look, mark = looks(["a"])[0], STATUS_MARKS[ObstacleStatus.BLOCKED]
-    for path, least in ((look.path, 8.0), (mark.path, 5.0)):
-        sizes = re.findall(
-            rf'd="{re.escape(path)}" transform="translate\(.*?scale\(([\d.]+)\)', svg
-        )
-        assert sizes and max(map(float, sizes)) >= least
-
-
-def test_a_long_list_of_robots_stands_in_columns() -> None:
-    """A legend of thirty robots was one column, three times as high as the map."""
-    world = RegionMap.from_grid(["." * 30] * 24)
-    team = tuple(Placed(f"r{i}", "digit", "ground", 1.0, i, None, None) for i in range(30))
-    root = ElementTree.fromstring(svg_of(Scene("team", "tick 1", world, team, ())))
-    assert float(root.attrib["height"]) < 2 * float(root.attrib["width"])
-    texts = [text for text in root.iter(f"{SVG}text") if text.text is not None]
-    titles = [text.attrib["x"] for text in texts if "objectives" in str(text.text)]
-    assert len(titles) == len({*titles}) > 1, "a column has the title once"
-    assert "wall" not in [text.text for text in texts], "a mark of what is not drawn"
-
-
 def _cell(root: ElementTree.Element, cols: int) -> float:
     """Side of a region: the floor is the first rectangle of the map."""
     floor = next(group for group in root.findall(f"{SVG}g"))
     return float(next(iter(floor.findall(f"{SVG}rect"))).attrib["width"]) / cols
-
-
-@pytest.mark.parametrize("cell", [40.0, 48.0, 61.0])
-def test_a_name_is_in_its_own_region_beside_its_number(cell: float) -> None:
-    """It was written into the region below, whose number then was left out."""
-    rows = ("#" * 14, "######.#######", "#............#", "#" * 14)
-    walls = {r * 14 + c for r, row in enumerate(rows) for c, x in enumerate(row) if x == "#"}
-    world = RegionMap(4, 14, frozenset(walls), {"niche": 20, "west": 29, "east": 40})
-    for name in placed_names(world, cell):
-        row, col = world.position(world.names[name.text])
-        assert col * cell <= name.box.left and name.box.right <= (col + 1) * cell
-        assert (row + 0.3) * cell <= name.box.top and name.box.bottom <= (row + 1) * cell

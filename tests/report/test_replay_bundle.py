@@ -11,7 +11,6 @@ import pytest
 
 from children import ran
 from safenav.report.page.html import embedded, page_of
-from safenav.report.picture.glyphs import EVENT_MARKS
 from safenav.report.replay.timeline import Replay
 
 REPORT = Path(__file__).parents[2] / "safenav" / "report"
@@ -42,16 +41,6 @@ def test_a_rebuild_gives_the_same_bytes_and_types_are_right(check: str) -> None:
         pytest.skip("needs Node and `npm ci` in safenav/report/page/front")
     done = ran([node, *check.split()], cwd=FRONT)
     assert done.returncode == 0, done.stdout + done.stderr
-
-
-def test_each_kind_of_event_has_a_colour() -> None:
-    """Marks without one are black, also on the dark page."""
-    style = (FRONT / "src" / "page.css").read_text()
-    assert {kind for kind in EVENT_MARKS if f".event-{kind.value}" not in style} == set()
-
-
-def test_the_bundle_is_small() -> None:
-    assert sum((PAGE / "assets" / name).stat().st_size for name in ASSETS) < 150_000
 
 
 def test_the_page_names_no_other_file(replays: dict[str, Replay]) -> None:

@@ -5,12 +5,10 @@ import re
 from pathlib import Path
 from xml.etree import ElementTree
 
-import click
 import pytest
 
 import warm
 from report import made_traces
-from safenav.report.terminal.fold import folded, folded_message
 
 ROOT = Path(__file__).parents[2]
 
@@ -72,28 +70,6 @@ def test_a_bad_trace_is_refused_with_its_line(tmp_path: Path) -> None:
     assert done.returncode == 2
     assert "bad.jsonl:8:" in done.stderr and "4711" in done.stderr
     assert not (tmp_path / "bad.html").exists()
-
-
-@pytest.mark.parametrize(
-    ("width", "parts"),
-    [
-        (None, ["tick 0  quad finds a door"]),
-        (30, ["tick 0  quad finds a door"]),
-        (20, ["tick 0  quad finds a", "    door"]),
-        (12, ["tick 0  quad", "    finds a", "    door"]),
-    ],
-)
-def test_long_lines_are_broken_between_words(width: int | None, parts: list[str]) -> None:
-    line = f"tick 0  {click.style('quad', fg='cyan')} finds a door"
-    assert [click.unstyle(part) for part in folded(line, width, 4)] == parts
-
-
-def test_a_message_is_folded_but_not_the_lines_of_a_file_in_it() -> None:
-    excerpt = "    4 | robots: {quad: {model: quadcopter}}\n      |         ^"
-    message = f"error: lab.yaml:4:9: a robot without an objective\n{excerpt}"
-    folds = "error: lab.yaml:4:9: a robot\n      without an objective\n"
-    assert folded_message(message, 30) == folds + excerpt
-    assert folded_message(message, None) == message
 
 
 def test_draw_knows_two_forms_of_picture(tmp_path: Path) -> None:

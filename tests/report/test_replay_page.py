@@ -52,17 +52,6 @@ def test_a_page_plays_smoothly_to_its_end(browser: Browser, pages: dict[str, Pat
     assert browser.errors() == []
 
 
-def test_playing_again_at_the_end_starts_over(browser: Browser, pages: dict[str, Path]) -> None:
-    browser.open(pages["door"], "#tick=46")
-    browser.slow()
-    browser.button("Play").click()
-    browser.wait(lambda: 0 < browser.tick < 46)
-    browser.button("Pause").click()
-    stopped = browser.tick
-    browser.run("return new Promise(done => setTimeout(done, 400))")
-    assert browser.tick == stopped
-
-
 def test_the_state_of_a_tick_is_that_of_the_trace(
     browser: Browser, pages: dict[str, Path], replays: dict[str, Replay]
 ) -> None:
@@ -104,16 +93,6 @@ def test_kinds_of_events_can_be_filtered(browser: Browser, pages: dict[str, Path
     assert goals > 0 and len(browser.all(".event")) == before - goals
 
 
-def test_the_slider_seeks(browser: Browser, pages: dict[str, Path]) -> None:
-    browser.open(pages["door"])
-    browser.run("""
-        const slider = document.querySelector("input[type=range]");
-        slider.value = 20.4;
-        slider.dispatchEvent(new Event("input", {bubbles: true}));
-    """)
-    browser.wait(lambda: browser.tick == 20)
-
-
 @pytest.mark.parametrize("focus", ["body", "input[type=range]", ".event"])
 def test_keys_work_wherever_the_focus_is(
     browser: Browser, pages: dict[str, Path], focus: str
@@ -134,34 +113,6 @@ def test_keys_work_wherever_the_focus_is(
     browser.press(Keys.ARROW_RIGHT)
     assert browser.tick == 46
     browser.press(Keys.HOME)
-    assert browser.tick == 0
-
-
-def test_space_plays_and_pauses_and_plus_minus_set_the_speed(
-    browser: Browser, pages: dict[str, Path]
-) -> None:
-    browser.open(pages["door"])
-    browser.press("+")
-    browser.press("+")
-    browser.press("-")
-    assert browser.one(".speed select").get_attribute("value") == "8"
-    browser.slow()
-    browser.press(Keys.SPACE)
-    browser.wait(lambda: browser.tick > 1)
-    browser.press(Keys.SPACE)
-    assert browser.all('button[aria-label="Play"]')
-
-
-def test_help_opens_with_a_key_and_closes_with_escape(
-    browser: Browser, pages: dict[str, Path]
-) -> None:
-    browser.open(pages["door"])
-    assert not browser.all("dialog[open]")
-    browser.press("?")
-    assert "previous or next tick" in browser.one("dialog[open]").text
-    browser.press(Keys.ARROW_RIGHT)  # the page behind does not move
-    browser.press(Keys.ESCAPE)
-    assert not browser.all("dialog[open]")
     assert browser.tick == 0
 
 
@@ -219,18 +170,6 @@ def test_a_trace_that_was_cut_off_can_be_seen(
     assert browser.one(".badge").text == "cut off"
 
 
-def test_a_run_that_ends_before_its_first_tick_can_be_seen(
-    browser: Browser, tmp_path: Path
-) -> None:
-    lines = [line for line in made_traces.door() if line.get("tick", 0) == 0]
-    page = tmp_path / "empty.html"
-    page.write_text(page_of(read_replay(made_traces.write(lines, tmp_path / "t.jsonl")), "t"))
-    browser.open(page)
-    browser.press(Keys.SPACE)
-    browser.press(Keys.ARROW_RIGHT)
-    assert browser.tick == 0 and browser.errors() == []
-
-
 def test_the_page_hatches_beliefs_and_tints_sight(browser: Browser, pages: dict[str, Path]) -> None:
     browser.open(pages["meeting"], "#tick=1")
     (belief,) = browser.all(".shading .belief")
@@ -260,11 +199,6 @@ def test_the_shown_view_can_be_chosen(browser: Browser, pages: dict[str, Path]) 
             label.click()
             assert not browser.all(f".shading .{kind}")
     assert not browser.all(".shading path[class]")
-
-
-def test_a_run_without_views_offers_none(browser: Browser, pages: dict[str, Path]) -> None:
-    browser.open(pages["door"])
-    assert not browser.all(".viewer") and not browser.all(".shading")
 
 
 def test_a_robot_in_transit_is_drawn_between_both_regions(

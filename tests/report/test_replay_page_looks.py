@@ -1,15 +1,10 @@
 """The page as people see it: contrast, themes, narrow screens, names for those who hear it."""
 
-from itertools import pairwise
 from pathlib import Path
 
 import pytest
 
-from report import made_traces
 from report.browser import Browser, Keys
-from safenav.report.page.html import page_of
-from safenav.report.replay.reading import read_replay
-from tests.warm import safenav
 
 PHONE = {"width": 390, "height": 844}
 
@@ -74,87 +69,6 @@ def test_no_width_needs_sideways_scrolling(
             box = browser.one(selector).rect
             assert box["x"] >= 0 and box["x"] + box["width"] <= width + 0.5, selector
         assert browser.one(".map").rect["height"] > 80
-
-
-@pytest.mark.parametrize(("width", "height"), [(1280, 800), (1024, 640), (1920, 1080)])
-def test_nothing_overlaps_on_a_desktop(
-    browser: Browser, pages: dict[str, Path], width: int, height: int
-) -> None:
-    browser.open(pages["chain"], "#tick=6", width=width, height=height)
-    boxes = {s: browser.one(s).rect for s in ("header", ".map", ".controls", "aside")}
-    for name, a in boxes.items():
-        assert a["y"] + a["height"] <= height + 0.5, f"{name} is cut off"
-        for other, b in boxes.items():
-            apart = (
-                a["x"] + a["width"] <= b["x"] + 0.5
-                or b["x"] + b["width"] <= a["x"] + 0.5
-                or a["y"] + a["height"] <= b["y"] + 0.5
-                or b["y"] + b["height"] <= a["y"] + 0.5
-            )
-            assert name == other or apart, f"{name} overlaps {other}"
-
-
-@pytest.mark.parametrize("name", ["chain", "crowd"])
-def test_a_low_window_shows_map_state_and_events_at_once(
-    browser: Browser, pages: dict[str, Path], name: str
-) -> None:
-    """On a laptop the events began at the lower edge, and a long story lay over the choices."""
-    browser.open(pages[name], "#tick=6", width=1280, height=640)
-    boxes = {s: browser.one(s).rect for s in (".map", ".strip", ".controls")}
-    over = browser.all("main.walled")  # the strip stands on the outer wall
-    for (upper, a), (lower, b) in pairwise(
-        [pair for pair in boxes.items() if not (over and pair[0] == ".strip")]
-    ):
-        assert a["y"] + a["height"] <= b["y"] + 0.5, f"{upper} lies over {lower}"
-    rows = browser.one(".events .list").rect
-    assert rows["y"] < 0.85 * 640 and rows["height"] > 0.15 * 640
-    for panel in (".robots", ".stack", ".obstacles"):
-        if not browser.all(panel):
-            continue  # it would be empty
-        box = browser.one(panel).rect
-        above, beside = box["y"] + box["height"] <= rows["y"], box["x"] + box["width"] <= rows["x"]
-        assert box["height"] > 24 and (above or beside), panel
-
-
-@pytest.mark.parametrize("number", [1, 2, 3])
-def test_most_of_the_window_is_the_map(browser: Browser, tmp_path: Path, number: int) -> None:
-    """The free floor took a fifth of the window."""
-    scenario = Path(__file__).parents[2] / "scenarios" / f"case_study_{number}.yaml"
-    assert safenav("run", str(scenario), "--trace", "run.jsonl", cwd=tmp_path).returncode == 0
-    assert safenav("replay", "run.jsonl", cwd=tmp_path).returncode == 0
-    browser.open(tmp_path / "run.html", width=1440, height=900)
-    share = browser.run("""
-        const run = JSON.parse(document.getElementById("run").textContent);
-        const side = 40 * document.querySelector("svg.floor").getScreenCTM().a;
-        const free = [...run.grid.join("")].filter((cell) => cell !== "#").length;
-        return free * side * side / (innerWidth * innerHeight);
-    """)
-    assert share >= 0.45
-
-
-def test_marks_of_the_timeline_do_not_overlap(browser: Browser, pages: dict[str, Path]) -> None:
-    for width in (390, 1280):
-        browser.open(pages["crowd"], width=width, height=800)
-        rows: dict[float, list[float]] = {}
-        for mark in browser.all(".marks button"):
-            rows.setdefault(mark.rect["y"], []).append(mark.rect["x"])
-        assert len(max(rows.values(), key=len)) > 2
-        for row in rows.values():
-            assert all(b - a >= 16 for a, b in pairwise(sorted(row)))
-        assert all(b - a >= 16 for a, b in pairwise(sorted(rows)))
-
-
-def test_an_input_has_its_own_mark_beside_a_discovery(browser: Browser, tmp_path: Path) -> None:
-    """An alarm one tick after a discovery was only named by the mark of the discovery."""
-    lines = made_traces.door()
-    at = next(n for n, line in enumerate(lines) if line["type"] == "push")
-    lines.insert(at, {"type": "inputs", "tick": lines[at]["tick"], "values": {"alarm": True}})
-    page = tmp_path / "alarm.html"
-    trace = made_traces.write(lines, tmp_path / "alarm.jsonl")
-    page.write_text(page_of(read_replay(trace), trace.name), encoding="utf-8")
-    browser.open(page, width=500)
-    (mark,) = browser.all('.marks button[data-kind="inputs"]')
-    assert mark.get_attribute("title") == "tick 11: inputs: alarm on"
 
 
 def test_paper_gets_all_events_and_no_controls(browser: Browser, pages: dict[str, Path]) -> None:

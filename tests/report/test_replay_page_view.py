@@ -1,6 +1,5 @@
 """Looking around on the page: zoom, follow, go to an event, lanes."""
 
-from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -35,13 +34,6 @@ def test_keys_and_buttons_zoom_and_the_whole_map_comes_back(
     assert not browser.errors()
 
 
-def test_all_layers_of_the_map_show_the_same_part(browser: Browser, pages: dict[str, Path]) -> None:
-    browser.open(pages["meeting"])
-    browser.press("i")
-    boxes = {layer.get_dom_attribute("viewBox") for layer in browser.all(".map > svg")}
-    assert len(boxes) == 1
-
-
 def test_a_followed_robot_stays_in_the_middle(browser: Browser, pages: dict[str, Path]) -> None:
     browser.open(pages["door"])
     browser.press("r")
@@ -64,56 +56,6 @@ def test_a_click_on_an_event_goes_to_its_region(browser: Browser, pages: dict[st
     x, y, width, height = view(browser)
     assert x < col < x + width and y < line < y + height
     assert width < 32, "on a map too large to see it comes nearer"
-
-
-def test_numbers_are_shown_only_where_they_can_be_read(
-    browser: Browser, pages: dict[str, Path]
-) -> None:
-    script = """
-        return [...document.querySelectorAll(".numbers text")].slice(0, 5)
-            .map((text) => parseFloat(getComputedStyle(text).fontSize)
-                * text.getScreenCTM().a);
-    """
-    for page, width, height in (("door", 1400, 900), ("door", 1280, 640), ("crowd", 390, 844)):
-        browser.open(pages[page], width=width, height=height)
-        assert all(size >= 8 for size in browser.run(script))
-    assert not browser.all(".numbers text")
-    for _ in range(6):
-        browser.press("i")
-    assert browser.all(".numbers text"), "near enough they come back"
-
-
-def test_each_robot_has_a_lane_and_the_axis_its_numbers(
-    browser: Browser, pages: dict[str, Path]
-) -> None:
-    browser.open(pages["door"])
-    assert len(browser.all(".lanes li")) == len(browser.all(".robots li"))
-    helping = [lane.get_attribute("d") for lane in browser.all(".lanes .helping")]
-    assert sum(bool(path) for path in helping) == 1, "one robot helps in this run"
-    numbers = [int(mark.text) for mark in browser.all(".axis span")]
-    assert numbers[0] == 0 and len(numbers) > 3
-    assert len({b - a for a, b in pairwise(numbers)}) == 1
-    script = """
-        const lanes = document.querySelector(".lanes"), one = lanes.firstElementChild;
-        while (lanes.childElementCount < 20) lanes.append(one.cloneNode(true));
-        return [one.clientHeight, lanes.scrollHeight > lanes.clientHeight];
-    """
-    assert browser.run(script) == [10, True], "lanes of a large team scroll"
-
-
-def test_no_event_row_is_cut(browser: Browser, pages: dict[str, Path]) -> None:
-    script = """
-        const list = document.querySelector(".list"), box = list.getBoundingClientRect();
-        return [...list.children].filter((row) => {
-            const { top, bottom } = row.getBoundingClientRect();
-            const partly = (top < box.top - 1 && bottom > box.top + 1)
-                || (top < box.bottom - 1 && bottom > box.bottom + 1);
-            return partly && getComputedStyle(row).visibility === "visible";
-        }).length;
-    """
-    for height in (640, 700, 733, 900):
-        browser.open(pages["crowd"], "#tick=300", width=1280, height=height)
-        browser.wait(lambda: browser.run(script) == 0)
 
 
 def test_a_run_that_failed_opens_at_its_last_moment(browser: Browser, tmp_path: Path) -> None:
@@ -151,15 +93,3 @@ def test_each_robot_shows_its_current_target_and_the_way_there(
         if robot["path"][tick] != first[2]:
             x, y = map(float, ways[name].split())
             assert (x, y) == ((first[2] % 13 + 0.5) * 40, (first[2] // 13 + 0.5) * 40), name
-
-
-def test_a_resolved_door_stands_open(browser: Browser, pages: dict[str, Path]) -> None:
-    shapes = set()
-    for tick in (0, 46):
-        browser.open(pages["door"], f"#tick={tick}")
-        browser.wait(lambda tick=tick: browser.tick == tick)
-        shapes.add(browser.one('[data-obstacle="door@47"] .shape').get_dom_attribute("d"))
-        boxes = browser.run(
-            "return getComputedStyle(document.querySelector('.obstacle rect')).stroke"
-        )
-    assert len(shapes) == 2 and boxes == "none"

@@ -15,8 +15,6 @@ from safenav.errors import InputError
 from safenav.report.replay.reading import read_replay
 from safenav.report.replay.timeline import ObstacleStatus, Replay, StackRow, StoryKind
 from safenav.scenario.objective import Hold, Patrol, Visit
-from safenav.trace.words import seconds_words
-from safenav.world.map import Heading
 
 Line = dict[str, Any]
 
@@ -32,19 +30,6 @@ def test_robots_are_where_the_moves_say(traces: dict[str, Path], name: str) -> N
         assert track[move["robot"]].regions[move["tick"]] == move["to"]
         heading = track[move["robot"]].headings[move["tick"]]
         assert (heading.label if heading is not None else None) == move["heading"]
-
-
-def test_an_obstacle_is_hidden_then_requested_then_resolved(replays: dict[str, Replay]) -> None:
-    door = replays["door"].statuses["door@47"]
-    found, resolved = 11, 16
-    assert door.at(0) is door.at(found - 1) is ObstacleStatus.HIDDEN
-    assert door.at(found) is door.at(resolved - 1) is ObstacleStatus.REQUESTED
-    assert door.at(resolved) is door.at(replays["door"].last) is ObstacleStatus.RESOLVED
-
-
-def test_an_untraversable_obstacle_stays_blocked(replays: dict[str, Replay]) -> None:
-    replay = replays["detour"]
-    assert replay.statuses["uncertainty@34"].at(replay.last) is ObstacleStatus.BLOCKED
 
 
 def test_a_found_obstacle_without_helper_is_not_requested(tmp_path: Path) -> None:
@@ -109,19 +94,6 @@ def test_helpers_objectives_and_needs_follow_an_obstacle_with_two_needs(tmp_path
     assert inputs == [(2, "inputs: fog on"), (3, "inputs: none on")]
 
 
-def test_a_failure_obstacle_appears_with_its_failure(tmp_path: Path) -> None:
-    lines = made_traces.door()
-    before = lines.index(_first(lines, "violation"))
-    kind = {"type": "unknown_air", "name": "unknown_air@20", "region": 20, "action": "operator"}
-    more = {"resolution_regions": [20], "blocks": ["quad"], "traversable": None}
-    tick = lines[before]["tick"]
-    lines.insert(before, {"type": "discovered", "tick": tick, "obstacle": {**kind, **more}})
-    replay = read_replay(made_traces.write(lines, tmp_path / "t.jsonl"))
-    (unknown,) = (hidden for hidden in replay.hidden.values() if hidden.name == "unknown_air@20")
-    assert replay.statuses[unknown.name].at(tick - 1) is ObstacleStatus.ABSENT
-    assert replay.statuses[unknown.name].at(tick) is not ObstacleStatus.ABSENT
-
-
 TWICE = """\
 safenav: 1
 map: {grid: ["#########", "#...#...#", "#.......#", "#...#...#", "#########"]}
@@ -156,17 +128,6 @@ def test_each_round_is_reported_once(replays: dict[str, Replay]) -> None:
         assert not any(one and one == after for one, after in pairwise(told))
 
 
-def test_a_replaced_helper_takes_the_place_of_the_one_before(tmp_path: Path) -> None:
-    lines = made_traces.chain()
-    second = next(line for line in lines if line["type"] == "push" and line["depth"] == 2)
-    again = {**second, "helper": "quad"}
-    lines.insert(lines.index(second) + 1, again)
-    replay = read_replay(made_traces.write(lines, tmp_path / "t.jsonl"))
-    stack = replay.stack.at(second["tick"])
-    assert [frame.helpers for frame in stack] == [("quad",), ("quad",)]
-    assert replay.stack.at(replay.last) == ()
-
-
 def test_objectives_in_force_follow_push_and_pop(replays: dict[str, Replay]) -> None:
     replay = replays["door"]
     patrol = Patrol((frozenset({54}), frozenset({49})))
@@ -174,25 +135,6 @@ def test_objectives_in_force_follow_push_and_pop(replays: dict[str, Replay]) -> 
     assert replay.objectives["quad"].at(11) == Hold((frozenset({46}),))
     assert replay.objectives["digit"].at(11) == Visit((frozenset({47}), frozenset({58})))
     assert replay.objectives["quad"].at(16) == patrol
-
-
-def test_progress_counts_rounds_since_the_objective_changed(replays: dict[str, Replay]) -> None:
-    progress = replays["door"].progress["digit"]
-    assert (progress.at(7).rounds, progress.at(7).reached) == (1, 28)
-    assert (progress.at(16).rounds, progress.at(16).reached) == (0, None)
-    assert progress.at(replays["door"].last).rounds == 2
-
-
-def test_a_violation_is_reported_with_the_safe_action(replays: dict[str, Replay]) -> None:
-    told = [e for e in replays["door"].events if e.kind is StoryKind.VIOLATION]
-    assert [e.text for e in told] == [
-        "quad at 46 finds a door at 47 and keeps out: it lacks 'push'; it stays"
-    ]
-
-
-def test_holding_a_region_is_reported_once(replays: dict[str, Replay]) -> None:
-    goals = [e for e in replays["door"].events if e.kind is StoryKind.GOAL and 11 <= e.tick < 16]
-    assert [e.text for e in goals] == ["quad holds 46"]
 
 
 def test_only_the_last_target_of_once_is_held(tmp_path: Path) -> None:
@@ -218,24 +160,6 @@ def test_between_two_ticks_a_robot_is_on_its_way(replays: dict[str, Replay]) -> 
     after = digit.headings[turn + 1]
     assert after is not None and placed.heading is not None
     assert placed.heading % 360 == after * 90  # it has turned before it is half way
-
-
-def test_headings_turn_the_short_way(replays: dict[str, Replay]) -> None:
-    replay = replays["door"]
-    for tick in range(replay.last):
-        before = replay.scene(tick).robots[1].heading
-        halfway = replay.scene(tick, 0.5).robots[1].heading
-        assert before is not None and halfway is not None
-        assert abs(halfway - before) <= 90
-
-
-def test_unknown_lines_and_fields_are_passed_over(tmp_path: Path) -> None:
-    lines = made_traces.door()
-    expected = read_replay(made_traces.write(lines, tmp_path / "plain.jsonl"))
-    for line in lines:
-        line["mood"] = "good"
-    lines.insert(5, {"type": "mood", "tick": 1, "robot": "quad", "regions": [1, 2]})
-    assert read_replay(made_traces.write(lines, tmp_path / "more.jsonl")) == expected
 
 
 def test_a_cut_off_trace_ends_with_its_last_complete_tick(
@@ -291,26 +215,6 @@ def test_broken_traces_are_refused_with_file_and_line(breakage: str, tmp_path: P
     first = caught.value.diagnostics[0]
     assert message in first.found
     assert first.file == str(path) and first.line >= 1
-
-
-@pytest.mark.parametrize(
-    ("seconds", "words"),
-    [
-        (0.0, "under 1 ms"),
-        (0.0124, "12 ms"),
-        (0.9996, "1.0 s"),
-        (3.44, "3.4 s"),
-        (59.97, "1 min 0 s"),
-        (125, "2 min 5 s"),
-    ],
-)
-def test_durations_are_told_in_the_unit_that_fits(seconds: float, words: str) -> None:
-    assert seconds_words(seconds) == words
-
-
-def test_headings_of_the_first_tick_come_from_the_header(replays: dict[str, Replay]) -> None:
-    quad, digit = replays["door"].robots
-    assert quad.headings[0] is None and digit.headings[0] is Heading.EAST
 
 
 PUSHED = beside(__file__, "scenarios/pushed.yaml")

@@ -1,27 +1,21 @@
 """Beliefs, sight, steps of several ticks and giving way, in a replay and in its pictures."""
 
-import re
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 from click.testing import CliRunner
-from hypothesis import given
-from hypothesis import strategies as st
 
 from once import SCENARIOS
 from report import made_traces
 from safenav.cli.draw import command as draw_command
 from safenav.cli.replay import command as replay_command
-from safenav.errors import InputError, UsageError
-from safenav.report.page.encode import PageKnowledge, encoded, written
+from safenav.errors import UsageError
 from safenav.report.page.html import page_of
 from safenav.report.picture.scene import Options, svg_of
-from safenav.report.replay.perception import SightCache, shading_lines, shading_of, viewers
+from safenav.report.replay.perception import SightCache, shading_of
 from safenav.report.replay.reading import read_replay
 from safenav.report.replay.timeline import Replay
-from safenav.trace.words import regions_words
-from safenav.world.map import RegionMap
 from safenav.world.poses import bits
 from safenav.world.sight import visible_from
 
@@ -74,37 +68,6 @@ def test_found_obstacles_block_the_view_until_they_are_resolved(tmp_path: Path) 
     assert 47 in found, "the closed doorway itself is seen"
 
 
-def test_without_limits_and_beliefs_there_is_nothing_to_shade(replays: dict[str, Replay]) -> None:
-    assert viewers(replays["door"]) == ()
-    assert viewers(replays["meeting"]) == ("west", "east")
-
-
-def test_a_radius_that_sees_nothing_is_refused(tmp_path: Path) -> None:
-    lines = made_traces.meeting()
-    lines[0]["scenario"]["robots"]["west"]["vision"] = 0.5
-    with pytest.raises(InputError, match="does not even see"):
-        read_replay(made_traces.write(lines, tmp_path / "t.jsonl"))
-
-
-@given(st.sets(st.integers(0, 5000)))
-def test_written_sets_of_regions_can_be_read_again(regions: set[int]) -> None:
-    numbers = [int(number) for number in written(sorted(regions)).split(",") if number]
-    read: set[int] = set()
-    end = 0
-    for gap, length in zip(numbers[::2], numbers[1::2], strict=True):
-        read |= set(range(end + gap, end + gap + length))
-        end += gap + length
-    assert read == regions
-
-
-def test_equal_sets_are_written_once(meeting: Replay) -> None:
-    sets = PageKnowledge(meeting.map, numbered=True)
-    assert sets.placed([3, 4, 7]) == sets.placed([3, 4, 7]) == 0
-    assert sets.placed([]) == 1
-    data = encoded(meeting, "t.jsonl")
-    assert len(set(data["sets"])) == len(data["sets"]) > 5
-
-
 @pytest.mark.parametrize("vision", [4.0, 12.0])
 def test_a_page_of_a_thousand_watchful_ticks_stays_under_a_megabyte(
     tmp_path: Path, vision: float
@@ -130,11 +93,6 @@ def test_a_picture_hatches_beliefs_and_tints_sight(replays: dict[str, Replay]) -
     ]
     assert len(hatched) == 1 and hatched[0].count("M") == 3  # rows of the room
     assert "url(#" not in svg_of(scene)
-
-
-def test_lists_of_regions_are_abbreviated() -> None:
-    assert regions_words([24, 22, 23, 35]) == "22-24, 35"
-    assert regions_words([]) == ""
 
 
 def test_the_command_shades_for_a_robot(
@@ -173,11 +131,3 @@ def test_draw_shows_what_a_robot_sees_from_its_start(tmp_path: Path) -> None:
     assert "digit sees 18-20, 31-33, 42-48, 57-59, 70-72" in text
     CliRunner().invoke(draw_command, [*arguments, "-o", str(out)], standalone_mode=False)
     assert "what digit sees (radius 4 regions)" in out.read_text()
-
-
-def test_the_words_of_a_shading_name_every_region(meeting: Replay) -> None:
-    world: RegionMap = meeting.map
-    (sees, saw) = shading_lines(shading_of(meeting, "west", 4))
-    assert saw == "west saw east at 22"
-    listed = re.findall(r"\d+", sees)
-    assert sees.startswith("west sees ") and all(world.is_free(int(r)) for r in listed)

@@ -2,12 +2,9 @@
 
 import click
 import pytest
-from msgspec.structs import replace
 
 from once import beside
-from safenav.outcome import Outcome
 from safenav.report.terminal import story
-from safenav.report.terminal.map import MapPicture, Marker, legend
 from safenav.report.terminal.story import Story
 from safenav.scenario.model import OPERATOR_ACTION
 from safenav.scenario.reading.loader import load_scenario_text
@@ -33,19 +30,6 @@ def header() -> records.Header:
     return records.Header(0, records.VERSION, "0", scenario)
 
 
-def test_the_legend_of_a_large_team_goes_on_below_a_map_of_few_rows() -> None:
-    more = "".join(
-        f"  rover_{k}: {{model: jackal, start: {k}, objective: {{hold: {k}}}}}\n"
-        for k in (8, 14, 15, 16)
-    )
-    said: list[str] = []
-    scenario = load_scenario_text(ROOM.replace("obstacles:", f"{more}obstacles:"))
-    Story(scenario, lambda line: said.append(click.unstyle(str(line))))(header())
-    drawn = "\n".join(said[said.index("") :])
-    assert all(f" {robot.name} at " in drawn for robot in scenario.robots)
-    assert " o target of an objective" in drawn
-
-
 @pytest.mark.parametrize(("most", "drawn"), [(24, 2), (23, 1)])
 def test_a_large_map_is_drawn_once(most: int, drawn: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """A run on 256 x 256 regions printed 256 kB at each request."""
@@ -56,38 +40,6 @@ def test_a_large_map_is_drawn_once(most: int, drawn: int, monkeypatch: pytest.Mo
     tell(records.Move(1, "quad", 7, 8, None))
     tell(records.Gone(1, "door@9", vocabulary.ChangeCause.WORLD))
     assert sum("██" in line for line in said) == drawn * 4
-
-
-def test_the_legend_explains_each_mark() -> None:
-    robots = (Marker("Q1", 7), Marker("D1", 7), Marker("R", 8))
-    told = legend(MapPicture(robots, {9: "door@9"}, {10: "spill@10"}, {13}))
-    assert told == [
-        "11 Q1 and D1 in one region",
-        "▒▒ door@9",
-        "XX spill@10, blocked",
-        " o target of an objective",
-    ]
-    assert legend(MapPicture(robots[1:])) == []
-
-
-@pytest.mark.parametrize(("width", "beside"), [(None, True), (60, True), (40, False)])
-def test_the_legend_stands_below_a_map_that_leaves_no_room(width: int | None, beside: bool) -> None:
-    """Its lines were longer than the terminal is wide."""
-    said: list[str] = []
-    story = Story(
-        load_scenario_text(ROOM),
-        lambda line: said.extend(click.unstyle(str(line)).split("\n")),
-        width=width,
-    )
-    story(header())
-    assert max(map(len, said)) <= (width or 100)
-    robots = [line for line in said if line.endswith("quad at 7 [1, 1]")]
-    assert len(robots) == 1 and ("█" in robots[0]) is beside
-
-
-@pytest.mark.parametrize("heading", ["north", "east", "south", "west"])
-def test_the_story_names_every_heading(heading: str) -> None:
-    assert any(f"facing {heading}: hold 13" in line for line in told(header(), heading=heading))
 
 
 def test_events_of_one_tick_stand_below_one_another() -> None:
@@ -117,11 +69,6 @@ def test_events_of_one_tick_stand_below_one_another() -> None:
 def test_a_failure_is_not_reported_as_a_lacking_capability(obstacle: str, said: str) -> None:
     line = records.Violation(2, "quad", 8, 9, obstacle, OPERATOR_ACTION)
     assert [line[11:] for line in told(line)] == [said]
-
-
-def test_a_run_that_waited_reports_the_clock_at_its_end() -> None:
-    ended = records.End(9, Outcome.TIME_LIMIT, "not completed", {}, 9, 0.1, 2, 0.1, makespan=16.4)
-    assert told(replace(ended, t=400.0))[1].strip().startswith("6 min 40 s on the clock of the run")
 
 
 def test_the_story_reports_appearances_joint_plans_and_service() -> None:

@@ -7,9 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from once import beside
 from report import clinic
-from report.browser import Browser, Keys, Select
+from report.browser import Browser, Keys
 from safenav.cli import group
 from safenav.errors import UsageError
 from safenav.motion.columns import columns_of
@@ -106,33 +105,6 @@ def test_the_page_opens_and_moves_without_a_complaint(page: Path, browser: Brows
     assert browser.errors() == []
 
 
-def test_the_3d_page_plays_in_seconds(page: Path, browser: Browser) -> None:
-    browser.open(page)
-    browser.wait(lambda: browser.all(".stage3d canvas"))
-    browser.press(" ")
-    browser.wait(lambda: browser.seconds >= 1)
-    browser.press(" ")
-
-
-def test_the_motion_of_another_trace_is_refused(trace: Path, tmp_path: Path) -> None:
-    motion = tmp_path / "motion.jsonl"
-    _safenav("export", str(trace), "-o", str(motion))
-    other = tmp_path / "other.jsonl"
-    other.write_bytes(trace.read_bytes() + b"\n")
-    page = tmp_path / "x.html"
-    with pytest.raises(UsageError, match="of another trace"):
-        _safenav("replay", str(other), "--3d", "--motion", str(motion), "-o", str(page))
-    assert not page.exists()
-
-
-def test_a_trace_that_breaks_a_rule_is_refused(trace: Path, tmp_path: Path) -> None:
-    late, page = tmp_path / "late.jsonl", tmp_path / "late.html"
-    late.write_text(trace.read_text().replace('"type":"goal","tick":', '"type":"goal","tick":9'))
-    with pytest.raises(UsageError, match=r"late\.jsonl breaks a rule"):
-        _safenav("replay", str(late), "--3d", "-o", str(page))
-    assert not page.exists()
-
-
 def test_the_3d_page_has_the_words_of_the_flat_page(trace: Path) -> None:
     """Bids of a run in lockstep are ticks, whatever its clock: one page had '17' without a unit."""
     run = read_trace(trace)
@@ -142,16 +114,6 @@ def test_the_3d_page_has_the_words_of_the_flat_page(trace: Path) -> None:
     )
     assert flat == solid
     assert re.search(r"digit needs \d+ ticks", flat[0])
-
-
-def test_the_legend_of_the_3d_page_shows_solids(page: Path, browser: Browser) -> None:
-    browser.open(page)
-    browser.wait(lambda: browser.all(".stage3d canvas"))
-    browser.one(".legend summary").click()
-    words = browser.one(".legend ul").text
-    assert "footprints" in words and "region reserved by the robot" in words
-    assert "refused step" not in words  # the scene has no such arrow
-    assert len(browser.all(".legend svg.walls path")) == 3  # the visible faces of a block
 
 
 def test_a_value_that_the_page_cannot_hold_is_refused() -> None:
@@ -169,15 +131,6 @@ def _safenav(*arguments: str) -> None:
     group.main([*arguments], standalone_mode=False)
 
 
-def _page_of(folder: Path, scenario: str) -> Path:
-    """The page in three dimensions of a run of a scenario."""
-    file, trace, page = (folder / f"run.{kind}" for kind in ("yaml", "jsonl", "html"))
-    file.write_text(scenario)
-    _safenav("run", str(file), "--trace", str(trace), "--no-map")
-    _safenav("replay", str(trace), "--3d", "-o", str(page))
-    return page
-
-
 @pytest.fixture(scope="module")
 def ward(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The trace of a clinic's run."""
@@ -189,10 +142,6 @@ def ward_page(ward: Path) -> Path:
     path = ward.with_suffix(".html")
     _safenav("replay", str(ward), "--3d", "-o", str(path))
     return path
-
-
-def choose(browser: Browser, view: str) -> None:
-    Select(browser.one(".cameras select")).select_by_value(view)
 
 
 def test_all_places_are_named(ward_page: Path, browser: Browser) -> None:
@@ -236,86 +185,6 @@ def test_a_robot_is_drawn_in_the_region_that_its_line_names(
                 abs(y[at] / side - round(y[at] / side)) < 0.05
             )
             assert near or f"{row * cols + col} [{row}, {col}]" in told[name], (seconds, told[name])
-
-
-@pytest.mark.slow
-def test_a_camera_follows_the_story(ward_page: Path, browser: Browser) -> None:
-    browser.open(ward_page, width=1440, height=900)
-    browser.wait(lambda: browser.all(".stage3d canvas"))
-    run = browser.run("return JSON.parse(document.getElementById('run').textContent)")
-    ticks = sorted({e[0] for e in run["events"] if e[1] in ("violation", "resolved")})
-    pictures = [browser.run(PICTURE)]
-    choose(browser, "story")
-    for tick in (ticks[0], ticks[-1]):
-        browser.run("location.hash = arguments[0]", f"#tick={tick}")
-        at = round(run["times"][tick], 1)
-        browser.wait(lambda at=at: browser.seconds == at)
-        browser.wait(lambda: browser.run(PICTURE) not in pictures)
-        pictures.append(browser.run(PICTURE))
-    assert browser.errors() == []
-
-
-FLIGHT = beside(__file__, "scenarios/flight.yaml")
-
-
-def test_a_flight_above_a_small_map_is_in_view_and_so_are_the_tools(
-    tmp_path: Path, browser: Browser
-) -> None:
-    browser.open(_page_of(tmp_path, FLIGHT), "#t=0", width=1000, height=700)
-    browser.wait(lambda: browser.all(".stage3d canvas"))
-    dark = """
-        const canvas = document.querySelector(".stage3d canvas");
-        const copy = document.createElement("canvas");
-        [copy.width, copy.height] = [canvas.width, canvas.height];
-        const brush = copy.getContext("2d");
-        brush.drawImage(canvas, 0, 0);
-        const { data } = brush.getImageData(0, 0, copy.width, copy.height);
-        const rows = [];
-        for (let row = 0; row < copy.height; row++)
-            for (let at = 4 * row * copy.width; at < 4 * (row + 1) * copy.width; at += 4)
-                if (data[at] + data[at + 1] + data[at + 2] < 200) { rows.push(row); break; }
-        return [rows[0] ?? 0, rows.length];
-    """
-    browser.wait(lambda: browser.run(dark)[1] > 5)
-    assert browser.run(dark)[0] > 0, "the rotors and the name are below the upper edge"
-    tools, stage = (
-        browser.run(f"return document.querySelector('{each}').getBoundingClientRect().toJSON()")
-        for each in (".cameras", ".stage3d")
-    )
-    assert stage["left"] <= tools["left"] and tools["right"] <= stage["right"]
-
-
-RING = beside(__file__, "scenarios/ring.yaml")
-
-
-def test_walls_chargers_and_the_heading_of_a_disc_are_seen(
-    tmp_path: Path, browser: Browser
-) -> None:
-    browser.open(_page_of(tmp_path, RING))
-    browser.wait(lambda: browser.all(".stage3d canvas"))
-    choose(browser, "top")
-    pixels = """
-        const canvas = document.querySelector(".stage3d canvas");
-        const copy = document.createElement("canvas");
-        [copy.width, copy.height] = [canvas.width, canvas.height];
-        const brush = copy.getContext("2d");
-        brush.drawImage(canvas, 0, 0);
-        const at = (x, y) => [...brush.getImageData(x, y, 1, 1).data].slice(0, 3);
-        return [0.5, 0.88, 0.12].map((part) => at(copy.width / 2, copy.height * part));
-    """
-
-    def walled() -> bool:
-        middle, corner, (red, _, blue) = browser.run(pixels)
-        return bool(max(middle) < min(corner) - 20 and red - blue > 100)
-
-    browser.wait(walled)  # the camera takes a moment; the block is no floor, the charger yellow
-    choose(browser, "0")
-    facing = [browser.run(PICTURE)]
-    assert "facing east" in browser.one(".robots li").text
-    browser.run("location.hash = '#t=50'")
-    browser.wait(lambda: browser.seconds == 50)
-    facing.append(browser.run(PICTURE))
-    assert facing[0] != facing[1]
 
 
 def test_requirements_are_curves_over_the_seconds_below_the_timeline(

@@ -8,7 +8,6 @@ from typing import Any
 
 import pytest
 
-from once import beside
 from runtime.played import Run
 from safenav.errors import UsageError
 from safenav.report.replay.reading import replay_of
@@ -44,9 +43,6 @@ def lines(before: str, after: str) -> list[str]:
     """The lines that differ, as a diff shows them."""
     told = difflib.unified_diff(before.splitlines(), after.splitlines(), n=0, lineterm="")
     return [line for line in told if line[0] in "+-" and line[:3] not in ("+++", "---")]
-
-
-RULES = beside(__file__, "scenarios/rules.yaml")
 
 
 @pytest.mark.parametrize(
@@ -94,12 +90,6 @@ def test_all_robots_and_obstacles_of_the_library_can_be_drawn() -> None:
     assert list(scenario.requirements) == ["always(height(quad) > 1)"]
 
 
-def test_spacing_outside_of_an_edit_stays() -> None:
-    text = DOOR.replace("  quad: {model", "  quad:    {model").replace("until:", "\n\nuntil:   ")
-    after = edited(text, {"op": "move_robot", "robot": "digit", "region": 72})
-    assert [line[:9] for line in lines(text, after)] == ["-  digit:", "+  digit:"]
-
-
 @pytest.mark.parametrize(
     "operation",
     [
@@ -115,20 +105,6 @@ def test_spacing_outside_of_an_edit_stays() -> None:
 def test_an_impossible_edit_is_refused(operation: dict[str, Any]) -> None:
     with pytest.raises(UsageError):
         edited(DOOR, operation)
-
-
-def test_rules_stay_with_an_objective_that_is_drawn() -> None:
-    new = {"op": "set_objective", "robot": "ann", "kind": "visit", "regions": [1]}
-    text = edited(RULES, new)
-    assert "objective: {visit: [1], avoid: [6]}" in text
-    assert load_draft(text, "plan.yaml").diagnostics == ()
-
-
-def test_the_form_of_a_patrol_stays_with_it() -> None:
-    strict = DOOR.replace("{patrol: [54, 49]}", "{patrol: [54, 49], form: literal}")
-    new = {"op": "set_objective", "robot": "quad", "regions": [54, 14]}
-    assert "{patrol: [54, 14], form: literal}" in edited(strict, {**new, "kind": "patrol"})
-    assert "{visit: [54, 14]}" in edited(strict, {**new, "kind": "visit"})
 
 
 def test_undo_leads_back_to_the_beginning_and_redo_forth() -> None:

@@ -67,27 +67,6 @@ def test_on_a_phone_the_map_comes_first_and_nothing_is_cut(house: Board) -> None
     assert top(".map") < top(".world") < top(".events")
 
 
-def test_long_names_are_shown_in_full_and_keep_the_buttons_whole(house: Board) -> None:
-    browser = house.browser
-    name = "the_humanoid_with_a_name_that_does_not_fit_on_a_line_of_the_list_of_robots"
-    house.write(house.text.replace("name: house", f"name: {name}").replace("hugo", name))
-    browser.wait(lambda: browser.all(f'[data-robot="{name}"].verdict'))
-    assert browser.run("""
-        const [panel, name] = [".problems", ".verdict b"].map((each) =>
-            document.querySelector(each).getBoundingClientRect());
-        return name.right < panel.right;
-    """)
-    start(house)
-    house.choose("✎ Draw")
-    browser.resize(780, 800)
-    cut = """
-        const each = [...document.querySelectorAll("header .group > *")];
-        return [each.filter((one) => one.scrollWidth > one.clientWidth + 1).length,
-                new Set(each.map((one) => one.getBoundingClientRect().height)).size];
-    """
-    assert browser.run(cut) == [0, 1], "each button has one line"
-
-
 def _touch(board: Board, *regions: int) -> None:
     """A finger from the first region to the last."""
     command = board.browser.driver.execute_cdp_cmd

@@ -8,14 +8,10 @@ from report.browser import Browser, Keys
 from studio.board import (
     DEN,
     HOUSE,
-    SIZES,
-    WALL,
     WARD,
     Board,
     focused,
-    hover,
     readout,
-    rectangles,
     start,
     toast,
     words,
@@ -90,115 +86,6 @@ def test_nothing_is_greyed_out_without_a_reason(house: Board) -> None:
     assert all(len(why) > 10 for why in reasons())
     house.choose("Close: door")
     browser.wait(lambda: "Restart" in toast(browser))
-
-
-def test_the_palette_stays_when_a_robot_is_selected(house: Board) -> None:
-    browser = house.browser
-    browser.resize(1440, 900)
-    before = rectangles(browser, ".tools-of-map .pen")
-    assert len(before) > 3 + 15 + 12, "tools, and the robots and obstacles of the library"
-    assert len({box[0] for box in before.values()}) == 2, "two columns"
-    house.click(DEN)
-    browser.wait(lambda: browser.all(".palette .chosen"))
-    assert rectangles(browser, ".tools-of-map .pen") == before
-    objectives = rectangles(browser, ".chosen .pens button")
-    assert list(objectives) == ["Cover", "Hold", "Once", "Patrol", "Visit"]
-    place = "return document.querySelector(arguments[0]).getBoundingClientRect().toJSON()"
-    tools, selection = (browser.run(place, each) for each in (".tools-of-map", ".chosen"))
-    assert tools["top"] >= 0 and tools["bottom"] <= selection["top"]
-    assert all(box[3] <= 900 for box in objectives.values())
-
-
-def test_the_label_under_the_pointer_is_never_stale(house: Board) -> None:
-    browser = house.browser
-    hover(house, DEN)
-    browser.wait(lambda: "hugo" in readout(browser))
-    house.write(HOUSE.replace("start: den", "start: [1, 2]"))
-    browser.wait(lambda: "hugo" not in readout(browser).replace("target of hugo", ""))
-    house.write(HOUSE)
-    browser.wait(lambda: "· hugo" in readout(browser))
-    start(house)
-    browser.wait(lambda: browser.tick >= 0)
-    browser.press(Keys.HOME)
-    browser.wait(lambda: browser.tick == 0)
-    hover(house, DEN)
-    browser.wait(lambda: "· hugo" in readout(browser))
-    browser.press(Keys.END)
-
-    def gone() -> bool:
-        browser.press(Keys.ARROW_RIGHT)  # the pointer rests
-        return "· hugo" not in readout(browser).replace("target of hugo", "")
-
-    browser.wait(gone)
-    house.choose("Close: door")
-    hover(house, DEN)
-    browser.wait(lambda: browser.all(".mark-hover"))
-    event = {"type": "mouseMoved", "x": 4, "y": 4}
-    browser.driver.execute_cdp_cmd("Input.dispatchMouseEvent", event)
-    browser.wait(lambda: not browser.all(".mark-hover") and readout(browser) == "")
-
-
-@pytest.mark.parametrize(("width", "height"), SIZES)
-def test_buttons_stay_where_they_are_when_they_are_pressed(
-    house: Board, width: int, height: int
-) -> None:
-    browser = house.browser
-    browser.resize(width, height)
-    house.write(HOUSE.replace("robots:\n  hugo", WARD + "robots:\n  hugo"))
-    house.until(WARD)
-    house.rest()
-    house.click(DEN)
-    browser.wait(lambda: browser.all(".chosen .pens button"))
-    browser.wait(lambda: len(browser.all('[data-verdict="realizable"]')) == 2)
-    _press_all(browser, ".pens button")
-    start(house)
-    _press_all(browser, ".tools-of-world button")
-    _press_all(browser, ".crew button")
-
-
-def _press_all(browser: Browser, selector: str) -> None:
-    """Press each button. A live run may move the page once meanwhile; a press does each time."""
-    browser.run("scrollTo(0, 0)")
-    for index in range(len(browser.all(selector))):
-        moved = {"not pressed yet"}
-        for _ in range(3):
-            before = rectangles(browser, f"{selector}, header button")
-            press = "document.querySelectorAll(arguments[0])[arguments[1]].click()"
-            browser.run(press, selector, index)
-            now = rectangles(browser, f"{selector}, header button")
-            moved = {words for words in before if words in now and now[words] != before[words]}
-            if not moved:
-                break
-        assert moved == set(), f"moved by button {index} of {selector}"
-
-
-def test_a_wall_says_why_it_cannot_be_closed(house: Board) -> None:
-    browser = house.browser
-    house.choose("fire_door")
-    house.click(WALL)
-    assert "13 [1, 4] is a wall" in toast(browser)
-    assert house.text == HOUSE
-    start(house)
-    browser.run("document.querySelector('.toast')?.click()")
-    house.choose("Close: door")
-    house.click(WALL)
-    assert "13 [1, 4] is a wall: click a free region" in toast(browser)
-
-
-def test_escape_closes_menus(house: Board) -> None:
-    browser = house.browser
-    house.choose("Wall")
-    for menu in ("New", "Save"):
-        browser.one(f'[data-menu="{menu}"] summary').click()
-        assert browser.all("details[open]")
-        browser.press(Keys.ESCAPE)
-        assert not browser.all("details[open]")
-        assert focused(browser).text == menu
-    assert browser.one('.pen[aria-pressed="true"]').text == "Wall", "the menu alone was closed"
-    house.choose("Open")
-    browser.wait(lambda: browser.all("dialog[open]"))
-    browser.press(Keys.ESCAPE)
-    browser.wait(lambda: not browser.all("dialog[open]"))
 
 
 def test_the_map_is_drawn_with_the_keyboard_alone(house: Board) -> None:

@@ -91,6 +91,15 @@ def test_our_binary_translates_for_a_foreign_one(
     assert (tmp_path / "name").read_text().strip().endswith(".slugsin")
 
 
+def test_a_failed_translation_is_an_error(
+    script: Script, patrol: Specification, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    own = script(NATIVE + "echo 'translation is broken' >&2; exit 4")
+    monkeypatch.setattr("safenav.synthesis.slugs.find_own_binary", lambda: own)
+    with pytest.raises(SynthesizerError, match=r"does not translate(.|\n)*translation is broken"):
+        ask(script(UPSTREAM), patrol)
+
+
 @pytest.mark.parametrize(
     ("words", "verdict"),
     [
