@@ -132,7 +132,8 @@ class Answers:
 
     def fresh(self) -> bool:
         """Whether all answers have come since the last call."""
-        come, self._awaited = self._awaited and self.ready, not self.ready
+        ready = self.ready  # once: an answer may come at any moment
+        come, self._awaited = self._awaited and ready, not ready
         return come
 
     def keep(self) -> None:
