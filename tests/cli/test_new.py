@@ -1,7 +1,6 @@
 """``safenav new``: what one begins with."""
 
 import json
-import os
 import sys
 from pathlib import Path
 
@@ -39,19 +38,6 @@ def test_templates_are_commented_and_name_the_schema_that_accepts_them(template:
     assert Draft202012Validator(json.loads(schema_text())).is_valid(document)
 
 
-def test_there_is_a_template_for_each_name_and_no_other() -> None:
-    import safenav.scenario.beginning as module
-
-    folder = Path(module.__file__).with_name("templates")
-    assert sorted(file.stem for file in folder.iterdir()) == sorted(TEMPLATES)
-    assert DEFAULT in TEMPLATES
-
-
-def test_without_a_name_it_is_scenario_yaml(safenav: Command, tmp_path: Path) -> None:
-    assert safenav("new").returncode == 0
-    assert (tmp_path / "scenario.yaml").read_text(encoding="utf-8") == template_text(DEFAULT)
-
-
 def test_a_file_that_exists_is_replaced_only_by_force(safenav: Command, tmp_path: Path) -> None:
     (tmp_path / "mine.yaml").write_text("precious\n")
     refused = safenav("new", "mine.yaml")
@@ -75,12 +61,6 @@ def test_a_place_that_cannot_be_written(name: str, words: str, safenav: Command)
     assert refused.returncode == 2
     assert re.search(words, refused.stderr)
     assert "Traceback" not in refused.stderr
-
-
-@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
-def test_a_directory_that_is_not_writable(safenav: Command, tmp_path: Path) -> None:
-    (tmp_path / "shut").mkdir(mode=0o500)
-    assert "Permission denied" in safenav("new", "shut/mine.yaml").stderr
 
 
 def test_an_unknown_template_names_the_known_ones(safenav: Command) -> None:

@@ -10,7 +10,7 @@ from random import Random
 import pytest
 
 from explain.conftest import Invoke
-from once import SCENARIOS
+from once import SCENARIOS, beside
 from safenav.cli import explain
 
 TWO_CONFLICTS = """\
@@ -25,28 +25,7 @@ b'
 """
 
 
-DROP = """
-safenav: 1
-map: {grid: ["#########", "#...#...#", "#.......#", "#...#...#", "#########"]}
-areas: {porch: {rows: 1, columns: 1}}
-inputs:
-  hazard: {at: 6, always_eventually: off}
-  person: {at: 12, always_eventually: off}
-robots:
-  a:
-    model: quadcopter
-    start: [3, 3]
-    objective:
-      ltl:
-        memory: {carrying: bool, radio: bool}
-        init: "!carrying & !radio"
-        safety:
-          - carrying' <-> ((carrying & !(region = porch)) | (hazard' & !carrying))
-          - radio' <-> person'
-          - radio' -> region' = region
-          - "!carrying -> region' != porch"
-        liveness: ["!carrying"]
-"""
+DROP = beside(__file__, "scenarios/conflicts_drop.yaml")
 
 
 def test_without_time_only_what_is_proven_is_printed(
@@ -72,26 +51,7 @@ def test_without_time_only_what_is_proven_is_printed(
     assert "What happens" not in answer.output and "cooperated" not in answer.output
 
 
-CIRCLE = """
-safenav: 1
-map:
-  grid:
-    ["###############", "#...#.....#...#", "#.............#", "#...#.....#...#", "###############"]
-  names: {west: [2, 4], east: [2, 10], a_button: [2, 1], b_button: [2, 13]}
-catalogue:
-  robots:
-    red: {mobility: free, layer: ground, capabilities: [red_key]}
-    blue: {mobility: free, layer: ground, capabilities: [blue_key]}
-  obstacles:
-    red_door: {action: red_key, resolve_at: [a_button]}
-    blue_door: {action: blue_key, resolve_at: [b_button]}
-robots:
-  r: {model: red, start: [1, 5], objective: {visit: [[1, 5], [2, 3]]}}
-  b: {model: blue, start: [1, 9], objective: {visit: [[1, 9], [2, 11]]}}
-obstacles: [{type: red_door, region: east}, {type: blue_door, region: west}]
-until: {rounds: 1}
-limits: {ticks: 200}
-"""
+CIRCLE = beside(__file__, "scenarios/conflicts_circle.yaml")
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from explain.conftest import Invoke
-from once import SCENARIOS
+from once import SCENARIOS, beside
 from safenav.cli.explain import command
 
 
@@ -57,23 +57,7 @@ def test_explain_accepts_one_robot(invoke: Invoke) -> None:
     assert "digit, quad" in unknown.error
 
 
-INPUTS = """
-safenav: 1
-map:
-  grid: ["#######", "#.....#", "#######"]
-  names: {porch: 8, hall: 10, den: 12}
-inputs: {fire: {at: 6}}
-robots:
-  bot:
-    model: turtlebot4
-    start: porch
-    objective:
-      ltl:
-        memory: {owed: bool}
-        init: "!owed"
-        safety: [SAFETY]
-        liveness: [LIVENESS]
-"""
+INPUTS = beside(__file__, "scenarios/explain_command_inputs.yaml")
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from explain.conftest import Invoke
+from once import beside
 from safenav.cli import check, explain
 from safenav.report.terminal.postmortem_text import postmortem_lines
 from safenav.review.postmortem import Postmortem, explain_run
@@ -13,30 +14,7 @@ from safenav.runtime.run.mission import default_synthesizer
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_scenario_text
 
-TEAM = """
-safenav: 1
-map:
-  grid: |
-    ###############
-    #...#.....#...#
-    #.............#
-    #...#.....#...#
-    ###############
-  names: {west: [2, 4], east: [2, 10], a_button: [2, 1], b_button: [2, 13]}
-catalogue:
-  robots:
-    walker: {mobility: free, layer: ground}
-    lifter: {mobility: free, layer: ground, capabilities: [lift]}
-    red: {mobility: free, layer: ground, capabilities: [red_key]}
-    blue: {mobility: free, layer: ground, capabilities: [blue_key]}
-  obstacles:
-    red_door: {action: red_key, resolve_at: [a_button]}
-    blue_door: {action: blue_key, resolve_at: [b_button]}
-    crate: {needs: [{action: lift, robots: 2, at: neighbours}]}
-    spill: {action: lift, resolve_at: neighbours}
-until: {rounds: 1}
-limits: {ticks: 200}
-"""
+TEAM = beside(__file__, "scenarios/explain_team_team.yaml")
 KEYS = f"""{TEAM}
 robots:
   r: {{model: red, start: [1, 5], objective: {{visit: [[1, 5], [2, 3]]}}}}

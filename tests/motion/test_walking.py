@@ -126,22 +126,7 @@ def test_swings_join_footholds_and_each_other() -> None:
             assert np.cos(goal[2] - start[2]) == pytest.approx(1)
 
 
-def test_turn_on_the_good_foot_is_faster() -> None:
-    mover = walker()
-    left = {}
-    for foot in (1, -1):
-        mover.foot, mover.heading, mover.region = foot, "east", 200
-        (segment,) = mover.move(Crossing(1, 200, 200 - SIZE, "north"))
-        left[foot] = segment.t1 - segment.t0
-    assert left[1] < left[-1]
-
-
 @pytest.mark.parametrize(("side", "words"), [(1.2, "1.2 m"), (0.5, "0.5 m"), (1.7, "1.8 m")])
 def test_small_regions_are_refused_with_the_reason(side: float, words: str) -> None:
     with pytest.raises(UsageError, match=words):
         walker(side)
-
-
-def test_gait_that_cannot_turn_is_refused() -> None:
-    with pytest.raises(UsageError, match=r"cannot turn on regions of 2\.7 m"):
-        WalkerMover("digit", MetricFloor(3, 3, 2.7), 4, "east", 0.6, {**VALUES, "speed": 1.2})

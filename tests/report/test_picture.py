@@ -10,6 +10,7 @@ from once import SCENARIOS, beside
 from report import made_traces
 from safenav.cli import group
 from safenav.report.page.encode import encoded
+from safenav.report.picture.glyphs import separated
 from safenav.report.picture.scenario import scenario_text, scene_of
 from safenav.report.picture.scene import EXCLUSION, Options, svg_of
 from safenav.report.picture.svg import text_width
@@ -100,6 +101,15 @@ def test_robots_are_told_apart_by_shape_colour_and_letters(count: int) -> None:
     assert len({(look.shape, look.colour) for look in style}) == count
     assert len({look.letters for look in style}) == count
     assert len({look.shape for look in style[:7]}) == min(count, 7)
+
+
+def test_robots_over_one_another_are_drawn_apart() -> None:
+    places = [(2.0, 3.0), (2.0, 3.0), (2.0, 5.0)]
+    shifts = separated(places)
+    (r0, c0), (r1, c1), far = shifts
+    assert ((r0 - r1) ** 2 + (c0 - c1) ** 2) ** 0.5 > 0.55
+    assert far == (0.0, 0.0)
+    assert separated([(0.0, 0.0), (0.0, 1.0)]) == [(0.0, 0.0), (0.0, 0.0)]
 
 
 def test_a_scenario_is_drawn_before_any_run() -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from motion.runs import live_trace
-from report.browser import Browser, Keys
+from report.browser import Browser
 from safenav.report.page.html import page_of
 from safenav.report.replay.reading import replay_of
 from safenav.report.replay.timeline import Replay
@@ -67,21 +67,3 @@ def test_a_robot_is_between_two_regions_while_it_is_under_way(
             (col + part * (to_col - col), row + part * (to_row - row)), abs=0.1
         )
     assert f"in transit to {replay.map.label(step.toward)}" in browser.one(".robots").text
-
-
-def test_keys_step_from_instant_to_instant(browser: Browser, page: Path, replay: Replay) -> None:
-    assert replay.times is not None
-    browser.open(page)
-    shown = []
-    for key in (Keys.RIGHT, Keys.RIGHT, Keys.LEFT, Keys.END):
-        browser.press(key)
-        shown.append(browser.seconds)
-    wanted = [replay.times[1], replay.times[2], replay.times[1], replay.times[-1]]
-    assert shown == pytest.approx(wanted, abs=0.051)
-    browser.press(Keys.HOME)
-    browser.slow()
-    browser.press(" ")
-    browser.wait(lambda: browser.seconds > 0.5)
-    browser.press(" ")
-    assert browser.all('button[aria-label="Play"]'), "it has stopped where it was"
-    assert browser.seconds < replay.times[-1]

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
+from once import beside
 from runtime.played import Run, begin, completed, loaded, play
 from runtime.worlds import Bare, Driven, Remote
 from safenav import Mission
@@ -248,19 +249,7 @@ def test_a_robot_may_be_carried_while_the_team_waits(region: int) -> None:
     assert (run.outcome["ticks"] < 19) == (region != 12)
 
 
-SLOW = """
-name: a step of three ticks
-map: {grid: ["###########", "#.........#", "#.........#", "###########"]}
-catalogue:
-  robots:
-    rover: {mobility: free, layer: ground, capabilities: [], timing: 3}
-    cart: {mobility: free, layer: ground, capabilities: []}
-robots:
-  slow: {model: rover, start: [2, 4], objective: {hold: [2, 6]}}
-  drone: {model: cart, start: [2, 7], objective: {visit: [[2, 7], [1, 7]]}}
-changes: [{at: 9, robot: drone, service: back}]
-limits: {ticks: 12}
-"""
+SLOW = beside(__file__, "scenarios/external_worlds_slow.yaml")
 
 
 class Reached(Sliding):

@@ -15,6 +15,7 @@ from click.testing import CliRunner
 
 import oracle
 from certify.making import certified
+from once import beside
 from runtime.facts import case
 from runtime.played import begin, completed, end, play
 from runtime.worlds import Bare, Driven
@@ -144,20 +145,7 @@ def test_a_world_determines_inputs_without_a_schedule() -> None:
     assert told == [(6, True), (9, False)]
 
 
-GREEN = """
-safenav: 1
-map: {grid: ["######", "#....#", "######"]}
-inputs: {green: {always_eventually: on}, alarm: {}}
-robots:
-  quad:
-    model: quadcopter
-    start: 7
-    avoids: []
-    objective: {ltl: {safety: "region' = 9 -> green | region = 9", liveness: [region' = 9]}}
-  bee: {model: quadcopter, start: 10, avoids: [], objective: {hold: 10}, when: {alarm: {hold: 10}}}
-until: {rounds: 1}
-clock: live
-"""
+GREEN = beside(__file__, "scenarios/inputs_green.yaml")
 """Nothing moves until the light is green, and while an alarm is on the run is not completed."""
 
 

@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 from msgspec.structs import replace
 
+from once import beside
 from runtime.played import Run, completed, loaded
 from runtime.test_live import RING
 from runtime.worlds import Driven
@@ -128,22 +129,7 @@ def test_robots_act_at_their_start_before_they_leave_it(
     assert run.records.index(resolved) < run.records.index(steps[0])
 
 
-PASSING = """
-name: one leaves where the other arrives
-map: {grid: ["##########", "#........#", "##########"]}
-catalogue:
-  robots:
-    cart: {mobility: free, layer: ground, capabilities: [push]}
-    kite: {mobility: free, layer: air, capabilities: [push]}
-  obstacles:
-    gate: {needs: [{action: push, robots: 2, together: true, at: [[1, 4]]}, {action: push}]}
-robots:
-  a: {model: cart, start: [1, 3], objective: {visit: [[1, 6]]}}
-  b: {model: kite, start: [1, 2], objective: {visit: [[1, 4]]}}
-obstacles: [{type: gate, region: [1, 8]}]
-until: {rounds: 1}
-clock: live
-"""
+PASSING = beside(__file__, "scenarios/live_actions_passing.yaml")
 
 
 @pytest.mark.parametrize("result", ActResult)

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from once import beside
 from runtime.played import Run, loaded
 from runtime.worlds import Clocked
 from safenav import Mission, Synthesizer
@@ -11,21 +12,7 @@ from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.synthesis.binary import find_binary
 from safenav.synthesis.cache import Cache
 
-HALL = """
-name: a door that a person opens
-clock: live
-map: {grid: ["#########", "#...#...#", "#.......#", "#...#...#", "#########"]}
-catalogue:
-  robots:
-    cart: {mobility: free, layer: ground, capabilities: [], size: 0.5, speed: 1}
-    pusher: {mobility: free, layer: air, capabilities: [push], size: 0.5, speed: 1}
-robots:
-  cart: {model: cart, start: [2, 1], objective: {visit: [[2, 7], [2, 1]]}}
-  helper: {model: pusher, start: [3, 7], objective: {hold: [3, 7]}}
-obstacles: [{type: door, region: [2, 4]}]
-until: {rounds: 1}
-limits: {seconds: 600}
-"""
+HALL = beside(__file__, "scenarios/obsolete_syntheses_hall.yaml")
 
 
 class Opened(Clocked):

@@ -11,6 +11,7 @@ import pytest
 from msgspec.structs import replace
 
 import warm
+from once import beside
 from runtime.played import Run, begin, end, loaded, whole
 from runtime.worlds import Clocked, Remote
 from safenav.errors import UsageError
@@ -25,23 +26,7 @@ from safenav.synthesis.slugs import Synthesizer
 from safenav.team.apply import rounds
 from safenav.world.moves import Pose
 
-GATE = """
-safenav: 1
-name: nobody can push this gate
-map: {grid: ["###########", "#....#....#", "#.........#", "#....#....#", "###########"]}
-catalogue:
-  robots:
-    cart: {mobility: free, layer: ground, capabilities: []}
-    bee: {mobility: free, layer: air, capabilities: []}
-  obstacles:
-    gate: {action: push, resolve_at: self, blocks: [ground]}
-robots:
-  cart: {model: cart, start: [2, 1], objective: {visit: [[2, 8], [2, 1]]}}
-  bee: {model: bee, start: [1, 1], objective: {visit: [[1, 9], [1, 1]]}}
-obstacles: [{type: gate, region: [2, 5]}]
-until: {rounds: 1}
-clock: live
-"""
+GATE = beside(__file__, "scenarios/operator_gate.yaml")
 NAMED = GATE.replace("]}\ncatalogue", "], names: {doorway: [2, 5]}}\ncatalogue")
 PUSHER_OUT = GATE.replace("layer: air, capabilities: []", "layer: air, capabilities: [push]") + (
     "changes: [{at: 1, robot: bee, service: out}]\n"

@@ -191,13 +191,3 @@ def test_a_run_satisfies_the_pattern_and_another_does_not(name: str) -> None:
     assert 0 not in formula(word(counterexample))
     found = word_of_run(name)
     assert 0 in formula(found), [sorted(moment) for moment in found.moments]
-
-
-def test_the_evaluator_agrees_with_hand_made_words() -> None:
-    again = Word(word("dock a b").moments, 1)
-    assert 0 in always(eventually(a))(again)
-    assert 0 not in always(eventually(dock))(again)
-    assert 0 in unless(dock, c)(Word(word("dock dock").moments, 0))
-    assert 0 not in unless(dock, c)(word("dock a c"))
-    assert 0 in unless(dock, c)(word("dock c a"))
-    assert 0 not in then(TRUE)(word("dock"))

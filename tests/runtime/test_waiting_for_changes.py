@@ -1,5 +1,6 @@
 """Runs that wait for changes of their scenario: sensors, forged ends, rests; ``cases/waiting``."""
 
+from once import beside
 from runtime.continued import rests
 from runtime.facts import case
 from runtime.played import Run, completed, loaded, play
@@ -54,20 +55,7 @@ def test_the_audit_accepts_a_last_order_that_a_real_clock_delays_a_little() -> N
     assert not run.findings
 
 
-CLOSED = """
-clock: live
-map: {grid: ["#######", "#.....#", "#######", "#.....#", "#######"]}
-catalogue:
-  robots: {rover: {mobility: free, layer: ground, capabilities: [sense]}}
-  obstacles: {load: {needs: [{action: lift}], blocks: []}}
-robots:
-  a: {model: rover, start: [1, 1], objective: {visit: [[1, 5], [1, 1]]}}
-  b: {model: rover, start: [3, 1], objective: {visit: [[3, 5], [3, 1]]}}
-obstacles: [{type: uncertainty, region: [1, 3], traversable: false}]
-orders: [{at: 90, type: load, region: [3, 3]}]
-changes: [{at: 40, robot: b, service: out}]
-until: {rounds: 1}
-"""
+CLOSED = beside(__file__, "scenarios/waiting_for_changes_closed.yaml")
 
 
 def test_a_run_resumed_in_a_wait_still_waits() -> None:

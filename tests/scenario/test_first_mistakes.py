@@ -6,29 +6,11 @@ from typing import Any
 import pytest
 import yaml
 
+from once import beside
 from safenav.errors import Diagnostic, InputError
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 
-FIRST = """\
-safenav: 1
-name: first try
-map:
-  grid: |
-    #######
-    #.....#
-    #.#.#.#
-    #.....#
-    #######
-  names: {dock: [1, 1], shelf: [3, 5]}
-areas: {aisle: {rows: 1, columns: 1-5}}
-robots:
-  quad: {model: quadcopter, start: dock, objective: {patrol: [dock, shelf]}}
-  digit: {model: digit, start: [3, 1], heading: east, objective: {visit: [[3, 1], [3, 5]]}}
-obstacles:
-  - {type: door, region: [1, 3]}
-until: {rounds: 1}
-expect: {outcome: completed}
-"""
+FIRST = beside(__file__, "scenarios/first_mistakes_first.yaml")
 
 MISTAKES = yaml.safe_load((Path(__file__).parent / "first_mistakes.yaml").read_text())
 

@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 from jsonschema import Draft202012Validator
 
+from once import beside
 from safenav.errors import Diagnostic, InputError
 from safenav.scenario.reading.loader import load_scenario_text, schema_text
 from safenav.scenario.yaml.document import DocumentError, plain, read_document
@@ -23,83 +24,7 @@ ROOT = Path(__file__).parents[2]
 SCHEMA: dict[str, Any] = json.loads(schema_text())
 VALIDATOR = Draft202012Validator(SCHEMA)
 
-FULL = """\
-safenav: 1
-name: everything
-map:
-  grid: ["######", "#....#", "#.##.#", "#....#", "######"]
-  names: {dock: [3, 4], gate: 8}
-  resolution: 0.5
-  origin: [1, 2.5, 0]
-areas: {store: {rows: 1, columns: 1-4}, shelf: [[3, 1], dock, {rows: 3, columns: 2}]}
-inputs:
-  alarm: {at: [2, 5-8], always_eventually: both}
-  bell: {at: 3}
-  horn: {at: 4-6}
-robots:
-  ann:
-    {model: rover, start: 7, heading: east, objective: {visit: [dock, {any: [7, store]}], within: 9,
-     avoid: [9], always: [region != 9]}, while_waiting: {once: [7, 10]}, when: {alarm: {hold: 7}}}
-  bob: {model: lifter, start: [3, 1], vision: 4, avoids: [], tracks: [eve], tracking: nearby,
-        objective: {patrol: [[3, 1], 20], form: literal, avoid: store, always: region != 9}}
-  cat: {model: kite, start: 22, vision: unlimited, tracking: belief, objective: {cover: [7, dock]}}
-  eve:
-    model: crawler
-    start: 10
-    objective:
-      ltl:
-        memory: {done: bool, laps: [0, 3]}
-        init: ["!done & laps = 0"]
-        safety: ["done' <-> (done | region = dock)", "laps' = laps"]
-        liveness: region = 19
-never_together:
-  - {robots: [ann, bob], in: gate}
-  - {robots: [ann, bob], in: [{any: [9]}, dock]}
-obstacles:
-  - {type: door, region: 16, from: 3, until: 9, resolve_within: 50}
-  - {type: uncertainty, region: 13, traversable: true}
-  - {type: uncertainty, region: 8, traversable: false, from: 4}
-orders: [{at: 10, type: parcel, region: 7, resolve_within: 90}]
-changes:
-  - {at: 12, robot: cat, objective: {patrol: [7, dock, 10]}}
-  - {at: 20, robot: bob, service: out}
-  - {at: 30, robot: bob, service: back}
-until: {rounds: 1, by: 600}
-limits: {ticks: 500, seconds: 9.5, synthesis_seconds: 1.5, synthesis_memory: 64}
-clock: lockstep
-resolve_within: 100
-late: stop
-chargers: [dock, store]
-flat: emptied
-seed: 3
-coordination: resynthesis
-partition: rooms
-requirements: ["always(distance(ann, bob) >= 0.1)", {near: "eventually(distance(ann, cat) <= 9)"}]
-expect:
-  outcome: completed
-  late: [ann, mission, door@16]
-  resolved: [door@16]
-  blocked: []
-  helpers: {door@16: bob}
-  ticks: 99
-  rounds: {ann: 0}
-catalogue:
-  robots:
-    rover:
-      {mobility: free, layer: rail, vision: 3, capabilities: [push, lift],
-       timing: 3, size: 0.5, speed: 1.5, motion: rover}
-    lifter: {mobility: free, layer: air, vision: unlimited, capabilities: [sense, lift, push],
-             timing: 2, battery: {capacity: 60, move: 2, stay: 0, charge: 5, start: 30}}
-    kite: {mobility: free, layer: sky, motion: flyer}
-    crawler: {mobility: free, layer: floor, motion: disc}
-    legs: {mobility: heading, layer: x, motion: walker}
-  obstacles:
-    debris: {action: lift, resolve_at: [7, dock], blocks: [rail, digit], resolve_within: 40}
-    gateway: {action: push, resolve_at: self, has_truth: false}
-    rock: {needs: [{action: lift, robots: 2, at: neighbours, together: true}, {action: push}]}
-    parcel: {needs: [{action: push, at: [7]}, {action: push, at: [8], same: true}], blocks: []}
-    emptied: {action: push, blocks: []}
-"""
+FULL = beside(__file__, "scenarios/schema_full.yaml")
 """A scenario with every key but those of other forms, which OTHERS has."""
 
 OTHERS: list[tuple[str, Any]] = [

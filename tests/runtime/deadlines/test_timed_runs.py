@@ -11,6 +11,7 @@ import pytest
 from certify.making import bundle_at, certified, files_of, judged, rewrite
 from certify.mutants import lines_of, with_lines
 from drawn import loads
+from once import beside
 from runtime.deadlines.timed import busy_scenario, timed_scenario
 from runtime.played import play
 
@@ -48,21 +49,7 @@ def test_robots_that_hold_and_targets_met_before_bound_the_end_of_a_mission() ->
     assert any(x["type"] == "deadline" and x["verdict"] == "lost" for x in lines)
 
 
-LOST = """
-map:
-  grid: ["#########", "#.......#", "#########"]
-catalogue:
-  robots:
-    cart: {mobility: free, layer: ground, capabilities: []}
-    opener: {mobility: free, layer: air, capabilities: [open]}
-  obstacles:
-    gate: {action: open, resolve_at: neighbours, blocks: [ground], resolve_within: 1}
-robots:
-  cart: {model: cart, start: [1, 2], objective: {visit: [[1, 7], [1, 1]]}}
-  opener: {model: opener, start: [1, 7], objective: {hold: [1, 7]}}
-obstacles: [{type: gate, region: [1, 3]}]
-until: {rounds: 1}
-"""
+LOST = beside(__file__, "scenarios/timed_runs_lost.yaml")
 
 
 def test_the_checker_of_a_bundle_proves_that_a_deadline_is_lost(tmp_path: Path) -> None:
