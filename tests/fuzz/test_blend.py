@@ -4,7 +4,7 @@ Among the tests the campaign is short; SAFENAV_FUZZ=1000 tries as many other see
 """
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +28,15 @@ FORMER = yaml.safe_load(Path(__file__).with_name("former_findings.yaml").read_te
 WAYS = [(True, True, False), (True, False, True), (True, True, True), (False, False, True)]
 
 
-@pytest.mark.parametrize("former", FORMER, ids=lambda former: former["when"])
+def former_findings() -> Iterator[Any]:
+    """The runs by name; ``open``: why a finding is known and not mended."""
+    for former in FORMER:
+        why = former.get("open")
+        marks = [] if why is None else [pytest.mark.xfail(reason=why, strict=True)]
+        yield pytest.param(former, id=former["when"], marks=marks)
+
+
+@pytest.mark.parametrize("former", [*former_findings()])
 def test_a_run_that_once_ended_in_a_finding_is_sound(former: dict[str, Any]) -> None:
     seed, ways = former["seed"], former.get("ways", ())
     made = formula_mission if "formulas" in ways else mixed_mission
