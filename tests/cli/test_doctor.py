@@ -51,14 +51,6 @@ def test_the_same_for_people(safenav: Command) -> None:
     assert "wrong " not in found.stdout
 
 
-def test_answers_that_are_kept_are_counted(safenav: Command) -> None:
-    safenav("new", "s.yaml", "--template", "minimal")
-    assert safenav("run", "s.yaml").returncode == 0
-    cache = json.loads(safenav("doctor", "--json").stdout)["cache"]
-    assert cache["entries"] == 1
-    assert cache["bytes"] > 100
-
-
 def test_requirements_are_those_of_the_project() -> None:
     file = Path(__file__).parents[2] / "pyproject.toml"
     listed = tomllib.loads(file.read_text(encoding="utf-8"))["project"]

@@ -47,14 +47,3 @@ def test_walls_and_region_numbers_of_a_file_are_drawn(
     below = re.findall(r'text-anchor="middle">(\d+)<', picture)
     assert beside == [str(row) for row in range(7)]
     assert below[:13] == [str(col) for col in range(13)]
-
-
-def test_a_broken_map_file_is_told_at_its_line(safenav: Command, tmp_path: Path) -> None:
-    (tmp_path / "s.yaml").write_text(
-        f"safenav: 1\nmap: {{movingai: {MAPS / 'broken' / 'rows.map'}}}\n"
-        "robots: {ann: {model: quadcopter, start: 0, objective: {hold: 0}}}\n",
-        encoding="utf-8",
-    )
-    refused = safenav("draw", "s.yaml")
-    assert refused.returncode == 2
-    assert "rows.map:6:2: 'x' is not a terrain" in refused.stderr

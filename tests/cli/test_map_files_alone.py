@@ -24,15 +24,6 @@ FORMS = [
 
 
 @pytest.mark.parametrize("file", FORMS, ids=lambda file: file[0])
-def test_a_map_is_drawn_with_its_numbers(file: list[str], safenav: Command) -> None:
-    name, *division = file
-    drawn = safenav("draw", MAPS / name, *division)
-    assert drawn.returncode == 0, drawn.stderr
-    assert drawn.stdout.startswith(name)
-    assert "█" in drawn.stdout
-
-
-@pytest.mark.parametrize("file", FORMS, ids=lambda file: file[0])
 def test_a_scenario_is_begun_on_a_map_and_runs(
     file: list[str], safenav: Command, tmp_path: Path
 ) -> None:

@@ -79,23 +79,6 @@ def test_a_single_blocked_pixel_makes_a_wall_unless_a_share_is_asked_for() -> No
     assert walls(blocked, layout, 1 / 15) == frozenset()
 
 
-def test_a_pixel_on_a_border_counts_for_both_sides_by_its_area() -> None:
-    blocked: Blocked = np.array([[False, True, False]])
-    layout = Layout.of_count(blocked, 1, 2)
-    assert walls(blocked, layout) == {0, 1}
-    assert walls(blocked, layout, 1 / 3) == {0, 1}
-    assert walls(blocked, layout, 0.34) == frozenset()
-
-
-def test_regions_beyond_the_pixels_are_walls() -> None:
-    blocked: Blocked = np.zeros((5, 3), dtype=np.bool_)
-    layout = Layout.of_size(blocked, Fraction(2))
-    assert (layout.rows, layout.cols) == (3, 2)
-    assert walls(blocked, layout) == {0, 1, 3, 5}
-    assert walls(blocked, layout, 0.5) == {0, 1, 3, 5}
-    assert walls(blocked, layout, 0.6) == {1}
-
-
 @pytest.mark.parametrize("share", [0.0, 0.3])
 def test_large_images_are_divided(share: float) -> None:
     blocked: Blocked = np.zeros((4001, 3999), dtype=np.bool_)
