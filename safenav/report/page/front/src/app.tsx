@@ -10,26 +10,13 @@ import { KEYS, listen } from "./keyboard";
 import { Legend } from "./panels/legend";
 import { Obstacles, Robots, Stack } from "./panels/sidebar";
 import type { Player } from "./run/player";
-import { eventsAfter, when, type EventKind, type Run } from "./run/run";
-import { applyTheme, EVERYONE, nextTheme, storedTheme, useLow, useWindow, type Shown } from "./settings";
+import { eventsAfter, STORY, when, type Ending, type EventKind, type Run } from "./run/run";
+import { ALL, applyTheme, EVERYONE, nextTheme, storedTheme, useLow, useWindow, type Shown } from "./settings";
 import { viewersOf } from "./map/shading";
 import type { Hand } from "./map/hand";
 import type { Choice, Stage } from "./map/stage";
 
-const TOLD: ReadonlySet<EventKind> = new Set([
-  "violation",
-  "request",
-  "resolved",
-  "blocked",
-  "assumption",
-  "failure",
-  "deadline",
-  "waiting",
-  "operator",
-  "plan",
-  "plan_end",
-  "outcome",
-]);
+const TOLD: ReadonlySet<EventKind> = new Set<EventKind>([...STORY, "plan", "plan_end"]);
 
 /** Larger teams are shown in narrow rows, whatever the height of the window. */
 const MANY_ROBOTS = 3;
@@ -63,13 +50,7 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
   const [, redraw] = useReducer((count: number) => count + 1, 0);
   const [theme, setTheme] = useState(storedTheme);
   const [shown, setShown] = useState<Shown>({
-    numbers: true,
-    names: true,
-    trails: true,
-    targets: true,
-    hidden: true,
-    sight: true,
-    beliefs: true,
+    ...ALL,
     viewer: run.robots.findIndex((robot) => robot.view !== null),
   });
   const { eye } = stage;
@@ -102,7 +83,7 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
       <header>
         <div>
           <h1>{run.name}</h1>
-          {extras.title ?? <OutcomeBadge run={run} />}
+          {extras.title ?? (run.ending ? <OutcomeBadge {...run.ending} /> : <p class="badge cut">cut off</p>)}
         </div>
         <div class="group">
           {extras.bar}
@@ -176,13 +157,11 @@ function layoutOf({ cols, rows, grid }: Run, [width, height]: [number, number]):
   return flat < MORE * side(width - BESIDE, height - PLAYBACK) ? "" : walled ? "flat walled" : "flat";
 }
 
-function OutcomeBadge({ run }: { run: Run }) {
-  const { ending } = run;
-  if (ending === null) return <p class="badge cut">cut off</p>;
-  const words = ending.outcome.replace(/_/g, " ");
+/** How a run ended. */
+export function OutcomeBadge({ outcome, explanation }: Pick<Ending, "outcome" | "explanation">) {
   return (
-    <p class={`badge ${ending.outcome === "completed" ? "good" : "bad"}`} title={ending.explanation}>
-      {words}
+    <p class={`badge ${outcome === "completed" ? "good" : "bad"}`} title={explanation}>
+      {outcome.replace(/_/g, " ")}
     </p>
   );
 }

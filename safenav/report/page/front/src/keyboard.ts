@@ -1,5 +1,6 @@
 /** Keys of the page; a focused control's own keys come first. */
 
+import { heard } from "./listening";
 import type { Eye } from "./map/camera";
 import type { Player } from "./run/player";
 import { eventsAfter, type Run } from "./run/run";
@@ -27,6 +28,7 @@ export interface Actions {
 }
 
 export function listen(run: Run, player: Player, actions: Actions): () => void {
+  const known = actionsOf(run, player, actions);
   const pressed = (event: KeyboardEvent): void => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     if (document.querySelector("dialog[open]")) return;
@@ -34,62 +36,34 @@ export function listen(run: Run, player: Player, actions: Actions): () => void {
     if (focus?.matches("select, input:not([type=range])")) return;
     const activates = event.key === " " && focus?.matches("button, summary, a");
     if (activates) return;
-    const action = actionOf(event, run, player, actions);
-    if (action === null) return;
+    const action = known[event.key];
+    if (action === undefined) return;
     event.preventDefault();
-    action();
+    action(event.shiftKey);
   };
-  addEventListener("keydown", pressed);
-  return () => removeEventListener("keydown", pressed);
+  return heard(window, { keydown: pressed });
 }
 
-function actionOf(
-  event: KeyboardEvent,
-  run: Run,
-  player: Player,
-  actions: Actions,
-): (() => void) | null {
-  switch (event.key) {
-    case " ":
-      return () => player.toggle();
-    case "ArrowLeft":
-      return event.shiftKey ? () => toEvent(run, player, -1) : () => player.step(-1);
-    case "ArrowRight":
-      return event.shiftKey ? () => toEvent(run, player, 1) : () => player.step(1);
-    case "Home":
-      return () => player.seek(0);
-    case "End":
-      return () => player.seek(player.last);
-    case "+":
-    case "=":
-      return () => player.faster(1);
-    case "-":
-    case "−":
-      return () => player.faster(-1);
-    case "t":
-    case "T":
-      return actions.theme;
-    case "?":
-      return actions.help;
-    case "i":
-      return () => actions.eye.zoom(1.5);
-    case "o":
-      return () => actions.eye.zoom(1 / 1.5);
-    case "f":
-      return () => actions.eye.fit();
-    case "w":
-      return () => actions.eye.pan(0, PAN);
-    case "s":
-      return () => actions.eye.pan(0, -PAN);
-    case "a":
-      return () => actions.eye.pan(PAN, 0);
-    case "d":
-      return () => actions.eye.pan(-PAN, 0);
-    case "r":
-      return () => followNext(run, actions.eye);
-    default:
-      return null;
-  }
+function actionsOf(run: Run, player: Player, { eye, help, theme }: Actions): Record<string, (shift: boolean) => void> {
+  const along = (way: 1 | -1) => (shift: boolean) => (shift ? toEvent(run, player, way) : player.step(way));
+  const [faster, slower] = [() => player.faster(1), () => player.faster(-1)];
+  return {
+    " ": () => player.toggle(),
+    ArrowLeft: along(-1),
+    ArrowRight: along(1),
+    Home: () => player.seek(0),
+    End: () => player.seek(player.last),
+    ...{ "+": faster, "=": faster, "-": slower, "−": slower },
+    ...{ t: theme, T: theme, "?": help },
+    i: () => eye.zoom(1.5),
+    o: () => eye.zoom(1 / 1.5),
+    f: () => eye.fit(),
+    w: () => eye.pan(0, PAN),
+    s: () => eye.pan(0, -PAN),
+    a: () => eye.pan(PAN, 0),
+    d: () => eye.pan(-PAN, 0),
+    r: () => followNext(run, eye),
+  };
 }
 
 /** One robot after the other, then the whole map again. */

@@ -1,20 +1,13 @@
 /** The reader's choices: the theme and the contents of the map. */
 
+import { heard } from "./listening";
 import { useEffect, useState } from "preact/hooks";
 
 export type Theme = "auto" | "light" | "dark";
 
-export interface Shown {
-  numbers: boolean;
-  names: boolean;
-  trails: boolean;
-  targets: boolean;
-  hidden: boolean;
-  sight: boolean;
-  beliefs: boolean;
-  /** The robot whose sight and beliefs are shown: its index, or `EVERYONE`. */
-  viewer: number;
-}
+/** All contents of the map; `viewer` is the robot whose sight and beliefs are shown: its index, or `EVERYONE`. */
+export const ALL = { numbers: true, names: true, trails: true, targets: true, hidden: true, sight: true, beliefs: true, viewer: -1 };
+export type Shown = typeof ALL;
 
 export const EVERYONE = -1;
 
@@ -58,8 +51,7 @@ export function useWindow(): [width: number, height: number] {
   const [size, setSize] = useState<[number, number]>([innerWidth, innerHeight]);
   useEffect(() => {
     const follow = (): void => setSize([innerWidth, innerHeight]);
-    addEventListener("resize", follow);
-    return () => removeEventListener("resize", follow);
+    return heard(window, { resize: follow });
   }, []);
   return size;
 }
@@ -71,8 +63,7 @@ export function useLow(): boolean {
   const [is, setIs] = useState(low.matches);
   useEffect(() => {
     const follow = (): void => setIs(low.matches);
-    low.addEventListener("change", follow);
-    return () => low.removeEventListener("change", follow);
+    return heard(low, { change: follow });
   }, []);
   return is;
 }

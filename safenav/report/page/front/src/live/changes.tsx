@@ -1,10 +1,9 @@
 /** Changes to the world of a run: the tools, their effects on the map, and the line that explains them. */
 
 import { useState } from "preact/hooks";
-import { CELL } from "../map/camera";
-import { isWall } from "../map/floor";
+import { ordered, square } from "../map/marks";
 import { notice, unless } from "../panels/notice";
-import { at, label, type EventKind, type Obstacle, type Robot, type Run } from "../run/run";
+import { at, isWall, label, regionAt, type EventKind, type Obstacle, type Robot, type Run } from "../run/run";
 import type { Hand } from "../map/hand";
 import { isOrder, resolving, type ObjectiveKind, type Palette } from "../studio/model";
 import type { Say } from "./player";
@@ -291,24 +290,11 @@ export function waitsFor(run: Run): string | null {
 export function useWorldHand(run: Run | null, tool: Tool, choose: (next: Tool | ((now: Tool) => Tool)) => void, say: Say): Hand | undefined {
   const [hovered, hover] = useState(-1);
   if (run === null || tool.does === "look") return undefined;
-  const regionAt = (x: number, y: number): number =>
-    x >= 0 && y >= 0 && x < run.cols && y < run.rows ? Math.floor(y) * run.cols + Math.floor(x) : -1;
   const marks = tool.does === "send" ? tool.regions : [];
-  const square = (region: number, kind: string, key: string) => (
-    <rect
-      key={key}
-      class={`mark-${kind}`}
-      x={(region % run.cols) * CELL + 1.5}
-      y={Math.floor(region / run.cols) * CELL + 1.5}
-      width={CELL - 3}
-      height={CELL - 3}
-      rx={4}
-    />
-  );
   return {
     cursor: "crosshair",
     down(x, y) {
-      const region = regionAt(x, y);
+      const region = regionAt(run, x, y);
       if (region < 0) return false;
       if (isWall(run, region)) notice(`Region ${label(run, region)} is a wall: click a free region.`);
       else if (tool.does === "close") say("change", { kind: "close", type: tool.type, truth: tool.truth, region });
@@ -326,18 +312,14 @@ export function useWorldHand(run: Run | null, tool: Tool, choose: (next: Tool | 
       }
       return true;
     },
-    move: (x, y) => hover(regionAt(x, y)),
+    move: (x, y) => hover(regionAt(run, x, y)),
     up: () => undefined,
     leave: () => hover(-1),
     over: (
       <>
-        {marks.map((region, i) => square(region, "chosen", `${i}`))}
-        {marks.map((region, i) => (
-          <text class="order" x={((region % run.cols) + 0.5) * CELL} y={(Math.floor(region / run.cols) + 0.64) * CELL}>
-            {i + 1}
-          </text>
-        ))}
-        {hovered >= 0 && !isWall(run, hovered) && square(hovered, "hover", "hover")}
+        {marks.map((region, i) => square(run, region, "chosen", `${i}`))}
+        {ordered(run, marks)}
+        {hovered >= 0 && !isWall(run, hovered) && square(run, hovered, "hover", "hover")}
       </>
     ),
   };

@@ -5,6 +5,7 @@
  * with every frame while a robot is followed. Positions are in cells, screen lengths in pixels.
  */
 
+import { heard } from "../listening";
 import { clamp } from "../run/run";
 
 /** Units of the drawings for one cell. */
@@ -226,15 +227,7 @@ export function listenToPointers(
     const { x, y } = place(event);
     camera.zoom(Math.exp(-event.deltaY * (event.ctrlKey ? 0.01 : 0.0015)), x, y);
   };
-  room.addEventListener("pointerdown", down);
-  room.addEventListener("pointermove", move);
-  for (const name of ["pointerup", "pointercancel", "pointerleave"] as const) room.addEventListener(name, up);
-  room.addEventListener("wheel", wheel, { passive: false });
-  return () => {
-    room.removeEventListener("pointerdown", down);
-    room.removeEventListener("pointermove", move);
-    for (const name of ["pointerup", "pointercancel", "pointerleave"] as const)
-      room.removeEventListener(name, up);
-    room.removeEventListener("wheel", wheel);
-  };
+  const moves = { pointerdown: down, pointermove: move, pointerup: up, pointercancel: up, pointerleave: up };
+  const stops = [heard(room, moves), heard(room, { wheel }, { passive: false })];
+  return () => stops.forEach((stop) => stop());
 }

@@ -1,7 +1,9 @@
 /** The region under the pointer, or at the cursor of the arrow keys where a hand draws. */
 
 import { useLayoutEffect, useState } from "preact/hooks";
+import { heard } from "../listening";
 import { CELL, type Camera } from "./camera";
+import { regionAt } from "../run/run";
 import type { Hand } from "./hand";
 
 const STEPS: Record<string, [dx: number, dy: number]> = {
@@ -32,8 +34,8 @@ export function useCursor({ room, camera, cols, rows, first, hand }: CursorArgs)
     const look = (): void => {
       if (pointer === null) return hover(-1);
       const box = element.getBoundingClientRect();
-      const [x, y] = camera.at(pointer.x - box.left, pointer.y - box.top).map(Math.floor) as [number, number];
-      hover(x >= 0 && y >= 0 && x < cols && y < rows ? y * cols + x : -1);
+      const [x, y] = camera.at(pointer.x - box.left, pointer.y - box.top);
+      hover(regionAt({ cols, rows }, x, y));
     };
     const moved = (event: PointerEvent): void => {
       pointer = { x: event.clientX, y: event.clientY };
@@ -44,15 +46,9 @@ export function useCursor({ room, camera, cols, rows, first, hand }: CursorArgs)
       pointer = null;
       look();
     };
-    element.addEventListener("pointermove", moved);
-    element.addEventListener("pointerleave", left);
-    const stop = camera.onChange(look);
+    const stops = [heard(element, { pointermove: moved, pointerleave: left }), camera.onChange(look)];
     setRead(() => look);
-    return () => {
-      element.removeEventListener("pointermove", moved);
-      element.removeEventListener("pointerleave", left);
-      stop();
-    };
+    return () => stops.forEach((stop) => stop());
   }, [camera, cols, rows]);
 
   const keyed = (event: KeyboardEvent): void => {

@@ -3,7 +3,7 @@
 import { memo } from "preact/compat";
 import { CELL } from "./camera";
 import { Areas, outline, overlap, type Box } from "./names";
-import type { Run } from "../run/run";
+import { isWall, type Run } from "../run/run";
 
 /** Text below this many pixels is not shown, nor numbers in regions below this side. */
 const LEGIBLE = 8;
@@ -119,7 +119,3 @@ const Numbers = memo(({ run, size, hidden }: { run: Run; size: number; hidden: n
     </g>
   );
 }, sameFloor);
-
-export function isWall(run: Run, region: number): boolean {
-  return run.grid[Math.floor(region / run.cols)]![region % run.cols] === "#";
-}

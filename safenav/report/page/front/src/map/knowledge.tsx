@@ -2,6 +2,7 @@
 
 import { memo } from "preact/compat";
 import { CELL } from "./camera";
+import { centreOf } from "./marks";
 import { outline } from "./names";
 import { aimAt, at, eventsAt, transitAt, type Robot, type Run } from "../run/run";
 import type { Shown } from "../settings";
@@ -143,10 +144,6 @@ function Targets({ run, tick, grown }: { run: Run; tick: number; grown: number }
   );
 }
 
-function centreOf(run: Run, region: number): [x: number, y: number] {
-  return [((region % run.cols) + 0.5) * CELL, (Math.floor(region / run.cols) + 0.5) * CELL];
-}
-
 /** A circle as a path. */
 export function ringOf(x: number, y: number, radius: number): string {
   return `M${x + radius} ${y}a${radius} ${radius} 0 1 1 ${-2 * radius} 0a${radius} ${radius} 0 1 1 ${2 * radius} 0z`;
@@ -175,17 +172,11 @@ function Violations({ run, tick, grown }: Omit<KnowledgeProps, "shown">) {
     <>
       {refused.map(([, , , robot, region]) => {
         const from = run.robots[robot]!.path[tick]!;
-        const dx = (region % run.cols) - (from % run.cols);
-        const dy = Math.floor(region / run.cols) - Math.floor(from / run.cols);
-        const x = ((from % run.cols) + 0.5) * CELL;
-        const y = (Math.floor(from / run.cols) + 0.5) * CELL;
-        const angle = (Math.atan2(dy, dx) * 180) / Math.PI;
+        const [x, y] = centreOf(run, from);
+        const [toX, toY] = centreOf(run, region);
+        const angle = (Math.atan2(toY - y, toX - x) * 180) / Math.PI;
         return (
-          <path
-            class="violation-arrow"
-            transform={`translate(${x} ${y}) rotate(${angle}) scale(${grown})`}
-            d={ARROW}
-          />
+          <path class="violation-arrow" transform={`translate(${x} ${y}) rotate(${angle}) scale(${grown})`} d={ARROW} />
         );
       })}
     </>

@@ -7,13 +7,15 @@
 
 import { useLayoutEffect, useReducer, useRef } from "preact/hooks";
 import { CELL, listenToPointers, type Camera } from "./camera";
+import { heard, resized } from "../listening";
 import { useCursor } from "./cursor";
-import { Floor, isWall } from "./floor";
+import { Floor } from "./floor";
 import { Knowledge } from "./knowledge";
+import { centreOf } from "./marks";
 import { Names, useNames } from "./names";
 import { growth, Robots, Trails } from "./motion";
 import type { Player } from "../run/player";
-import { at, clamp, label, poseAt, transitAt, when, type Run } from "../run/run";
+import { at, clamp, isWall, label, poseAt, transitAt, when, type Run } from "../run/run";
 import type { Shown } from "../settings";
 import type { Hand } from "./hand";
 import { shadesAt, Shading, viewersOf } from "./shading";
@@ -51,9 +53,8 @@ export function MapView({ run, player, camera, tick, shown, pointed, hand }: Map
     const element = room.current!;
     const attach = (): void =>
       camera.attach([...element.querySelectorAll("svg")], element.clientWidth, element.clientHeight);
-    const observer = new ResizeObserver(attach);
-    observer.observe(element);
     const stops = [
+      resized(element, attach),
       camera.onChange(() => redraw(0)),
       listenToHand(element, camera, () => now.current.hand),
       listenToPointers(element, camera, (x, y) => {
@@ -62,10 +63,7 @@ export function MapView({ run, player, camera, tick, shown, pointed, hand }: Map
       }),
     ];
     attach();
-    return () => {
-      observer.disconnect();
-      stops.forEach((stop) => stop());
-    };
+    return () => stops.forEach((stop) => stop());
   }, [player, camera, shades, hand !== undefined]);
   return (
     <div class="map-room">
@@ -152,24 +150,12 @@ function listenToHand(room: HTMLElement, camera: Camera, hand: () => Hand | unde
   const leave = (): void => {
     if (held === null) hand()?.leave();
   };
-  room.addEventListener("pointerdown", down);
-  room.addEventListener("pointermove", move);
-  room.addEventListener("pointerup", up);
-  room.addEventListener("pointercancel", up);
-  room.addEventListener("pointerleave", leave);
-  return () => {
-    room.removeEventListener("pointerleave", leave);
-    room.removeEventListener("pointerdown", down);
-    room.removeEventListener("pointermove", move);
-    room.removeEventListener("pointerup", up);
-    room.removeEventListener("pointercancel", up);
-  };
+  return heard(room, { pointerdown: down, pointermove: move, pointerup: up, pointercancel: up, pointerleave: leave });
 }
 
 /** Rings that highlight a region briefly. */
 function Pointed({ run, region }: { run: Run; region: number }) {
-  const x = ((region % run.cols) + 0.5) * CELL;
-  const y = (Math.floor(region / run.cols) + 0.5) * CELL;
+  const [x, y] = centreOf(run, region);
   return <circle class="pointed" cx={x} cy={y} r={CELL * 0.75} />;
 }
 

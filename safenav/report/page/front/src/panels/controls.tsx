@@ -5,9 +5,10 @@ import { Curves } from "./curves";
 import { Deadlines } from "./deadlines";
 import { EventSign, Icon, type ButtonIcon } from "./icons";
 import { Axis, Lanes } from "./lanes";
+import { resized } from "../listening";
 import { unless } from "./notice";
 import { SPEEDS, type Player } from "../run/player";
-import { moment, when, type EventKind, type Run, type RunEvent } from "../run/run";
+import { moment, OUTSIDE, REST, STORY, when, type EventKind, type Run, type RunEvent } from "../run/run";
 
 interface ControlsProps {
   run: Run;
@@ -96,18 +97,8 @@ export function Seconds({ player }: { player: Player }) {
   return <span class="seconds" ref={words} />;
 }
 
-/** The story, whose marks stand above or beside others that are close. */
-const STORY: EventKind[] = [
-  ...(["outcome", "waiting", "operator", "violation", "blocked", "resolved", "request"] as const),
-  ...(["failure", "deadline", "assumption"] as const),
-];
-/** Causes from outside, whose marks stand above others that are close. */
-const OUTSIDE: EventKind[] = [
-  ...(["inputs", "appeared", "gone", "truth", "objective", "service", "paused", "reopened"] as const),
-];
-/** All other events, placed where the lowest row has room. */
-const REST: EventKind[] = ["act", "push", "pop", "synthesis", "plan", "plan_end"];
-const RANK = [...STORY, ...OUTSIDE, ...REST];
+/** By rank: those of the rest stand where the lowest row has room. */
+const RANK: EventKind[] = [...STORY, ...OUTSIDE, ...REST];
 const MARK = 18;
 /** Rows of marks: those that are close together stand above each other. */
 const ROWS = 3;
@@ -135,8 +126,8 @@ export function marksOf(run: Run, player: Player, width: number): TimelineMark[]
   ranked.sort((a, b) => RANK.indexOf(a[1]) - RANK.indexOf(b[1]) || a[0] - b[0]);
   for (const event of ranked) {
     const place = player.end ? player.timeOf(event[0]) / player.end : 0;
-    const aside = STORY.includes(event[1]) ? ASIDE : [0];
-    const rows = REST.includes(event[1]) ? 1 : ROWS;
+    const aside = RANK.indexOf(event[1]) < STORY.length ? ASIDE : [0];
+    const rows = RANK.indexOf(event[1]) >= STORY.length + OUTSIDE.length ? 1 : ROWS;
     const title = `${when(run, event[0])}: ${event[2]}`;
     const same = marks.find((mark) => mark.event[0] === event[0] && mark.event[1] === event[1]);
     const spots = aside.flatMap((by) =>
@@ -162,11 +153,7 @@ export function Timeline({ run, player, tick }: ControlsProps) {
   const track = useRef<HTMLDivElement>(null);
   const slider = useRef<HTMLInputElement>(null);
   const [width, setWidth] = useState(800);
-  useLayoutEffect(() => {
-    const observer = new ResizeObserver(() => setWidth(track.current!.clientWidth));
-    observer.observe(track.current!);
-    return () => observer.disconnect();
-  }, []);
+  useLayoutEffect(() => resized(track.current!, () => setWidth(track.current!.clientWidth)), []);
   useLayoutEffect(() => {
     const follow = (time: number): void => {
       slider.current!.value = String(time);

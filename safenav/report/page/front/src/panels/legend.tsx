@@ -1,6 +1,7 @@
 /** The legend: marks of the stage, and signs of events and activities on the timeline. */
 
 import { memo } from "preact/compat";
+import { Row } from "../map/legend";
 import { Drawer } from "./drawer";
 import { EventSign } from "./icons";
 import { bar, DOINGS } from "./lanes";
@@ -54,18 +55,12 @@ export const Legend = memo(({ run, Marks }: { run: Run; Marks: Stage["Marks"] })
             {meaning}, in its lane
           </li>
         ))}
-        <li>
-          <svg width="22" height="10" aria-hidden="true">
-            <path class="doing synthesis" d="M11 0v10" />
-          </svg>
-          synthesis, in its lane
-        </li>
-        <li>
-          <svg width="10" height="14" class="goals" aria-hidden="true">
-            <path d="M5 4v6" />
-          </svg>
-          goals, below the timeline
-        </li>
+        <Row words="synthesis, in its lane" width={22} height={10}>
+          <path class="doing synthesis" d="M11 0v10" />
+        </Row>
+        <Row words="goals, below the timeline" width={10} height={14} class="goals">
+          <path d="M5 4v6" />
+        </Row>
       </ul>
     </Drawer>
   );

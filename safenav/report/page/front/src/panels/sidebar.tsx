@@ -1,6 +1,7 @@
 /** The side of the page: robots with their objectives, the stack, the obstacles. */
 
 import { useLayoutEffect, useReducer, useRef } from "preact/hooks";
+import { resized } from "../listening";
 import type { Eye } from "../map/camera";
 import type { Stage } from "../map/stage";
 import type { Player } from "../run/player";
@@ -44,12 +45,7 @@ export function Robots({ run, tick, eye, player, where }: RobotsProps) {
   const frames = at(run.stack, tick)[1];
   const panel = useRef<HTMLElement>(null);
   useLayoutEffect(() => fade(panel.current!));
-  useLayoutEffect(() => {
-    const section = panel.current!;
-    const observer = new ResizeObserver(() => fade(section));
-    observer.observe(section);
-    return () => observer.disconnect();
-  }, []);
+  useLayoutEffect(() => resized(panel.current!, () => fade(panel.current!)), []);
   return (
     <section
       class="panel robots"

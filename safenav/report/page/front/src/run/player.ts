@@ -1,4 +1,4 @@
-import { lastAt } from "./run";
+import { tickAt } from "./run";
 
 /**
  * The playback clock of the page. It counts in ticks, or in seconds if the run
@@ -42,8 +42,7 @@ export class Player {
 
   /** The tick whose events have happened. */
   get tick(): number {
-    if (this.clock === null) return Math.min(this.last, Math.floor(this.time + 1e-9));
-    return lastAt(this.clock, this.last, this.time);
+    return tickAt({ times: this.clock, last: this.last }, this.time);
   }
 
   onFrame(listener: (time: number) => void): () => void {

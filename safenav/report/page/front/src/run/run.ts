@@ -12,32 +12,17 @@ export type Status = (typeof STATUSES)[number] | "absent";
 /** The words for an obstacle that is not ordered yet. */
 export const UNORDERED = "not ordered yet";
 
-export type EventKind =
-  | "synthesis"
-  | "violation"
-  | "request"
-  | "push"
-  | "act"
-  | "resolved"
-  | "blocked"
-  | "pop"
-  | "goal"
-  | "assumption"
-  | "appeared"
-  | "gone"
-  | "truth"
-  | "reopened"
-  | "waiting"
-  | "paused"
-  | "operator"
-  | "failure"
-  | "deadline"
-  | "objective"
-  | "inputs"
-  | "service"
-  | "plan"
-  | "plan_end"
-  | "outcome";
+/** The kinds of events of the story, those of causes from outside, and the others, each by rank. */
+export const STORY = [
+  ...(["outcome", "waiting", "operator", "violation", "blocked", "resolved", "request"] as const),
+  ...(["failure", "deadline", "assumption"] as const),
+];
+export const OUTSIDE = [
+  ...(["inputs", "appeared", "gone", "truth", "objective", "service", "paused", "reopened"] as const),
+];
+export const REST = ["act", "push", "pop", "synthesis", "plan", "plan_end"] as const;
+
+export type EventKind = (typeof STORY | typeof OUTSIDE | typeof REST)[number] | "goal";
 
 export interface Look {
   shape: string;
@@ -184,16 +169,20 @@ export interface Run {
   };
 }
 
+/** Return how many of `size` indices, the first ones, have a property. */
+function countOf(size: number, has: (index: number) => boolean): number {
+  let [low, high] = [0, size];
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (has(middle)) low = middle + 1;
+    else high = middle;
+  }
+  return low;
+}
+
 /** Return the entry that holds after all events of that tick. */
 export function at<T extends [number, ...unknown[]]>(changes: readonly T[], tick: number): T {
-  let low = 0;
-  let high = changes.length - 1;
-  while (low < high) {
-    const middle = (low + high + 1) >> 1;
-    if (changes[middle]![0] <= tick) low = middle;
-    else high = middle - 1;
-  }
-  return changes[low]!;
+  return changes[Math.max(0, countOf(changes.length, (i) => changes[i]![0] <= tick) - 1)]!;
 }
 
 /**
@@ -258,21 +247,10 @@ export function poseAt(run: Run, robot: Robot, time: number): Pose {
   return { x, y, heading: facing! + turn * Math.min(1, 2 * part) };
 }
 
-/** Return the last tick that is not after a moment. */
-export function tickAt(run: Run, time: number): number {
-  if (run.times === null) return Math.min(run.last, Math.floor(time + 1e-9));
-  return lastAt(run.times, run.last, time);
-}
-
-/** Return the last index up to `last` whose time is not after `time`. */
-export function lastAt(times: readonly number[], last: number, time: number): number {
-  let [low, high] = [0, last];
-  while (low < high) {
-    const middle = (low + high + 1) >> 1;
-    if (times[middle]! <= time + 1e-9) low = middle;
-    else high = middle - 1;
-  }
-  return low;
+/** Return the last tick, of a run or a player, that is not after a moment. */
+export function tickAt({ times, last }: Pick<Run, "last"> & { times: readonly number[] | null }, time: number): number {
+  if (times === null) return Math.min(last, Math.floor(time + 1e-9));
+  return Math.max(0, countOf(last + 1, (i) => times[i]! <= time + 1e-9) - 1);
 }
 
 /** `12`, or `12.3` if the run has a clock. */
@@ -338,16 +316,18 @@ export function roleOf(name: string, frames: readonly Frame[]): [kind: string, w
 
 /** The first index in `events` (sorted by tick) whose tick is greater than `tick`. */
 export function eventsAfter(events: readonly RunEvent[], tick: number): number {
-  let low = 0;
-  let high = events.length;
-  while (low < high) {
-    const middle = (low + high) >> 1;
-    if (events[middle]![0] > tick) high = middle;
-    else low = middle + 1;
-  }
-  return low;
+  return countOf(events.length, (i) => events[i]![0] <= tick);
 }
 
 export function eventsAt(run: Run, tick: number): RunEvent[] {
   return run.events.slice(eventsAfter(run.events, tick - 1), eventsAfter(run.events, tick));
+}
+
+export function isWall(run: Run, region: number): boolean {
+  return run.grid[Math.floor(region / run.cols)]![region % run.cols] === "#";
+}
+
+/** The region at a column and row, with fractions; -1 outside the map. */
+export function regionAt({ cols, rows }: Pick<Run, "cols" | "rows">, x: number, y: number): number {
+  return x >= 0 && y >= 0 && x < cols && y < rows ? Math.floor(y) * cols + Math.floor(x) : -1;
 }

@@ -1,5 +1,6 @@
 /** The drawing board: map and text of a scenario, side by side. */
 
+import { heard } from "../listening";
 import type { ComponentChildren } from "preact";
 import { useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 import { Button } from "../panels/controls";
@@ -10,7 +11,7 @@ import { MapView } from "../map/map";
 import { Camera } from "../map/camera";
 import { Zoom } from "../map/tools";
 import { Player } from "../run/player";
-import { applyTheme, nextTheme, storedTheme } from "../settings";
+import { ALL, applyTheme, nextTheme, storedTheme } from "../settings";
 import { useDrawingHand } from "./hand";
 import type { Chosen, Doc, Drawing, Pen, Verdict } from "./model";
 import { Selection } from "./selection";
@@ -27,7 +28,7 @@ interface DrawProps {
   run(): void;
 }
 
-const SHOWN = { numbers: true, names: true, trails: false, targets: true, hidden: true, sight: false, beliefs: false, viewer: -1 };
+const SHOWN = { ...ALL, trails: false, sight: false, beliefs: false };
 
 const KEYS: Keys = [
   ["V", "select and drag"],
@@ -71,8 +72,7 @@ export function Draw({ doc, verdicts, say, save, menus, run }: DrawProps) {
       } else return;
       event.preventDefault();
     };
-    addEventListener("keydown", pressed);
-    return () => removeEventListener("keydown", pressed);
+    return heard(window, { keydown: pressed });
   }, [say, save, chosen, drawing]);
   const robot = chosen && "robot" in chosen ? chosen.robot : null;
   const verdict = (robot !== null && verdicts[robot]) || null;

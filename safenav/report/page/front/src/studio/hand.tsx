@@ -2,10 +2,10 @@
 
 import { useEffect, useRef, useState } from "preact/hooks";
 import { CELL } from "../map/camera";
-import { isWall } from "../map/floor";
+import { ordered, square as squareOf } from "../map/marks";
 import type { Hand } from "../map/hand";
 import { notice } from "../panels/notice";
-import { label } from "../run/run";
+import { isWall, label, regionAt as regionOf } from "../run/run";
 import type { DrawnObstacle, DrawnRobot, Drawing, Problem, Target, Verdict } from "./model";
 import { choose as chooseTarget, targetsOf } from "./objective";
 import type { Drawn } from "./tools";
@@ -36,8 +36,7 @@ export function useDrawingHand(args: HandArgs): Hand {
   const [hovered, hover] = useState(-1);
   const [, redraw] = useState(0);
   const { rows, cols } = drawing.run;
-  const regionAt = (x: number, y: number): number =>
-    x >= 0 && y >= 0 && x < cols && y < rows ? Math.floor(y) * cols + Math.floor(x) : -1;
+  const regionAt = (x: number, y: number): number => regionOf(drawing.run, x, y);
   const edit = (op: string, data: object): void => say("edit", { op, ...data });
   const robotAt = (region: number) => drawing.robots.find((robot) => robot.start === region);
   const obstacleAt = (region: number) => drawing.obstacles.find((obstacle) => obstacle.region === region);
@@ -163,9 +162,7 @@ export function useDrawingHand(args: HandArgs): Hand {
     x: (region % cols) * CELL,
     y: Math.floor(region / cols) * CELL,
   });
-  const square = (region: number, kind: string, key: string) => (
-    <rect key={key} class={`mark-${kind}`} {...shifted(at(region), 1.5)} width={CELL - 3} height={CELL - 3} rx={4} />
-  );
+  const square = (region: number, kind: string, key: string) => squareOf(drawing.run, region, kind, key);
   const painting = held.current?.what === "paint" ? held.current : null;
   const firstOf = (target: Target): number => {
     const regions = typeof target === "string" ? (drawing.areas[target] ?? [-1]) : [target].flat();
@@ -196,15 +193,7 @@ export function useDrawingHand(args: HandArgs): Hand {
           [...painting.regions].map((region) => square(region, painting.wall ? "wall" : "floor", `p${region}`))}
         {picked && square(picked.start, "picked", "picked")}
         {picture && square(picture.region, "picked", "picked")}
-        {(order.length > 1 || pen.does === "objective") &&
-          order.map((region, i) => {
-            const { x, y } = at(region);
-            return (
-              <text key={`o${i}`} class="order" x={x + CELL / 2} y={y + CELL * 0.64}>
-                {i + 1}
-              </text>
-            );
-          })}
+        {(order.length > 1 || pen.does === "objective") && ordered(drawing.run, order)}
         {faced && picked && HEADINGS[faced] && (
           <g transform={`translate(${at(picked.start).x + CELL / 2} ${at(picked.start).y + CELL / 2})`}>
             <line class="handle" x2={HEADINGS[faced]![0] * CELL * 0.62} y2={HEADINGS[faced]![1] * CELL * 0.62} />
@@ -246,8 +235,4 @@ function line(from: [number, number], to: [number, number], regionAt: (x: number
     if (region >= 0) found.push(region);
   }
   return found;
-}
-
-function shifted({ x, y }: { x: number; y: number }, by: number): { x: number; y: number } {
-  return { x: x + by, y: y + by };
 }

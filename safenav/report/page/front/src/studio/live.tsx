@@ -1,8 +1,9 @@
 /** A live run: the replay page, with controls of the run and of its world. */
 
+import { heard } from "../listening";
 import type { ComponentChildren } from "preact";
 import { useLayoutEffect, useMemo, useState } from "preact/hooks";
-import { App } from "../app";
+import { App, OutcomeBadge } from "../app";
 import { outOfService, ToolLine, useWorldHand, waitsFor, World, type Tool } from "../live/changes";
 import { LiveControls } from "../live/controls";
 import type { LivePlayer } from "../live/player";
@@ -44,8 +45,7 @@ export function LiveView({ run, player, wire, palette, watches, bar, saving }: L
       choose({ does: "look" });
       (document.activeElement as HTMLElement | null)?.blur(); // Space runs again
     };
-    addEventListener("keydown", pressed);
-    return () => removeEventListener("keydown", pressed);
+    return heard(window, { keydown: pressed });
   }, []);
   if (run === null) return <Begin player={player} wire={wire} bar={bar} />;
   const tick = player.tick;
@@ -89,14 +89,7 @@ export function LiveView({ run, player, wire, palette, watches, bar, saving }: L
 function Badge({ player, run }: { player: LivePlayer; run: Run }) {
   const { phase, outcome, failure, busy } = player.state;
   if (failure !== null) return <p class="badge bad" title={failure}>failed: {failure.split("\n")[0]}</p>;
-  if (outcome !== null) {
-    const title = run.ending?.explanation ?? "";
-    return (
-      <p class={`badge ${outcome === "completed" ? "good" : "bad"}`} title={title}>
-        {outcome.replace(/_/g, " ")}
-      </p>
-    );
-  }
+  if (outcome !== null) return <OutcomeBadge outcome={outcome} explanation={run.ending?.explanation ?? ""} />;
   if (waitsFor(run) !== null) {
     const show = (): void => document.querySelector(".operator")?.scrollIntoView({ block: "center" });
     return <button type="button" class="badge bad" title="Show why, and the remedies" onClick={show}>waits for an operator</button>;
@@ -108,18 +101,10 @@ function Badge({ player, run }: { player: LivePlayer; run: Run }) {
 export function RunDownloads() {
   return (
     <>
-      <a href="save/trace" download>
-        Trace of the run
-      </a>
-      <a href="save/replay" download>
-        Replay (HTML page)
-      </a>
-      <a href="save/3d" target="_blank" rel="noopener">
-        Show in 3D
-      </a>
-      <a href="save/bundle" download>
-        Bundle with proofs
-      </a>
+      <a href="save/trace" download>Trace of the run</a>
+      <a href="save/replay" download>Replay (HTML page)</a>
+      <a href="save/3d" target="_blank" rel="noopener">Show in 3D</a>
+      <a href="save/bundle" download>Bundle with proofs</a>
     </>
   );
 }

@@ -1,6 +1,7 @@
 /** Menus and dialogs of the studio: Esc, or a choice, closes an open one. */
 
 import type { ComponentChildren } from "preact";
+import { heard } from "../listening";
 import { useLayoutEffect, useRef } from "preact/hooks";
 
 export function Menu({ title, children, mark }: { title: string; children: ComponentChildren; mark?: ComponentChildren }) {
@@ -34,12 +35,8 @@ export function useClosingMenus(): void {
       event.preventDefault();
       event.stopImmediatePropagation();
     };
-    addEventListener("pointerdown", pressed, true);
-    addEventListener("keydown", keyed, true);
-    return () => {
-      removeEventListener("pointerdown", pressed, true);
-      removeEventListener("keydown", keyed, true);
-    };
+    const stops = [heard(window, { pointerdown: pressed }, { capture: true }), heard(window, { keydown: keyed }, { capture: true })];
+    return () => stops.forEach((stop) => stop());
   }, []);
 }
 

@@ -15,7 +15,7 @@ import {
   MeshLambertMaterial,
   PlaneGeometry,
 } from "three";
-import type { Run } from "../run/run";
+import { isWall, type Run } from "../run/run";
 import { themeColour } from "./colours";
 
 export const LOW = 0.35;
@@ -24,10 +24,6 @@ export const HIGH = 2.0;
 /** The centre of a region on the ground, in metres. */
 export function centreOf(run: Run, side: number, region: number): [x: number, y: number] {
   return [((region % run.cols) + 0.5) * side, (run.rows - Math.floor(region / run.cols) - 0.5) * side];
-}
-
-export function isWall(run: Run, region: number): boolean {
-  return run.grid[Math.floor(region / run.cols)]![region % run.cols] === "#";
 }
 
 export class Floor {

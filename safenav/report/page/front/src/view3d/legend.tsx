@@ -1,7 +1,7 @@
 /** The legend's rows for the 3D scene: solids, plates on the ground, lines. */
 
 import type { ComponentChildren } from "preact";
-import { statusWords } from "../map/legend";
+import { Row, statusWords } from "../map/legend";
 import { StatusSign } from "../panels/icons";
 import { STATUSES, type Run } from "../run/run";
 import type { Sampled } from "./motion";
@@ -32,7 +32,6 @@ function Mark({ children, words }: { children: ComponentChildren; words: string 
 
 export function SolidMarks({ run, robots }: { run: Run; robots: Sampled[] }) {
   const first = run.robots[0];
-  const colour = { "--colour": first?.look.colour };
   const load = run.obstacles.some((obstacle) => obstacle.carried.length > 1);
   return (
     <>
@@ -52,42 +51,32 @@ export function SolidMarks({ run, robots }: { run: Run; robots: Sampled[] }) {
         </Mark>
       ))}
       {first && (
-        <Mark words="target of the robot with these letters">
-          <svg width="30" height="18" aria-hidden="true">
-            <rect x="1" y="1" width="28" height="16" rx="4" fill={first.look.colour} />
-            <text x="15" y="13" text-anchor="middle" font-size="12" font-weight="600" fill={first.look.ink}>
-              {first.look.letters}
-            </text>
-          </svg>
-        </Mark>
+        <Row words="target of the robot with these letters" width={30}>
+          <rect x="1" y="1" width="28" height="16" rx="4" fill={first.look.colour} />
+          <text x="15" y="13" text-anchor="middle" font-size="12" font-weight="600" fill={first.look.ink}>
+            {first.look.letters}
+          </text>
+        </Row>
       )}
       {first && (
-        <Mark words="path of a robot">
-          <svg width="30" height="18" aria-hidden="true">
-            <path d="M1 9h28" stroke={first.look.colour} stroke-width="1.5" />
-          </svg>
-        </Mark>
+        <Row words="path of a robot" width={30}>
+          <path d="M1 9h28" stroke={first.look.colour} stroke-width="1.5" />
+        </Row>
       )}
       {robots.some(({ track }) => track.feet.length > 0) && (
-        <Mark words="footprints">
-          <svg width="30" height="18" aria-hidden="true" fill={first?.look.colour} opacity="0.5">
-            <path d="M1 3h8v4h-8zM11 11h8v4h-8zM21 3h8v4h-8z" />
-          </svg>
-        </Mark>
+        <Row words="footprints" width={30}>
+          <path fill={first?.look.colour} opacity="0.5" d="M1 3h8v4h-8zM11 11h8v4h-8zM21 3h8v4h-8z" />
+        </Row>
       )}
       {first && (
-        <Mark words="region reserved by the robot of this colour">
-          <svg width="18" height="18" aria-hidden="true">
-            <path d="M1 1h16v16h-16z" fill={first.look.colour} opacity="0.3" />
-          </svg>
-        </Mark>
+        <Row words="region reserved by the robot of this colour">
+          <path d="M1 1h16v16h-16z" fill={first.look.colour} opacity="0.3" />
+        </Row>
       )}
       {robots.some(({ ghost }) => ghost !== null) && (
-        <Mark words="translucent: planned position of a measured robot">
-          <svg width="18" height="18" aria-hidden="true" style={colour}>
-            <circle cx="9" cy="9" r="7" fill={first?.look.colour} opacity="0.3" />
-          </svg>
-        </Mark>
+        <Row words="translucent: planned position of a measured robot">
+          <circle cx="9" cy="9" r="7" fill={first?.look.colour} opacity="0.3" />
+        </Row>
       )}
       {load && (
         <Mark words="load: the robot below carries it">
@@ -95,19 +84,15 @@ export function SolidMarks({ run, robots }: { run: Run; robots: Sampled[] }) {
         </Mark>
       )}
       {run.chargers.length > 0 && (
-        <Mark words="charger">
-          <svg width="18" height="18" viewBox="-1.6 -1.6 3.2 3.2" aria-hidden="true">
-            <path class="charger" d={run.charger} />
-            <circle r="1.4" class="charger-ring" />
-          </svg>
-        </Mark>
+        <Row words="charger" viewBox="-1.6 -1.6 3.2 3.2">
+          <path class="charger" d={run.charger} />
+          <circle r="1.4" class="charger-ring" />
+        </Row>
       )}
       {Object.keys(run.areas).length > 0 && (
-        <Mark words="area">
-          <svg width="18" height="18" aria-hidden="true">
-            <path class="border" d="M2 2h14v14h-14z" />
-          </svg>
-        </Mark>
+        <Row words="area">
+          <path class="border" d="M2 2h14v14h-14z" />
+        </Row>
       )}
     </>
   );

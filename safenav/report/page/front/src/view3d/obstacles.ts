@@ -1,9 +1,9 @@
 /** The obstacles of a run in the scene, at any moment. */
 
 import { Group } from "three";
-import { at, loadsOf, tickAt, type Obstacle, type Run, type Status } from "../run/run";
+import { at, isWall, loadsOf, tickAt, type Obstacle, type Run, type Status } from "../run/run";
 import { likeness } from "./bodies";
-import { centreOf, isWall } from "./floor";
+import { centreOf } from "./floor";
 import { sampleAt, type Motion, type Sampled } from "./motion";
 import { Door, Fog, Heap, STILL, Sliding, type Held, type Thing } from "./things";
 

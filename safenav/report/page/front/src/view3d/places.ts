@@ -19,24 +19,17 @@ export class Places {
   private readonly borders: LineSegments<BufferGeometry, LineBasicMaterial>;
 
   constructor(run: Run, side: number) {
-    const middle = (regions: number[]): [number, number] => {
+    const middle = (regions: readonly number[]): [number, number] => {
       const centres = regions.map((region) => centreOf(run, side, region));
       const mean = (axis: 0 | 1): number => centres.reduce((sum, centre) => sum + centre[axis], 0) / centres.length;
       return [mean(0), mean(1)];
     };
-    const named: [name: string, place: [number, number], area: boolean][] = [
-      ...Object.entries(run.names).map(([region, name]): [string, [number, number], boolean] => [
-        name,
-        centreOf(run, side, Number(region)),
-        false,
-      ]),
-      ...Object.entries(run.areas).map(([name, regions]): [string, [number, number], boolean] => [
-        name,
-        middle(regions),
-        true,
-      ]),
+    const named = [
+      ...Object.entries(run.names).map(([region, name]) => [name, [Number(region)], false] as const),
+      ...Object.entries(run.areas).map(([name, regions]) => [name, regions, true] as const),
     ];
-    this.signs = named.map(([name, [x, y], area]) => {
+    this.signs = named.map(([name, regions, area]) => {
+      const [x, y] = middle(regions);
       const found = sign(name, { ink: area ? "#0067a3" : "#1b1f24", paper: "rgba(255,255,255,0.86)", height: HEIGHT });
       found.name = name;
       found.position.set(x, y - 0.3 * side, 0.05);

@@ -30,7 +30,6 @@ import { focusAt } from "./story";
 import { FIELD_ANGLE, Notice, sign } from "./signs";
 import { Trails } from "./trails";
 
-
 const EASE = 0.35;
 const FADED = 0.3;
 
@@ -90,14 +89,13 @@ export class RunScene implements Lens {
     const colours = run.robots.map((robot) => robot.look.colour);
     this.floor = new Floor(run, motion.side);
     this.trails = new Trails(motion, robots, colours);
-    this.bodies = robots.map(({ track }, i) =>
-      bodyOf(run.robots[i]!.model, track.kind, track.size, colours[i]!, run.robots[i]!.headings !== null),
-    );
+    const made = ({ track }: Sampled, i: number): Body =>
+      bodyOf(run.robots[i]!.model, track.kind, track.size, colours[i]!, run.robots[i]!.headings !== null);
+    this.bodies = robots.map(made);
     this.obstacles = new Obstacles(run, motion, robots, this.bodies);
-    this.ghosts = robots.map(({ track, ghost }, i) => {
-      if (ghost === null) return null;
-      const robot = run.robots[i]!;
-      const body = bodyOf(robot.model, track.kind, track.size, colours[i]!, robot.headings !== null);
+    this.ghosts = robots.map((robot, i) => {
+      if (robot.ghost === null) return null;
+      const body = made(robot, i);
       fade(body.group);
       this.scene.add(body.group);
       return body;

@@ -2,6 +2,7 @@
 
 import { useLayoutEffect, useReducer, useRef, useState } from "preact/hooks";
 import { when, type Run } from "../run/run";
+import { resized } from "../listening";
 import { calm } from "../settings";
 import type { Choice, Stage, StageProps, Whereabouts } from "../map/stage";
 import { OrbitEye } from "./eye";
@@ -60,22 +61,20 @@ function Scene({ run, player, tick, shown, theme, motion, robots, eye }: ScenePr
     }
     eye.attach(made);
     const room = canvas.current!.parentElement!;
-    const observer = new ResizeObserver(() => {
+    const fit = (): void => {
       made.resize(room.clientWidth, room.clientHeight);
       draw();
-    });
-    observer.observe(room);
+    };
     // Dragging the camera redraws the scene also while the run is paused, once per frame.
     let frame = 0;
     const touched = (): void => {
       cancelAnimationFrame(frame);
       frame = requestAnimationFrame(draw);
     };
-    const stops = [player.onFrame(draw), eye.onChange(touched), made.onTouch(touched)];
+    const stops = [resized(room, fit), player.onFrame(draw), eye.onChange(touched), made.onTouch(touched)];
     return () => {
       eye.attach(null);
       for (const stop of stops) stop();
-      observer.disconnect();
       cancelAnimationFrame(frame);
       made.dispose();
     };

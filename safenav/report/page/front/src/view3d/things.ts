@@ -3,9 +3,10 @@
  * sensed, and a heap for types without a body of their own. An undiscovered obstacle is a faint outline.
  */
 
-import { BoxGeometry, CapsuleGeometry, Color, CylinderGeometry, DoubleSide, EdgesGeometry, Group, IcosahedronGeometry, LineBasicMaterial, LineSegments, Mesh, MeshLambertMaterial, SphereGeometry, type BufferGeometry } from "three";
+import { BoxGeometry, CapsuleGeometry, Color, CylinderGeometry, DoubleSide, EdgesGeometry, Group, IcosahedronGeometry, LineBasicMaterial, LineSegments, Mesh, MeshLambertMaterial, SphereGeometry } from "three";
 import type { Status } from "../run/run";
 import { themeColour } from "./colours";
+import { solid as placed } from "./solids";
 
 const HEIGHT = 1.5;
 
@@ -39,9 +40,7 @@ export abstract class Thing {
   }
 
   /** The orientation of the obstacle in its region. */
-  protected get turned(): number {
-    return 0;
-  }
+  protected turned = 0;
 
   show(status: Status, gone: number, hidden: boolean): void {
     this.outline.visible = status === "hidden" && hidden;
@@ -84,9 +83,7 @@ export class Door extends Thing {
     const width = side * 0.92;
     const frame = new MeshLambertMaterial({ color: 0x7b828c });
     for (const x of [-1, 1]) {
-      const post = new Mesh(new BoxGeometry(0.12, 0.12, HEIGHT), frame);
-      post.position.set((x * width) / 2, 0, HEIGHT / 2);
-      this.solid.add(post);
+      this.solid.add(box(0.12, 0.12, HEIGHT, frame, (x * width) / 2, 0, HEIGHT / 2));
     }
     if (barred) {
       for (let i = 0; i < 9; i++) this.hinge.add(box(0.05, 0.05, HEIGHT * 0.94, this.leaf, ((width - 0.14) * (i + 0.5)) / 9, 0, HEIGHT * 0.48));
@@ -94,18 +91,10 @@ export class Door extends Thing {
       this.lock = box(0.3, 0.18, 0.3, new MeshLambertMaterial({ color: 0xd9a520 }), width - 0.4, 0, HEIGHT * 0.5);
       this.hinge.add(this.lock);
     } else this.hinge.add(box(width - 0.14, 0.07, HEIGHT * 0.94, this.leaf, (width - 0.14) / 2, 0, HEIGHT * 0.48));
-    const knob = new Mesh(new BoxGeometry(0.07, 0.2, 0.07), frame);
-    knob.position.set(width - 0.34, 0, HEIGHT * 0.5);
     this.hinge.position.set(-(width - 0.14) / 2, 0, 0);
-    this.hinge.add(knob);
+    this.hinge.add(box(0.07, 0.2, 0.07, frame, width - 0.34, 0, HEIGHT * 0.5));
     this.solid.add(this.hinge);
-    this.across = northSouth ? 0 : Math.PI / 2;
-  }
-
-  private readonly across: number;
-
-  protected override get turned(): number {
-    return this.across;
+    this.turned = northSouth ? 0 : Math.PI / 2;
   }
 
   override stage(done: number): void {
@@ -120,12 +109,6 @@ export class Door extends Thing {
 
 function box(x: number, y: number, z: number, material: MeshLambertMaterial, atX = 0, atY = 0, atZ = 0): Mesh {
   return placed(new BoxGeometry(x, y, z), material, atX, atY, atZ);
-}
-
-function placed(geometry: BufferGeometry, material: MeshLambertMaterial, x = 0, y = 0, z = 0): Mesh {
-  const mesh = new Mesh(geometry, material);
-  mesh.position.set(x, y, z);
-  return mesh;
 }
 
 /** Two leaves that slide apart: a door with a button beside it, or an elevator with arrows above. */
@@ -157,13 +140,7 @@ export class Sliding extends Thing {
       }
     }
     else this.solid.add(placed(new SphereGeometry(0.07, 12, 8), this.lamp, width / 2, -0.16, HEIGHT * 0.55));
-    this.across = northSouth ? 0 : Math.PI / 2;
-  }
-
-  private readonly across: number;
-
-  protected override get turned(): number {
-    return this.across;
+    this.turned = northSouth ? 0 : Math.PI / 2;
   }
 
   protected become(status: Status, gone: number): void {
