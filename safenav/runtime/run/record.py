@@ -547,7 +547,8 @@ class Recorder:
         self._plan_reached(state)
         if end.outcome == Outcome.COMPLETED:
             self.ledger.completed()
-        self._plan_ends(PlanEndReason.CHANGED)
+        if end.outcome != Outcome.INTERRUPTED:  # nothing has changed then
+            self._plan_ends(PlanEndReason.CHANGED)
         ended = records.End(
             self.tick,
             Outcome(end.outcome),
