@@ -12,8 +12,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from msgspec import Struct, field
 
 from safenav.fleet.stations import FleetFile, Station
-from safenav.fleet.works import Work, Works
 from safenav.scenario.model import Obstacle, Robot, Scenario
+from safenav.team.floor import Floor, Stages, floor_of
+from safenav.team.state import Stage
+from safenav.team.team import introduced, team_of
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
 
@@ -45,34 +47,60 @@ def unserved(scenario: Scenario, fleet: FleetFile) -> Iterator[str]:
 
 
 class FleetProgress:
-    """Progress in resolving the obstacles that a fleet knows."""
+    """Progress in resolving the obstacles that a fleet knows, by the team's model."""
 
     def __init__(self, scenario: Scenario) -> None:
-        self.scenario = scenario
-        self._works: dict[str, Work] = {}
+        self._team = team_of(scenario)
+        self._stages: dict[str, Stage] = {}
 
-    def work(self, obstacle: Obstacle) -> Work:
-        return self._works.setdefault(obstacle.name, Work(obstacle))
+    def need(self, obstacle: Obstacle) -> int:
+        """Return the number of an obstacle's next need."""
+        return self._stage(obstacle).need
 
     def forget(self, obstacle: Obstacle) -> None:
         """Discard the progress on an obstacle that is resolved or gone. Other work in its region,
         such as a second parcel, is unchanged."""
-        self._works.pop(obstacle.name, None)
+        self._stages.pop(obstacle.name, None)
 
     def group(
         self, obstacle: Obstacle, robot: Robot, idle: Mapping[str, Region]
     ) -> tuple[str, ...]:
         """Return the robots that fulfil the next need of an obstacle now, if this one is among
         them."""
-        alone = Works(self.scenario, {obstacle.name: self.work(obstacle)})
-        found = alone.within_reach(robot, idle)
-        return found[0][1] if found else ()
+        floor, stages = self._floor(obstacle)
+        if not floor.open(stages):
+            return ()
+        need, members = floor.need(0, stages), self._team.members
+        there = [
+            members[i].name
+            for i in floor.able(0, stages)
+            if (region := idle.get(members[i].name)) is not None and need.regions >> region & 1
+        ]
+        if robot.name not in there:
+            return ()
+        if not need.together:
+            return (robot.name,)
+        return tuple(there) if len(there) >= need.robots else ()
 
     def meet(self, obstacle: Obstacle, robot: Robot, idle: Mapping[str, Region]) -> bool:
         """Record that the robot has done its part; return whether the obstacle is then resolved."""
-        work = self.work(obstacle)
-        Works(self.scenario).meet(work, robot, idle)
-        return work.finished
+        floor, stages = self._floor(obstacle)
+        names = self.group(obstacle, robot, idle)
+        group = [i for i, member in enumerate(self._team.members) if member.name in names]
+        (stage,) = floor.took_part(0, stages, group)
+        self._stages[obstacle.name] = stage
+        return not floor.open((stage,))
+
+    def _stage(self, obstacle: Obstacle) -> Stage:
+        return self._stages.setdefault(obstacle.name, Stage())
+
+    def _floor(self, obstacle: Obstacle) -> tuple[Floor, Stages]:
+        """The floor with this obstacle alone, and its stage."""
+        if obstacle not in (each.source for each in self._team.obstacles):
+            self._team = introduced(self._team, obstacle)
+        sources = [each.source for each in self._team.obstacles]
+        floor = floor_of(self._team, (sources.index(obstacle),), frozenset(), frozenset())
+        return floor, (self._stage(obstacle),)
 
 
 class TeamAction(Struct):
@@ -98,7 +126,7 @@ class TeamAction(Struct):
             group = self.progress.group(obstacle, self.robot, idle)
             if obstacle.name in self.results or (obstacle.name in self.advanced and not group):
                 continue
-            self.need = self.progress.work(obstacle).need
+            self.need = self.progress.need(obstacle)
             action = obstacle.needs[self.need].action
             names = group or (self.robot.name,)
             if all(action in stations[name].act for name in names):
@@ -121,7 +149,7 @@ class TeamAction(Struct):
         if len(answers) < len(self.team):
             return False
         worst, obstacle = max(answers, key=WORST.index), self.on
-        if self.progress.work(obstacle).need != self.need:  # other robots were faster
+        if self.progress.need(obstacle) != self.need:  # other robots were faster
             self.advanced.add(obstacle.name)
             return True
         more = worst in GOOD and bool(self.progress.group(obstacle, self.robot, idle))

@@ -60,11 +60,11 @@ def test_an_obstacle_stays_until_its_last_need_is_fulfilled() -> None:
     assert team_action.next(beside, stations) == {"fetch": "key"}
     assert team_action.answer("fetch", DONE, beside) and team_action.resolved is None
     assert team_action.next(beside, stations) == {} and team_action.found == []
-    assert progress.work(gate).need == 1
+    assert progress.need(gate) == 1
     progress.forget(replace(crate, region=gate.region))  # other work in its region
-    assert progress.work(gate).need == 1
+    assert progress.need(gate) == 1
     progress.forget(gate)
-    assert progress.work(gate).need == 0
+    assert progress.need(gate) == 0
 
 
 @pytest.mark.parametrize("answer", [DONE, NOTHING, FAILED])
@@ -85,7 +85,10 @@ def test_the_second_robot_at_a_load_does_not_fulfil_the_next_need(answer: ActRes
     assert first.answer("one", DONE, there) and first.next(there, stations) == {}
     assert second.answer("two", answer, there) and second.next(there, stations) == {}
     assert second.found == [] and second.resolved is None
-    assert progress.work(order).need == 1 and set(progress.work(order).carriers) == {"one"}
+    assert progress.need(order) == 1
+    at_goal = {"one": 8, "two": 8}  # only the one that carries it puts it down
+    brings = [progress.group(order, robot, at_goal) for robot in scenario.robots[:2]]
+    assert brings == [("one",), ()]
 
 
 @pytest.mark.parametrize(
