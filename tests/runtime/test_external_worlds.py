@@ -384,3 +384,36 @@ def test_a_known_door_stays_closed_when_its_sensor_no_longer_reports_it() -> Non
     text = (Path(__file__).parent / "cases/buttons/pressed_before_it_passes.yaml").read_text()
     scenario = loaded(text.replace("visit: [[2, 2], [2, 6]]", "visit: [[2, 6], [2, 2]]"))
     completed(scenario, world=Flickering(scenario))
+
+
+class Early(Bare):
+    """A floor without announced changes, on which the door that is listed for later stands
+    already."""
+
+    def sense(self, robot: Robot, region: int) -> Obstacle | None:
+        del robot
+        return next((each for each in self.scenario.obstacles if each.region == region), None)
+
+    def __init__(self, scenario: Scenario) -> None:
+        super().__init__()
+        self.scenario, self.entered = scenario, set[int]()
+
+    def start(self, robot: Robot, pose: Pose, command: int) -> WorldEvent | None:
+        self.entered.add(pose.region)
+        return super().start(robot, pose, command)
+
+
+def test_what_a_sensor_shows_is_closed_although_it_is_listed_for_later() -> None:
+    scenario = loaded("""
+map: {grid: ["....", "...."]}
+catalogue:
+  robots: {cart: {mobility: free, layer: ground, capabilities: []}}
+  obstacles: {gate: {action: push}}
+robots: {c: {model: cart, start: 0, objective: {visit: [3, 0]}}}
+obstacles: [{type: gate, region: 2, from: 900}]
+until: {rounds: 1}
+clock: live
+""")
+    world = Early(scenario)
+    run = completed(scenario, world=world)
+    assert 2 not in world.entered and run.one("violation", obstacle="gate@2")

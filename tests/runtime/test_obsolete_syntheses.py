@@ -3,10 +3,13 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+import pytest
+
 from once import beside
 from runtime.played import Run, loaded
 from runtime.worlds import Clocked
 from safenav import Mission, Synthesizer
+from safenav.runtime.control.answers import Answers
 from safenav.runtime.worlds.protocol import Sensed, WorldEvent
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.synthesis.binary import find_binary
@@ -51,3 +54,14 @@ def test_a_run_continues_although_an_obsolete_synthesis_never_ends(tmp_path: Pat
     Mission(scenario, synthesizer, world=Opened(scenario, flag), listeners=[run]).run()
     assert run.all("hold", why="synthesis") and run.one("gone")
     assert run.outcome["outcome"] == "completed" and not run.findings
+
+
+def test_an_answer_that_comes_while_it_is_looked_for_is_not_lost(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A question is answered between two looks: the run is told of it the next time."""
+    looks = iter([False, *[True] * 9])
+    monkeypatch.setattr(Answers, "ready", property(lambda _: next(looks)))
+    answers = Answers(Synthesizer())
+    answers._awaited = True
+    assert [answers.fresh(), answers.fresh(), answers.fresh()] == [False, True, False]
