@@ -273,7 +273,7 @@ _add(
     obstacle="type name region:int action resolution_regions:regions blocks:set traversable:truth"
     " needs?:need_list from?:count until?:count resolve_within?:count ordered?:bool",
     robot="mobility layer capabilities:set start:int heading:heading objective:objective"
-    " conflicts?:set tracking? vision?:number timing?:count battery?:battery"
+    " conflicts?:set vision?:number timing?:count battery?:battery"
     " when?:when_list while_waiting?:objective",
     choice="option:option proof:proof",
     closure="resolved:names never:names robots:reach_by_name",
@@ -298,7 +298,7 @@ KINDS = {
         "act": "robot robots:names obstacles:names",
         "acted": "robot results:words reason? barred?:names",
         "synthesis": "robot verdict objective:objective spec node?:count memory?:ints"
-        " places?:regions strategy? region?:int heading?:heading form? fairness? tracking?"
+        " places?:regions strategy? region?:int heading?:heading form? fairness?"
         " closed?:closed moving?:names knowledge?:knowledge beliefs?:beliefs neutral?:int"
         " places_from?:command_list others_targets?:targets sight_closed?:regions inputs?:truths"
         " again?:again forbidden?:poses",

@@ -8,7 +8,6 @@ form (a region of the map, a formula) is ``Raw``. docs/scenario.md explains each
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
-from safenav.scenario.model import Tracking
 from safenav.scenario.motion import KINDS as MOTIONS
 from safenav.scenario.objective import EXAMPLE, KINDS, STAYING, kinds_that, one_of
 from safenav.scenario.settings import Clock, Coordination, LatePolicy, Limits, Until
@@ -292,14 +291,17 @@ class RobotKeys(Item, frozen=True):
     one: ClassVar = "robot {name}"
     label: ClassVar = "of {rest}"
     elsewhere: ClassVar = {
-        word: f"it belongs in the objective, for example 'objective: {{{example}}}'"
-        for word, example in {
-            "avoid": f"{_EXAMPLES[TIMED[0]]}, avoid: [5]",
-            "always": f"{STAYING.example()}, always: region != 5",
-            "within": f"{_EXAMPLES[TIMED[0]]}, within: 20",
-            **_EXAMPLES,
-            "ltl": "ltl: {liveness: [region = 3]}",
-        }.items()
+        "tracking": "name the robots that its specification models: 'tracks: [quad]'",
+        **{
+            word: f"it belongs in the objective, for example 'objective: {{{example}}}'"
+            for word, example in {
+                "avoid": f"{_EXAMPLES[TIMED[0]]}, avoid: [5]",
+                "always": f"{STAYING.example()}, always: region != 5",
+                "within": f"{_EXAMPLES[TIMED[0]]}, within: 20",
+                **_EXAMPLES,
+                "ltl": "ltl: {liveness: [region = 3]}",
+            }.items()
+        },
     }
     model: Scalar | None = key("A robot model of the catalogue.", "for example 'model: digit'")
     start: RegionValue | None = key(
@@ -316,8 +318,9 @@ class RobotKeys(Item, frozen=True):
     avoids: tuple[Scalar, ...] | None = key(
         "Robots whose regions it must not enter. Default: those of its layer."
     )
-    tracks: tuple[Scalar, ...] = key("Robots that its specification also models.", default=())
-    tracking: Tracking = key("How its specification models other robots.", default=Tracking.NEARBY)
+    tracks: tuple[Scalar, ...] = key(
+        "Robots that its specification models, by beliefs.", default=()
+    )
     when: dict[Scalar, ObjectiveKeys] | None = key(
         "Objectives while inputs are on; the first counts.", example=f"{{alarm: {EXAMPLE}}}"
     )

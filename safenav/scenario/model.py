@@ -19,15 +19,6 @@ from safenav.world.map import Region, RegionMap
 from safenav.world.moves import Mobility, Pose
 
 
-class Tracking(StrEnum):
-    """Model of other robots in a robot's specification (docs/tracking.md):
-    the robots next to it, their exact positions, or the regions where they may be."""
-
-    NEARBY = "nearby"
-    EXACT = "exact"
-    BELIEF = "belief"
-
-
 class Battery(Struct, frozen=True):
     """Charge in the scenario's own unit: ``start`` initially, at most ``capacity``. A step takes
     ``move``; a tick (live: a second) without a step takes ``stay`` (live: perhaps a fraction), or
@@ -64,7 +55,7 @@ class Robot(Struct, frozen=True):
     """One robot of the team (the paper's agent p with its C_p and objective).
 
     ``avoids``: the robots that it must not share a region with; None for those of its layer.
-    ``tracks``: further robots whose position its specification models.
+    ``tracks``: the robots whose positions its specification models, by beliefs (docs/tracking.md).
     ``while_waiting``: its objective while it waits for help; None: it stays.
     ``within``: the deadline of a round of its objective in ticks, if it has one.
     ``when``: its objectives while inputs are on; the first active input counts.
@@ -76,7 +67,6 @@ class Robot(Struct, frozen=True):
     objective: Objective
     avoids: frozenset[str] | None = None
     tracks: frozenset[str] = frozenset()
-    tracking: Tracking = Tracking.NEARBY
     while_waiting: TargetObjective | None = None
     within: int | None = None
     when: tuple[tuple[str, Objective], ...] = ()

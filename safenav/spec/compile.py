@@ -12,7 +12,7 @@ from safenav.scenario.objective_text import describe
 from safenav.spec import assignable
 from safenav.spec.movement import heading_rules, stepping, walls
 from safenav.spec.objective import encode
-from safenav.spec.other_robots.tracking import OthersEncoding, encode_others
+from safenav.spec.other_robots import belief, nearby
 from safenav.spec.specification import Constraint, Origin, Owner, Section, Specification, Variable
 from safenav.spec.task import Task
 from safenav.world.map import RegionMap
@@ -25,7 +25,7 @@ def compile_task(task: Task, world: RegionMap) -> Specification:
     Source: paper, Sections III and VI; docs/specifications.md.
     """
     robot = task.robot
-    others = encode_others(task, world)
+    avoiding = bool(task.avoids)
     objective = encode(task.objective, f"{task.item}.objective", task.pose.region, task.memory)
     steered = task.assignable
     own = [
@@ -34,9 +34,10 @@ def compile_task(task: Task, world: RegionMap) -> Specification:
     ]
     variables = [
         *(assignable.inputs(world) if steered else ()),
-        *others.inputs,
+        *belief.inputs(task, world),
+        *(nearby.inputs(world) if avoiding else ()),
         *(Variable(each.name, Owner.INPUT, None, "an input") for each, _ in task.inputs),
-        *others.outputs,
+        *(nearby.outputs() if avoiding else ()),
         Variable("region", Owner.OUTPUT, (0, world.size - 1), f"where {robot.name} is"),
     ]
     if robot.model.mobility is Mobility.HEADING:
@@ -45,10 +46,9 @@ def compile_task(task: Task, world: RegionMap) -> Specification:
     variables += objective.variables
     constraints = [
         *(assignable.assumptions(task, world) if steered else ()),
-        *others.assumptions,
-        *_environment(task),
+        *_assumptions(task, world),
         *_beginning(task),
-        *_motion(task, world, others),
+        *_motion(task, world),
         *(assignable.guarantees(task, world) if steered else ()),
         *own,
     ]
@@ -60,10 +60,18 @@ def assumption_names(task: Task, world: RegionMap) -> list[str]:
     """Return the fairness assumptions that a task relies on, in words."""
     rules = (
         constraint.origin.rule
-        for constraint in (*encode_others(task, world).assumptions, *_environment(task))
+        for constraint in _assumptions(task, world)
         if constraint.section is Section.ENV_LIVENESS
     )
     return list(dict.fromkeys(rules))
+
+
+def _assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
+    """Yield the assumptions about the robots that it tracks or avoids, and about inputs."""
+    yield from belief.assumptions(task, world)
+    if task.avoids:
+        yield from nearby.assumptions(task, world)
+    yield from _environment(task)
 
 
 def _environment(task: Task) -> Iterator[Constraint]:
@@ -85,7 +93,7 @@ def _beginning(task: Task) -> Iterator[Constraint]:
         yield Constraint(Section.SYS_INIT, f"heading = {pose.heading:d}", origin)
 
 
-def _motion(task: Task, world: RegionMap, others: OthersEncoding) -> Iterator[Constraint]:
+def _motion(task: Task, world: RegionMap) -> Iterator[Constraint]:
     mobility = task.robot.model.mobility
     yield from stepping("region", Section.SYS_TRANS, world, f"{task.item}.mobility")
     if mobility is Mobility.HEADING:
@@ -103,4 +111,5 @@ def _motion(task: Task, world: RegionMap, others: OthersEncoding) -> Iterator[Co
         if pose.heading is not None:
             formula += f" | heading' != {pose.heading:d}"
         yield Constraint(Section.SYS_TRANS, formula, lost, (pose.region,))
-    yield from others.guarantees
+    if task.avoids:
+        yield from nearby.guarantees(task, world)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from msgspec import Struct
 
-from safenav.scenario.model import Robot, Tracking
+from safenav.scenario.model import Robot
 from safenav.scenario.objective import Objective, Target
 from safenav.scenario.settings import Input
 from safenav.spec.objective import NO_MEMORY, Memory
@@ -38,7 +38,7 @@ class Task(Struct, frozen=True):
     """Complete input of one robot's specification.
 
     ``blocked``: known obstacles (O beyond the walls) that block this robot. ``observed``: the
-    robots that it tracks, modelled by ``tracking``. For beliefs: the ``partition`` of the map (None
+    robots that it tracks, by beliefs: with the ``partition`` of the map (None
     for its rooms), and the ``closed`` regions, whose obstacles block the view. ``avoids``: names of
     robots with which it must not collide (``synth --avoiding``; in a run joint plans drive these).
     ``assignable``: goals can be assigned at runtime. ``forbidden``: poses from which the team could
@@ -52,7 +52,6 @@ class Task(Struct, frozen=True):
     memory: Memory = NO_MEMORY
     blocked: tuple[Known, ...] = ()
     observed: tuple[Observed, ...] = ()
-    tracking: Tracking = Tracking.NEARBY
     partition: Partition | None = None
     closed: frozenset[Region] = frozenset()
     assignable: bool = False

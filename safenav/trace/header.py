@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from msgspec import convert
 
 import safenav
-from safenav.scenario.model import Obstacle, Robot, Scenario, Tracking
+from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.motion import resolved
 from safenav.spec.other_robots.belief import MOST_CELLS
 from safenav.trace import setting
@@ -133,7 +133,6 @@ def _robot(robot: Robot, scenario: Scenario) -> setting.RobotHeader:
         objective=objective_in_trace(robot.objective),
         conflicts=frozenset(other.name for other in scenario.in_conflict(robot)),
         vision=model.vision,
-        tracking=robot.tracking.value,
         tracks=tuple(sorted(robot.tracks)),
         timing=model.timing,
         motion=resolved(model.motion, model.size, model.speed, model.layer),
@@ -160,7 +159,7 @@ def _changes(scenario: Scenario) -> tuple[setting.ChangeHeader, ...] | None:
 
 
 def _partition(scenario: Scenario) -> tuple[tuple[int, ...], ...] | None:
-    if all(robot.tracking is not Tracking.BELIEF for robot in scenario.robots):
+    if not any(robot.tracks for robot in scenario.robots):
         return None
     world = scenario.map
     cells = scenario.partition or rooms(world).coarsened(MOST_CELLS, world).cells

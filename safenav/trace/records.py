@@ -83,7 +83,7 @@ class Synthesis(Record, frozen=True, tag="synthesis"):
     What the specification was made from: pose (``region``, ``heading``), ``memory`` (variable:
     value at the start), ``inputs`` that its formulas name and their values, ``again`` (the values
     of these that are assumed infinitely often), ``closed`` (regions shut beyond the walls, and what
-    shuts each), ``tracked`` (robots that are inputs), ``tracking``, ``knowledge`` of
+    shuts each), ``tracked`` (robots that are inputs), ``knowledge`` of
     others at the start (a region, or cells), ``beliefs`` (the numbering of belief values, for each
     other robot), ``sight_closed`` (regions that block the view), ``places`` and ``neutral`` (what
     can be assigned; ``places_from``: what only from some places), ``forbidden`` beyond the
@@ -110,7 +110,6 @@ class Synthesis(Record, frozen=True, tag="synthesis"):
     again: Mapping[str, tuple[bool, ...]] | None = None
     closed: tuple[tuple[Region, str], ...] | None = None
     tracked: tuple[str, ...] | None = None
-    tracking: str | None = None
     knowledge: Mapping[str, Region | tuple[Count, ...]] | None = None
     beliefs: Mapping[str, tuple[tuple[Count, ...], ...]] | None = None
     sight_closed: tuple[Region, ...] | None = None

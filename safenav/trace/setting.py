@@ -57,7 +57,6 @@ class RobotHeader(Struct, frozen=True):
     objective: Objective
     conflicts: frozenset[str] | None = None
     vision: float | None = None
-    tracking: str | None = None
     tracks: tuple[str, ...] | None = None
     timing: Positive | None = None
     motion: Mapping[str, object] | None = None

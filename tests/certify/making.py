@@ -88,9 +88,9 @@ catalogue:
 robots:
   r0: {model: quadcopter, start: 14, objective: {ltl: {liveness: [region = 20, region = 18]}}}
   r1: {model: walker, start: 9, heading: south, objective: {visit: [18]}}
-  r2: {model: crane, start: 20, tracking: exact, objective: {visit: [14, 10]}}
+  r2: {model: crane, start: 20, objective: {visit: [14, 10]}}
   r3:
-    {model: digit, start: 19, heading: east, tracking: belief, vision: 3, objective: {hold: 10}}
+    {model: digit, start: 19, heading: east, vision: 3, objective: {hold: 10}}
 obstacles:
   - {type: uncertainty, region: 11, traversable: true}
   - {type: pile, region: 13}

@@ -89,7 +89,6 @@ def task_of(scenario: Scenario, about: Circumstances = ORDINARY) -> Task:
         memory=about.memory,
         blocked=tuple(Known(r, names[r], "it is there") for r in about.closed),
         observed=observed,
-        tracking=robot.tracking,
         assignable=about.assignable,
         inputs=tuple((each, False) for each in scenario.inputs),
         partition=None if scenario.partition is None else Partition(scenario.partition),

@@ -66,14 +66,11 @@ def test_a_live_run_is_certified(name: str, tmp_path: Path) -> None:
     assert f"Of {by.total()} moves {by['strategy']} follow strategies" in said
 
 
-@pytest.mark.parametrize("tracking", ["exact", "belief"])
-def test_a_live_strategy_that_assumes_single_steps_of_others_is_refused(
-    tracking: str, tmp_path: Path
-) -> None:
-    robots = f"""
-        a: {{model: rover, start: [1, 1], vision: 2, tracks: [b], tracking: {tracking},
-          objective: {{visit: [[1, 1], [1, 2]]}}}}
-        b: {{model: drone, start: [1, 6], objective: {{hold: [1, 6]}}}}"""
+def test_a_live_strategy_that_assumes_single_steps_of_others_is_refused(tmp_path: Path) -> None:
+    robots = """
+        a: {model: rover, start: [1, 1], vision: 2, tracks: [b],
+          objective: {visit: [[1, 1], [1, 2]]}}
+        b: {model: drone, start: [1, 6], objective: {hold: [1, 6]}}"""
     more = "partition: {tiles: [3, 1]}\nclock: live\n"
     drone = "    drone: {mobility: free, layer: air, capabilities: []}\n"
     scenario = scenario_of("########\n#......#\n########", robots, more, drone)

@@ -73,7 +73,7 @@ def replaced(old: str, new: str) -> Planted:
 ALONE = "a: {model: rover, start: [1, 1], objective: {visit: [[1, 1], [1, 5]]}}"
 WALKER = "a: {model: walker, start: [2, 2], heading: east, objective: {visit: [[1, 1], [3, 5]]}}"
 TRACKING = """
-    a: {model: rover, tracking: exact, tracks: [b], start: [1, 1],
+    a: {model: rover, tracks: [b], start: [1, 1],
         objective: {visit: [[1, 1], [3, 5]]}}
     b: {model: quadcopter, start: [1, 5], objective: {visit: [[1, 5], [3, 1]]}}
 """
@@ -140,7 +140,7 @@ EXERCISES = [
     Exercise(
         "a belief that vanishes",
         """
-    a: {model: rover, tracking: belief, tracks: [b], vision: 2, start: [1, 1],
+    a: {model: rover, tracks: [b], vision: 2, start: [1, 1],
         objective: {hold: [1, 1]}}
     b: {model: quadcopter, start: [1, 5], objective: {visit: [[1, 5], [2, 4]]}}
 """,

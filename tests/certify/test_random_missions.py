@@ -31,7 +31,7 @@ MADE = {
 def certified(scenario: Path, bundle: Path) -> bool:
     try:
         return bundle_of_run(scenario, bundle).verdict.accepted
-    except ResourceLimitError as limit:  # by exact tracking on a large map: no verdict
+    except ResourceLimitError as limit:  # by beliefs on a large map: no verdict
         pytest.skip(str(limit))
 
 

@@ -40,15 +40,15 @@ def _scenario(source: Random) -> Scenario | None:
     source.shuffle(free)
     if len(free) < 3:
         return None
-    tracking = source.choice(["nearby", "nearby", "exact", "belief"])
+    tracks = source.choice([False, True])
     robots, names = [], [f"r{n}" for n in range(min(source.choice([1, 1, 2, 2, 3]), len(free) - 2))]
     for number, name in enumerate(names):
         row, col = free[number]
         model = source.choice(["rover", "walker"])
         heading = f", heading: {source.choice(['north', 'east', 'south', 'west'])}"
-        vision = f", vision: {source.randint(1, 4)}" if tracking == "belief" else ""
-        others = [other for other in names if other != name and tracking != "nearby"]
-        known = f"avoids: [], tracks: [{', '.join(others)}], tracking: {tracking}{vision}"
+        vision = f", vision: {source.randint(1, 4)}" if tracks else ""
+        others = [other for other in names if other != name and tracks]
+        known = f"avoids: [], tracks: [{', '.join(others)}]{vision}"
         robots.append(
             f"{name}: {{model: {model}, {known}, start: [{row}, {col}]"
             f"{heading if model == 'walker' else ''}, objective: {_objective(source, free, cols)}}}"

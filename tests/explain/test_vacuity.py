@@ -25,7 +25,7 @@ ALLEY = """\
 safenav: 1
 map: {{grid: ["########", "####...#", "#......#", "####...#", "########"]}}
 robots:
-  hunter: {{model: r, start: 17, tracking: {tracking}, objective: {{visit: [17, 22]}}}}
+  hunter: {{model: r, start: 17, avoids: [], tracks: {tracks}, objective: {{visit: [17, 22]}}}}
   other: {{model: r, start: 14, objective: {{visit: [30, 14]}}}}
 catalogue: {{robots: {{r: {{mobility: free, layer: ground, capabilities: []}}}}}}
 """
@@ -73,10 +73,9 @@ def test_no_case_study_is_won_vacuously() -> None:
             assert vacuous_wins(answer.result.strategy, synthesizer) == ()
 
 
-def test_a_robot_cannot_force_others_that_are_only_nearby() -> None:
-    """``nearby`` is well separated: whatever the robot does, the others may be out of its way
-    in the next step, as far as its specification knows."""
-    scenario = load_scenario_text(ALLEY.format(tracking="nearby"))
+def test_a_robot_cannot_force_others_that_it_does_not_track() -> None:
+    """Whatever the robot does, its specification assumes nothing of the others."""
+    scenario = load_scenario_text(ALLEY.format(tracks="[]"))
     synthesizer = default_synthesizer(scenario)
     for answer in first_results(scenario, synthesizer).values():
         strategy = answer.result.strategy
@@ -99,9 +98,9 @@ def _fair_nodes(strategy: Strategy) -> set[int]:
     return {n for n in graph if n in good or networkx.descendants(graph, n) & good}
 
 
-@pytest.mark.parametrize("tracking", ["nearby", "exact", "belief"])
-def test_vacuities_are_exactly_the_nodes_where_the_automaton_breaks_fairness(tracking: str) -> None:
-    scenario = load_scenario_text(ALLEY.format(tracking=tracking))
+@pytest.mark.parametrize("tracks", ["[]", "[other]"])
+def test_vacuities_are_exactly_the_nodes_where_the_automaton_breaks_fairness(tracks: str) -> None:
+    scenario = load_scenario_text(ALLEY.format(tracks=tracks))
     answer = first_results(scenario, default_synthesizer(scenario), names=["hunter"])["hunter"]
     strategy = answer.result.strategy
     assert strategy is not None
@@ -117,7 +116,7 @@ def test_vacuities_are_exactly_the_nodes_where_the_automaton_breaks_fairness(tra
 
 def test_commands_warn_and_strict_commands_refuse(tmp_path: Path, invoke: Invoke) -> None:
     file = tmp_path / "alley.yaml"
-    file.write_text(ALLEY.format(tracking="exact"))
+    file.write_text(ALLEY.format(tracks="[other]"))
     strategy = first_results(load_scenario(file), Synthesizer(), names=["hunter"])["hunter"]
     assert strategy.result.strategy is not None
     warned = bool(vacuous_wins(strategy.result.strategy, Synthesizer()))

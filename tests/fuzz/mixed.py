@@ -202,15 +202,14 @@ def _add_promises(random: Random, data: Data) -> None:
 
 
 def tracked_mission(seed: int, *, live: bool = False) -> Data:
-    """A mixed mission whose robots track each other in any way."""
+    """A mixed mission of robots that share no floor, and track each other."""
     random, data = Random(f"tracked {seed}"), mixed_mission(seed, live=live)
-    ways = random.choice(
-        [["nearby"], ["exact"], ["belief"], ["nearby", "nearby", "exact", "belief"]]
-    )
-    for robot in data["robots"].values():
-        slow = "timing" in data["catalogue"]["robots"][robot["model"]]
-        robot["tracking"] = "nearby" if slow else random.choice(ways)
-        if robot["tracking"] == "belief":
+    models = data["catalogue"]["robots"]
+    quick = [n for n, robot in data["robots"].items() if "timing" not in models[robot["model"]]]
+    for name, robot in data["robots"].items():
+        robot["avoids"] = []
+        if name in quick and (others := [other for other in quick if other != name]):
+            robot["tracks"] = random.sample(others, random.randint(0, min(2, len(others))))
             robot["vision"] = random.randint(1, 4)
     return data
 

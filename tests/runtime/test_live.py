@@ -19,7 +19,6 @@ from runtime.played import Run, completed, loaded, play
 from runtime.worlds import Clocked
 from safenav import Mission
 from safenav.batch.expectation import Ledger, differences
-from safenav.errors import UsageError
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.worlds.live_simulation import LiveSimulation
 from safenav.runtime.worlds.protocol import (
@@ -425,13 +424,6 @@ def test_a_robot_that_reports_an_impossible_place_is_lost(
     assert {*lost["regions"]} == {depart["from"], depart["to"], *also} and lost["reason"]
     after = Run(run.records[run.records.index(lost) :])
     assert not [line for line in after.all("depart") if line["to"] in lost["regions"]]
-
-
-def test_beliefs_are_refused_where_strategies_assume_the_speed_of_others() -> None:
-    text = (SCENARIOS / "case_study_1_beliefs.yaml").read_text()
-    scenario = loaded(text.replace("tracks:", "avoids:"))
-    with pytest.raises(UsageError, match="digit has 'tracking: belief': its strategy assumes"):
-        Mission(replace(scenario, clock=Clock.LIVE))
 
 
 class Distant(Clocked):

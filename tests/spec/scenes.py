@@ -6,7 +6,7 @@ from hypothesis import assume
 from hypothesis import strategies as st
 
 from safenav.runtime.control.observing import after_look
-from safenav.scenario.model import Robot, RobotModel, Tracking
+from safenav.scenario.model import Robot, RobotModel
 from safenav.scenario.objective import Visit
 from safenav.spec.other_robots import belief
 from safenav.spec.other_robots.knowledge import Knowledge
@@ -61,7 +61,6 @@ def scenes(draw: st.DrawFn) -> Scene:
             objective,
             blocked=tuple(Known(region, "map", "closed") for region in sorted(blocked)),
             observed=(Observed("other", other),),
-            tracking=Tracking.BELIEF,
             partition=draw(st.none() | partitions(world)),
             closed=draw(st.frozensets(free, max_size=2)),
         ),

@@ -16,13 +16,12 @@ from safenav.formula.evaluator import Predicate, predicate
 from safenav.formula.parser import parse
 from safenav.outcome import Verdict
 from safenav.runtime.control.observing import after_look
-from safenav.scenario.model import Robot, RobotModel, Tracking
+from safenav.scenario.model import Robot, RobotModel
 from safenav.scenario.objective import Visit
 from safenav.scenario.reading.loader import load_scenario
 from safenav.spec.compile import compile_task
 from safenav.spec.other_robots import belief
 from safenav.spec.other_robots.knowledge import Knowledge, occurring, watch
-from safenav.spec.other_robots.tracking import OthersEncoding, encode_others
 from safenav.spec.specification import Section
 from safenav.spec.task import Observed, Task
 from safenav.synthesis.slugs import Synthesizer
@@ -38,7 +37,7 @@ CASE_STUDY_3 = Path(__file__).parents[2] / "scenarios" / "case_study_3.yaml"
 
 
 def formulas(scene: Scene, section: Section) -> list[Predicate]:
-    found = encode_others(scene.task, scene.world).assumptions
+    found = belief.assumptions(scene.task, scene.world)
     return [predicate(parse(c.formula)) for c in found if c.section is section]
 
 
@@ -158,7 +157,7 @@ def test_what_occurs_is_what_some_joint_path_leads_to(scene: Scene) -> None:
 def test_numbers_go_to_beliefs_that_can_occur() -> None:
     """Where everything is in sight there is nothing to believe."""
     world = RegionMap.from_grid(["....", "...."])
-    (variable,) = _encoding(world).inputs
+    (variable,) = belief.inputs(_task(), world)
     assert variable.bounds == (0, 7)
 
 
@@ -201,7 +200,6 @@ def _tracking(
         robot.start,
         robot.objective,
         observed=observed,
-        tracking=Tracking.BELIEF,
     )
 
 
@@ -214,9 +212,4 @@ def _task() -> Task:
         Pose(0),
         objective,
         observed=(Observed("other", 3),),
-        tracking=Tracking.BELIEF,
     )
-
-
-def _encoding(world: RegionMap) -> OthersEncoding:
-    return encode_others(_task(), world)

@@ -16,10 +16,8 @@ from safenav.formula.parser import parse
 from safenav.judge.bundle.others import sees
 from safenav.judge.world import World
 from safenav.runtime.control.observing import after_look
-from safenav.scenario.model import Tracking
 from safenav.spec.other_robots import belief
 from safenav.spec.other_robots.knowledge import Knowledge, watch
-from safenav.spec.other_robots.tracking import encode_others
 from safenav.spec.specification import Section
 from safenav.world.map import RegionMap
 from safenav.world.partition import Partition
@@ -29,10 +27,10 @@ Known = int | frozenset[int]
 
 
 @st.composite
-def live_scenes(draw: st.DrawFn, tracking: Tracking = Tracking.BELIEF) -> Scene:
+def live_scenes(draw: st.DrawFn) -> Scene:
     scene = draw(scenes())
     assume(len(scene.world.free) <= 16)
-    task = replace(scene.task, tracking=tracking, live=True)
+    task = replace(scene.task, live=True)
     return Scene(scene.world, task)
 
 
@@ -70,7 +68,7 @@ class Oracle:
 
 
 def env_trans(scene: Scene) -> list[Predicate]:
-    found = encode_others(scene.task, scene.world).assumptions
+    found = belief.assumptions(scene.task, scene.world)
     return [predicate(parse(c.formula)) for c in found if c.section is Section.ENV_TRANS]
 
 
@@ -125,23 +123,6 @@ def test_the_other_is_where_it_is_believed_however_many_steps_it_made(
         assert other in watch.possible(knowledge)
         assert all(formula(before, state()) for formula in steps)
         own = data.draw(st.sampled_from([own, *sorted({*oracle.beside(own)} - blocked)]))
-
-
-@campaign(40)
-@given(live_scenes(Tracking.EXACT), st.data())
-def test_exact_positions_are_any_that_the_other_can_reach(
-    scene: Scene, data: st.DataObject
-) -> None:
-    oracle, (other,) = Oracle(scene.world, scene), scene.task.observed
-    reach = oracle.flood([other.region])
-    now = data.draw(st.sampled_from(sorted(reach)))
-    steps = env_trans(scene)
-    allowed = {
-        value
-        for value in range(scene.world.size)
-        if all(f({"at_other": now}, {"at_other": value}) for f in steps)
-    }
-    assert allowed == reach
 
 
 @pytest.mark.parametrize(("live", "cells"), [(False, {1}), (True, {1, 2})])

@@ -30,10 +30,10 @@ class Others:
     def __init__(self, e: Line, s: State) -> None:
         self.line, self.world, self.live = e, s.world, s.live
         robot = s.robots[e.robot].data
-        self.radius, self.exact = robot.vision, robot.tracking == "exact"
+        self.radius = robot.vision
         self.moving: tuple[str, ...] = e.moving or ()
         self.cells = s.scenario.partition or ()
-        self.nearby = robot.tracking in (None, "nearby")
+        self.nearby = not e.knowledge
         slow = s.live and self.moving and not self.nearby
         require(not slow, "in a live run it relies on the speed of robots in conflict with it")
         known = {} if self.nearby else e.knowledge or {}
@@ -142,14 +142,14 @@ class Others:
         return found
 
     def sees(self, a: int, b: int) -> bool:
-        return self.exact or sees(self.world, a, b, self.radius, self.line.sight_closed or ())
+        return sees(self.world, a, b, self.radius, self.line.sight_closed or ())
 
     def check_known(self, s: State) -> None:
         """Refuse unless what the robot knows of others is so."""
         for name, value in self.first.items():
             where = self.whereabouts(name, value)
-            later = s.tick and self.line.tracking == "belief"  # it may have moved since the look
-            holds = s.robots[name].holds & (self.later(where) if later else where)
+            later = self.later(where) if s.tick else where  # it may have moved since the look
+            holds = s.robots[name].holds & later
             require(holds, f"{self.line.robot} believes {name} to be where it is not")
 
 

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from safenav.scenario.model import Tracking
-from safenav.spec.other_robots.belief import known_of, watch_for
+from safenav.spec.other_robots.belief import known_of, observe, watch_for
 from safenav.spec.other_robots.knowledge import Knowledge, Tracker
-from safenav.spec.other_robots.tracking import observe
 from safenav.spec.task import Observed, Task
 from safenav.team import state as now
 from safenav.team.state import Is, State
@@ -44,7 +42,7 @@ def heard(team: Team, state: State, i: int, task: Task) -> dict[str, int]:
 
 def looked(team: Team, state: State, i: int, task: Task) -> now.Looked | None:
     """The knowledge of a robot after it has looked around; None if it tracks nobody so."""
-    if task.tracking is not Tracking.BELIEF or not task.observed:
+    if not task.observed:
         return None
     watch, before = watch_for(task, team.world), dict(state.robots[i].known)
     own, found = state.robots[i].pose % team.size, []

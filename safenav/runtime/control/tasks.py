@@ -161,7 +161,6 @@ def candidates(team: Team, state: State, i: int, role: Role) -> Iterator[Candida
                 memory,
                 walls,
                 tuple(observed(team, state, i)),
-                member.robot.tracking,
                 partition=None if cells is None else Partition(cells),
                 closed=standing(team, state),
                 forbidden=role.forbidden,

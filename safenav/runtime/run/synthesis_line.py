@@ -6,7 +6,6 @@ from collections.abc import Collection
 
 from safenav.bounds import Place
 from safenav.runtime.control.tasks import Controller
-from safenav.scenario.model import Tracking
 from safenav.scenario.objective import Ltl
 from safenav.spec.assignable import neutral
 from safenav.spec.assignable_regions import AssignableRegions, assignable_regions
@@ -26,7 +25,6 @@ def synthesis_line(
     """The line of a synthesis."""
     task, result = found.task, found.result
     hashes = result.spec_sha256, result.strategy_sha256
-    believes = task.tracking is Tracking.BELIEF and bool(task.observed)
     possible = assignable_regions(task, world) if task.assignable else None
     return records.Synthesis(
         tick,
@@ -48,7 +46,6 @@ def synthesis_line(
         again={each.name: each.again for each, _ in task.inputs if each.again} or None,
         closed=tuple((known.region, known.item) for known in task.blocked),
         tracked=tuple(other.name for other in task.observed),
-        tracking=task.tracking.value,
         knowledge={
             other.name: other.region if other.belief is None else tuple(sorted(other.belief))
             for other in task.observed
@@ -57,9 +54,8 @@ def synthesis_line(
             model.other.name: tuple(tuple(sorted(belief)) for belief in model.beliefs)
             for model in models(task, world)
         }
-        if believes
-        else None,
-        sight_closed=tuple(sorted(task.closed)) if believes else None,
+        or None,
+        sight_closed=tuple(sorted(task.closed)) if task.observed else None,
         places=None if possible is None else tuple(sorted(possible.places)),
         neutral=None if possible is None else neutral(possible),
         places_from=None if possible is None else _places_from(possible),

@@ -8,7 +8,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from msgspec.structs import replace
 
 from safenav.scenario import language
-from safenav.scenario.model import Tracking
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.settings import Exclusion
 from safenav.scenario.yaml import document
@@ -127,11 +126,6 @@ def resolve_exclusions(
         if len(together) > 1:
             reason = f"{together[0]} and {together[1]} both start there"
             reading.add(where, f"{item.named('in')}: {reason}", "let one start elsewhere")
-        for robot in team:
-            if robot.tracking is not Tracking.NEARBY:
-                reason = f"'tracking: {robot.tracking.value}' of {robot.name}"
-                hint = "leave it out: 'tracking: nearby' observes which regions are occupied"
-                reading.add(place, f"never_together does not work with {reason}", hint)
         if len(reading) == before and zone is not None:
             found.append(Exclusion(names, zone))
     return tuple(found)

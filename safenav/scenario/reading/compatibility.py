@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from itertools import repeat
 
 from safenav.errors import Diagnostic
-from safenav.scenario.model import Robot, Scenario, Tracking
+from safenav.scenario.model import Robot, Scenario
 from safenav.scenario.objective import Ltl, kinds_that, one_of
 from safenav.scenario.reachability import Reachability
 from safenav.scenario.settings import Clock, Coordination, RobotChange
@@ -97,22 +97,11 @@ def check_deadlines(scenario: Scenario, item: Mapping | None, findings: Findings
 
 
 def unsafe_live(scenario: Scenario) -> str | None:
-    """Return why a scenario cannot run live: a deadline in ticks, or a strategy that assumes a
-    bound on the moves of other robots between two observations; None if it can."""
+    """Return why a scenario cannot run live: a deadline in ticks; None if it can."""
     if scenario.sets_deadlines:
         return (
             "a live run cannot keep deadlines in ticks: a tick has no length there; use "
             f"'clock: lockstep', or {in_seconds(scenario)}"
-        )
-    for robot in scenario.robots:
-        others = [other.name for other in scenario.in_conflict(robot)]
-        if robot.tracking is Tracking.NEARBY or not others:
-            continue
-        moves = f"{others[0]} moves" if len(others) == 1 else f"{' and '.join(others)} move"
-        return (
-            f"{robot.name} has 'tracking: {robot.tracking.value}': its strategy assumes that "
-            f"{moves} at most one region between two of its observations, which a "
-            "live run does not guarantee; use 'clock: lockstep' or 'tracking: nearby'"
         )
     return None
 

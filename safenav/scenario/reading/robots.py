@@ -8,7 +8,7 @@ from itertools import combinations
 from msgspec.structs import replace
 
 from safenav.scenario import language
-from safenav.scenario.model import Robot, RobotModel, Tracking
+from safenav.scenario.model import Robot, RobotModel
 from safenav.scenario.objective import (
     Ltl,
     Objective,
@@ -28,7 +28,7 @@ from safenav.world.map import HEADINGS, Heading, RegionMap
 from safenav.world.moves import Mobility, Pose
 
 Standing = tuple[Robot, Node | None, Node | None]
-"""A robot that holds its start region, and the nodes of its start and tracking."""
+"""A robot that holds its start region, and the nodes of its start and ``tracks``."""
 
 
 def resolve_robots(
@@ -57,8 +57,8 @@ def _robot(
     tracks = frozenset(word.text for word in item.tracks)
     if start is not None and model is not None:
         at = staying(frozenset({start}))
-        there = Robot(name, model, Pose(start), at, avoids, tracks, item.tracking)
-        standing.append((there, item.at("start"), item.at("tracking")))
+        there = Robot(name, model, Pose(start), at, avoids, tracks)
+        standing.append((there, item.at("start"), item.at("tracks")))
     mobility = model.mobility if model else None
     objective = resolve_objective(item.objective, mobility, reading)
     waiting = _while_waiting(item, objective, mobility, reading)
@@ -68,7 +68,7 @@ def _robot(
     if mobility is Mobility.HEADING and heading is None:
         return None
     pose = Pose(start, heading if mobility is Mobility.HEADING else None)
-    robot = Robot(name, model, pose, objective, avoids, tracks, item.tracking, waiting, within)
+    robot = Robot(name, model, pose, objective, avoids, tracks, waiting, within)
     robot = replace(robot, when=_when(item, robot, reading))
     _check_reachable(robot, objective, item.at("objective"), reading)
     if waiting is not None:
@@ -149,21 +149,19 @@ def _check_starts(standing: Collection[Standing], reading: Reading) -> None:
 
 
 def _check_timing(standing: Collection[Standing], reading: Reading) -> None:
-    """Report robots with ``exact`` or ``belief`` tracking where steps take several ticks: the
-    assumptions of their specification about the other robots would be false."""
+    """Report beliefs where steps take several ticks: the assumptions about the other robots would
+    be false."""
     for robot, _, node in standing:
-        if robot.tracking is Tracking.NEARBY:
-            continue
         slow = [
             other.name
             for other, *_ in standing
-            if other is robot or other.name in robot.tracks or robot.conflicts(other)
+            if robot.tracks and (other is robot or other.name in robot.tracks)
             if other.model.timing > 1
         ]
         if slow:
-            what = f"'tracking' of {clipped(robot.name)}: {robot.tracking.value}"
-            found = f"{what} requires one-tick steps; those of {clipped(slow[0])} take longer"
-            reading.add(node, found, "'tracking: nearby' works with any timing")
+            what = f"'tracks' of {clipped(robot.name)}: beliefs require one-tick steps"
+            found = f"{what}; those of {clipped(slow[0])} take longer"
+            reading.add(node, found, "leave out 'tracks', or the 'timing' of the model")
 
 
 def _why_apart(one: Robot, other: Robot) -> str:

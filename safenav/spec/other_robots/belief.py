@@ -2,8 +2,8 @@
 
 Its values below the number of regions are regions where the robot sees the other; those above
 are beliefs: sets of cells that may hold it while it is out of sight, numbered as they can occur
-(``knowledge``). The game is as large as with exact positions near the robot and as small as
-the partition everywhere else. See docs/tracking.md.
+(``knowledge``). The game is as large as the map near the robot and as small as the partition
+everywhere else. See docs/tracking.md.
 
 Constraints are written for each own region (with the regions in sight) and for each belief, never
 for each pair of positions. Impossible pairs are left open where that shortens the text.
@@ -78,6 +78,8 @@ def models(task: Task, world: RegionMap) -> tuple[Model, ...]:
 
     Raises UsageError if the partition makes too many beliefs.
     """
+    if not task.observed:
+        return ()
     blocked = frozenset(known.region for known in task.blocked)
     seen_by, own = watch_for(task, world), task.pose.region
     try:

@@ -34,11 +34,11 @@ def inputs(world: RegionMap) -> tuple[Variable, ...]:
     )
 
 
-def move_variable() -> Variable:
+def outputs() -> tuple[Variable]:
     """Return the first output, by which the synthesizer chooses to stay among equally good moves: a
     robot that must wait does not wander."""
     note = "what it does: 0 stay, 1 north, 2 east, 3 south, 4 west"
-    return Variable(MOVE, Owner.OUTPUT, (0, 4), note)
+    return (Variable(MOVE, Owner.OUTPUT, (0, 4), note),)
 
 
 def guarantees(task: Task, world: RegionMap) -> Iterator[Constraint]:

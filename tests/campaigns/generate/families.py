@@ -79,7 +79,9 @@ class Family:
             draft.models[f"m{k}"] = self._model(draft, f"l{k}" if how == "layers" else shared)
             more: Data = {"avoids": []} if how == "avoids" else {}
             if random.random() < self.strict:
-                more["tracking"] = random.choice(["exact", "belief"])
+                more["tracks"] = (
+                    random.sample([f"r{j}" for j in range(count) if j != k], 1) if count > 1 else []
+                )
                 more["vision"] = random.choice([1, 2, "unlimited"])
             if not draft.place(f"r{k}", f"m{k}", self.kinds, taken, **more):
                 return None
