@@ -1,0 +1,203 @@
+"""Imports go downwards only, in the order of docs/architecture.md, and no text becomes code."""
+
+import ast
+import re
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from functools import cache
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+
+import networkx
+import pytest
+
+from safenav.judge.lines import Objective
+from safenav.scenario.objective import KINDS
+
+ROOT = Path(__file__).parents[2]
+PACKAGE = ROOT / "safenav"
+FACES = {"safenav", "safenav.cli"}
+"""The library's face re-exports; the command line's lists its commands."""
+PROGRAMS = [
+    p for folder in ("benchmarks", "docs", "packaging") for p in (ROOT / folder).rglob("*.py")
+]
+
+
+def modules() -> dict[str, Path]:
+    """Return every module of the package by its dotted name."""
+    found = {}
+    for path in PACKAGE.rglob("*.py"):
+        parts = path.relative_to(ROOT).with_suffix("").parts
+        found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
+    return found
+
+
+MODULES = modules()
+
+
+@cache
+def tree(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+def nodes(name: str) -> Iterator[ast.AST]:
+    return ast.walk(tree(MODULES[name]))
+
+
+@cache
+def own(name: str) -> list[str]:
+    """Return the modules of safenav that a module imports anywhere in its text."""
+    found = []
+    for node in nodes(name):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            inner = [f"{node.module}.{alias.name}" for alias in node.names]
+            found += [one if one in MODULES else node.module for one in inner]
+        elif isinstance(node, ast.Import):
+            found += [alias.name for alias in node.names]
+    return [one for one in found if one.split(".")[0] == "safenav"]
+
+
+def layers() -> list[str]:
+    """The layers from the top down, as documented."""
+    text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    listed = re.search(r"```layers\n(.*?)```", text, re.DOTALL)
+    assert listed is not None
+    return [line.split()[0] for line in listed[1].splitlines()]
+
+
+def circles(edges: Iterable[tuple[str, str]]) -> list[list[str]]:
+    parts = networkx.strongly_connected_components(networkx.DiGraph(edges))
+    return [sorted(part) for part in parts if len(part) > 1]
+
+
+def test_imports_go_downwards() -> None:
+    order = layers()
+    height = {name: order.index(name.split(".")[1]) for name in MODULES if name != "safenav"}
+    upwards = [
+        f"{name} imports {other}"
+        for name in height
+        for other in own(name)
+        if other != "safenav" and height[other] < height[name]
+    ]
+    assert upwards == []
+
+
+def test_no_modules_import_each_other() -> None:
+    pairs = ((name, other) for name in MODULES for other in own(name))
+    assert circles(pair for pair in pairs if "safenav" not in pair) == []
+
+
+def test_the_members_of_a_package_need_each_other_in_one_direction() -> None:
+    """A member is a module or a folder with all that it contains."""
+    for start in {f"{name.rpartition('.')[0]}." for name in MODULES} - {"."}:
+        inside = {
+            name: start + name.removeprefix(start).split(".")[0]
+            for name in MODULES
+            if name.startswith(start) and name not in FACES
+        }
+        edges = ((inside[one], inside.get(two)) for one in inside for two in own(one))
+        assert circles((one, two) for one, two in edges if two not in (None, one)) == []
+
+
+def test_a_package_s_init_is_a_docstring() -> None:
+    faces = {path for name, path in MODULES.items() if path.stem == "__init__"} - {
+        MODULES[name] for name in FACES
+    }
+    assert faces
+    assert [
+        path for path in faces if not re.fullmatch(r'""".*?"""\n', path.read_text(), re.S)
+    ] == []
+
+
+BESIDE = ("safenav.judge.",)
+"""It shares nothing with what it checks, so it has names of its own for it."""
+AS_RECORDED = ("safenav.team.", "safenav.solve.", "safenav.runtime.")
+"""Events, states and decisions of a run have the names of the lines that record them."""
+
+
+def test_a_class_has_its_name_to_itself_and_only_frozen_data_has_undeclared_attributes() -> None:
+    """State that changes is declared; ``dict=True`` is for cached properties."""
+    times, loose = Counter[str](), []
+    for name, path in MODULES.items():
+        for node in nodes(name):
+            if isinstance(node, ast.ClassDef):
+                said = {word.arg for word in node.keywords}
+                loose += [f"{name}.{node.name}"] if "dict" in said and "frozen" not in said else []
+        if not name.startswith((*BESIDE, *AS_RECORDED)):
+            found = (node.name for node in tree(path).body if isinstance(node, ast.ClassDef))
+            times.update(cls for cls in found if not cls.startswith("_"))
+    assert loose == []
+    assert [cls for cls, count in times.items() if count > 1] == []
+
+
+PAGES = ["docs/architecture.md", "docs/glossary.md", "docs/paper.md", "CONTRIBUTING.md"]
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_pages_name_files_that_exist(page: str) -> None:
+    text = (ROOT / page).read_text(encoding="utf-8")
+    named = set(re.findall(r"`([\w./]+\.(?:py|cpp|hpp|md|json))`", text))
+    named |= set(re.findall(r"`((?:safenav/)?\w+(?:/\w+)*/)`", text))
+    named |= set(re.findall(r"`((?:safenav|tests|scenarios|slugs)/[\w/.]+)`", text))
+    inside = ("spec", "team", "solve", "plan", "runtime", "runtime/control", "runtime/run")
+    places = [ROOT, PACKAGE, ROOT / "slugs/src/command", *(PACKAGE / each for each in inside)]
+    named -= {"safenav/cli/NAME.py", "build/paper/"}
+    assert [name for name in named if not any((place / name).exists() for place in places)] == []
+
+
+def test_what_programs_beside_the_package_import_from_it_is_there() -> None:
+    """No other test runs all of them, so a moved module would break them unnoticed."""
+    for program in PROGRAMS:
+        for node in ast.walk(tree(program)):
+            if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "safenav":
+                module = import_module(str(node.module))
+                for name in (alias.name for alias in node.names):
+                    there = hasattr(module, name) or find_spec(f"{node.module}.{name}")
+                    assert there, f"{program}, line {node.lineno}: {node.module} has no {name}"
+
+
+def test_the_judge_has_the_same_kinds_of_objectives() -> None:
+    """It was written independently, but it must say the same."""
+    for key, kind in KINDS.items():
+        own = Objective(kind=key)
+        told = (kind.in_turn, kind.settles, kind.one, kind.strict)
+        assert (own.in_turn, own.settles, own.single, own.strict) == told, key
+
+
+FORBIDDEN = {
+    *("eval", "exec", "compile", "__import__", "builtins.eval", "builtins.exec"),
+    *("importlib.__import__", "importlib.reload", "code.interact"),
+    *("types.FunctionType", "types.CodeType", "os.system", "os.popen"),
+    *("yaml.load_all", "yaml.unsafe_load", "yaml.full_load", "yaml.unsafe_load_all"),
+}
+OF_A_TABLE = {
+    "safenav": "_HOMES[name]",
+    "safenav.cli": "f'safenav.cli.{ELSEWHERE.get(name, name)}'",
+    "safenav.motion.mover": "module",
+}
+"""Modules that import by a name: one of a table in the same module."""
+SAFE = {"_LOADER", "yaml.CSafeLoader", "yaml.SafeLoader"}
+"""Loaders of YAML that make plain data only; ruamel's round-trip loader does as well."""
+NEW_CODE = {"pickle", "marshal", "shelve", "runpy", "dill", "cloudpickle", "imp", "codeop"}
+
+
+def test_no_module_evaluates_text_or_imports_by_a_name_that_a_file_could_give() -> None:
+    for name in MODULES:
+        text = MODULES[name].read_text(encoding="utf-8")
+        for node in nodes(name):
+            if isinstance(node, ast.Import):
+                assert not {alias.name.split(".")[0] for alias in node.names} & NEW_CODE, name
+            if isinstance(node, ast.ImportFrom):
+                assert (node.module or "").split(".")[0] not in NEW_CODE, name
+            if not isinstance(node, ast.Call):
+                continue
+            word, place = ast.unparse(node.func), f"{MODULES[name]}:{node.lineno}"
+            assert word not in FORBIDDEN, f"{place}: {word}"
+            assert not any(each.arg == "shell" for each in node.keywords), f"{place}: a shell"
+            if word.endswith("import_module") and not isinstance(node.args[0], ast.Constant):
+                assert ast.unparse(node.args[0]) == OF_A_TABLE.get(name), f"{place}: import by name"
+            if word in ("yaml.load", "yaml.parse", "yaml.compose", "yaml.scan"):
+                loader = {ast.unparse(each.value) for each in node.keywords if each.arg == "Loader"}
+                round_trip = "YAML(" in text and "import yaml" not in text
+                assert (loader and loader <= SAFE) or round_trip, f"{place}: {word}"
