@@ -109,10 +109,15 @@ class TargetObjective(Struct, frozen=True):
     def _literally(self) -> str:
         return " (form: literal)" if self.literal else ""
 
-    @property
-    def remembers(self) -> bool:
-        """Whether its specification needs a variable for its next target."""
-        return bool(self.turn) and len(self.targets) > 1
+    def remembers(self, assigned: bool = False) -> bool:
+        """Return whether its specification needs a variable for its next target. A strategy takes
+        its goals in their order, but passes over those that one step meets together, and loses its
+        place where goals are ``assigned`` at runtime."""
+        if not self.turn or len(self.targets) == 1:
+            return False
+        following = (*self.targets[1:], self.targets[0])
+        together = any(one & other for one, other in zip(self.targets, following, strict=True))
+        return self.strict or self.settles or assigned or together
 
     def begin(self, region: Region, memory: int = 0) -> int:
         """Return the memory of a robot that is assigned the objective in ``region``, given its
@@ -288,7 +293,6 @@ class Ltl(Struct, frozen=True):
     literal: ClassVar[bool] = False
     in_turn: ClassVar[bool] = False
     settles: ClassVar[bool] = False
-    remembers: ClassVar[bool] = False
     targets: ClassVar[tuple[Target, ...]] = ()
     avoid: ClassVar[Target] = frozenset()
     always: ClassVar[tuple[str, ...]] = ()

@@ -26,7 +26,9 @@ def compile_task(task: Task, world: RegionMap) -> Specification:
     """
     robot = task.robot
     avoiding = bool(task.avoids)
-    objective = encode(task.objective, f"{task.item}.objective", task.pose.region, task.memory)
+    objective = encode(
+        task.objective, f"{task.item}.objective", task.pose.region, task.memory, task.assignable
+    )
     steered = task.assignable
     own = [
         assignable.excused(each, task.objective.settles) if steered else each

@@ -45,10 +45,13 @@ class ObjectiveEncoding(Struct, frozen=True):
     constraints: tuple[Constraint, ...]
 
 
-def encode(objective: Objective, item: str, region: Region, memory: Memory) -> ObjectiveEncoding:
+def encode(
+    objective: Objective, item: str, region: Region, memory: Memory, assigned: bool = False
+) -> ObjectiveEncoding:
     """Encode an objective for a robot that stands in ``region`` and remembers ``memory``.
 
-    ``item`` is the scenario item that the constraints' origins name.
+    ``item`` is the scenario item that the constraints' origins name; ``assigned``: goals can be
+    assigned to the robot at runtime.
     """
     if isinstance(objective, Ltl):
         variables = tuple(
@@ -56,22 +59,22 @@ def encode(objective: Objective, item: str, region: Region, memory: Memory) -> O
             for name, bounds in objective.memory.items()
         )
         return ObjectiveEncoding(variables, tuple(_ltl(objective, item, memory)))
-    variables, constraints = _about_targets(objective, item, region, memory)
+    goal = objective.turn if objective.remembers(assigned) else ""
+    variables, constraints = _about_targets(objective, item, region, memory, goal)
     rule = Origin(f"{item}.always", "on each step that it takes", SOURCE_OBJECTIVE)
     steps = (Constraint(Section.SYS_TRANS, on_steps(text), rule) for text in objective.always)
     return ObjectiveEncoding(variables, (*constraints, *steps))
 
 
 def _about_targets(
-    objective: TargetObjective, item: str, region: Region, memory: Memory
+    objective: TargetObjective, item: str, region: Region, memory: Memory, goal: str
 ) -> tuple[tuple[Variable, ...], Iterator[Constraint]]:
     if _is_the_papers(objective):
         scout = Variable("scout", Owner.OUTPUT, None, "true: the second target is next")
         return (scout,), _patrol(objective, item, region, memory)
     bounds = (0, len(objective.targets) - 1)
-    next_ = Variable(objective.turn, Owner.OUTPUT, bounds, "the target whose turn it is")
-    variables = (next_,) if objective.remembers else ()
-    return variables, _pursuit(objective, item, region, memory)
+    next_ = Variable(goal, Owner.OUTPUT, bounds, "the target whose turn it is")
+    return (next_,) if goal else (), _pursuit(objective, item, region, memory, goal)
 
 
 def _is_the_papers(objective: TargetObjective) -> bool:
@@ -107,12 +110,13 @@ def _patrol(
 
 
 def _pursuit(
-    objective: TargetObjective, item: str, region: Region, memory: Memory
+    objective: TargetObjective, item: str, region: Region, memory: Memory, goal: str
 ) -> Iterator[Constraint]:
-    """Yield the order of the targets, if it must be remembered, and each target infinitely often;
-    in any order, GR(1) needs no memory for that."""
+    """Yield the order of the targets, if the variable ``goal`` remembers it, and each target
+    infinitely often. Without it the next one is the first: a strategy takes its goals in their
+    order, and infinitely often at each is infinitely often at each in turn."""
     targets, what, last = objective.targets, describe(objective), len(objective.targets) - 1
-    goal, settles = objective.turn if objective.remembers else "", objective.settles
+    settles = objective.settles
     source = SOURCE_HOLD if settles and not goal else SOURCE_OBJECTIVE
 
     def origin(rule: str) -> Origin:
@@ -137,10 +141,14 @@ def _pursuit(
         now = f"{goal} = {last} & region = {place}" if goal else f"region = {place}"
         rule = origin("at the last one, stay" if goal else "once there, stay")
         yield Constraint(Section.SYS_TRANS, f"{now} -> region' = {place}", rule, (place,))
+    ordered = objective.in_turn and not goal
     recur = "at each target in turn" if goal else "at each target"
+    recur += ", beginning with the next" if ordered and last else ""
     if settles:
         recur = "at the last one" if goal else "there"
-    for index, target in enumerate(targets):
+    first = objective.turned(objective.begin(region, memory.index), region) if ordered else 0
+    for index in (*range(first, len(targets)), *range(first)):
+        target = targets[index]
         if index == last or not settles:
             there = one_of("region", target, "'")
             formula = f"{goal}' = {index} & {there}" if goal else there

@@ -92,14 +92,10 @@ EXERCISES = [
         without("region' = region -> heading' = heading"),
     ),
     Exercise(
-        "a target dropped with its memory",
+        "a target of visit dropped",
         ALONE.replace("[1, 5]]", "[1, 5], [3, 3]]"),
-        rewritten(
-            lambda c: {
-                "goal = 1 & region = 12 -> goal' = 2": "goal = 1 & region = 12 -> goal' = 0",
-                "goal' = 2 & region' = 24": "TRUE",
-            }.get(c.formula, c.formula)
-        ),
+        without("region' = 24", section=Section.SYS_LIVENESS),
+        "goal 2 of the scenario",
     ),
     Exercise(
         "a target of cover dropped",
@@ -123,7 +119,12 @@ EXERCISES = [
     Exercise(
         "a wrong start heading", WALKER, replaced("heading = 1", "heading = 0"), "'heading': 0"
     ),
-    Exercise("a wrong target to begin with", ALONE, replaced("goal = 0", "goal = 1"), "'goal': 1"),
+    Exercise(
+        "a wrong target to begin with",
+        ALONE.replace("visit", "patrol"),
+        replaced("!scout", "scout"),
+        "'scout': 1",
+    ),
     Exercise(
         "an ltl safety line dropped",
         "a: {model: rover, start: [1, 1], objective: {ltl: {\n"

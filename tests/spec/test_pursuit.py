@@ -1,14 +1,24 @@
 """The automaton of an objective and its formulas say the same, step by step."""
 
 from itertools import product
+from pathlib import Path
+from random import Random
 
 import pytest
 
 from safenav.formula.evaluator import evaluate
 from safenav.formula.parser import parse
+from safenav.scenario.model import Robot, RobotModel
 from safenav.scenario.objective import Cover, Hold, Once, Patrol, TargetObjective, Visit
+from safenav.spec.compile import compile_task
 from safenav.spec.objective import NO_MEMORY, Memory, encode
 from safenav.spec.specification import Section
+from safenav.spec.task import Task
+from safenav.synthesis.slugs import Synthesizer
+from safenav.verify.verification import first_failure
+from safenav.world.map import Heading, RegionMap
+from safenav.world.moves import Mobility, Pose
+from safenav.world.poses import plain_graph
 
 REGIONS = range(9)
 
@@ -43,7 +53,8 @@ def test_a_step_is_allowed_and_counts_as_the_formulas_say(
     objective: TargetObjective,
 ) -> None:
     pursuit = objective
-    encoding = encode(objective, "robots.r", 3, NO_MEMORY)
+    # A visit has a memory where goals are assigned at runtime; see below.
+    encoding = encode(objective, "robots.r", 3, NO_MEMORY, assigned=True)
     parsed = [(c.section, parse(c.formula)) for c in encoding.constraints]
     rules = [formula for section, formula in parsed if section is Section.SYS_TRANS]
     goals = [formula for section, formula in parsed if section is Section.SYS_LIVENESS]
@@ -70,7 +81,7 @@ def test_a_step_is_allowed_and_counts_as_the_formulas_say(
 def test_it_begins_as_the_formulas_begin(objective: Patrol | Visit) -> None:
     pursuit = objective
     for region, memory in product(REGIONS, range(len(pursuit.targets))):
-        encoding = encode(objective, "robots.r", region, Memory(memory))
+        encoding = encode(objective, "robots.r", region, Memory(memory), assigned=True)
         start = values(pursuit.begin(region, memory), region)
         for constraint in encoding.constraints:
             if constraint.section is Section.SYS_INIT:
@@ -83,3 +94,43 @@ def test_a_cover_ends_its_round_when_all_targets_were_met() -> None:
     for region, left in ((8, {0, 4}), (8, {0, 4}), (3, {0, 4}), (0, {4}), (4, {0, 4, 8})):
         memory = pursuit.turned(memory, region)
         assert pursuit.awaited(memory) == left
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_strategy_takes_the_targets_of_a_visit_in_their_order(
+    seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its specification has no memory of the next target, from which it begins all the same."""
+    monkeypatch.setenv("SAFENAV_CACHE", str(tmp_path))
+    random, world = Random(seed), RegionMap.from_grid(["....", ".##.", "...."])
+    mobility = random.choice([*Mobility])
+    heading = Heading(random.randrange(4)) if mobility is Mobility.HEADING else None
+    pose = Pose(random.choice(world.free), heading)
+    places, size = random.sample(world.free, 8), random.randint(1, 2)
+    visit = Visit(tuple(at(*places[2 * k : 2 * k + size]) for k in range(random.randint(2, 4))))
+    count, index = len(visit.targets), random.randrange(len(visit.targets))
+    model = RobotModel("rover", mobility, "ground", frozenset())
+    task = Task(Robot("a", model, pose, visit), pose, visit, Memory(index))
+    spec = compile_task(task, world)
+    assert {variable.name for variable in spec.variables} <= {"region", "heading"}
+    strategy = Synthesizer(verifier=first_failure).synthesize(spec).strategy
+    assert strategy is not None
+    plain, memory = plain_graph(world, mobility), index
+    node = strategy.initial()[0]
+    here = 1 << plain.number(pose)
+    for _ in range(3 * count):
+        memory = visit.turned(memory, strategy.values(node)["region"])
+        steps = 1 if here & plain.on(visit.targets[memory]) else 0
+        steps = (
+            steps
+            or plain.steps_between(here, plain.on(visit.targets[memory]), plain.everywhere)
+            or 0
+        )
+        for _ in range(steps):  # the shortest way to the next target, or a stay at it
+            (node,) = strategy.transitions[node]
+            now = strategy.values(node)
+            facing = Heading(now["heading"]) if heading is not None else None
+            here = 1 << plain.number(Pose(now["region"], facing))
+            if now["region"] in visit.targets[memory]:
+                break
+        assert strategy.values(node)["region"] in visit.targets[memory]

@@ -63,7 +63,9 @@ class Task:
         self.poses = [(row[0], HEADINGS[row[1]] if self.faces else None) for row in rows]
         self.of_pose: dict[Pose, set[int]] = {}  # the nodes that runs reach, by their pose
         own, last, awaited = graph.rows(self.own), [0] * graph.count, [0] * graph.count
-        if self.objective.in_turn:
+        # Without a memory of the next target, ``visit`` is infinitely often at each.
+        self.in_turn = self.objective.in_turn and (self.objective.settles or bool(self.memory))
+        if self.in_turn:
             last = graph.columns.get(next(iter(self.memory), ""), last)
             awaited = [self._awaited(*each) for each in zip(last, self.poses, strict=True)]
         self.before = [*zip(self.poses, awaited, own, graph.rows(self.heard), strict=True)]
@@ -187,7 +189,7 @@ class Task:
         own goals may wait while it is commanded to a region."""
         graph, targets = self.graph, self.objective.targets
         steps = [*zip(*edges, strict=True)]
-        if self.objective.in_turn:
+        if self.in_turn:
             counts = range(len(targets) - 1 if self.objective.settles else 0, len(targets))
             ends = ((self.before[node][1], self.poses[after][0]) for node, after in steps)
             goals = [[region in targets[k] and k in counts for k, region in ends]]

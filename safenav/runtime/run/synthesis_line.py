@@ -85,6 +85,6 @@ def _memory(task: Task) -> dict[str, int] | None:
     objective = task.objective
     if isinstance(objective, Ltl):
         return dict(task.memory.values)
-    if not objective.remembers:
+    if not objective.remembers(task.assignable):
         return None
     return {objective.turn: objective.begin(task.pose.region, task.memory.index)}
