@@ -84,15 +84,13 @@ def scenario(seed: int) -> str:
     return "\n".join(lines) + "\n"
 
 
-def measure(folder: Path, jobs: int, verify: bool) -> Run:
+def measure(folder: Path, jobs: int) -> Run:
     """One batch over the folder. Raises SystemExit if a scenario is not as expected."""
-    report = folder / "report.json"
-    option = "--verify" if verify else "--no-verify"
-    command = [sys.executable, "-c", COMMAND, "batch", str(folder), "--jobs", str(jobs), option]
+    command = [sys.executable, "-c", COMMAND, "batch", str(folder), "--jobs", str(jobs), "--json"]
     before = cpu_seconds(RUSAGE_CHILDREN)
     begun = time.perf_counter()
     done = subprocess.run(
-        [*command, "--results", str(report)],
+        command,
         capture_output=True,
         text=True,
         env={**os.environ, "SAFENAV_CACHE": "off"},
@@ -102,7 +100,7 @@ def measure(folder: Path, jobs: int, verify: bool) -> Run:
     cpu = cpu_seconds(RUSAGE_CHILDREN) - before
     if done.returncode != 0:
         sys.exit(f"the batch failed:\n{done.stdout}{done.stderr}")
-    results = json.loads(report.read_text())["results"]
+    results = json.loads(done.stdout)["results"]
     return Run(jobs, len(results), wall, cpu, sum(result["seconds"] for result in results))
 
 
@@ -111,7 +109,6 @@ def main() -> None:
     parser.add_argument("--scenarios", type=int, default=100)
     parser.add_argument("--jobs", type=int, default=2, help="against one job (default 2)")
     parser.add_argument("--repeat", type=int, default=3)
-    parser.add_argument("--no-verify", action="store_true", help="do not check strategies")
     parser.add_argument("--keep", type=Path, help="write the scenarios there and keep them")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="safenav-batch-") as temporary:
@@ -122,7 +119,7 @@ def main() -> None:
         runs: dict[int, list[Run]] = {1: [], given.jobs: []}
         for number in range(given.repeat):
             for jobs, done in runs.items():
-                done.append(measure(folder, jobs, not given.no_verify))
+                done.append(measure(folder, jobs))
                 print(f"{number + 1}/{given.repeat}, {jobs} jobs: {done[-1].wall:.2f} s")
     headings = ("jobs", "wall s", "CPU s", "s a run", "overhead ms")
     rows = []

@@ -1,50 +1,73 @@
-"""One batch: assignment of cases, results, retries and the end."""
+"""One batch: its cases are handed out, their results are kept, and it ends."""
 
 from __future__ import annotations
 
+import contextlib
 import time
+import uuid
 from collections.abc import Callable, Sequence
-from pathlib import Path
-from typing import Protocol
+from concurrent.futures import ThreadPoolExecutor
+from queue import Empty, SimpleQueue
+from typing import Any, Protocol
 
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.batch.cases.case import Case, Result
-from safenav.batch.journal import StateFile
+from safenav.batch.case import Case, Conditions, Result
+from safenav.batch.results import ResultsFile
+from safenav.batch.worker import leave, run_case, running
+
+_LOOK_SECONDS = 0.2
+
+Artifacts = Callable[[Result, bytes], list[str]]
+"""Writes files that help to analyse a failed case, given its trace; returns their names."""
 
 
-class Arrival(Struct, frozen=True):
-    """A result, and the file of its trace until it is kept or discarded."""
+class Pool:
+    """At most ``jobs`` cases at a time, each in a process of its own on this machine."""
 
-    case: Case
-    result: Result
-    trace: Path | None = None
-
-
-class Backend(Protocol):
-    """Runs cases; each gives a result, even if it crashes or hangs."""
+    def __init__(self, jobs: int, conditions: Conditions) -> None:
+        self.batch = uuid.uuid4().hex
+        self.conditions = conditions
+        self._threads = ThreadPoolExecutor(jobs)
+        self._cases: dict[Any, Case] = {}
+        self._done = SimpleQueue[Any]()
 
     def submit(self, case: Case) -> None:
         """Queue a case; return immediately."""
+        future = self._begin(case)
+        self._cases[future] = case
+        future.add_done_callback(self._done.put)
 
-    def collect(self, seconds: float) -> list[Arrival]:
-        """Return the results that have arrived, waiting at most ``seconds`` for the first.
-
-        Raises SafenavError if no more cases can be run at all.
-        """
+    def collect(self, seconds: float) -> list[tuple[Case, Result, bytes]]:
+        """Return the cases that have ended, with results and traces, waiting at most ``seconds``
+        for the first. Raises SafenavError if no more cases can be run at all."""
+        futures = []
+        with contextlib.suppress(Empty):
+            futures.append(self._done.get(timeout=seconds))
+            while True:
+                futures.append(self._done.get_nowait())
+        cases = [(future, self._cases.pop(future)) for future in futures]
+        return [(case, *self._ended(future, case)) for future, case in cases]
 
     def running(self) -> list[tuple[str, float]]:
         """Return the names of running cases, as far as known, with their seconds so far."""
+        return running(self.batch)
 
     def close(self) -> None:
         """Stop all work, leaving no process behind."""
+        self._threads.shutdown(wait=False, cancel_futures=True)
+        leave(self.batch)
+        self._threads.shutdown()
+        leave(self.batch)
 
+    def _begin(self, case: Case) -> Any:
+        return self._threads.submit(run_case, self.batch, case, self.conditions)
 
-Artifacts = Callable[[Result, Path | None], list[str]]
-"""Writes files that help to analyse a failed case, given its trace, if any; returns their names."""
-
-_LOOK_SECONDS = 0.2
+    def _ended(self, future: Any, case: Case) -> tuple[Result, bytes]:
+        del case
+        result: tuple[Result, bytes] = future.result()
+        return result
 
 
 class Observer(Protocol):
@@ -54,7 +77,7 @@ class Observer(Protocol):
         """Called several times per second: running cases with their seconds so far."""
 
     def arrived(self, report: Report, result: Result) -> None:
-        """Record the last result of a case."""
+        """Record the result of a case."""
 
 
 class Report(Struct):
@@ -95,55 +118,40 @@ class Report(Struct):
 
 def run_batch(
     cases: Sequence[Case],
-    backend: Backend,
+    pool: Pool,
     *,
-    state: StateFile | None = None,
-    retries: int = 0,
+    kept: ResultsFile | None = None,
     fail_fast: bool = False,
     artifacts: Artifacts | None = None,
     observer: Observer | None = None,
 ) -> Report:
-    """Run all cases without a result in ``state``, and close the backend.
+    """Run all cases without a result in ``kept``, and close the pool.
 
     KeyboardInterrupt ends the batch, which the report then says (``interrupted``). Raises
-    SafenavError if no case can be run any longer; results so far are in the state file.
+    SafenavError if no case can be run any longer; results so far are in ``kept``.
     """
-    former = {} if state is None else state.former
+    former = {} if kept is None else kept.former
     done = {case.name: former[case.fingerprint] for case in cases if case.fingerprint in former}
     report = Report(tuple(cases), done, resumed=len(done))
-    earlier: dict[str, list[str]] = {}
-
-    def take(arrival: Arrival) -> None:
-        case, before = arrival.case, earlier.pop(arrival.case.name, [])
-        result = replace(arrival.result, attempts=len(before) + 1, earlier=before)
-        again = result.worth_another_try and result.attempts <= retries and not result.passed
-        if not (again or result.passed or artifacts is None):
-            result = replace(result, artifacts=artifacts(result, arrival.trace))
-        if arrival.trace is not None:
-            arrival.trace.unlink(missing_ok=True)
-        if again:
-            earlier[case.name] = [*before, "; ".join(result.reasons)]
-            backend.submit(case)
-            return
-        if state is not None:
-            state.add(result)
-        report.results[case.name] = result
-        report.stopped_early |= fail_fast and not result.passed and report.left > 0
-        if observer is not None:
-            observer.arrived(report, result)
-
     begun = time.monotonic()
     try:
         for case in report.not_run:
-            backend.submit(case)
+            pool.submit(case)
         while report.left and not report.stopped_early:
-            for arrival in backend.collect(_LOOK_SECONDS):
-                take(arrival)
+            for case, result, trace in pool.collect(_LOOK_SECONDS):
+                if not result.passed and artifacts is not None:
+                    result = replace(result, artifacts=artifacts(result, trace))
+                if kept is not None:
+                    kept.add(result)
+                report.results[case.name] = result
+                report.stopped_early |= fail_fast and not result.passed and report.left > 0
+                if observer is not None:
+                    observer.arrived(report, result)
             report.seconds = time.monotonic() - begun
             if observer is not None:
-                observer.waiting(report, backend.running())
+                observer.waiting(report, pool.running())
     except KeyboardInterrupt:
         report.interrupted = True
     finally:
-        backend.close()
+        pool.close()
     return report

@@ -112,7 +112,7 @@ def test_an_interrupted_batch_stops_its_work_on_the_cluster(
     write("a.yaml")
     write("b.yaml", "sleeper")
     words = ["a.yaml", "b.yaml", "--dask", cluster.address, "--out", "out"]
-    state = Path("out/state.jsonl")
+    state = Path("out/results.jsonl")
     with started(*words) as batch:
         wait_until(batch, lambda: len(slugs.pids) == 2 and "a.yaml" in state.read_text())
         batch.send_signal(signal.SIGINT)
@@ -132,7 +132,7 @@ def test_an_address_where_nothing_answers_is_bad_input(write: Write, slugs: Slug
     words = ("batch", "a.yaml", "--dask", "tcp://127.0.0.1:9", "--out", "out")
     done = warm.program("batch.impatient", *words, env=environment())
     assert done.returncode == 2
-    assert len(Path("out/state.jsonl").read_text().splitlines()) == 1  # still there
+    assert len(Path("out/results.jsonl").read_text().splitlines()) == 1  # still there
     assert "no Dask cluster answers at tcp://127.0.0.1:9" in done.stderr
     assert "Traceback" not in done.stderr
 
@@ -154,7 +154,7 @@ def test_a_cluster_that_goes_away_ends_the_batch_with_its_results_kept(
 ) -> None:
     write("a.yaml")
     write("b.yaml", "sleeper")
-    state = Path("out/state.jsonl")
+    state = Path("out/results.jsonl")
     with started("a.yaml", "b.yaml", "--dask", cluster.address, "--out", "out") as batch:
         wait_until(batch, lambda: len(slugs.pids) == 2 and "a.yaml" in state.read_text())
         cluster.close()

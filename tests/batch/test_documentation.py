@@ -7,9 +7,9 @@ import pytest
 import yaml
 
 from batch.made_scenarios import Write
-from safenav.batch.baseline import NOISE_SECONDS, RATIO
-from safenav.batch.cases.case import CaseVerdict
-from safenav.batch.cases.matrix import read_matrix
+from safenav.batch.case import CaseVerdict
+from safenav.batch.matrix import read_matrix
+from safenav.batch.results import NOISE_SECONDS, RATIO
 from safenav.cli.batch import command
 from warm import safenav
 
@@ -47,7 +47,7 @@ def test_the_documentation_names_every_verdict_option_and_threshold() -> None:
     own = [line for line in (BATCH + CI).splitlines() if "docker run" not in line]
     named = set(re.findall(r"(?<!-)--[a-z][a-z-]+", "\n".join(own)))
     assert named <= options
-    assert {"--junit", "--resume", "--baseline", "--dask", "--retry-limit"} <= named
+    assert {"--junit", "--resume", "--baseline", "--dask", "--certify"} <= named
     assert f"at least {RATIO} times" in BATCH and f"{NOISE_SECONDS} s longer" in BATCH
 
 

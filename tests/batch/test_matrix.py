@@ -4,8 +4,7 @@ from typing import Any
 
 import pytest
 
-from safenav.batch.cases.matrix import read_matrix
-from safenav.batch.cases.variation import varied
+from safenav.batch.matrix import read_matrix, varied
 from safenav.errors import InputError
 from safenav.scenario.reading.loader import load_scenario_text
 

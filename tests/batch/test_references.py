@@ -7,7 +7,7 @@ import pytest
 
 from batch.made_scenarios import SlugsLog, Write
 from batch.running import safenav
-from safenav.batch.cases.search import find_cases
+from safenav.batch.search import find_cases
 from safenav.certify.sources import sources_of
 
 ROBOTS = "robots: {quick: {model: quadcopter, start: 6, objective: {visit: [6, 8]}}}\n"

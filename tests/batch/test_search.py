@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from batch.made_scenarios import Write
-from safenav.batch.cases.search import find_cases
+from safenav.batch.search import find_cases
 from safenav.errors import InputError, UsageError
 
 

@@ -94,8 +94,8 @@ def test_nothing_but_what_needs_numpy_loads_it() -> None:
     """What every command and the workers of a batch load when they begin."""
     program = (
         "import sys; sys.modules['numpy'] = None\n"
-        "import safenav.batch.workers.case_process, safenav.batch.workers.execution\n"
-        "import safenav.batch.cases.search, safenav.certify.record, safenav.runtime.run.mission\n"
+        "import safenav.batch.worker, safenav.batch.execution\n"
+        "import safenav.batch.search, safenav.certify.record, safenav.runtime.run.mission\n"
         "import safenav.report.page.html, safenav.report.notebook\n"
     )
     done = ran([sys.executable, "-c", program])

@@ -6,7 +6,7 @@ import shutil
 from collections.abc import Iterable
 from pathlib import Path
 
-from safenav.batch.cases.case import Result, file_name
+from safenav.batch.case import Result, file_name
 from safenav.errors import UsageError
 from safenav.report.batches.junit import result_lines
 
@@ -33,7 +33,7 @@ class FailureFolder:
     def _folder(self, result: Result) -> Path:
         return self._root / file_name(result.name, result.fingerprint)
 
-    def __call__(self, result: Result, trace: Path | None) -> list[str]:
+    def __call__(self, result: Result, trace: bytes) -> list[str]:
         folder = self._folder(result)
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -42,12 +42,12 @@ class FailureFolder:
             raise UsageError(f"cannot write to {folder}: {error.strerror}") from error
 
     @staticmethod
-    def _write(folder: Path, result: Result, trace: Path | None) -> list[str]:
+    def _write(folder: Path, result: Result, trace: bytes) -> list[str]:
         files = [folder / "reason.txt"]
         lines = [result.name, *result_lines(result)]
-        if trace is not None and trace.exists() and trace.stat().st_size:
+        if trace:
             files.append(folder / "trace.jsonl")
-            shutil.copyfile(trace, files[-1])
+            files[-1].write_bytes(trace)
             try:
                 from safenav.report.page.html import page_of_trace
                 from safenav.trace.reading import read_trace

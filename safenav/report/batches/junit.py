@@ -13,7 +13,7 @@ from collections.abc import Iterable
 from datetime import UTC, datetime
 from pathlib import PurePath
 
-from safenav.batch.cases.case import Case, CaseVerdict, Result
+from safenav.batch.case import Case, CaseVerdict, Result
 from safenav.batch.session import Report
 
 # Characters that XML 1.0 cannot represent, even as references.
@@ -63,8 +63,7 @@ def _testcase(suite: ET.Element, folder: str, case: Case, result: Result | None)
         message = _clean("; ".join(result.reasons))
         child = ET.SubElement(element, word, message=message, type=result.verdict.value)
         child.text = _clean("\n".join(result_lines(result)))
-    notes = [f"passed at attempt {result.attempts}", *result.earlier] if result.flaky else []
-    notes += [
+    notes = [
         f"requirement {name}: {one['verdict']}, robustness {one['robustness']}"
         for name, one in (result.requirements or {}).items()
     ]
@@ -75,7 +74,7 @@ def _testcase(suite: ET.Element, folder: str, case: Case, result: Result | None)
 
 
 def result_lines(result: Result) -> list[str]:
-    """Return a case's reasons, end, settings, earlier attempts and files, as lines."""
+    """Return a case's reasons, end, settings and files, as lines."""
     lines = list(result.reasons)
     if result.outcome is not None:
         over = result.makespan
@@ -83,8 +82,6 @@ def result_lines(result: Result) -> list[str]:
         lines.append(f"it ended after {time}: {result.explanation}")
     if result.settings:
         lines.append("settings: " + ", ".join(f"{k}={v}" for k, v in result.settings.items()))
-    for number, reason in enumerate(result.earlier, 1):
-        lines.append(f"attempt {number}: {reason}")
     lines += [f"see {artifact}" for artifact in result.artifacts]
     if result.detail:
         lines += ["", result.detail]

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import click
 
-from safenav.batch.cases.case import Result
+from safenav.batch.case import Result
 from safenav.batch.session import Report
 from safenav.lines import printable
 from safenav.report.terminal.fold import echo_folded

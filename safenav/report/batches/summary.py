@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
+from typing import Any
 
 import click
+from msgspec import to_builtins
 
-from safenav.batch.baseline import BaselineComparison, without_effect
-from safenav.batch.cases.case import Result
-from safenav.batch.results_file import counts
+import safenav
+from safenav.batch.case import Result
+from safenav.batch.results import BaselineComparison
 from safenav.batch.session import Report
 from safenav.lines import printable
 from safenav.report.terminal.table import table
 from safenav.trace.words import listed
 
 _REASONS = 3
+_SLOWEST = 10
 _NAMES = 20
 _LEAST_NAME = 16
 """Least characters of a name on a narrow terminal."""
@@ -24,15 +28,14 @@ _STILL_OPEN = "; still open: "
 def summary(
     report: Report,
     comparison: BaselineComparison | None = None,
-    slowest: int = 10,
     width: int | None = None,
 ) -> list[str]:
-    """Return lines: a table with the failed cases first, then the ``slowest`` that passed; their
+    """Return lines: a table with the failed cases first, then the slowest that passed; the
     reasons; the comparison; the totals. ``width``: of the terminal, for the table."""
     failed = report.failed
     passed = [result for result in report.in_order if result.passed]
     passed.sort(key=lambda result: -result.duration)
-    shown = [*failed, *passed[:slowest]]
+    shown = [*failed, *passed[:_SLOWEST]]
     lines = []
     if shown:
         live = any(result.makespan is not None for result in shown)
@@ -40,14 +43,11 @@ def summary(
         headings = ("case", "verdict", "outcome", *times, "syntheses", "seconds")
         rows = _fitted(headings, [_row(result, live) for result in shown], width)
         lines += _coloured([printable(row) for row in rows], len(failed))
-        more = len(passed) - slowest
+        more = len(passed) - _SLOWEST
         if more > 0:
             lines.append(f"... and {more} more passed")
     for group in _by_cause(failed):
         lines += ["", *_why(group)]
-    for result in (result for result in passed if result.flaky):
-        lines += ["", printable(f"{result.name}: passed only at attempt {result.attempts}")]
-        lines += [printable(f"  {reason}") for reason in result.earlier]
     undone = [result for result in passed if _STILL_OPEN in (result.explanation or "")]
     lines += [""] if undone else []
     for result in undone[:_NAMES]:
@@ -57,11 +57,7 @@ def summary(
         lines.append(f"... and {len(undone) - _NAMES} more with such orders")
     if comparison is not None:
         lines += ["", *map(printable, _compared(comparison))]
-    idle = [
-        printable(f"{file}: {key} was varied and changed nothing ({listed(values)})")
-        for file, key, values in without_effect(report.in_order)
-    ]
-    return [*lines, *([""] if idle else []), *idle, "", _sum(report)]
+    return [*lines, "", _sum(report)]
 
 
 def _fitted(
@@ -85,12 +81,11 @@ def _elided(name: str, room: int) -> str:
 
 def _row(result: Result, live: bool) -> tuple[object, ...]:
     """Return the row of a result. ``live``: with a column for the makespan."""
-    verdict = result.verdict.value + (f" (attempt {result.attempts})" if result.flaky else "")
     seconds = f"{result.duration:.2f}".rjust(len("seconds"))
     outcome = result.outcome or "-"
     over = "-" if result.makespan is None else f"{result.makespan:.1f}"
     times = (result.ticks, over.rjust(len("makespan"))) if live else (result.ticks,)
-    return result.name, verdict, outcome, *times, result.syntheses, seconds
+    return result.name, result.verdict.value, outcome, *times, result.syntheses, seconds
 
 
 def _coloured(lines: list[str], failed: int) -> list[str]:
@@ -102,8 +97,8 @@ def _by_cause(failed: Sequence[Result]) -> list[list[Result]]:
     """Return groups of failures with the same cause, in the order of their first failures."""
     groups: dict[tuple[object, ...], list[Result]] = {}
     for result in failed:
-        cause = (result.file, result.verdict, *result.reasons, "", *result.earlier)
-        groups.setdefault((*cause, result.outcome, result.explanation), []).append(result)
+        cause = (result.file, result.verdict, result.outcome, result.explanation)
+        groups.setdefault((*cause, *result.reasons), []).append(result)
     return list(groups.values())
 
 
@@ -121,8 +116,6 @@ def _why(group: Sequence[Result]) -> list[str]:
         lines.append(f"  ... and {len(result.reasons) - _REASONS} more")
     if result.outcome not in (None, "completed"):
         lines.append(f"  {result.explanation}")
-    for number, reason in enumerate(result.earlier, 1):
-        lines.append(f"  attempt {number}: {reason}")
     lines += [f"  {artifact}" for artifact in result.artifacts]
     head, *rest = map(printable, lines)
     return [click.style(head, bold=True), *rest]
@@ -130,16 +123,36 @@ def _why(group: Sequence[Result]) -> list[str]:
 
 def _compared(comparison: BaselineComparison) -> list[str]:
     lines = []
-    for changed in comparison.changed:
-        lines += [f"changed: {changed.name}", *(f"  {what}" for what in changed.what)]
-    for slower in comparison.slower:
-        times = f"{slower.before:.2f} s before, {slower.now:.2f} s now"
-        lines.append(f"slower: {slower.name}: {times} ({slower.ratio:.1f} times)")
+    for name, differences in comparison.changed.items():
+        lines += [f"changed: {name}", *(f"  {what}" for what in differences)]
+    for name, (before, now) in comparison.slower.items():
+        lines.append(f"slower: {name}: {before:.2f} s before, {now:.2f} s now")
     for word, names in (("new", comparison.new), ("gone", comparison.gone)):
         lines += [f"{word}: {name}" for name in names[:_NAMES]]
         if len(names) > _NAMES:
             lines.append(f"{word}: ... and {len(names) - _NAMES} more")
     return lines or ["no change and no slowdown against the baseline"]
+
+
+def counts(report: Report) -> dict[str, int]:
+    """Return the number of cases by verdict; zeros are omitted, except that of ``passed``."""
+    found = {"passed": 0, **Counter(result.verdict.value for result in report.in_order)}
+    return found | ({"not_run": report.left} if report.left else {})
+
+
+def report_data(report: Report, comparison: BaselineComparison | None = None) -> dict[str, Any]:
+    """Return all results of the batch as JSON data."""
+    data: dict[str, Any] = {
+        "safenav": safenav.__version__,
+        "as_expected": report.as_expected,
+        "interrupted": report.interrupted,
+        "seconds": round(report.seconds, 3),
+        "resumed": report.resumed,
+        "counts": counts(report),
+        "results": to_builtins(report.in_order),
+        "not_run": [case.name for case in report.not_run],
+    }
+    return data if comparison is None else data | {"baseline": to_builtins(comparison)}
 
 
 def _sum(report: Report) -> str:

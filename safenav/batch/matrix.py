@@ -11,6 +11,8 @@
       - {seed: 99, expect.outcome: operator_needed}
 
 Every combination of the matrix that no ``exclude`` item matches is run, and each ``include`` item.
+Settings change the document tree before it is read, so that a variation is checked exactly as if it
+were in the file. A diagnostic about a new value points at the value that it replaces.
 """
 
 from __future__ import annotations
@@ -18,13 +20,14 @@ from __future__ import annotations
 import itertools
 import math
 import re
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from msgspec import Struct
 
 from safenav.scenario import language
 from safenav.scenario.yaml import document
-from safenav.scenario.yaml.document import Node, Scalar, Sequence, plain
+from safenav.scenario.yaml.document import Node, Place, Scalar, Sequence, plain
 from safenav.scenario.yaml.fields import wrong_type
 from safenav.scenario.yaml.findings import Findings, suggestion
 from safenav.scenario.yaml.source import parsed
@@ -188,3 +191,45 @@ def _matches(settings: dict[str, Any], pattern: dict[str, Any]) -> bool:
 def _same(one: Any, other: Any) -> bool:
     """Return whether two values are equal and have the same type."""
     return type(one) is type(other) and bool(one == other)
+
+
+def varied(root: Node, settings: Mapping[str, Any], findings: Findings) -> Node:
+    """Return the tree with all settings applied; report each path that does not exist."""
+    for path, value in settings.items():
+        root = _replaced(root, path.split("."), value, path, findings)
+    return root
+
+
+def _replaced(node: Node, steps: list[str], value: Any, path: str, findings: Findings) -> Node:
+    """Return ``node`` with the value at ``steps`` replaced; missing mappings are created."""
+    if not steps:
+        return _node_of(value, node.place)
+    step, rest = steps[0], steps[1:]
+    match node:
+        case Sequence(place, items) if step.isdecimal() and int(step) < len(items):
+            index = int(step)
+            new = _replaced(items[index], rest, value, path, findings)
+            return Sequence(place, (*items[:index], new, *items[index + 1 :]))
+        case document.Mapping(place, entries):
+            old = node.get(step)
+            below = document.Mapping(place, ()) if old is None else old
+            new = _replaced(below, rest, value, path, findings)
+            if old is None:
+                return document.Mapping(place, (*entries, (Scalar(place, step, step), new)))
+            kept = [(key, new if key.value == step else item) for key, item in entries]
+            return document.Mapping(place, tuple(kept))
+    found = f"'{path}' of the matrix leads nowhere: there is no '{step}' here"
+    findings.add(node, found, "a path names keys, or items of a list from 0: obstacles.0.region")
+    return node
+
+
+def _node_of(value: Any, place: Place) -> Node:
+    """Return plain data as nodes, all at one position."""
+    if isinstance(value, Mapping):
+        pairs = [(Scalar(place, str(k), str(k)), _node_of(v, place)) for k, v in value.items()]
+        return document.Mapping(place, tuple(pairs))
+    if isinstance(value, list | tuple):
+        return Sequence(place, tuple(_node_of(item, place) for item in value))
+    if isinstance(value, bool):
+        return Scalar(place, value, "true" if value else "false")
+    return Scalar(place, value, "" if value is None else str(value))

@@ -19,9 +19,8 @@ from typing import Any
 
 from msgspec import Struct, field
 
-from safenav.batch.cases.case import Case, Settings
-from safenav.batch.cases.matrix import Matrix, Named, is_matrix, read_matrix
-from safenav.batch.cases.variation import varied
+from safenav.batch.case import Case, Settings
+from safenav.batch.matrix import Matrix, Named, is_matrix, read_matrix, varied
 from safenav.cached_method import cached_method
 from safenav.errors import UsageError
 from safenav.file_kind import kind_of

@@ -7,9 +7,10 @@ import json
 import re
 from collections.abc import Mapping
 from enum import StrEnum
+from pathlib import Path
 from typing import Any
 
-from msgspec import Struct, field, to_builtins
+from msgspec import Struct, field
 
 import safenav
 
@@ -70,19 +71,20 @@ def file_name(name: str, digest: str) -> str:
 
 class Conditions(Struct, frozen=True):
     """Settings of each case's run. ``seconds``: wall-clock limit of one case. ``certify``: the
-    folder for the bundle of each run (docs/certificates.md), or None."""
+    folder for the bundle of each run (docs/certificates.md), or None. ``traced``: keep the traces
+    of failures. ``directory``: the one to which paths in scenarios are relative."""
 
     seconds: float = 600.0
-    verify: bool = True
     certify: str | None = None
+    traced: bool = False
+    directory: str = field(default_factory=lambda: str(Path.cwd()))
 
 
 class Result(Struct, frozen=True):
     """The result of one case. ``reasons``: differences or errors, one sentence each; ``detail``: a
-    traceback, or the last output of the process; ``earlier``: reasons of former attempts;
-    ``requirements``: name -> verdict and robustness on the motion of the run; ``makespan``: seconds
-    of a live run on its own clock; ``seconds``: duration of the run; ``wall_seconds``: time from
-    giving the case to a process to its result."""
+    traceback, or the last output of the process; ``requirements``: name -> verdict and robustness
+    on the motion of the run; ``makespan``: seconds of a live run on its own clock; ``seconds``:
+    duration of the run; ``wall_seconds``: time from giving the case to a process to its result."""
 
     name: str
     file: str
@@ -106,8 +108,6 @@ class Result(Struct, frozen=True):
     synthesis_seconds: float | None = None
     seconds: float | None = None
     wall_seconds: float = 0.0
-    attempts: int = 1
-    earlier: list[str] = field(default_factory=list)
     artifacts: list[str] = field(default_factory=list)
 
     @property
@@ -115,23 +115,9 @@ class Result(Struct, frozen=True):
         return self.verdict is CaseVerdict.PASSED
 
     @property
-    def worth_another_try(self) -> bool:
-        """Whether another attempt could give another result."""
-        return self.verdict is not CaseVerdict.INVALID
-
-    @property
-    def flaky(self) -> bool:
-        """Whether it passed only in a retry."""
-        return self.passed and self.attempts > 1
-
-    @property
     def duration(self) -> float:
         """Seconds of the run, or of the attempt if the run did not end."""
         return self.wall_seconds if self.seconds is None else self.seconds
-
-    def record(self) -> dict[str, Any]:
-        """Return one JSON object."""
-        return dict(to_builtins(self))
 
 
 def without_a_run(case: Case, verdict: CaseVerdict, reasons: list[str], detail: str = "") -> Result:

@@ -16,9 +16,9 @@ import yaml
 from msgspec.structs import replace
 
 from safenav import errors
-from safenav.batch.cases.case import Case, CaseVerdict, Conditions, Result, file_name, without_a_run
-from safenav.batch.cases.variation import varied
+from safenav.batch.case import Case, CaseVerdict, Conditions, Result, file_name, without_a_run
 from safenav.batch.expectation import Ledger, differences
+from safenav.batch.matrix import varied
 from safenav.certify.bundle import make_bundle
 from safenav.certify.record import syntheses_of
 from safenav.certify.run import Kept
@@ -76,9 +76,7 @@ def _run(case: Case, scenario: Scenario, conditions: Conditions, trace: Path | N
         if trace is not None:
             listeners.append(stack.enter_context(TraceWriter(trace)))
         # A batch runs scenarios in parallel, so each runs one synthesis at a time.
-        synthesizer = default_synthesizer(
-            scenario, verify=conditions.verify, binary=_binary(), at_once=1
-        )
+        synthesizer = default_synthesizer(scenario, binary=_binary(), at_once=1)
         ended = Mission(scenario, synthesizer, listeners=listeners, progress=kept).run()
         uncertified, requirements = [], None
         if scenario.requirements and trace is not None:

@@ -1,1 +1,0 @@
-"""The cases of a batch: their search and their variations."""

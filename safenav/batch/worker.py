@@ -1,0 +1,244 @@
+"""Processes that run cases, one after the other, and can be killed.
+
+``run_case`` is what a batch asks for: threads call it here, Dask workers elsewhere. A case that
+crashes or hangs costs its process and nothing else.
+
+A process reads JSON lines from standard input and writes JSON lines to the original standard
+output; all other output goes to standard error. When standard input ends, because the batch has
+ended, it also ends, with its synthesis: the kernel kills a synthesizer with the process that has
+started it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import faulthandler
+import json
+import os
+import queue
+import resource
+import selectors
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections import defaultdict
+from pathlib import Path
+
+from msgspec import convert, to_builtins
+from msgspec.structs import replace
+
+from safenav.batch.case import Case, CaseVerdict, Conditions, Result, without_a_run
+from safenav.errors import SafenavError
+from safenav.lines import json_line, line_output
+
+_START_SECONDS = 60.0
+_STACK_SECONDS = 0.5
+"""Time that a hung process has to print its stack, and one that is ended to kill its synthesis."""
+_LAST_WORDS = 4000
+_ROOT = str(Path(__file__).resolve().parents[2])
+_PROGRAM = f"import sys; sys.path.append({_ROOT!r}); from safenav.batch.worker import main; main()"
+
+_lock = threading.Lock()
+_idle: dict[str, list[Worker]] = defaultdict(list)
+_busy: dict[str, set[Worker]] = defaultdict(set)
+"""Workers on this machine by batch, since several batches may share a cluster."""
+
+
+def run_case(batch: str, case: Case, conditions: Conditions) -> tuple[Result, bytes]:
+    """Return the result of a case, and its trace if that is wanted and the case failed.
+
+    Raises SafenavError if no process can be started here.
+    """
+    with _lock:
+        worker = _idle[batch].pop() if _idle[batch] else Worker()
+        _busy[batch].add(worker)
+    trace, content = None, b""
+    try:
+        with tempfile.TemporaryDirectory(prefix="safenav-") as folder:
+            trace = Path(folder) / "trace.jsonl" if conditions.traced else None
+            result = worker.run(case, conditions, trace)
+            if trace is not None and not result.passed and trace.exists():
+                content = trace.read_bytes()
+    except BaseException:
+        worker.end()
+        raise
+    finally:
+        with _lock:
+            _busy[batch].discard(worker)
+            if worker.alive:
+                _idle[batch].append(worker)
+    return result, content
+
+
+def running(batch: str) -> list[tuple[str, float]]:
+    """Return the cases of a batch that run on this machine, with their seconds so far."""
+    with _lock:
+        return [(worker.case, time.monotonic() - worker.since) for worker in _busy[batch]]
+
+
+def leave(batch: str) -> None:
+    """End all processes of a batch that has ended."""
+    with _lock:
+        workers = [*_idle.pop(batch, []), *_busy.pop(batch, ())]
+    for worker in workers:
+        worker.send(signal.SIGTERM)
+    for worker in workers:
+        worker.end()
+
+
+class Worker:
+    """One process, used for many cases; one thread at a time may ``run`` a case.
+
+    It has a session of its own: Ctrl-C at the terminal reaches only the batch, which then ends it.
+    """
+
+    def __init__(self) -> None:
+        self.case, self.since = "", time.monotonic()
+        self._stderr = tempfile.TemporaryFile()  # noqa: SIM115 (closed by `end`)
+        self._heard = b""
+        self._ready = False
+        self._process = subprocess.Popen(
+            [sys.executable, "-P", "-c", _PROGRAM],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=self._stderr,
+            start_new_session=True,
+        )
+        assert self._process.stdin is not None and self._process.stdout is not None
+        self._stdin, self._stdout = self._process.stdin, self._process.stdout
+
+    @property
+    def pid(self) -> int:
+        return self._process.pid
+
+    @property
+    def alive(self) -> bool:
+        return self._process.poll() is None
+
+    def run(self, case: Case, conditions: Conditions, trace: Path | None) -> Result:
+        """Return the result of a case, whatever it does to the process. ``trace``: the file for its
+        trace, if one is wanted. A worker that is not ``alive`` afterwards cannot be used again.
+
+        Raises SafenavError if the process does not start.
+        """
+        self._wait_until_ready()
+        self.case, self.since = case.name, time.monotonic()
+        before = os.fstat(self._stderr.fileno()).st_size
+        asked = {"case": to_builtins(case), "conditions": to_builtins(conditions)}
+        task = asked | {"trace": None if trace is None else str(trace)}
+        with contextlib.suppress(BrokenPipeError):  # it is dead: then there is no answer
+            self._stdin.write(json_line(task).encode())
+            self._stdin.flush()
+        try:
+            answer = self._line(conditions.seconds)
+        except TimeoutError:
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                self.send(signal.SIGABRT)
+                self._process.wait(_STACK_SECONDS)
+            verdict = CaseVerdict.HUNG
+            reason = f"stopped after {conditions.seconds:g} s (time limit)"
+        else:
+            if answer:
+                return self._timed(convert(json.loads(answer), Result))
+            verdict = CaseVerdict.CRASHED
+            reason = f"the process that ran it died: {self._death()}"
+        result = without_a_run(case, verdict, [reason], self._last_words(before))
+        self.end()
+        return self._timed(result)
+
+    def send(self, number: signal.Signals) -> None:
+        """Send a signal to the process and its group."""
+        if self.alive:
+            with contextlib.suppress(ProcessLookupError, PermissionError):
+                os.killpg(self.pid, number)
+
+    def end(self) -> None:
+        """End the process with its synthesis, and close its pipes."""
+        for number, seconds in ((signal.SIGTERM, _STACK_SECONDS), (signal.SIGKILL, None)):
+            self.send(number)
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                self._process.wait(seconds)
+                break
+        for pipe in (self._stdin, self._stdout, self._stderr):
+            with contextlib.suppress(OSError):
+                pipe.close()
+
+    def _wait_until_ready(self) -> None:
+        """Wait for the end of its start, which counts for no case."""
+        if self._ready:
+            return
+        try:
+            self._ready = bool(self._line(_START_SECONDS))
+            problem = f"({self._death()})\n{self._last_words(0)}" if not self._ready else ""
+        except TimeoutError:
+            problem = f"within {_START_SECONDS:.0f} s"
+        if problem:
+            self.end()
+            raise SafenavError(f"a worker process does not start {problem}")
+
+    def _line(self, seconds: float) -> bytes:
+        """Return its next line; empty if it is dead. Raises TimeoutError."""
+        end = time.monotonic() + seconds
+        with selectors.DefaultSelector() as selector:
+            selector.register(self._stdout, selectors.EVENT_READ)
+            while b"\n" not in self._heard:
+                if not selector.select(max(0.0, end - time.monotonic())):
+                    raise TimeoutError
+                if not (data := os.read(self._stdout.fileno(), 1 << 16)):
+                    return b""
+                self._heard += data
+        line, _, self._heard = self._heard.partition(b"\n")
+        return line
+
+    def _timed(self, result: Result) -> Result:
+        """Return a result with its wall time: as measured by its process, or here if that is
+        longer."""
+        elapsed = round(time.monotonic() - self.since, 6)
+        return replace(result, wall_seconds=max(result.wall_seconds, elapsed))
+
+    def _last_words(self, before: int) -> str:
+        file = self._stderr.fileno()  # its offset is shared with the process: do not move it
+        begin = max(before, os.fstat(file).st_size - _LAST_WORDS)
+        return os.pread(file, _LAST_WORDS, begin).decode("utf-8", "replace").strip()
+
+    def _death(self) -> str:
+        status = self._process.wait()
+        if status >= 0:
+            return f"exit status {status}"
+        with contextlib.suppress(ValueError):
+            return f"killed by {signal.Signals(-status).name}"
+        return f"killed by signal {-status}"
+
+
+def main() -> None:
+    """Run cases until standard input ends: the program of a worker."""
+    answer = line_output()
+    faulthandler.enable()  # prints the stack at a crash, and at the SIGABRT for a hung case
+    with contextlib.suppress(ValueError, OSError):
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    from safenav.batch.execution import execute
+
+    tasks: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+    threading.Thread(target=_listen, args=(tasks,), daemon=True).start()
+    try:
+        answer("ready")
+        while line := tasks.get():
+            task = json.loads(line)
+            conditions = Conditions(**task["conditions"])
+            with contextlib.suppress(OSError):  # if missing, only its files are not found
+                os.chdir(conditions.directory)
+            trace = None if task["trace"] is None else Path(task["trace"])
+            answer(to_builtins(execute(Case(**task["case"]), conditions, trace)))
+    except BrokenPipeError:
+        os._exit(0)  # the reader has gone
+
+
+def _listen(tasks: queue.SimpleQueue[bytes]) -> None:
+    for line in sys.stdin.buffer:
+        tasks.put(line)
+    tasks.put(b"")
+    # During a synthesis, SIGTERM first kills that; otherwise it ends this process immediately.
+    os.kill(os.getpid(), signal.SIGTERM)

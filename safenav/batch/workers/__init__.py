@@ -1,1 +1,0 @@
-"""Local worker processes, which run cases and can be killed."""
