@@ -303,7 +303,7 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
         case "met" if e.need == one.stage:
             one.group = frozenset(e.robots or [e.robot])
             one.stage, one.done = e.need + 1, frozenset()
-            _stood(e.robot, s)  # its action goes on with the next need
+            _stood(e.robot, s)  # its action continues with the next need
         case "resolved":
             one.there = one.resolved = one.known = True
             one.stage = len(one.needs)

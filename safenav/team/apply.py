@@ -432,7 +432,7 @@ def _counted(team: Team, state: State, i: int, ticks: int | None) -> State:
         if mine or member.planned:
             for step in _counts(team, robot, i, member.objective, own, team.rounds, ticks):
                 own = step[1]
-        if not mine:  # no line has told of it, so the first one after the duty does
+        if not mine:  # no line has reported it, so the first one after the duty does
             own = own._replace(held=own.held and robot.own.held)
             for step in _counts(team, robot, i, robot.objective, task, 1, ticks):
                 task = step[1]
