@@ -45,6 +45,7 @@ READ_BY = {
     "robot": "columns",
     "gust": "motion",
     "seed": "motion",
+    "track": "motion",
 }
 """The output that reads an option, by parameter."""
 
@@ -65,12 +66,13 @@ OUTPUTS = {
 @click.option("--format", "form", type=click.Choice(["csv", "json"]), help="Format of waypoints.")
 @click.option("--motion", "written", type=options.LINES, help="Compute and write the motion.")
 @click.option("--report", is_flag=True, help="Print times, waits, distances, errors, margins.")
+@click.option("--track", is_flag=True, help="Simulate flyers that track their references.")
 @click.option(
     "--gust",
     type=options.FiniteRange(min=0),
     default=0.0,
     metavar="M/S",
-    help="Root-mean-square wind on flyers.",
+    help="The same, in wind (root mean square).",
 )
 @click.option(
     "--seed", type=click.IntRange(min=0), default=0, metavar="N", help="Seed of the wind."
@@ -106,6 +108,7 @@ def command(
     form: str | None,
     written: Path | None,
     report: bool,
+    track: bool,
     gust: float,
     seed: int,
     mcap: Path | None,
@@ -141,7 +144,7 @@ def command(
             own = f"the regions of the motion measure {moved.header.side:g} m, not {side:g} m"
             raise UsageError(f"{own}\n    leave out --side, or compute another motion with it")
     elif files["motion"] or report:
-        moved = _computed(run, side, gust, seed)
+        moved = _computed(run, side, gust, seed, track=track)
     if (path := files["motion"]) is not None and moved is not None:
         from safenav.motion.file.reading import parsed, text_of
 
@@ -189,7 +192,7 @@ def _refuse_unread(
             raise UsageError(f"{param.opts[0]} goes with --{output}")
 
 
-def _computed(run: Trace, side: float | None, gust: float, seed: int) -> Motion:
+def _computed(run: Trace, side: float | None, gust: float, seed: int, *, track: bool) -> Motion:
     """Return the motion of a trace. Raises UsageError if it breaks a rule."""
     from safenav.motion.making import SIDE, Disturbances, motion_of, refuse_broken
 
@@ -197,7 +200,7 @@ def _computed(run: Trace, side: float | None, gust: float, seed: int) -> Motion:
         note = f"no region size given; using {SIDE:g} m (change with --side M)"
         click.echo(f"{run.source}: {note}", err=True)
     refuse_broken(run)
-    return motion_of(run, side, Disturbances(seed, gust))
+    return motion_of(run, side, Disturbances(seed, gust, track))
 
 
 def _waypoints(

@@ -32,11 +32,11 @@ from safenav.fleet.transport import (
     Performed,
     Transport,
 )
-from safenav.motion.disc import DiscMover
 from safenav.motion.file.records import Curve, Flight, Moving, Reset, Segment
 from safenav.motion.geometry import MetricFloor, turn
-from safenav.motion.mover import Crossing, Mover, mover
-from safenav.motion.rover import RoverMover
+from safenav.motion.glider import Glider
+from safenav.motion.making import mover
+from safenav.motion.mover import Crossing, Mover
 from safenav.motion.walker.cutting import before
 from safenav.motion.walker.mover import WalkerMover
 from safenav.scenario.model import Robot, name_parts
@@ -211,7 +211,8 @@ class Following:
             return []
         if follower.walks and body.heading is not None and turn(body.heading, heading) == 2:
             return []  # it turns by walking
-        first = body.resume(0) if isinstance(body, RoverMover) else []  # it drives straight on
+        rover = isinstance(body, Glider) and body.kind == "rover"
+        first = body.resume(0) if rover else []  # it drives straight on
         return [*first, *body.move(Crossing(0, body.region, to, heading, short)), *body.halt(0)]
 
     def _rest(self, follower: Follower) -> None:
@@ -249,7 +250,7 @@ class Following:
         refused = ""
         if region is None or not self._places.world.is_free(region):
             refused = f"{reason}, outside every free region"
-        elif isinstance(body, DiscMover | RoverMover):
+        elif isinstance(body, Glider):
             body.place, body.facing, body.region = (east, north), facing, region
         else:
             before = body.region, body.heading

@@ -29,8 +29,8 @@ from safenav.motion.file.records import (
     Segment,
     Swing,
 )
-from safenav.motion.pendulum import sampled
 from safenav.motion.polynomial import between, derivative, values
+from safenav.motion.walker.pendulum import sampled
 
 Array = NDArray[np.float64]
 
@@ -156,7 +156,9 @@ def _walking(segment: Segment, times: Array, limits: Mapping[str, object]) -> Ar
         float(str(limits[name])) for name in ("omega", "height", "clearance")
     )
     durations = np.array([phase.seconds for phase in segment.phases])
-    pressures = np.array([[phase.x, phase.y] for phase in segment.phases])
+    last = segment.phases[-1]
+    knots = [*((phase.x, phase.y) for phase in segment.phases), (last.to_x, last.to_y)]
+    pressures = np.array(knots)
     start, goal = np.array(segment.start), np.array(segment.goal)
     states, pressure = sampled(durations, pressures, start, goal, times, omega)
     table = np.zeros((len(times), len(WALKER)))

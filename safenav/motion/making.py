@@ -8,17 +8,18 @@ from msgspec import Struct
 
 import safenav
 from safenav.errors import Diagnostic, InputError, SafenavError, UsageError
-from safenav.motion.disc import FlyerMover
 from safenav.motion.file.records import Flight, Line, Motion, MotionHeader
 from safenav.motion.flyer.simulation import check_gust, flown
 from safenav.motion.geometry import MetricFloor
-from safenav.motion.mover import Mover, mover
+from safenav.motion.glider import Glider, flown_through
+from safenav.motion.mover import Mover
 from safenav.motion.timing.execution import when
 from safenav.motion.timing.recorded_times import motion_at_recorded_times
 from safenav.motion.timing.schedule import motion_at_earliest_times
+from safenav.motion.walker.mover import WalkerMover
 from safenav.pace.robot import SIDE as SIDE
 from safenav.scenario.model import Scenario
-from safenav.scenario.motion import resolved
+from safenav.scenario.motion import KINDS, resolved
 from safenav.scenario.reading.catalogue import built_in
 from safenav.trace.header import unstarted
 from safenav.trace.reading import Trace
@@ -26,10 +27,12 @@ from safenav.trace.setting import RobotHeader
 
 
 class Disturbances(Struct, frozen=True):
-    """Disturbances of the robots: a seed, and gusts (m/s, root mean square) on flyers."""
+    """The simulated flight of flyers, which track their references: a seed, and gusts (m/s, root
+    mean square). ``track``: simulate it without gusts also."""
 
     seed: int = 0
     gust: float = 0.0
+    track: bool = False
 
 
 UNDISTURBED = Disturbances()
@@ -53,8 +56,9 @@ def motion_of(
     except Exception as error:
         refuse_broken(trace, error)
         raise
-    if against.gust:
-        lines = _disturbed(lines, movers, floor, against)
+    for name, moved in movers.items():
+        if isinstance(moved, Glider) and moved.kind == "flyer":
+            lines = _flown(name, moved, lines, against)
     robots = {name: described(trace, name, movers[name]) for name in movers}
     return Motion(header_of(trace, floor, robots, against), lines, outcome)
 
@@ -98,19 +102,19 @@ def check_movable(scenario: Scenario) -> None:
     movers_of(trace, floor_of(trace))
 
 
-def _disturbed(
-    lines: tuple[Line, ...], movers: Mapping[str, Mover], floor: MetricFloor, against: Disturbances
+def _flown(
+    name: str, moved: Glider, lines: tuple[Line, ...], against: Disturbances
 ) -> tuple[Line, ...]:
-    """Return the lines with the flight of each flyer in gusts."""
-    found = list(lines)
-    for name, moved in movers.items():
-        own = [line for line in lines if line.robot == name]
-        if isinstance(moved, FlyerMover):
-            tilt, seed = moved.values["tilt"], f"{against.seed} {name} wind"
-            check_gust(name, against.gust, tilt, moved.values["speed"], floor.side)
-            flights = [line for line in own if isinstance(line, Flight)]
-            if flights:
-                found += flown(flights, floor, moved.size, tilt, against.gust, seed)
+    """Return the lines with the flights of a flyer through the centres of regions, and with its
+    simulated flight."""
+    flights = [line for line in lines if isinstance(line, Flight) and line.robot == name]
+    size, tilt, floor = moved.values["size"], moved.values["tilt"], moved.floor
+    smooth = dict(zip(map(id, flights), flown_through(flights, floor, size), strict=True))
+    found = [smooth.get(id(line), line) for line in lines]
+    if flights and (against.track or against.gust):
+        check_gust(name, against.gust, tilt, moved.values["speed"], floor.side)
+        seed = f"{against.seed} {name} wind"
+        found += flown(list(smooth.values()), floor, size, tilt, against.gust, seed)
     return tuple(sorted(found, key=when))
 
 
@@ -139,6 +143,32 @@ def movers_of(trace: Trace, floor: MetricFloor) -> dict[str, Mover]:
             raise InputError([Diagnostic(trace.source, trace.header.line, 1, found)])
         movers[name] = mover(name, floor, robot.start, robot.heading, _motion(name, robot))
     return movers
+
+
+def mover(
+    robot: str, floor: MetricFloor, region: int, heading: str | None, motion: Mapping[str, object]
+) -> Mover:
+    """The mover of a robot by its ``motion`` in a trace (kind and parameters), at rest in a region.
+
+    Raises UsageError for an unknown kind, an impossible parameter, or a floor on which the robot
+    cannot move so.
+    """
+    kind = str(motion.get("kind"))
+    if kind not in KINDS:
+        known = ", ".join(sorted(KINDS))
+        raise UsageError(f"{robot}: unknown kind of motion '{kind[:40]}'\n    known: {known}")
+    values: dict[str, float] = {}
+    for name, parameter in KINDS[kind].items():
+        value = motion.get(name, parameter.default)
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise UsageError(f"{robot}: '{name}' of its motion is not a number")
+        if not parameter.least <= value <= parameter.most:
+            limits = f"from {parameter.least:g} to {parameter.most:g}"
+            raise UsageError(f"{robot}: '{name}' of its motion is {value:g}, not {limits}")
+        values[name] = float(value)
+    if kind == "walker":
+        return WalkerMover(robot, floor, region, heading, values)
+    return Glider(robot, floor, region, heading, values, kind)
 
 
 def _motion(name: str, robot: RobotHeader) -> dict[str, object]:

@@ -1,8 +1,7 @@
 """Kinds of motion of robot models, with their parameters (docs/motion.md).
 
 Built-in kinds are listed here; a model sets ``size`` and ``speed``. ``safenav.motion`` implements
-them; this module never imports it. An installed package adds a kind by an entry point
-of the group ``safenav.motion``.
+them; this module never imports it.
 """
 
 from __future__ import annotations
@@ -10,8 +9,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from msgspec import Struct
-
-ENTRY_POINTS = "safenav.motion"
 
 
 class Parameter(Struct, frozen=True):
@@ -64,32 +61,6 @@ TURNING = "rover"
 """The kind of motion that turns within a region."""
 
 
-def parameters(kind: str) -> Mapping[str, Parameter] | None:
-    """Return the parameters of a kind, built in or installed; None if there is no such kind."""
-    if kind in KINDS:
-        return KINDS[kind]
-    installed = installed_kind(kind)
-    return None if installed is None else getattr(installed, "PARAMETERS", {})
-
-
-def installed_kind(kind: str) -> type | None:
-    """Return the class of a kind that an installed package adds; None if there is none."""
-    from importlib.metadata import entry_points
-
-    for entry in entry_points(group=ENTRY_POINTS, name=kind):
-        found = entry.load()
-        assert isinstance(found, type), f"the entry point {kind} is not a class"
-        return found
-    return None
-
-
-def known_kinds() -> list[str]:
-    """Return the names of all kinds, built in or installed."""
-    from importlib.metadata import entry_points
-
-    return sorted({*KINDS, *(entry.name for entry in entry_points(group=ENTRY_POINTS))})
-
-
 def resolved(
     motion: str | None, size: float | None, speed: float | None, layer: str
 ) -> dict[str, object] | None:
@@ -104,7 +75,7 @@ def resolved(
         if speed is None:
             return None
         motion = "disc"
-    known = parameters(motion) or {}
+    known = KINDS.get(motion, {})
     values: dict[str, object] = {name: parameter.default for name, parameter in known.items()}
     values.update((name, own) for name, own in (("size", size), ("speed", speed)) if own)
     return {"kind": motion, **values}

@@ -83,7 +83,7 @@ def test_a_file_that_is_not_a_motion_is_refused(content: bytes, words: str) -> N
         (lambda: broken({"t0": 1e300}), "the number 1e.300 is beyond"),
         (lambda: broken({"t0": None}), "`t0` must be a number, not null"),
         (lambda: broken({"start": [1, 2]}), r"`start` must be a list of length 4"),
-        (lambda: broken({"phases": [[1]]}), r"`phases\[0\]` must be a list of at least length 3"),
+        (lambda: broken({"phases": [[1]]}), r"`phases\[0\]` must be a list of at least length 5"),
         (lambda: broken({"tick": 1.5}), "`tick` must be a whole number, not a number"),
         (lambda: broken({"swings": [[1, 0, 1, 0, 1, [0], [0]]]}), "must be a list of length 9"),
     ],

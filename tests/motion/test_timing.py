@@ -12,6 +12,7 @@ from once import beside
 from safenav.motion.check.verdict import check_motion
 from safenav.motion.file.records import Action, Line, Moving, Release, Reserve
 from safenav.motion.geometry import MetricFloor
+from safenav.motion.glider import Glider
 from safenav.motion.in_time import in_time
 from safenav.motion.making import motion_of
 from safenav.motion.mover import Crossing, Mover
@@ -23,7 +24,7 @@ from safenav.trace.records import Met, Move, Resolved, Service
 SLOWED = int(os.environ.get("SAFENAV_MOTION_SLOWED", "20"))
 
 
-class Stroller(Mover):
+class Stroller(Glider):
     """Takes one to three seconds for a move, by chance, and sometimes one to halt."""
 
     chance: random.Random
@@ -43,15 +44,13 @@ class Stroller(Mover):
         self.time = until
         return []
 
-    def limits(self) -> dict[str, float]:
-        return {"size": 0.5}
-
 
 def strolled(trace: Trace, seed: int) -> list[Line]:
     floor = MetricFloor(trace.header.scenario.map.rows, trace.header.scenario.map.cols, 2.7)
     movers: dict[str, Mover] = {}
     for name, robot in trace.header.scenario.robots.items():
-        mover = Stroller(name, floor, robot.start, robot.heading, 0.5, {"action_seconds": 2.0})
+        values = {"size": 0.5, "speed": 0.5, "action_seconds": 2.0}
+        mover = Stroller(name, floor, robot.start, robot.heading, values, "disc")
         mover.chance = random.Random(f"{seed} {name}")
         movers[name] = mover
     lines, _ = motion_at_earliest_times(trace, floor, movers)

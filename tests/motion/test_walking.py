@@ -14,7 +14,7 @@ from safenav.motion.geometry import HEADINGS, MetricFloor
 from safenav.motion.mover import Crossing
 from safenav.motion.walker.mover import WalkerMover
 
-VALUES = {"speed": 0.45, "height": 0.8, "foot": 0.18, "clearance": 0.12}
+VALUES = {"size": 0.6, "speed": 0.45, "height": 0.8, "foot": 0.18, "clearance": 0.12}
 SIZE = 60
 MOVES = int(os.environ.get("SAFENAV_MOTION_MOVES", "10000"))
 STEPS = {"east": (0, 1), "north": (-1, 0), "west": (0, -1), "south": (1, 0)}
@@ -22,7 +22,7 @@ STEPS = {"east": (0, 1), "north": (-1, 0), "west": (0, -1), "south": (1, 0)}
 
 def walker(side: float = 2.7, region: int = SIZE * SIZE // 2 + SIZE // 2) -> WalkerMover:
     floor = MetricFloor(SIZE, SIZE, side)
-    return WalkerMover("digit", floor, region, "east", 0.6, VALUES)
+    return WalkerMover("digit", floor, region, "east", VALUES)
 
 
 def beside(region: int, heading: str) -> int | None:

@@ -10,27 +10,34 @@ from safenav.motion.file.records import Segment, Swing
 
 def mass(segment: Segment, omega: float, per_phase: int = 40) -> dict[str, np.ndarray]:
     """Times, positions, velocities and centres of pressure, by the closed form of each phase:
-    the two exponentials that meet the start of the move (eta) and its goal (xi)."""
-    phases = segment.phases
-    pressures = np.array([[p.x, p.y] for p in phases])
+    relative to a centre of pressure that moves linearly, the two exponentials that meet the start
+    of the move (eta) and its goal (xi)."""
     start, goal = np.array(segment.start), np.array(segment.goal)
-    eta = [start[:2] - start[2:] / omega]
-    for phase, p in zip(phases, pressures, strict=True):
-        eta.append(p + (eta[-1] - p) * np.exp(-omega * phase.seconds))
-    xi = [goal[:2] + goal[2:] / omega]
-    for phase, p in zip(reversed(phases), pressures[::-1], strict=True):
-        xi.insert(0, p + (xi[0] - p) * np.exp(-omega * phase.seconds))
+    phases = [
+        (p.seconds, np.array([p.x, p.y]), np.array([p.to_x - p.x, p.to_y - p.y]) / p.seconds)
+        for p in segment.phases
+    ]
+    eta, xi = [start[:2] - start[2:] / omega], [goal[:2] + goal[2:] / omega]
+    for seconds, here, speed in phases:
+        off = eta[-1] - here + speed / omega
+        eta.append(here + speed * seconds - speed / omega + off * np.exp(-omega * seconds))
+    for seconds, here, speed in reversed(phases):
+        off = xi[0] - (here + speed * seconds) - speed / omega
+        xi.insert(0, here + speed / omega + off * np.exp(-omega * seconds))
     rows: dict[str, list[np.ndarray]] = {"t": [], "c": [], "v": [], "p": []}
     begin = 0.0
-    for index, (phase, p) in enumerate(zip(phases, pressures, strict=True)):
-        t = np.linspace(0, phase.seconds, per_phase)[:, None]
-        forward = p + (eta[index] - p) * np.exp(-omega * t)
-        backward = p + (xi[index + 1] - p) * np.exp(-omega * (phase.seconds - t))
+    for index, (seconds, here, speed) in enumerate(phases):
+        t = np.linspace(0, seconds, per_phase)[:, None]
+        pressure = here + speed * t
+        off = eta[index] - here + speed / omega
+        forward = pressure - speed / omega + off * np.exp(-omega * t)
+        off = xi[index + 1] - pressure[-1] - speed / omega
+        backward = pressure + speed / omega + off * np.exp(-omega * (seconds - t))
         rows["t"].append(begin + t[:, 0])
         rows["c"].append((forward + backward) / 2)
         rows["v"].append(omega * (backward - forward) / 2)
-        rows["p"].append(np.repeat(p[None], per_phase, axis=0))
-        begin += phase.seconds
+        rows["p"].append(pressure)
+        begin += seconds
     return {name: np.concatenate(parts) for name, parts in rows.items()}
 
 

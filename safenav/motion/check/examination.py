@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from math import floor
+from math import floor, hypot
 
 import numpy as np
 from msgspec import Struct
 
 from safenav.errors import UsageError
 from safenav.motion.check.paths import Array, Disc, Mass, Swinging, discs, mass, swing_states
-from safenav.motion.file.records import Action, Motion, Moving, Segment
+from safenav.motion.file.records import Action, Motion, Moving, Reset, Segment
 from safenav.trace.reading import Trace
 from safenav.trace.setting import ScenarioHeader
 
@@ -101,6 +101,8 @@ class Examination:
         }
         self.driven = {name: own for name, own in header.robots.items() if "driven" in own}
         """The robots that were physically driven; none in a motion that is only computed."""
+        self.resets = {(reset.robot, reset.t) for reset in motion.of(Reset)}
+        """Where the plan of a driven robot is cut off."""
         self.makespan = motion.outcome.makespan
         self.grid = Grid(header.rows, header.cols, header.side)
         self.conflicts = conflicts_of(trace.header.scenario)
@@ -130,7 +132,9 @@ class Examination:
         """The discs that a piece moves, computed once."""
         if id(piece) not in self._discs:
             walk = self.walk(piece) if isinstance(piece, Segment) else None
-            self._discs[id(piece)] = discs(piece, self.radius(piece.robot), walk)
+            own = self.numbers[piece.robot]
+            foot = hypot(own.get("sole_length", 0.0), own.get("sole_width", 0.0)) / 2
+            self._discs[id(piece)] = discs(piece, self.radius(piece.robot), foot, walk)
         return self._discs[id(piece)]
 
     def body(self, robot: str, begin: float, end: float) -> Array:

@@ -133,6 +133,9 @@ def _joined(case: Examination, before: Moving, after: Moving) -> None:
 def _feet(before: Segment, after: Segment, wrong: Callable[[str], None]) -> None:
     """The feet at the end of a segment are those at the start of the next one."""
     lasting = before.t1 - before.t0
+    last, first = before.phases[-1], after.phases[0]
+    if (jump := hypot(first.x - last.to_x, first.y - last.to_y)) > NEAR:
+        wrong(f"its centre of pressure jumps by {jump:.4f} m")
     for side in (1, -1):
         there = [f for f in before.feet if f.side == side and abs(f.up - lasting) < NEAR]
         here = [f for f in after.feet if f.side == side and abs(f.down) < NEAR]

@@ -12,11 +12,16 @@ from safenav.motion.file.reading import read_motion
 from safenav.motion.file.records import Flight, FlownTrack, Motion, Moving, Segment
 from safenav.trace.reading import Trace
 
-WALKER = ("omega", "height", "step", "aside", "friction", "swing", "size", "clearance")
+MOST = {
+    **{"step": 0.65, "friction": 0.45, "swing": 3.0, "stance": 0.45},
+    **{"sole_length": 0.2, "sole_width": 0.09, "most_double": 0.25},
+}
+"""Upper limits of a walker (docs/models.md)."""
+LEAST = {"aside": 0.2, "least_double": 0.15}
+"""Lower limits of a walker."""
+WALKER = ("omega", "height", "size", "clearance", *MOST, *LEAST)
 """The fields that the header must hold for a walker."""
 
-BOUNDS = {"step": 0.65, "aside": 0.2, "friction": 0.45, "swing": 3.0}
-"""The limits of a walker (docs/models.md): ``aside`` is a lower bound, the others upper ones."""
 GAPS = {"setpoints": 1.0, "goals": 2.0}
 """The longest time without a measurement, in seconds, by how a robot is driven."""
 BUILT_IN = ("walker", "flyer", "rover", "disc")
@@ -86,10 +91,10 @@ def _limits(trace: Trace, name: str, limits: Mapping[str, object]) -> str:
             same = abs(found - value) <= WRITTEN
         if not same:
             return f"'{key}' is {limits.get(key)!r}, in the trace {value!r}"
-    for key, bound in BOUNDS.items() if limits["kind"] == "walker" else ():
+    for key, bound in {**MOST, **LEAST}.items() if limits["kind"] == "walker" else ():
         value = limits[key]
         assert isinstance(value, int | float)
-        if not (value >= bound if key == "aside" else value <= bound):
+        if not (value >= bound if key in LEAST else value <= bound):
             return f"'{key}' is {value:g}; the limit of a walker is {bound:g}"
     if "driven" in limits:
         if trace.header.scenario.world != "external":

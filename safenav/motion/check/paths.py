@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import ceil
+from math import ceil, exp, inf
 
 import numpy as np
 from msgspec import Struct
@@ -19,9 +19,6 @@ STEP = 0.02
 """Seconds between samples of a body."""
 MOST_SAMPLES = 5_000_000
 """Samples of one piece of motion: more than a day."""
-
-FOOT = 0.11
-"""Metres: radius of the circle that a walker's foot fits in."""
 
 
 class Disc(Struct, frozen=True):
@@ -67,11 +64,13 @@ def grid(seconds: float, step: float = STEP) -> Array:
     return np.arange(count + 1, dtype=np.float64) * (seconds / count)
 
 
-def discs(piece: Moving, radius: float, walk: tuple[Mass, Swinging] | None) -> list[Disc]:
-    """The discs that a piece moves: the body, and of a walker its feet, on the ground and in the
-    air."""
+def discs(
+    piece: Moving, radius: float, foot: float, walk: tuple[Mass, Swinging] | None
+) -> list[Disc]:
+    """The discs that a piece moves: the body, and of a walker its feet, of radius ``foot``, on the
+    ground and in the air."""
     if isinstance(piece, Segment) and walk is not None:
-        return _walking(piece, radius, *walk)
+        return _walking(piece, radius, foot, *walk)
     times, centres = [], []
     begin = piece.t0
     assert isinstance(piece, Flight)
@@ -100,31 +99,43 @@ class Mass(Struct, frozen=True):
 
 
 def mass(segment: Segment, omega: float) -> Mass:
-    """Solve c'' = omega^2 (c - p) phase by phase: its growing part backwards from the goal, its
-    shrinking part forwards from the start."""
-    start, goal = np.array(segment.start), np.array(segment.goal)
-    still = segment.start == segment.goal and len(segment.phases) == 1
-    pressures = [np.array([phase.x, phase.y]) for phase in segment.phases]
-    shrinking = [start[:2] - start[2:] / omega]
-    for phase, p in zip(segment.phases, pressures, strict=True):
-        shrinking.append(p + (shrinking[-1] - p) * np.exp(-omega * phase.seconds))
-    growing = [goal[:2] + goal[2:] / omega]
-    for phase, p in zip(reversed(segment.phases), reversed(pressures), strict=True):
-        growing.append(p + (growing[-1] - p) * np.exp(-omega * phase.seconds))
-    growing.reverse()
-    times, states, centres = [], [], []
-    begin = 0.0
-    for index, (phase, p) in enumerate(zip(segment.phases, pressures, strict=True)):
-        t = grid(phase.seconds, float("inf") if still else STEP)[:, None]
-        falls = p + (shrinking[index] - p) * np.exp(-omega * t)
-        rises = p + (growing[index + 1] - p) * np.exp(-omega * (phase.seconds - t))
-        times.append(begin + t[:, 0])
-        states.append(np.hstack([(falls + rises) / 2, omega * (rises - falls) / 2]))
-        centres.append(np.repeat(p[None], len(t), axis=0))
-        begin += phase.seconds
-    late = float(np.abs(growing[0] - (start[:2] + start[2:] / omega)).max())
-    early = float(np.abs(shrinking[-1] - (goal[:2] - goal[2:] / omega)).max())
-    return Mass(np.concatenate(times), np.concatenate(states), np.concatenate(centres), late, early)
+    """Solve c'' = omega^2 (c - p) with p linear in each phase: c - p obeys the equation with p = 0,
+    so its growing part is computed backwards from the goal, its shrinking part forwards from the
+    start. Points are complex numbers."""
+    phases = segment.phases
+    start, fast, goal, slow = (
+        complex(*pair)
+        for pair in (segment.start[:2], segment.start[2:], segment.goal[:2], segment.goal[2:])
+    )
+    before = [complex(phase.x, phase.y) for phase in phases]
+    after = [complex(phase.to_x, phase.to_y) for phase in phases]
+    seconds = [phase.seconds for phase in phases]
+    lead = [(b - a) / (omega * s) for a, b, s in zip(before, after, seconds, strict=True)]
+    decay = [exp(-omega * s) for s in seconds]
+    falling, rising = [start - fast / omega], [goal + slow / omega]
+    for a, b, r, shrink in zip(before, after, lead, decay, strict=True):
+        falling.append(b - r + (falling[-1] - a + r) * shrink)
+    for a, b, r, shrink in reversed([*zip(before, after, lead, decay, strict=True)]):
+        rising.append(a + r + (rising[-1] - b - r) * shrink)
+    rising.reverse()
+    ends = np.cumsum(seconds)
+    still = segment.start == segment.goal and len(phases) == 1
+    times = np.sort(np.append(grid(float(ends[-1]), inf if still else STEP), ends[:-1]))
+    at = np.minimum(np.searchsorted(ends, times, side="right"), len(phases) - 1)
+    begin, rate, end = np.array(before)[at], np.array(lead)[at], np.array(after)[at]
+    since, left = times - (ends - seconds)[at], ends[at] - times
+    pressure = begin + omega * rate * since
+    fall = pressure - rate + (np.array(falling)[at] - begin + rate) * np.exp(-omega * since)
+    rise = pressure + rate + (np.array(rising)[1:][at] - end - rate) * np.exp(-omega * left)
+    states = np.stack([(fall + rise) / 2, omega * (rise - fall) / 2], axis=1)
+    late, early = rising[0] - (start + fast / omega), falling[-1] - (goal - slow / omega)
+    return Mass(
+        times,
+        states.view(np.float64),
+        pressure[:, None].view(np.float64),
+        max(abs(late.real), abs(late.imag)),
+        max(abs(early.real), abs(early.imag)),
+    )
 
 
 def swing_states(swings: Sequence[Swing]) -> Swinging:
@@ -161,12 +172,14 @@ _HERMITE = np.array(
 goal) to its coefficients, over a unit of time."""
 
 
-def _walking(segment: Segment, radius: float, path: Mass, swinging: Swinging) -> list[Disc]:
+def _walking(
+    segment: Segment, radius: float, foot: float, path: Mass, swinging: Swinging
+) -> list[Disc]:
     found = [Disc("body", radius, segment.t0 + path.times, path.states[:, :2])]
     if segment.feet:
-        feet = np.array([(foot.down, foot.x, foot.y) for foot in segment.feet])
-        found.append(Disc("foot", FOOT, segment.t0 + feet[:, 0], feet[:, 1:]))
+        feet = np.array([(hold.down, hold.x, hold.y) for hold in segment.feet])
+        found.append(Disc("foot", foot, segment.t0 + feet[:, 0], feet[:, 1:]))
     if segment.swings:
         times, places, _ = swinging
-        found.append(Disc("swinging foot", FOOT, segment.t0 + times.ravel(), places.reshape(-1, 2)))
+        found.append(Disc("swinging foot", foot, segment.t0 + times.ravel(), places.reshape(-1, 2)))
     return found

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from itertools import pairwise
+from math import cos, hypot, sin
 
 import numpy as np
 
 from safenav.motion.check.examination import NEAR, Examination
-from safenav.motion.check.paths import Array
+from safenav.motion.check.paths import Array, Mass
 from safenav.motion.file.records import Foothold, Segment
 
 GRAVITY = 9.81
-SHIFT = (0.06, 0.03)
-"""Metres ahead and aside by which the centre of pressure may leave the middle of a foot."""
+INNER = 0.6
+"""Share of a sole, around its middle, in which the centre of pressure stays."""
 
 
 Wrong = Callable[[float, str, str], None]
@@ -50,43 +51,78 @@ def check_segment(case: Examination, segment: Segment) -> None:
     if pull[worst] > limits["friction"]:
         what = f"friction of {pull[worst]:.3f} needed, more than {limits['friction']:g}"
         wrong(float(path.times[worst]), "friction", what)
-    _support(segment, wrong)
+    if _support(segment, limits, wrong) and (segment.robot, segment.t1) not in case.resets:
+        _double(segment, limits, wrong)
+    _stance(segment, path, limits, wrong)
     _steps(segment, limits, wrong)
     _swings(segment, speeds, limits, wrong)
 
 
-def _support(segment: Segment, wrong: Wrong) -> None:
-    """The centre of pressure is always under the feet on the ground."""
+def _support(segment: Segment, limits: Mapping[str, float], wrong: Wrong) -> bool:
+    """Check that the centre of pressure is always under the feet on the ground, and never jumps."""
     begin = 0.0
+    last = segment.phases[0]
+    sole = limits["sole_length"] / 2 * INNER, limits["sole_width"] / 2 * INNER
     for phase in segment.phases:
-        end = begin + phase.seconds
+        if begin and hypot(phase.x - last.to_x, phase.y - last.to_y) > NEAR:
+            wrong(begin, "support", "the centre of pressure jumps")
+            return False
+        end, last = begin + phase.seconds, phase
         down = [f for f in segment.feet if f.down <= begin + NEAR and f.up >= end - NEAR]
         if not down:
             wrong(begin, "support", "no foot is on the ground")
-            return
-        off = _off(down, phase.x, phase.y)
+            return False
+        ends = ((phase.x, phase.y), (phase.to_x, phase.to_y))
+        off = max(_off(down, x, y, sole) for x, y in ends)
         if off > NEAR:
             what = f"the centre of pressure is {off:.3f} m outside the feet on the ground"
             wrong(begin, "support", what)
-            return
+            return False
         begin = end
+    return True
 
 
-def _off(feet: list[Foothold], x: float, y: float) -> float:
-    """Return a point's distance from the span of one or two feet, each with a margin of
-    ``SHIFT``."""
+def _double(segment: Segment, limits: Mapping[str, float], wrong: Wrong) -> None:
+    """Both feet are on the ground for a share of a walk, which begins and ends on one foot."""
+    lasting = segment.t1 - segment.t0
+    ends = [
+        sum(foot.down <= t + NEAR and foot.up >= t - NEAR for foot in segment.feet)
+        for t in (0.0, lasting)
+    ]
+    if ends != [1, 1]:
+        return
+    carried = sum(foot.up - foot.down for foot in segment.feet)
+    share, least, most = carried / lasting - 1, limits["least_double"], limits["most_double"]
+    if not least - NEAR <= share <= most + NEAR:
+        what = f"both feet are on the ground for {share:.3f} of the time, not {least:g} to {most:g}"
+        wrong(0.0, "double support", what)
+
+
+def _stance(segment: Segment, path: Mass, limits: Mapping[str, float], wrong: Wrong) -> None:
+    """The mass stays near each foot that carries it."""
+    feet = np.array([(foot.down, foot.up, foot.x, foot.y) for foot in segment.feet])
+    down, up, x, y = feet.T[:, :, None]
+    off = np.hypot(path.states[:, 0] - x, path.states[:, 1] - y)
+    off[(path.times < down) | (path.times > up)] = 0.0
+    if off.max() > limits["stance"] + NEAR:
+        t = float(path.times[int(off.max(axis=0).argmax())])
+        far = f"the mass is {off.max():.3f} m from a foot that carries it"
+        wrong(t, "stance", f"{far}, more than {limits['stance']:g}")
+
+
+def _off(feet: list[Foothold], x: float, y: float, sole: tuple[float, float]) -> float:
+    """Return a point's distance from the span of one or two feet, each with a margin of ``sole``
+    metres ahead and aside."""
     one, other = feet[0], feet[-1]
-    span = (other.x - one.x, other.y - one.y)
-    square = span[0] ** 2 + span[1] ** 2
+    across = (other.x - one.x, other.y - one.y)
+    square = across[0] ** 2 + across[1] ** 2
     share = 0.0
     if square > 0:
-        share = ((x - one.x) * span[0] + (y - one.y) * span[1]) / square
+        share = ((x - one.x) * across[0] + (y - one.y) * across[1]) / square
         share = min(1.0, max(0.0, share))
-    dx, dy = x - one.x - share * span[0], y - one.y - share * span[1]
-    yaw = one.yaw
-    ahead = abs(dx * np.cos(yaw) + dy * np.sin(yaw)) - SHIFT[0]
-    aside = abs(dy * np.cos(yaw) - dx * np.sin(yaw)) - SHIFT[1]
-    return float(max(0.0, ahead, aside))
+    dx, dy = x - one.x - share * across[0], y - one.y - share * across[1]
+    c, s = cos(one.yaw), sin(one.yaw)
+    return max(0.0, abs(dx * c + dy * s) - sole[0], abs(dy * c - dx * s) - sole[1])
 
 
 def _steps(segment: Segment, limits: Mapping[str, float], wrong: Wrong) -> None:

@@ -66,11 +66,13 @@ class Swing(Struct, frozen=True, array_like=True):
 
 
 class PressurePhase(Struct, frozen=True, array_like=True):
-    """The centre of pressure, constant for some seconds."""
+    """The centre of pressure moves from ``x``, ``y`` to ``to_x``, ``to_y`` at constant speed."""
 
     seconds: float
     x: float
     y: float
+    to_x: float
+    to_y: float
 
 
 class Piece(Struct, frozen=True):

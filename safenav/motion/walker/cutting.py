@@ -6,8 +6,8 @@ import numpy as np
 from msgspec.structs import replace
 
 from safenav.motion.file.records import PressurePhase, Segment, Swing
-from safenav.motion.pendulum import advanced, state_of
 from safenav.motion.polynomial import between, derivative, values
+from safenav.motion.walker.pendulum import advanced, state_of
 
 
 def before(segment: Segment, at: float, omega: float) -> Segment:
@@ -18,8 +18,11 @@ def before(segment: Segment, at: float, omega: float) -> Segment:
     for phase in segment.phases:
         if begin < at:
             lasting = min(begin + phase.seconds, at) - begin
-            phases.append(replace(phase, seconds=lasting))
-            state = advanced(state, np.array([phase.x, phase.y]), lasting, omega)
+            here, there = np.array([phase.x, phase.y]), np.array([phase.to_x, phase.to_y])
+            there = here + (there - here) * lasting / phase.seconds
+            x, y = there.tolist()
+            phases.append(replace(phase, seconds=lasting, to_x=x, to_y=y))
+            state = advanced(state, here, there, lasting, omega)
         begin += phase.seconds
     return replace(
         segment,

@@ -15,29 +15,40 @@ from msgspec import Struct, to_builtins
 from safenav.errors import UsageError
 from safenav.motion.file import records
 from safenav.motion.geometry import MetricFloor, turn, unit_vector
-from safenav.motion.mover import Crossing, Mover
-from safenav.motion.pendulum import Array, sampled
+from safenav.motion.mover import Crossing
 from safenav.motion.polynomial import between, derivative, values
 from safenav.motion.walker import primitives
+from safenav.motion.walker.pendulum import Array, sampled
 from safenav.motion.walker.primitives import LEFT, RIGHT, Primitive
 from safenav.pace.gait import Gait, Walker, gait_on
-from safenav.pace.robot import YAW
+from safenav.pace.robot import WALKER, YAW
 
 SAMPLES = 200
 
 
 class Demand(Struct, frozen=True):
     """The longest step (m), the least distance by which a foot lands on its own side of the
-    other (m), the friction needed (of the ground's normal force), the fastest swing (m/s)."""
+    other (m), the friction needed (of the ground's normal force), the fastest swing (m/s), the
+    farthest that the mass gets from a foot that carries it (m, on the ground)."""
 
     step: float
     aside: float
     friction: float
     swing: float
+    stance: float
 
 
-LIMITS = Demand(step=0.65, aside=0.2, friction=0.45, swing=3.0)
-"""Limits of the walker (docs/motion.md); ``aside`` is a lower bound, the others are upper ones."""
+LIMITS = Demand(step=0.65, aside=0.2, friction=0.45, swing=3.0, stance=0.45)
+"""Limits of the walker (docs/models.md); ``aside`` is a lower bound, the others are upper ones."""
+BUILD = {
+    **to_builtins(LIMITS),
+    "sole_length": 0.2,
+    "sole_width": 0.09,
+    "least_double": 0.15,
+    "most_double": 0.25,
+}
+"""The limits in the header of a motion: with the size of a sole (m), and bounds of the share of
+walking in which both feet are on the ground."""
 
 
 def demand(gait: Gait, primitive: Primitive) -> Demand:
@@ -51,44 +62,35 @@ def demand(gait: Gait, primitive: Primitive) -> Demand:
         gait.omega,
     )
     off = np.hypot(*(states[:, :2] - pressures).T).max()
-    step, aside = 0.0, np.inf
+    step, aside, stance, fastest = 0.0, np.inf, 0.0, 0.0
+    for hold in primitive.footholds:
+        carried = states[(times >= hold.down) & (times <= hold.up), :2]
+        stance = max(stance, float(np.hypot(*(carried - (hold.x, hold.y)).T).max(initial=0.0)))
     for before, after in pairwise(primitive.footholds):
         dx, dy = after.x - before.x, after.y - before.y
         step = max(step, hypot(dx, dy))
         if before.side != after.side:
             yaw = (before.yaw + after.yaw) / 2
             aside = min(aside, after.side * (dy * cos(yaw) - dx * sin(yaw)))
-    fastest = 0.0
     for swing in primitive.swings:
         span = np.linspace(0, swing.t1 - swing.t0, 50)
         paths = between(swing.t1 - swing.t0, swing.start, swing.goal)[:2]
         speed = np.hypot(*(values(derivative(path), span) for path in paths))
         fastest = max(fastest, float(speed.max()))
-    return Demand(step, aside, float(off) / gait.walker.height, fastest)
+    return Demand(step, aside, float(off) / gait.walker.height, fastest, stance)
 
 
 @lru_cache(maxsize=64)
-def most_demanding(gait: Gait) -> Demand:
-    """The largest demands of a gait's primitives."""
-    found = [primitives.stop(gait, LEFT)]
+def broken(gait: Gait) -> str | None:
+    """The first limit that a gait's primitives break, in words; None if they keep all."""
+    found = [primitives.stop(gait, LEFT), primitives.walk(gait, LEFT, RIGHT)]
     for quarters in (0, 1, -1):
         found += [primitives.walk(gait, quarters, LEFT), primitives.start(gait, quarters, LEFT)]
-    found.append(primitives.walk(gait, LEFT, RIGHT))
-    all_of = [demand(gait, primitive) for primitive in found]
-    return Demand(
-        step=max(d.step for d in all_of),
-        aside=min(d.aside for d in all_of),
-        friction=max(d.friction for d in all_of),
-        swing=max(d.swing for d in all_of),
-    )
-
-
-def broken(found: Demand) -> str | None:
-    """The first limit that a demand breaks, in words; None if it keeps all."""
-    for field in Demand.__struct_fields__:
-        value, limit = getattr(found, field), getattr(LIMITS, field)
-        if (value < limit) if field == "aside" else (value > limit):
-            return _WORDS[field].format(value=value, limit=limit)
+    for each in (demand(gait, primitive) for primitive in found):
+        for field, words in _WORDS.items():
+            value, limit = getattr(each, field), getattr(LIMITS, field)
+            if (value < limit) if field == "aside" else (value > limit):
+                return words.format(value=value, limit=limit)
     return None
 
 
@@ -97,35 +99,49 @@ _WORDS = {
     "aside": "its feet come within {value:.2f} m of each other, the least is {limit:g} m",
     "friction": "it needs a friction of {value:.2f}, more than {limit:g}",
     "swing": "a foot swings at {value:.1f} m/s, faster than {limit:g} m/s",
+    "stance": "the mass gets {value:.2f} m from a foot that carries it, more than {limit:g} m",
 }
 
 
-class WalkerMover(Mover):
-    """A walker that stands, or is at a walking pose with ``foot`` on the ground."""
+class WalkerMover:
+    """A walker that stands, or is at a walking pose with ``foot`` on the ground, 0 if it stands."""
 
-    def begin(self) -> None:
-        self.heading = self.heading or "east"
-        names = ("speed", "height", "foot", "clearance")
-        walker = Walker(self.size, *(self.values[name] for name in names))
+    def __init__(
+        self,
+        robot: str,
+        floor: MetricFloor,
+        region: int,
+        heading: str | None,
+        values: Mapping[str, float],
+    ) -> None:
+        self.robot, self.floor, self.region = robot, floor, region
+        self.heading: str | None = heading or "east"
+        self.values, self.time, self.foot = values, 0.0, 0
+        walker = Walker(*(values[name] for name in WALKER))
         try:
-            self.gait = gait_on(self.floor.side, walker)
-            fault = broken(most_demanding(self.gait))
+            self.gait = gait_on(floor.side, walker)
+            fault = broken(self.gait)
         except UsageError as error:
-            raise UsageError(f"{self.robot}: {error}") from error
+            raise UsageError(f"{robot}: {error}") from error
         except ValueError:  # a step of an arc whose mass never gets over its foot
             fault = "the mass would fall back on an arc"
         if fault is not None:
             raise UsageError(
-                f"{self.robot}: a walker {walker.height:g} m high at {walker.speed:g} m/s cannot "
-                f"turn on regions of {self.floor.side:g} m: {fault}\n"
+                f"{robot}: a walker {walker.height:g} m high at {walker.speed:g} m/s cannot "
+                f"turn on regions of {floor.side:g} m: {fault}\n"
                 "    change 'speed' or 'height' of its model"
             )
-        self.foot = 0
 
     def limits(self) -> Mapping[str, float]:
-        walker = self.gait.walker
-        own = {"size": self.size, "omega": self.gait.omega, "height": walker.height}
-        return {**own, "foot": walker.foot, "clearance": walker.clearance, **to_builtins(LIMITS)}
+        return {**self.values, "omega": self.gait.omega, **BUILD}
+
+    def face(self, tick: int, region: int) -> list[records.Moving]:
+        del tick, region
+        return []
+
+    def resume(self, tick: int) -> list[records.Moving]:
+        del tick
+        return []
 
     def move(self, crossing: Crossing) -> list[records.Moving]:
         assert self.heading is not None
@@ -174,8 +190,8 @@ class Placing:
 
     def segment(self, who: records.Piece, primitive: Primitive) -> records.Segment:
         """The primitive in the frame of the map."""
-        pressures = (self._point(x, y) for x, y in primitive.pressures.tolist())
-        phases = zip(primitive.durations.tolist(), pressures, strict=True)
+        knots = [self._point(x, y) for x, y in primitive.pressures.tolist()]
+        phases = zip(primitive.durations.tolist(), pairwise(knots), strict=True)
         begin, end = primitive.turning
         return records.Segment(
             who.robot,
@@ -185,7 +201,9 @@ class Placing:
             who.to,
             who.t0,
             who.t1,
-            phases=tuple(records.PressurePhase(seconds, x, y) for seconds, (x, y) in phases),
+            phases=tuple(
+                records.PressurePhase(seconds, *here, *to) for seconds, (here, to) in phases
+            ),
             feet=tuple(self._foot(hold) for hold in primitive.footholds),
             swings=tuple(self._swing(swing) for swing in primitive.swings),
             turning=(self._yaw, self._yaw + primitive.turn * pi / 2, begin, end),

@@ -5,6 +5,10 @@ apex, one step length inside, on the centre line, at the gait's speed, the other
 *standing pose* is at rest two lengths inside with both feet on the ground. Every primitive leads
 exactly from one such pose to another, so primitives compose without limit and no error accumulates:
 each begins at the pose of an absolute region.
+
+Phase-space intersections give the times of the steps (safenav.pace.gait), as if the mass changed
+feet in an instant. Around each such instant both feet are on the ground, and the centre of pressure
+moves from one to the other at constant speed; the linear problem that places the feet knows that.
 """
 
 from __future__ import annotations
@@ -15,21 +19,26 @@ from math import cos, pi, sin
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
 from safenav.motion.file.records import Foothold, FootState, Swing
-from safenav.motion.pendulum import Array, placed
+from safenav.motion.walker.pendulum import Array, placed
 from safenav.pace.gait import Apex, Gait, Stride, starting, stopping, walking
 
 LEFT, RIGHT = 1, -1
 
-STILL = (0.0,) * 6
-"""Velocities and accelerations of a foot on the ground."""
+DOUBLE, LEAST_DOUBLE = 0.2, 0.16
+"""Share of a step in which both feet are on the ground; of two unequal steps, of the shorter. Least
+share of all steps of a move."""
+SETTLING = 4
+"""Phases in which the mass settles between the feet."""
+SNAP = 0.5
+"""A swing foot leaves the ground with this share of the acceleration of a cubic: a quintic without
+acceleration there would be faster halfway."""
 
 
 class Primitive(Struct, frozen=True):
-    """A move in its local frame. ``pressures`` (phases, 2): the centre of pressure, constant
-    in each phase; ``start``, ``goal``: states of the mass; ``turn``: quarter turns to the left;
+    """A move in its local frame. ``pressures`` (phases + 1, 2): knots of the centre of pressure;
+    ``start``, ``goal``: states of the mass; ``turn``: quarter turns to the left;
     ``turning``: when the body turns; ``foot``: the stance foot at the end, 0 if it stands."""
 
     name: str
@@ -66,27 +75,25 @@ def stop(gait: Gait, foot: int) -> Primitive:
     """Stop from walking pose to standing pose: a step onto the capture point, then the feet close,
     and the mass settles between them."""
     omega, offset, length = gait.omega, gait.walker.foot, gait.length
-    durations = np.array(stopping(gait))
-    step, close = stopping(gait)[:2]
-    place = 2 * length
-    pressures = np.array(
-        [[length, foot * offset], [place, -foot * offset], [place, 0.0], [place, 0.0]]
-    )
+    step, close, *settling = stopping(gait)
+    place, half = 2 * length, DOUBLE / 2 * min(2 * step, close)
+    rest = sum(settling) / SETTLING
+    durations = np.array([step - half, 2 * half, close - half, *[rest] * SETTLING])
+    nodes = np.array([[length, foot * offset], [place, -foot * offset], *[[place, 0.0]] * SETTLING])
     goal = np.array([place, 0.0, 0.0, 0.0])
     begin = _walking(gait, length, foot)
-    weights = np.array([0.0, 0.0, 1.0, 1.0])
-    pressures = placed(durations, pressures, begin, goal, weights, omega)
+    knots, weights = np.array([0, 0, 1, *range(1, SETTLING + 2)]), np.ones(SETTLING + 2)
+    weights[[0, 1, -1]] = 0.0
+    pressures = placed(durations, nodes, knots, begin, goal, weights, omega)[knots]
     closed, end = step + close, float(durations.sum())
     footholds = (
-        Foothold(length, foot * offset, 0.0, foot, 0.0, step),
-        Foothold(place, -foot * offset, 0.0, -foot, step, end),
+        Foothold(length, foot * offset, 0.0, foot, 0.0, step + half),
+        Foothold(place, -foot * offset, 0.0, -foot, step - half, end),
         Foothold(place, foot * offset, 0.0, foot, closed, end),
     )
-    resting, landed, beside = (_at_rest(hold) for hold in footholds)
-    swings = (
-        Swing(-foot, 0.0, step, 0.5, 1.0, _passing(gait, length, 0.0, 0.0, -foot), landed),
-        Swing(foot, step, closed, 0.0, 1.0, resting, beside),
-    )
+    leaving, landed, beside = footholds
+    passing = _passing(gait, length, 0.0, 0.0, -foot)
+    swings = (_landing(passing, landed), _swing(leaving, beside))
     return Primitive("stop", durations, pressures, begin, goal, footholds, swings, 0, (0.0, 0.0), 0)
 
 
@@ -95,7 +102,7 @@ def stand(gait: Gait, seconds: float) -> Primitive:
     x, offset = 2 * gait.length, gait.walker.foot
     rest = np.array([x, 0.0, 0.0, 0.0])
     feet = tuple(Foothold(x, side * offset, 0.0, side, 0.0, seconds) for side in (LEFT, RIGHT))
-    where = np.array([[x, 0.0]])
+    where = np.array([[x, 0.0]] * 2)
     span = np.array([seconds])
     return Primitive("stand", span, where, rest, rest, feet, (), 0, (0.0, 0.0), 0)
 
@@ -107,78 +114,89 @@ def _stepping(name: str, gait: Gait, stride: Stride, turn: int) -> Primitive:
     """Plan the steps of a stride; a standing walker first leans onto the first foot."""
     omega, offset, line = gait.omega, gait.walker.foot, stride.line
     standing = stride.lean > 0
-    feet = np.array([apex.stance(offset) for apex in line])
-    durations = np.array(stride.durations)
-    pressures = feet
+    nodes = np.array([apex.stance(offset) for apex in line])
     weights = np.ones(len(line))
     weights[0] = weights[-1] = 0.0
-    lead = 0
+    steps = np.array(stride.durations)
+    switches = stride.lean + np.cumsum(steps)[:-1]
+    steps[[0, -1]] *= 2  # those on the first and the last foot are half as long
+    shorter = np.minimum(steps[:-1], steps[1:])
+    share = max(DOUBLE, LEAST_DOUBLE * (stride.seconds - stride.lean) / float(shorter.sum()))
+    half = share / 2 * shorter
+    downs, ups = np.array([0.0, *(switches - half)]), np.array([*(switches + half), stride.seconds])
+    times = [0.0, *np.stack([switches - half, switches + half], axis=1).ravel(), stride.seconds]
+    knots = np.repeat(np.arange(len(line)), 2)
     if standing:
-        lead = 2
-        middle = np.array([[line[0].x, 0.0]] * lead)
-        durations = np.concatenate([[stride.lean / lead] * lead, durations])
-        pressures = np.concatenate([middle, feet])
-        weights = np.concatenate([np.ones(lead), weights])
+        middle, count = [[line[0].x, 0.0]] * 2, len(line)
+        nodes, weights = np.concatenate([nodes, middle]), np.concatenate([weights, [0.0, 1.0]])
+        knots = np.array([count, count + 1, *knots])
+        times[1:1] = [stride.lean / 2, stride.lean]
+    durations = np.diff(times)
     first, last = line[0], line[-1]
     begin = np.array([first.x, 0.0, 0.0, 0.0]) if standing else _walking(gait, first.x, first.foot)
     goal = _placed_walking(gait, last)
-    pressures = placed(durations, pressures, begin, goal, weights, omega)
-    feet = pressures[lead:]
-    times = np.concatenate([[0.0], np.cumsum(durations)])[lead:]
+    nodes = placed(durations, nodes, knots, begin, goal, weights, omega)
     arc = [index for index, apex in enumerate(line) if 0 < abs(apex.yaw) < pi / 2]
-    turning = (float(times[arc[0]]), float(times[arc[-1] + 2])) if arc else (0.0, 0.0)
-    footholds = _footholds(line, feet, times, offset if standing else None)
-    swings = _swings(gait, line, footholds, times, standing)
-    return Primitive(
-        name, durations, pressures, begin, goal, footholds, swings, turn, turning, last.foot
+    bounds = [stride.lean, *switches, stride.seconds]
+    turning = (float(bounds[arc[0]]), float(bounds[arc[-1] + 2])) if arc else (0.0, 0.0)
+    footholds = tuple(
+        Foothold(x, y, apex.yaw, apex.foot, down, up)
+        for apex, (x, y), down, up in zip(
+            line, nodes[: len(line)].tolist(), downs.tolist(), ups.tolist(), strict=True
+        )
     )
-
-
-def _footholds(
-    line: Sequence[Apex], feet: Array, times: Array, aside: float | None
-) -> tuple[Foothold, ...]:
-    """Return the footholds, in the order of landing; ``aside``: the walker stands at first, with
-    its other foot as far on the other side."""
-    holds = [
-        Foothold(float(x), float(y), apex.yaw, apex.foot, float(times[i]), float(times[i + 1]))
-        for i, (apex, (x, y)) in enumerate(zip(line, feet, strict=True))
-    ]
-    if aside is None:
-        return tuple(holds)
-    first = replace(holds[0], down=0.0)
-    other = Foothold(first.x, -first.side * aside, 0.0, -first.side, 0.0, float(times[0]))
-    return (other, first, *holds[1:])
+    if standing:  # its other foot is as far on the other side
+        aside = (first.x, -first.foot * offset, 0.0, -first.foot, 0.0, stride.lean)
+        footholds = (Foothold(*aside), *footholds)
+    swings = _swings(gait, line, footholds, stride.seconds, standing)
+    return Primitive(
+        name, durations, nodes[knots], begin, goal, footholds, swings, turn, turning, last.foot
+    )
 
 
 def _swings(
-    gait: Gait, line: Sequence[Apex], holds: tuple[Foothold, ...], times: Array, standing: bool
+    gait: Gait, line: Sequence[Apex], holds: tuple[Foothold, ...], end: float, standing: bool
 ) -> tuple[Swing, ...]:
     """Return the paths of the feet between their holds; at a walking pose a foot is half-way."""
     swings = []
-    first, last = line[0], line[-1]
+    first, last, before = line[0], line[-1], holds[-2]
     if not standing:
-        second = holds[1]
-        passing = _passing(gait, first.x, first.y, first.yaw, second.side)
-        swings.append(Swing(second.side, 0.0, second.down, 0.5, 1.0, passing, _at_rest(second)))
-    for before, after in zip(holds, holds[2:], strict=False):
-        u = (before.side, before.up, after.down, 0.0, 1.0)
-        swings.append(Swing(*u, _at_rest(before), _at_rest(after)))
-    before = holds[-2]
+        passing = _passing(gait, first.x, first.y, first.yaw, holds[1].side)
+        swings.append(_landing(passing, holds[1]))
+    swings += [_swing(*pair) for pair in zip(holds, holds[2:], strict=False)]
     passing = _passing(gait, last.x, last.y, last.yaw, before.side)
-    swings.append(
-        Swing(before.side, before.up, float(times[-1]), 0.0, 0.5, _at_rest(before), passing)
-    )
+    seconds = end - before.up
+    ahead = (passing[0] - before.x, passing[1] - before.y)
+    leaving = _lifted(before, ahead, 3 * SNAP / seconds**2)
+    swings.append(Swing(before.side, before.up, end, 0.0, 0.5, leaving, passing))
     return tuple(swings)
 
 
-def _at_rest(hold: Foothold) -> FootState:
-    return (hold.x, hold.y, hold.yaw, *STILL)
+def _landing(passing: FootState, hold: Foothold) -> Swing:
+    """Return the second half of a swing."""
+    behind = (passing[0] - hold.x, passing[1] - hold.y)
+    goal = _lifted(hold, behind, 3 * SNAP / hold.down**2)
+    return Swing(hold.side, 0.0, hold.down, 0.5, 1.0, passing, goal)
+
+
+def _swing(before: Foothold, after: Foothold) -> Swing:
+    """Return a swing between two footholds."""
+    ahead = (after.x - before.x, after.y - before.y)
+    pull = 6 * SNAP / (after.down - before.up) ** 2
+    start, goal = _lifted(before, ahead, pull), _lifted(after, ahead, -pull)
+    return Swing(before.side, before.up, after.down, 0.0, 1.0, start, goal)
+
+
+def _lifted(hold: Foothold, ahead: tuple[float, float], pull: float) -> FootState:
+    """Return the state of a foot as it leaves or reaches the ground: at rest, accelerated along a
+    way."""
+    return (hold.x, hold.y, hold.yaw, 0.0, 0.0, 0.0, ahead[0] * pull, ahead[1] * pull, 0.0)
 
 
 def _passing(gait: Gait, x: float, y: float, yaw: float, side: int) -> FootState:
     """The swing foot abreast of the stance foot in the periodic gait."""
     offset = side * gait.walker.foot
-    speed = 1.875 * 2 * gait.length / gait.seconds
+    speed = (1.875 - 0.375 * SNAP) * 2 * gait.length / (gait.seconds * (1 - DOUBLE))
     along = (cos(yaw), sin(yaw))
     place = (x - offset * along[1], y + offset * along[0], yaw)
     return (*place, speed * along[0], speed * along[1], 0.0, 0.0, 0.0, 0.0)

@@ -143,9 +143,9 @@ def _motion(item: language.ModelKeys, findings: Findings) -> str | None:
     word, label = item.motion, item.named("motion")
     if word is None:
         return None
-    known = motion.parameters(word.text)
+    known = motion.KINDS.get(word.text)
     if known is None:
-        hint = suggestion(word.text, motion.known_kinds())
+        hint = suggestion(word.text, sorted(motion.KINDS))
         findings.add(word, f"{label}: unknown kind '{clipped(word.text)}'", hint)
         return None
     if word.text in motion.ONLY_WITH_HEADING and item.mobility is Mobility.FREE:
