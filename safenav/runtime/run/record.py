@@ -547,8 +547,6 @@ class Recorder:
         self._plan_reached(state)
         if end.outcome == Outcome.COMPLETED:
             self.ledger.completed()
-        if end.outcome != Outcome.INTERRUPTED:  # nothing has changed then
-            self._plan_ends(PlanEndReason.CHANGED)
         ended = records.End(
             self.tick,
             Outcome(end.outcome),
