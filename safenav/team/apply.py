@@ -485,10 +485,8 @@ def acts_on(
 ) -> tuple[tuple[int, now.Stage], ...]:
     """Return what a robot changes by acting where it stands: obstacles with their new stages.
     ``at``: the region of each robot (None: it cannot take part); ``among``: the obstacles that
-    count (None: all that are open)."""
+    count (None: all that are known)."""
     if at[i] is None or not team.members[i].robot.capabilities:
-        return ()
-    if not any(each.known for each in state.obstacles):
         return ()
     floor = acting_floor(team, state, among)
     if not floor.gates:
@@ -500,9 +498,10 @@ def acts_on(
 
 
 def acting_floor(team: Team, state: State, among: Collection[int] | None = None) -> Floor:
-    """Return the floor of the obstacles on which robots act: those that are open or given up."""
-    known = (k for k, each in enumerate(state.obstacles) if each.known)
-    gates = tuple(k for k in known if among is None or k in among)
+    """Return the floor of the obstacles on which robots act: those that are known, or ``among``."""
+    if among is None:
+        among = [k for k, each in enumerate(state.obstacles) if each.known]
+    gates = tuple(sorted(among))
     return floor_of(team, gates, frozenset(), frozenset(), barred=barred(team, state))
 
 

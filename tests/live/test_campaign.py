@@ -31,6 +31,7 @@ FAILED = [
     (11047, True, "a report that comes after a robot was given up as lost"),
     (10163, True, "see its file in cases"),
     (46123, True, "see its file in cases"),
+    (40128, False, "a need that was met before its obstacle was encountered"),
 ]
 """Runs that have failed: the seed, whether with faults, and why."""
 

@@ -365,6 +365,8 @@ class World:
                 number(run.team, run.state, obstacle): stage
                 for obstacle, stage in self._truth.parts(team.members[i].robot)
             }
+        else:
+            stages |= self._unnoticed(run, i)
         reported = {
             k: result
             for obstacle, result in event.found
@@ -430,6 +432,18 @@ class World:
             return ()
         where = standing(run.team, run.state, moving=self.moving)
         return acts_on(run.team, run.state, where, i, self._acts(run, i))
+
+    def _unnoticed(self, run: Running, i: int) -> dict[int, now.Stage]:
+        """Earlier needs of obstacles that no robot has encountered: a world may act on them, and
+        reports only the last need."""
+        team, state = run.team, run.state
+        hidden = [
+            k
+            for k, each in enumerate(state.obstacles)
+            if each.state is now.Is.HIDDEN and not team.obstacles[k].needs[each.stage.need].takes
+        ]
+        changes = acts_on(team, state, standing(team, state, moving=self.moving), i, hidden)
+        return {k: stage for k, stage in changes if not resolved(team, k, stage)}
 
     def _acts(self, run: Running, i: int) -> list[int]:
         """The known obstacles on which a robot acts: one that is sent for a load leaves others.

@@ -237,7 +237,8 @@ class SimulatedWorld:
         known = [
             k
             for k, each in enumerate(self._team.obstacles)
-            if each.name in self.cleared or not any(need.takes for need in each.needs)
+            if self._state.obstacles[k].known
+            and (each.name in self.cleared or not any(need.takes for need in each.needs))
         ]
         return acts_on(self._team, self._state, self._regions, i, known)
 
