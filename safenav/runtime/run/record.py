@@ -148,6 +148,8 @@ class Recorder:
                 truth = (self.truths or {}).get(source.name)
                 header = obstacle_header(source, self.team.scenario, truth)
                 self.emit(records.Discovered(self.tick, header))
+            case now.Seen(k) if before.obstacles[k].state is now.Is.OVER:
+                self.emit(records.Appeared(self.tick, self._name(k), ChangeCause.WORLD))
             case now.Met(i, k, pose):
                 self.helpers.pop(k, None)
                 here, need = before.robots[i].pose % self.team.size, after.obstacles[k].stage.need
@@ -164,6 +166,8 @@ class Recorder:
                 if self.live or event.failed:
                     self._action_ends(before, event, after)
                 self._acted(before, event)
+                for k in event.again:
+                    self.emit(records.Gone(self.tick, self._name(k), ChangeCause.WORLD))
             case now.Appeared(k, truth, another, cause):
                 self._appeared(k, truth if another else None, ChangeCause(cause))
             case now.Gone(k, cause):
@@ -279,9 +283,10 @@ class Recorder:
         )
         for k, stage in event.stages:
             needs = self.team.obstacles[k].needs
-            for number in (
-                range(before.obstacles[k].stage.need, stage.need) if len(needs) > 1 else ()
-            ):
+            met = range(before.obstacles[k].stage.need, stage.need) if len(needs) > 1 else ()
+            for number in met:
+                if not needs[number].regions >> at & 1:
+                    continue  # it was met before the team knew of the obstacle
                 group = self._group(before, k, number, i)
                 self.emit(
                     records.Met(

@@ -411,6 +411,8 @@ class World:
             new = done and (obstacle.name not in self._opened or there.known)
             if result is ActResult.FAILED:
                 asked, new = k in acts, not asked and _shows(team, state, i, obstacle, there)
+            elif result is ActResult.NOTHING:  # what a sensor showed is not there
+                asked = there.known
             if asked and result is ActResult.DONE and _is_early(team, state, i, obstacle, there):
                 early.append(words)
             elif asked or new:
