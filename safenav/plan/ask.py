@@ -21,7 +21,7 @@ from safenav.plan.shorten import shortened
 from safenav.scenario.room import room_words, without_room
 from safenav.solve.duties import settle
 from safenav.solve.solve import Solver
-from safenav.team.floor import EitherFloor, Floor, Joint, Stages, put
+from safenav.team.floor import Floor, Joint, Stages, put
 from safenav.team.state import Plan, Stage
 from safenav.trace import proofs
 from safenav.world.poses import Mask
@@ -98,7 +98,7 @@ def _ask(
 ) -> Found | Deadlock | Unserved | None:
     answer = _search(floor, joint, frozenset(served), seed, check)
     if isinstance(answer, Exhausted) and _may_turn(floor, joint):
-        answer = _search(_either(floor), joint, frozenset(served), seed, check)
+        answer = _search(replace(floor, either=True), joint, frozenset(served), seed, check)
         if isinstance(answer, list) and not isinstance(answer, Exhausted):
             first = tuple(_first(floor, answer))
             counts = list(joint.counts)
@@ -177,7 +177,7 @@ def _proof(
     """The proof that a few robots cannot complete the mission even without all others, and, unless
     ``opened``, without the open obstacles; if that is soon found."""
     gates, stages = (floor.gates, joint.stages) if opened else ((), ())
-    few = _either(replace(floor, gates=gates, robots=group))
+    few = replace(floor, gates=gates, robots=group, either=True)
     begun = few.begun(joint.poses, joint.counts, stages)
     search = Search(few, frozenset(), _guide(few, frozenset()), begun, 0, FEW_WORK)
     found = search.deep(begun, search.goal, 200, "farthest first", list(group))
@@ -226,11 +226,6 @@ def _guide(floor: Floor, served: frozenset[int]) -> Guide:
 
 def _may_turn(floor: Floor, joint: Joint) -> bool:
     return any(floor.team.members[i].either and joint.counts[i][1] == 0 for i in floor.robots)
-
-
-def _either(floor: Floor) -> Floor:
-    more = floor.robots, floor.barred, floor.failed, floor.inside, floor.helping, floor.rounds
-    return EitherFloor(floor.team, floor.gates, floor.graphs, floor.floors, *more)
 
 
 def _first(floor: Floor, states: Sequence[Joint]) -> Iterator[tuple[int, int]]:

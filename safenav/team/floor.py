@@ -44,7 +44,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     take part; ``barred``: robots that must not act on an obstacle; ``failed``: those that do not
     resolve one by entering it; ``inside``: of each robot where it is in obstacles closed to it;
     ``helping``: those that serve each gate already; ``rounds``: those to be completed, if not all
-    of the mission."""
+    of the mission; ``away``: poses that only robots out of service keep from each robot;
+    ``either``: strict objectives may begin with any target."""
 
     team: Team
     gates: tuple[int, ...]
@@ -56,6 +57,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     inside: tuple[tuple[Inside, ...], ...] = ()
     helping: tuple[tuple[int, tuple[int, ...]], ...] = ()
     rounds: int | None = None
+    away: tuple[Mask, ...] = ()
+    either: bool = False
 
     def gate(self, g: int) -> Obstacle:
         return self.team.obstacles[self.gates[g]]
@@ -93,8 +96,9 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def live(self, i: int, allowed: Mask) -> Mask:
-        """The allowed poses from which a robot can continue forever."""
-        return self.graphs[i].live(self.team.members[i].aims, allowed)
+        """The allowed poses from which a robot can continue forever, once all are in service."""
+        more = self.away[i] if self.away else 0
+        return self.graphs[i].live(self.team.members[i].aims, allowed | more) & allowed
 
     @cached_method
     def skilled(self, g: int, stages: Stages) -> tuple[int, ...]:
@@ -323,10 +327,6 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         over = {*self.open(before)} - {*self.open(after)}
         return any(self.gate(g).battery_of is None for g in over)
 
-    @property
-    def either(self) -> bool:
-        return False
-
     @cached_method
     def reached(self, i: int) -> dict[int, int]:
         return _Known(self.team.members[i].reached)
@@ -335,14 +335,6 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     def kept(self, i: int) -> dict[int, int]:
         """The targets that staying in each pose meets."""
         return _Known(self.team.members[i].kept)
-
-
-class EitherFloor(Floor, frozen=True, eq=False, dict=True):
-    """The same, where strict objectives may begin with any target."""
-
-    @property
-    def either(self) -> bool:
-        return True
 
 
 class _Steps(dict[int, tuple[int, ...]]):
@@ -435,15 +427,18 @@ def _floor(
     barred: frozenset[tuple[int, int]],
     out: frozenset[tuple[int, int]],
 ) -> Floor:
-    graphs, floors, within, standing = [], [], [], dict(out)
+    graphs, floors, within, standing, absent = [], [], [], dict(out), []
     for i, member in enumerate(team.members):
         graph = member.graph
         closed = [team.obstacles[k].region for k in sealed if i in team.obstacles[k].blocks]
-        closed += [pose % team.size for j, pose in out if j in member.rivals]
         at = [0] * len(team.members)
         for j, pose in out:
             at[j] = 1 << pose % team.size
-        floor = member.floor & ~graph.on(closed) & ~graph.poses_on(member.shut(at))
+        taken = graph.on(pose % team.size for j, pose in out if j in member.rivals)
+        taken |= graph.poses_on(member.shut(at))
+        whole = member.floor & ~graph.on(closed)
+        floor = whole & ~taken
+        absent.append(whole & taken)
         there = tuple(sorted(each for each in inside if each[0] == i))
         for _, k, pose, behind in there:  # it stands there, and may leave
             floor |= 1 << pose
@@ -451,7 +446,9 @@ def _floor(
         graphs.append(graph)
         floors.append(1 << standing[i] if i in standing else floor)
         within.append(there)
-    return Floor(team, gates, tuple(graphs), tuple(floors), robots, barred, barred, tuple(within))
+    poses = tuple(graphs), tuple(floors)
+    more = {"inside": tuple(within), "away": tuple(absent) if out else ()}
+    return Floor(team, gates, *poses, robots, barred, barred, **more)
 
 
 def without_memory(team: Team, state: State) -> tuple[Team, State]:
