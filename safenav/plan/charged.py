@@ -9,10 +9,20 @@ tick. So a run is never later than the plan, and no robot has less charge than p
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import pairwise
+from itertools import cycle, islice, pairwise
 
 from safenav.plan.order import linear, plan_of
-from safenav.plan.search import Answer, Exhausted, Goal, Guide, Search
+from safenav.plan.search import (
+    FARTHEST,
+    FIRST_BUDGET,
+    ONE,
+    STATIC,
+    Answer,
+    Exhausted,
+    Goal,
+    Guide,
+    Search,
+)
 from safenav.scenario.settings import Clock
 from safenav.team.battery import NEVER, dominated
 from safenav.team.floor import Floor, Joint
@@ -20,8 +30,10 @@ from safenav.team.state import Plan, Waypoint
 from safenav.world.poses import Mask
 
 Charges = tuple[float, ...]
-WORK, STATES = 40_000, 3_000
+WORK, STATES, TRIES = 40_000, 3_000, 12
 
+ACTING = 2
+"""Seconds that actions are expected to take in a live run."""
 LONG_AGO = -1e9
 """Seconds before any: in a live run a plan sets no time."""
 
@@ -41,6 +53,7 @@ class ChargedSearch(Search):
     ) -> None:
         super().__init__(floor, served, guide, start, seed, WORK)
         self.how, self.team = how, floor.team
+        self.live = self.team.scenario.clock is Clock.LIVE
         self.charged = [i for i in floor.robots if self.team.members[i].energy is not None]
         self._best: dict[object, list[Charges]] = {}
 
@@ -48,10 +61,21 @@ class ChargedSearch(Search):
         return super().goal(joint) and self._fit(joint, final=True)
 
     def run(self) -> Answer:
+        """The plan with the fewest ticks of several."""
         if self.goal(self.start):
             return [self.start]
-        alone = all(map(self._suffices, self.charged))
-        return super().run() if alone and self._fit(self.start) else None
+        if not (all(map(self._suffices, self.charged)) and self._fit(self.start)):
+            return None
+        best, orders = super().run(), cycle((FARTHEST, STATIC, ONE))
+        for how in islice(orders, TRIES) if best is not None else ():
+            found = self.deep(self.start, self.goal, FIRST_BUDGET, how, self._order(how))
+            best = min((found or best, best), key=self._ticks)
+            if self.work < WORK // 2:
+                break
+        return best
+
+    def _ticks(self, states: Sequence[Joint]) -> int:
+        return sum(_lasts(self.floor, before, joint) for before, joint in pairwise(states))
 
     def _suffices(self, i: int) -> bool:
         """Whether a robot could meet its targets alone: others and open obstacles only restrict
@@ -69,12 +93,12 @@ class ChargedSearch(Search):
     def deep(self, start: Joint, goal: Goal, budget: int, how: str, order: list[int]) -> Answer:
         self._best = {}
         found = super().deep(start, goal, budget, how, order)
-        return None if isinstance(found, Exhausted) else found
+        return None if isinstance(found, Exhausted | None) else _direct(found)
 
     def singles(self, budget: int) -> Answer:
         self._best = {}
         found = super().singles(min(budget, STATES))
-        return None if isinstance(found, Exhausted) else found
+        return None if isinstance(found, Exhausted | None) else _direct(found)
 
     def _singles(self, joint: Joint, alive: Sequence[Mask] | None = None) -> Iterator[Joint]:
         del alive
@@ -109,17 +133,27 @@ class ChargedSearch(Search):
             if i in moving:
                 if charge < member.energy.battery.move:
                     return None
-                wait = 0 if member.energy.chargers >> poses[i] & 1 else ticks - member.ticks
-                charge = member.energy.stepped(charge) - member.energy.battery.stay * wait
+                wait = self._waits(i, poses[i], ticks - member.ticks)
+                charge = member.energy.stepped(charge) - wait
             elif not member.energy.chargers >> poses[i] & 1:
-                charge -= member.energy.battery.stay * ticks
+                charge -= self._waits(i, poses[i], ticks)
             else:
                 charge = member.energy.stayed(charge, poses[i], ticks)
             charges[i] = charge
         if poses == joint.poses and charges == [*joint.charges]:
             return None
-        after = self.floor.moved(joint, poses, self.floor.robots)._replace(charges=tuple(charges))
+        after = self.floor.moved(joint, poses, self.floor.robots)
+        if self.live and after.stages != joint.stages:
+            for i in self.charged:
+                charges[i] -= self._waits(i, poses[i], ACTING)
+        after = after._replace(charges=tuple(charges))
         return after if self._fit(after) else None
+
+    def _waits(self, i: int, pose: int, ticks: float) -> float:
+        """The charge that a robot uses while it stands somewhere."""
+        energy = self.team.members[i].energy
+        on = energy is None or energy.chargers >> pose & 1
+        return 0 if energy is None or on else energy.battery.stay * ticks
 
     def _held(self, joint: Joint, poses: tuple[int, ...]) -> tuple[int, ...]:
         """The poses, where robots stay that would have to wait for another one to leave."""
@@ -167,6 +201,28 @@ class ChargedSearch(Search):
         return energy.aim(allowed, goal, turn, (joint.poses[i], joint.charges[i]), self.how)
 
 
+def _lasts(floor: Floor, before: Joint, joint: Joint) -> int:
+    """The ticks of a transition: those of its slowest step."""
+    moving = (i for i in floor.robots if before.poses[i] != joint.poses[i])
+    return max((floor.team.members[i].ticks for i in moving), default=1)
+
+
+def _direct(states: Sequence[Joint]) -> list[Joint]:
+    """The states without detours that lead back to one with no more charge than before."""
+    found, t = list[Joint](), 0
+    while t < len(states):
+        here = states[t]
+        found.append(here)
+        for back in range(len(states) - 1, t, -1):
+            there = states[back]
+            pairs = zip(there.charges, here.charges, strict=True)
+            if there[:3] == here[:3] and all(less <= more for less, more in pairs):
+                t = back
+                break
+        t += 1
+    return found
+
+
 def charged_plan(floor: Floor, states: Sequence[Joint], begun: float) -> Plan:
     """The plan of these states, in which robots leave chargers with the charge and in the tick that
     were planned. ``begun``: the tick before its first one; live runs have none."""
@@ -181,7 +237,7 @@ def charged_plan(floor: Floor, states: Sequence[Joint], begun: float) -> Plan:
             if energy is not None and energy.chargers >> before.poses[i] & 1:
                 charge, due = before.charges[i], begun + 1 + tick
                 ways[i][at[i]] = ways[i][at[i]]._replace(charge=charge, tick=due)
-        tick += max((floor.team.members[i].ticks for i in moving), default=1)
+        tick += _lasts(floor, before, joint)
     batteries = {i: e.battery for i in floor.robots if (e := floor.team.members[i].energy)}
     for i in () if any(each.stay for each in batteries.values()) else batteries:
         _needed(floor, states[-1], i, ways[i])
