@@ -320,12 +320,20 @@ def _acted(team: Team, state: State, event: now.Acted) -> State:
         if empty is not None and (energy := team.members[empty].energy) is not None:
             state = _robot(state, empty, charge=energy.battery.capacity)
     if any(team.obstacles[k].battery_of is None for k, _ in event.truths):
-        robots = (
-            replace(r, own=restarted(m, r.own), task=r.task._replace(met=0), kept=None)
-            for r, m in zip(state.robots, team.members, strict=True)
+        pairs = [*zip(state.robots, team.members, strict=True)]
+        robots = tuple(
+            replace(r, own=restarted(m, _own(r, m)), task=r.task._replace(met=0), kept=None)
+            for r, m in pairs
         )
-        state = replace(state, robots=tuple(robots))
+        plan = state.plan if all(_own(r, m).memory == r.own.memory for r, m in pairs) else None
+        state = replace(state, robots=robots, plan=plan)
     return state
+
+
+def _own(robot: RobotNow, member: Member) -> Count:
+    """Its progress with its own objective at a resolution. Targets that lead to a last one count
+    only as lines of the trace have it: there are none while a robot has a duty."""
+    return robot.kept if robot.kept is not None and member.pursuit.settles else robot.own
 
 
 # Goals.
