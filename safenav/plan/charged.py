@@ -67,11 +67,12 @@ class ChargedSearch(Search):
         if not (all(map(self._suffices, self.charged)) and self._fit(self.start)):
             return None
         best, orders = super().run(), cycle((FARTHEST, STATIC, ONE))
-        for how in islice(orders, TRIES) if best is not None else ():
-            found = self.deep(self.start, self.goal, FIRST_BUDGET, how, self._order(how))
-            best = min((found or best, best), key=self._ticks)
-            if self.work < WORK // 2:
+        for how in islice(orders, TRIES):
+            if best is None or self.work < WORK // 2:
                 break
+            found = self.deep(self.start, self.goal, FIRST_BUDGET, how, self._order(how))
+            if found is not None and self._ticks(found) < self._ticks(best):
+                best = found
         return best
 
     def _ticks(self, states: Sequence[Joint]) -> int:

@@ -446,9 +446,9 @@ def _floor(
         graphs.append(graph)
         floors.append(1 << standing[i] if i in standing else floor)
         within.append(there)
-    poses = tuple(graphs), tuple(floors)
-    more = {"inside": tuple(within), "away": tuple(absent) if out else ()}
-    return Floor(team, gates, *poses, robots, barred, barred, **more)
+    away = tuple(absent) if out else ()
+    places, rest = (tuple(graphs), tuple(floors)), (robots, barred, barred, tuple(within))
+    return Floor(team, gates, *places, *rest, away=away)
 
 
 def without_memory(team: Team, state: State) -> tuple[Team, State]:
