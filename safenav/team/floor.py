@@ -447,8 +447,8 @@ def _floor(
         floors.append(1 << standing[i] if i in standing else floor)
         within.append(there)
     away = tuple(absent) if out else ()
-    places, rest = (tuple(graphs), tuple(floors)), (robots, barred, barred, tuple(within))
-    return Floor(team, gates, *places, *rest, away=away)
+    poses, within_ = (tuple(graphs), tuple(floors)), tuple(within)
+    return Floor(team, gates, *poses, robots, barred, barred, within_, away=away)
 
 
 def without_memory(team: Team, state: State) -> tuple[Team, State]:
