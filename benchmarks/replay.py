@@ -27,7 +27,7 @@ from report import made_traces
 from report.browser import Browser, Keys
 from runtime.played import play
 from safenav.report.page.html import page_of
-from safenav.report.replay.reading import read_replay
+from safenav.run.reading import read_run
 
 LOADED = """
     const entry = performance.getEntriesByType("navigation")[0];
@@ -52,7 +52,7 @@ def main() -> None:
         trace = made_traces.write(lines, Path(folder) / "crowd.jsonl")
         page = Path(folder) / "crowd.html"
         before = time.process_time()
-        page.write_text(page_of(read_replay(trace), trace.name))
+        page.write_text(page_of(read_run(trace), trace.name))
         spent = time.process_time() - before
         print(f"trace             {trace.stat().st_size / 1e6:8.3f} MB, {len(lines)} lines")
         print(f"page              {page.stat().st_size / 1e6:8.3f} MB, {spent:.2f} s to write")

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from safenav.checked_trace import check_trace as check_trace
-    from safenav.report.replay.reading import read_replay as read_replay
+    from safenav.run.reading import read_run as read_run
     from safenav.runtime.intervention.kinds import AddObstacle as AddObstacle
     from safenav.runtime.intervention.kinds import AssignObjective as AssignObjective
     from safenav.runtime.intervention.kinds import GiveUp as GiveUp
@@ -66,7 +66,7 @@ __version__ = "0.1.0"
 
 _MODULES = {
     "safenav.checked_trace": "check_trace",
-    "safenav.report.replay.reading": "read_replay",
+    "safenav.run.reading": "read_run",
     "safenav.runtime.intervention.kinds": "AddObstacle AssignObjective GiveUp MarkPermanent "
     "MarkResolved PlaceOrder PutBack RemoveObstacle SetInput SetService SetTruth",
     "safenav.runtime.intervention.reading": "read_intervention",
@@ -95,7 +95,7 @@ __all__ = sorted({"__version__", *_HOMES} - {"LiveView"})  # which needs the ext
 
 _DRAWINGS = {
     "safenav.scenario.model": ("Scenario", "_repr_svg_", "svg_of_scenario"),
-    "safenav.report.replay.timeline": ("Replay", "_repr_html_", "frame_of_replay"),
+    "safenav.run.run": ("Run", "_repr_html_", "frame_of_run"),
     "safenav.runtime.run.mission": ("RunResult", "_repr_html_", "table_of_result"),
 }
 """Per module: a class that a notebook can display, the display method, and its implementation."""

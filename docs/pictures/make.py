@@ -26,9 +26,10 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 from report.browser import Browser  # noqa: E402
 from safenav.report.page.html import page_of  # noqa: E402
 from safenav.report.picture.scene import Options, svg_of  # noqa: E402
-from safenav.report.replay.perception import shading_of  # noqa: E402
-from safenav.report.replay.reading import read_replay  # noqa: E402
-from safenav.report.replay.timeline import Replay, StoryKind  # noqa: E402
+from safenav.run.reading import read_run  # noqa: E402
+from safenav.run.run import Run  # noqa: E402
+from safenav.run.sight import shading_of  # noqa: E402
+from safenav.run.values import StoryKind  # noqa: E402
 from studio.serving import ServedAnew  # noqa: E402
 
 
@@ -57,7 +58,7 @@ def _case_study(browser: Browser, number: int, folder: Path) -> None:
         _shoot(browser, page, request, HERE / "dark.png", scheme="dark")
         _shoot(browser, page, request, HERE / "phone.png", width=390, height=844)
     if number == 1:
-        (HERE / f"{name}.svg").write_text(svg_of(replay.scene(request)))
+        (HERE / f"{name}.svg").write_text(svg_of(replay.at(request)))
         film = ("--gif", "--width", "760", "--speed", "5", "-o", str(HERE / f"{name}.gif"))
         _safenav("replay", str(folder / f"{name}.jsonl"), *film)
 
@@ -69,7 +70,7 @@ def _tutorial(browser: Browser, folder: Path) -> None:
     scenario.write_text(text.split('```yaml title="lab.yaml"\n')[1].split("```")[0])
     _safenav("draw", str(scenario), "-o", str(HERE / "lab.svg"))
     _safenav("run", str(scenario), "--trace", str(trace), "--html", str(folder / "lab.html"))
-    request = _first(read_replay(trace), StoryKind.REQUEST)
+    request = _first(read_run(trace), StoryKind.REQUEST)
     _shoot(browser, folder / "lab.html", request, HERE / "lab_request.png")
 
 
@@ -116,9 +117,9 @@ def _team(browser: Browser, folder: Path) -> None:
     tick = _first(replay, StoryKind.RESOLVED)
     _shoot(browser, page, tick, HERE / "beliefs.png")
     shading = shading_of(replay, "digit", tick)
-    (HERE / "beliefs.svg").write_text(svg_of(replay.scene(tick), Options(shading=shading)))
+    (HERE / "beliefs.svg").write_text(svg_of(replay.at(tick), Options(shading=shading)))
     replay, _ = _run("corridor_swap", folder)
-    aside = replay.scene(_first(replay, StoryKind.PLAN) + 6)
+    aside = replay.at(_first(replay, StoryKind.PLAN) + 6)
     (HERE / "joint_plan.svg").write_text(svg_of(aside))
     replay, page = _run("team_of_six", folder)
     _shoot(browser, page, _first(replay, StoryKind.PLAN) + 4, HERE / "giving_way.png")
@@ -163,11 +164,11 @@ def _click(browser: Browser, selector: str) -> None:
         browser.driver.execute_cdp_cmd("Input.dispatchMouseEvent", event)
 
 
-def _run(name: str, folder: Path) -> tuple[Replay, Path]:
+def _run(name: str, folder: Path) -> tuple[Run, Path]:
     """A shipped scenario's replay, and the page of it."""
     trace, page = folder / f"{name}.jsonl", folder / f"{name}.html"
     _safenav("run", str(ROOT / "scenarios" / f"{name}.yaml"), "--trace", str(trace))
-    replay = read_replay(trace)
+    replay = read_run(trace)
     page.write_text(page_of(replay, trace.name))
     return replay, page
 
@@ -177,7 +178,7 @@ def _safenav(*arguments: str) -> None:
     subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
 
 
-def _first(replay: Replay, kind: StoryKind) -> int:
+def _first(replay: Run, kind: StoryKind) -> int:
     return next(event.tick for event in replay.events if event.kind is kind)
 
 

@@ -13,7 +13,7 @@ from safenav.errors import ExitCode, UsageError
 from safenav.outfile import write_out
 from safenav.report.picture.scenario import scenario_text, scene_of, sight_of
 from safenav.report.picture.scene import Options, svg_of
-from safenav.report.replay.perception import shading_lines
+from safenav.run.sight import shading_lines
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.reading.maps.bare_map import Division, form_of, load_map
@@ -68,7 +68,7 @@ def command(
     form = output.suffix.lower()
     if form not in (".svg", ".png"):
         raise UsageError(f"{output}: the name of a picture ends in .svg or .png")
-    shown = Options(legend=legend, numbers=True, shading=shading, axes=True)
+    shown = Options(legend=legend, shading=shading, axes=True)
     picture = svg_of(scene_of(plan), shown)
     write_out(output, picture.encode() if form == ".svg" else pixels_of(picture, width))
     return ExitCode.OK

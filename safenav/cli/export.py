@@ -16,8 +16,8 @@ from safenav.motion.waypoints import frame_of
 from safenav.motion.waypoints import waypoints as waypoints_of
 from safenav.outfile import tell, write_all, write_out, write_whole
 from safenav.report.bag.messages import Poses, messages
-from safenav.report.replay.reading import replay_of
 from safenav.report.tables import tables
+from safenav.run.reading import run_of
 from safenav.trace.reading import Trace, read_trace
 from safenav.world.map import Frame
 
@@ -155,7 +155,7 @@ def command(
 
         click.echo(report_of(moved), err=Path("-") in files.values())
     if stem is not None:
-        named = {f"{stem.name}-{k}.csv": text for k, text in tables(run, replay_of(run)).items()}
+        named = {f"{stem.name}-{k}.csv": text for k, text in tables(run_of(run)).items()}
         write_all(stem.parent, named.items())
         for name in named:
             tell(stem.with_name(name))
@@ -246,7 +246,7 @@ def _bag(run: Trace, frame: Frame, path: Path, motion: Motion | None) -> None:
 
         run, poses = in_time(run, motion), _poses(motion, frame)
     try:
-        stamped = messages(replay_of(run), frame, poses)
+        stamped = messages(run_of(run), frame, poses)
         write_whole(path, lambda part: write_mcap(part, stamped))
     except ValueError as error:
         raise UsageError(f"{run.source}: {error}") from error

@@ -15,9 +15,9 @@ from safenav.extras import missing
 from safenav.outfile import tell, write_out, write_whole
 from safenav.report.page.html import page_of_trace
 from safenav.report.picture.scene import Options, svg_of
-from safenav.report.replay.perception import shading_of, viewers
-from safenav.report.replay.reading import replay_of
-from safenav.report.replay.timeline import Replay
+from safenav.run.reading import run_of
+from safenav.run.run import Run
+from safenav.run.sight import shading_of, viewers
 from safenav.trace.reading import Trace, read_trace
 
 EPILOG = """\b
@@ -91,39 +91,39 @@ def command(
     legend: bool,
     hidden: bool,
 ) -> int:
-    """Replay TRACE, which `safenav run --trace` wrote: as one HTML file that needs no network
+    """Run TRACE, which `safenav run --trace` wrote: as one HTML file that needs no network
     (the default), as a picture of one moment, or as an animated GIF."""
     if sum((svg is not None, png is not None, gif, solid)) > 1:
         raise UsageError("choose one of --svg, --png, --gif and --3d")
     options.refuse_unread(click.get_current_context(), _FORMS)
     form = next((f for f, chosen in (("svg", svg), ("png", png)) if chosen is not None), "html")
     _refuse_ending(output, "gif" if gif else form)
-    run = read_trace(trace)
+    lines = read_trace(trace)
     if solid:
-        write_out(output or trace.with_suffix(".3d.html"), _page3d(run, trace, motion))
+        write_out(output or trace.with_suffix(".3d.html"), _page3d(lines, trace, motion))
         return ExitCode.OK
-    replay = replay_of(run)
+    run = run_of(lines)
     if sight is not None:
-        _check_viewer(replay, sight)
+        _check_viewer(run, sight)
     if gif:
-        speed = speed or (4.0 if replay.times is None else 12.0)
-        path, during = output or trace.with_suffix(".gif"), _ticks(replay, ticks)
-        return _film(replay, path, during, speed, width or 720, sight)
+        speed = speed or {"tick": 4.0, "second": 12.0}[run.unit]
+        path, during = output or trace.with_suffix(".gif"), _ticks(run, ticks)
+        return _film(run, path, during, speed, width or 720, sight)
     if form != "html":
-        tick, part = _moment(replay, svg if svg is not None else png or "")
-        shading = None if sight is None else shading_of(replay, sight, tick)
+        tick, part = _moment(run, svg if svg is not None else png or "")
+        shading = None if sight is None else shading_of(run, sight, tick)
         shown = Options(legend=legend, hidden=hidden, shading=shading)
-        picture = svg_of(replay.scene(tick, part), shown)
+        picture = svg_of(run.at(tick, part), shown)
         content = picture.encode() if form == "svg" else pixels_of(picture, width)
-        name = f"{trace.stem}-{replay.when(tick).removeprefix('tick ')}.{form}"
+        name = f"{trace.stem}-{run.when(tick).removeprefix('tick ')}.{form}"
         write_out(output or trace.with_name(name), content)
         return ExitCode.OK
-    write_out(output or trace.with_suffix(".html"), page_of_trace(run, trace.name))
+    write_out(output or trace.with_suffix(".html"), page_of_trace(lines, trace.name))
     return ExitCode.OK
 
 
 def _refuse_ending(output: Path | None, form: str) -> None:
-    """Raises UsageError if the file's ending is that of another form of a replay."""
+    """Raises UsageError if the file's ending is that of another form of a run."""
     ending = "" if output is None else output.suffix.lower().removeprefix(".")
     if output is not None and f".{ending}" in options.KINDS and ending != form:
         name = output.with_suffix(f".{form}").name
@@ -133,7 +133,7 @@ def _refuse_ending(output: Path | None, form: str) -> None:
         raise UsageError(problem)
 
 
-def _page3d(run: Trace, trace: Path, file: Path | None) -> str:
+def _page3d(lines: Trace, trace: Path, file: Path | None) -> str:
     """Return the 3D page, with the motion from a file or computed from the trace. Raises UsageError
     for a trace that breaks a rule."""
     try:
@@ -142,63 +142,56 @@ def _page3d(run: Trace, trace: Path, file: Path | None) -> str:
         from safenav.report.view3d.html import page3d_of
     except ModuleNotFoundError as error:
         raise missing("the 3D page", str(error.name), "motion") from error
-    refuse_broken(run)
-    motion = motion_of(run) if file is None else read_motion_of(file, run, trace)
-    return page3d_of(run, trace.name, motion)
+    refuse_broken(lines)
+    motion = motion_of(lines) if file is None else read_motion_of(file, lines, trace)
+    return page3d_of(lines, trace.name, motion)
 
 
-def _moment(replay: Replay, written: str) -> tuple[int, float]:
+def _moment(run: Run, written: str) -> tuple[int, float]:
     """Return the tick that a user has given, and the fraction of the time to the next one."""
-    unit, end = _unit(replay)
+    end = run.time(run.last)
     if written == "last":
-        return replay.last, 0.0
-    if re.fullmatch(r"\d+" if replay.times is None else r"\d+(\.\d+)?", written):
+        return run.last, 0.0
+    if re.fullmatch(r"\d+(\.\d+)?", written):
         if float(written) > end:
-            raise UsageError(f"the run has {unit} 0 to {int(end)}, not {written}")
-        return replay.moment(float(written))
-    for event in replay.events:
+            raise UsageError(f"the run has {run.unit}s 0 to {int(end)}, not {written}")
+        return run.moment(float(written))
+    for event in run.told:
         if event.kind.value == written:
             return event.tick, 0.0
-    kinds = sorted({event.kind.value for event in replay.events})
+    kinds = sorted({event.kind.value for event in run.told})
     raise UsageError(
-        f"no {unit[:-1]} {written!r}: give a number from 0 to {int(end)}, 'last', or the kind of "
+        f"no {run.unit} {written!r}: give a number from 0 to {int(end)}, 'last', or the kind of "
         f"an event of this run ({', '.join(kinds)})"
     )
 
 
-def _unit(replay: Replay) -> tuple[str, float]:
-    """Return the unit of the run's time, and its end."""
-    return "ticks" if replay.times is None else "seconds", replay.time(replay.last)
-
-
-def _check_viewer(replay: Replay, robot: str) -> None:
-    names = [track.name for track in replay.robots]
+def _check_viewer(run: Run, robot: str) -> None:
+    names = [track.name for track in run.robots]
     if robot not in names:
         raise UsageError(f"there is no robot {robot!r}; the run has {', '.join(names)}")
-    if robot not in viewers(replay):
+    if robot not in viewers(run):
         raise UsageError(f"nothing to shade: {robot} has no limit of vision, and no beliefs")
 
 
-def _ticks(replay: Replay, written: str | None) -> range:
+def _ticks(run: Run, written: str | None) -> range:
     if written is None:
-        return range(replay.last + 1)
+        return range(run.last + 1)
     found = re.fullmatch(r"(\d+)-(\d+)", written)
-    unit, end = _unit(replay)
+    end = run.time(run.last)
     if found is None or not int(found[1]) <= int(found[2]) <= end:
-        raise UsageError(f"--ticks {written}: give two {unit} such as 0-{int(end)}, in order")
-    return range(replay.tick_at(int(found[1])), replay.tick_at(int(found[2])) + 1)
+        raise UsageError(f"--ticks {written}: give two {run.unit}s such as 0-{int(end)}, in order")
+    return range(run.tick_at(int(found[1])), run.tick_at(int(found[2])) + 1)
 
 
-def _film(
-    replay: Replay, path: Path, ticks: range, speed: float, width: int, sight: str | None
-) -> int:
+def _film(run: Run, path: Path, ticks: range, speed: float, width: int, sight: str | None) -> int:
     from safenav.report.picture.film import Film, write_gif
 
     steps = max(1, min(3, round(12 / speed)))
     film = Film(ticks.start, ticks.stop - 1, speed, steps, width, sight)
-    count = len(film.moments(replay))
+    count = len(film.moments(run))
     with click.progressbar(length=count, label="drawing", file=sys.stderr) as bar:
-        write_whole(path, lambda part: write_gif(replay, part, film, lambda: bar.update(1)))
-    warn_of_boxes(svg_of(replay.scene(film.first), Options(legend=False)))
+        write_whole(path, lambda part: write_gif(run, part, film, lambda: bar.update(1)))
+    warn_of_boxes(svg_of(run.at(film.first), Options(legend=False)))
     tell(path)
     return ExitCode.OK

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from safenav.errors import UsageError
 from safenav.formula.parser import FormulaError
 from safenav.motion.columns import Columns, columns_at
-from safenav.motion.file.records import Motion
+from safenav.motion.file.records import Motion, Moving
 from safenav.motion.in_time import in_time
 from safenav.scenario.yaml.findings import suggestion
 from safenav.stl.parser import parse_requirement
@@ -217,8 +217,8 @@ MOST_POINTS = 400
 
 
 def curves(motion: Motion, trace: Trace) -> list[dict[str, object]]:
-    """The robustness of each requirement over time, for a page: at most MOST_POINTS points [second,
-    value], each the least of those around it, and the verdict."""
+    """The robustness of each requirement over time, for a page: at most MOST_POINTS points [time,
+    value] on the clock of the trace, each the least of those around it, and the verdict."""
     formulas = requirements_of(trace)
     data: list[dict[str, object]] = []
     if not formulas:
@@ -233,4 +233,23 @@ def curves(motion: Motion, trace: Trace) -> list[dict[str, object]]:
         least = [part[int(np.argmin(low[part]))] for part in parts]
         points = [[round(float(found.times[k]), 3), round(float(low[k]), 4)] for k in least]
         data.append({"name": one.name, "told": str(one), "verdict": one.verdict, "points": points})
-    return data
+    return data if trace.header.clock is not None else _on_ticks(data, motion, trace)
+
+
+def _on_ticks(
+    found: list[dict[str, object]], motion: Motion, trace: Trace
+) -> list[dict[str, object]]:
+    """Convert curves over seconds to curves over ticks: a tick ends with the last of its steps."""
+    last = max((record.tick for record in trace.records), default=0)
+    ends = np.zeros(last + 1)
+    for line in motion.of(Moving):
+        ends[min(line.tick, last)] = max(ends[min(line.tick, last)], line.t1)
+    ends = np.maximum.accumulate(ends)
+    curves = []
+    for one in found:
+        points = one["points"]
+        assert isinstance(points, list)
+        at = np.interp([second for second, _ in points], ends, np.arange(last + 1))
+        placed = [[round(float(x), 3), value] for x, (_, value) in zip(at, points, strict=True)]
+        curves.append(one | {"points": placed})
+    return curves

@@ -10,7 +10,7 @@ from html import escape
 from safenav.report.page.html import page_of
 from safenav.report.picture.scenario import scene_of
 from safenav.report.picture.scene import svg_of
-from safenav.report.replay.timeline import Replay
+from safenav.run.run import Run
 from safenav.runtime.run.mission import RunResult
 from safenav.scenario.model import Scenario
 from safenav.trace.words import seconds_words
@@ -20,9 +20,9 @@ def svg_of_scenario(scenario: Scenario) -> str:
     return svg_of(scene_of(scenario))
 
 
-def frame_of_replay(replay: Replay, height: int = 640) -> str:
+def frame_of_run(run: Run, height: int = 640) -> str:
     """Return the page of a run in a frame of ``height`` pixels; it needs no network."""
-    page = escape(page_of(replay, f"{replay.name}.jsonl"), quote=True)
+    page = escape(page_of(run, f"{run.name}.jsonl"), quote=True)
     return (
         f'<iframe srcdoc="{page}" width="100%" height="{height}" style="border: 0" '
         'sandbox="allow-scripts allow-downloads"></iframe>'

@@ -7,58 +7,38 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from safenav.lines import csv_text
-from safenav.report.replay.timeline import Replay, StoryKind
-from safenav.trace import records
-from safenav.trace.reading import Trace
+from safenav.run.run import Run
+from safenav.run.values import StoryKind
 
 Row = Iterable[object]
 
 
-def tables(trace: Trace, replay: Replay) -> dict[str, str]:
+def tables(run: Run) -> dict[str, str]:
     """Return the CSV text (RFC 4180, one heading line) of each table by its name."""
-    when = "tick" if replay.times is None else "t"
+    when = {"tick": "tick", "second": "t"}[run.unit]
+    moves = (when, "robot", "region", "row", "col", "name", "heading")
+    events = (when, "kind", "robot", "region", "obstacle", "text")
+    results = ("robot", "reason", "verdict", "seconds", "states", "cached", "verified")
     return {
-        "moves": csv_text(
-            (when, "robot", "region", "row", "col", "name", "heading"), _moves(replay)
-        ),
-        "events": csv_text((when, "kind", "robot", "region", "obstacle", "text"), _events(replay)),
+        "moves": csv_text(moves, _moves(run)),
+        "events": csv_text(events, _events(run)),
         "syntheses": csv_text(
-            (when, "robot", "reason", "verdict", "seconds", "states", "cached", "verified"),
-            _syntheses(trace),
+            (when, *results),
+            ((each.time, *(getattr(each, key) for key in results)) for each in run.syntheses),
         ),
     }
 
 
-def _moves(replay: Replay) -> Iterable[Row]:
-    for tick in range(replay.last + 1):
-        for track in replay.robots:
+def _moves(run: Run) -> Iterable[Row]:
+    for tick in range(run.last + 1):
+        for track in run.robots:
             region, heading = track.regions[tick], track.headings[tick]
-            row, col = replay.map.position(region)
+            row, col = run.map.position(region)
             facing = None if heading is None else heading.label
-            name = replay.map.named.get(region)
-            yield _when(replay, tick), track.name, region, row, col, name, facing
+            yield run.time(tick), track.name, region, row, col, run.map.named.get(region), facing
 
 
-def _events(replay: Replay) -> Iterable[Row]:
-    for e in replay.events:
+def _events(run: Run) -> Iterable[Row]:
+    for e in run.told:
         if e.kind is not StoryKind.SYNTHESIS:
-            yield _when(replay, e.tick), e.kind.value, e.robot, e.region, e.obstacle, e.text
-
-
-def _syntheses(trace: Trace) -> Iterable[Row]:
-    for line in trace.records:
-        if isinstance(line, records.Synthesis):
-            yield (
-                line.tick if line.t is None else line.t,
-                line.robot,
-                line.reason.value,
-                line.verdict.value,
-                line.seconds,
-                line.states,
-                line.cached,
-                line.verified,
-            )
-
-
-def _when(replay: Replay, tick: int) -> float:
-    return tick if replay.times is None else replay.times[tick]
+            yield run.time(e.tick), e.kind.value, e.robot, e.region, e.obstacle, e.told

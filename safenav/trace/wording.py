@@ -347,18 +347,6 @@ class Wording(Struct, frozen=True):
         return some(self.robot(name) for name in names)
 
 
-def syntheses_words(lines: Sequence[records.Synthesis]) -> str | None:
-    """Many verified strategies in a few words: ``60 strategies (1 to 97 states, 12 from the cache,
-    verified)``; None if each is to be named."""
-    sizes = [line.states for line in lines if line.states is not None and line.verified is True]
-    if len(lines) <= MANY or len(sizes) < len(lines):
-        return None
-    cached = sum(line.cached for line in lines)
-    reused = f", {'all' if cached == len(lines) else cached} from the cache" if cached else ""
-    states = f"{min(sizes)} to {max(sizes)} states"
-    return f"{len(lines)} strategies ({states}{reused}, verified)"
-
-
 def synthesis_words(line: records.Synthesis) -> str:
     """The result of a synthesis: ``21 states in 3 ms, verified``."""
     found = line.verdict.value.replace("_", " ")

@@ -83,6 +83,18 @@ def test_imports_go_downwards() -> None:
     assert upwards == []
 
 
+def test_views_read_no_records() -> None:
+    """They stand on the run model, which alone knows records and the clock of a run."""
+    views = [name for name in MODULES if name.startswith("safenav.report.")]
+    assert views
+    assert [
+        n for n in views if {"safenav.trace.records", "safenav.trace.setting"} & {*own(n)}
+    ] == []
+    branches = re.compile(r"\bclock (is|==)|\bseconds (is|==) ")
+    clocks = [n for n in views if branches.search(MODULES[n].read_text(encoding="utf-8"))]
+    assert clocks == []
+
+
 def test_no_modules_import_each_other() -> None:
     pairs = ((name, other) for name in MODULES for other in own(name))
     assert circles(pair for pair in pairs if "safenav" not in pair) == []

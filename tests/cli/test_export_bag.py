@@ -14,7 +14,7 @@ from cli.conftest import Command
 from once import trace_of_shipped
 from report import clinic, made_traces
 from safenav.report.bag.messages import TRAIL, messages
-from safenav.report.replay.reading import read_replay
+from safenav.run.reading import read_run
 from safenav.world.map import Frame
 
 
@@ -91,7 +91,7 @@ def test_a_robot_named_map_has_another_frame_than_the_map(
 
 def test_the_height_of_an_obstacle_shows_its_status(tmp_path: Path) -> None:
     """Their colours look alike to people who cannot tell red from green."""
-    replay = read_replay(made_traces.write(made_traces.detour(), tmp_path / "detour.jsonl"))
+    replay = read_run(made_traces.write(made_traces.detour(), tmp_path / "detour.jsonl"))
     told = [
         said.message for said in messages(replay, Frame((1.0, 1.0))) if said.topic == "/obstacles"
     ]

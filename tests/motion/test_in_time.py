@@ -8,7 +8,7 @@ from safenav.motion.check.room import holdings
 from safenav.motion.file.records import Action, Moving
 from safenav.motion.in_time import in_time
 from safenav.motion.making import motion_of
-from safenav.report.replay.reading import replay_of
+from safenav.run.reading import run_of
 from safenav.trace import records
 from safenav.trace.reading import read_bytes
 from safenav.trace.vocabulary import MovedBy
@@ -36,10 +36,10 @@ def test_words_and_bodies_agree(name: str) -> None:
         elif isinstance(record, records.Depart) and record.by is MovedBy.STRATEGY:
             assert record.t >= strategy[record.robot]
     held = holdings(Examination(moved, told))
-    replay = replay_of(told)
-    assert replay.times is not None
-    for tick, time in enumerate(replay.times[:-1]):
-        middle = (time + replay.times[tick + 1]) / 2
+    replay = run_of(told)
+    assert replay.seconds is not None
+    for tick, time in enumerate(replay.seconds[:-1]):
+        middle = (time + replay.seconds[tick + 1]) / 2
         if middle - time < 0.01:
             continue  # instants within a millisecond are one
         for track in replay.robots:

@@ -9,8 +9,8 @@ import pytest
 
 from report import made_traces
 from safenav.report.page.html import page_of
-from safenav.report.replay.reading import read_replay
-from safenav.report.replay.timeline import Replay
+from safenav.run.reading import read_run
+from safenav.run.run import Run
 
 T = TypeVar("T")
 
@@ -36,12 +36,12 @@ def traces(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 
 
 @pytest.fixture(scope="session")
-def replays(traces: dict[str, Path]) -> dict[str, Replay]:
-    return Made(lambda name: read_replay(traces[name]))
+def replays(traces: dict[str, Path]) -> dict[str, Run]:
+    return Made(lambda name: read_run(traces[name]))
 
 
 @pytest.fixture(scope="session")
-def pages(replays: dict[str, Replay], tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+def pages(replays: dict[str, Run], tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     folder = tmp_path_factory.mktemp("pages")
 
     def make(name: str) -> Path:

@@ -17,9 +17,10 @@ from safenav.report.page.html import page_of
 from safenav.report.page.live import LiveRun
 from safenav.report.picture.glyphs import GLYPHS
 from safenav.report.picture.scene import svg_of
-from safenav.report.replay.reading import read_replay, replay_of
-from safenav.report.replay.timeline import ObstacleStatus, Replay
 from safenav.report.view3d.html import page3d_of
+from safenav.run.reading import read_run, run_of
+from safenav.run.run import Run
+from safenav.run.values import ObstacleStatus
 from safenav.trace import records
 from safenav.trace.reading import read_trace
 
@@ -32,12 +33,12 @@ def warehouse(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def replay(warehouse: Path) -> Replay:
-    return read_replay(warehouse)
+def replay(warehouse: Path) -> Run:
+    return read_run(warehouse)
 
 
 def test_a_load_is_carried_from_the_need_that_takes_it_to_the_last(
-    warehouse: Path, replay: Replay
+    warehouse: Path, replay: Run
 ) -> None:
     told = [json.loads(line) for line in warehouse.read_text().splitlines()]
     for load in ("pallet@71", "pallet@72"):
@@ -47,46 +48,44 @@ def test_a_load_is_carried_from_the_need_that_takes_it_to_the_last(
         assert carriers[:taken] == [()] * taken
         assert carriers[taken:put] == [(carrier,)] * (put - taken)
         assert carriers[put:] == [()] * (replay.last + 1 - put)
-        held = {robot.name: [o.name for o in robot.loads] for robot in replay.scene(taken).robots}
+        held = {robot.name: [o.name for o in robot.loads] for robot in replay.at(taken).robots}
         assert held == {name: [load] if name == carrier else [] for name in held}
     carried = {name for name, told in replay.loads.items() if len(told) > 1}
     assert carried == {"pallet@71", "pallet@72"}
 
 
-def test_a_picture_shows_the_load_at_its_robot_and_not_in_its_region(replay: Replay) -> None:
+def test_a_picture_shows_the_load_at_its_robot_and_not_in_its_region(replay: Run) -> None:
     (taken,) = (tick for tick in range(replay.last) if _takes(replay, "pallet@71", tick))
     places = [
-        re.findall(
-            f'd="{GLYPHS.obstacles["pallet"]}" transform="([^"]*)"', svg_of(replay.scene(tick))
-        )
+        re.findall(f'd="{GLYPHS.obstacles["pallet"]}" transform="([^"]*)"', svg_of(replay.at(tick)))
         for tick in (taken - 1, taken)
     ]
     assert [len(found) for found in places] == [1, 1]
     assert places[0] != places[1]
 
 
-def test_pictures_name_the_needs_that_are_left(replay: Replay) -> None:
+def test_pictures_name_the_needs_that_are_left(replay: Run) -> None:
     (taken,) = (tick for tick in range(replay.last) if _takes(replay, "pallet@71", tick))
     known = {taken - 1: "found, needs 'lift', then 'lift'", taken: "help requested, needs 'lift'"}
     for tick, said in known.items():
-        assert f">{escape(said, quote=False)}<" in svg_of(replay.scene(tick))
-    assert ">carries pallet@shelf<" in svg_of(replay.scene(taken))
+        assert f">{escape(said, quote=False)}<" in svg_of(replay.at(tick))
+    assert ">carries pallet@shelf<" in svg_of(replay.at(taken))
 
 
-def test_an_order_that_has_to_wait_for_its_helper_is_known(replay: Replay) -> None:
+def test_an_order_that_has_to_wait_for_its_helper_is_known(replay: Run) -> None:
     assert replay.statuses["pallet@71"].at(9) is ObstacleStatus.ABSENT
     assert replay.statuses["pallet@71"].at(10) is ObstacleStatus.FOUND
 
 
 def test_the_page_shows_loads_and_follows_them_live(
-    browser: Browser, warehouse: Path, replay: Replay, tmp_path: Path
+    browser: Browser, warehouse: Path, replay: Run, tmp_path: Path
 ) -> None:
     trace = read_trace(warehouse)
     whole = encoded(replay, "x")
     live = LiveRun(trace.header, "x")
     before = {o["name"]: o for o in live.whole()["obstacles"]}
     for record in trace.records:
-        live.tell(record)
+        live.append(record)
         for told in live.news()["obstacles"]:
             for key in ("met", "carried"):
                 before[told["name"]][key] += told[key]
@@ -118,7 +117,7 @@ def test_charges_fall_by_steps_and_rise_at_chargers(
 ) -> None:
     scenario = tmp_path / "cart.yaml"
     scenario.write_text(CART, encoding="utf-8")
-    replay = read_replay(_run(scenario, tmp_path, "--clock", clock))
+    replay = read_run(_run(scenario, tmp_path, "--clock", clock))
     charge = replay.charges["cart"]
     track = replay.track("cart")
     assert {tick: charge.at(tick) for tick in left} == left
@@ -155,13 +154,13 @@ def test_in_3d_a_run_in_lockstep_has_the_charges_of_its_ticks(tmp_path: Path) ->
     (data,) = re.findall(r'id="run">(.*?)</script>', page)
     run = json.loads(data)
     charge = [level for _, level in run["robots"][0]["charge"]]
-    flat = replay_of(trace).charges["cart"]
+    flat = run_of(trace).charges["cart"]
     # Charging takes no time in such a motion: of what happens in one instant, the last is shown.
     assert charge[-1] == flat.now > 0
     assert set(charge) <= {level for _, level in flat}
 
 
-def _takes(replay: Replay, load: str, tick: int) -> bool:
+def _takes(replay: Run, load: str, tick: int) -> bool:
     carriers = replay.loads[load]
     return carriers.at(tick) != () and carriers.at(tick - 1) == ()
 

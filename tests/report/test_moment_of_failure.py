@@ -8,8 +8,8 @@ from once import beside
 from safenav.cli.run import command as run_command
 from safenav.report.page.encode import encoded
 from safenav.report.page.live import LiveRun
-from safenav.report.replay.reading import replay_of
-from safenav.report.replay.timeline import Replay
+from safenav.run.reading import run_of
+from safenav.run.run import Run
 from safenav.trace.reading import Trace, read_trace
 
 SCENARIO = beside(__file__, "scenarios/failing.yaml")
@@ -26,21 +26,21 @@ def trace(tmp_path_factory: pytest.TempPathFactory) -> Trace:
 
 
 @pytest.fixture
-def failed(trace: Trace) -> Replay:
-    return replay_of(trace)
+def failed(trace: Trace) -> Run:
+    return run_of(trace)
 
 
-def test_the_last_tick_is_that_of_the_outcome(failed: Replay) -> None:
+def test_the_last_tick_is_that_of_the_outcome(failed: Run) -> None:
     (violation,) = [event for event in failed.events if event.kind.value == "violation"]
     assert failed.events[-1].tick == failed.last == violation.tick
     assert failed.within, "the second robot had not taken its turn"
     assert f"tick {failed.last} of {failed.last}, ended within it: operator needed" == (
-        failed.scene(failed.last).moment
+        failed.at(failed.last).moment
     )
 
 
-def test_all_pages_that_are_opened_later_show_the_same_moment(trace: Trace, failed: Replay) -> None:
+def test_all_pages_that_are_opened_later_show_the_same_moment(trace: Trace, failed: Run) -> None:
     live = LiveRun(trace.header, "run.jsonl")
     for record in trace.records:
-        live.tell(record)
+        live.append(record)
     assert live.whole() == live.whole() == encoded(failed, "run.jsonl")

@@ -9,7 +9,7 @@ import pytest
 from report import clinic
 from report.browser import Browser
 from safenav.report.page.html import page_of
-from safenav.report.replay.reading import read_replay
+from safenav.run.reading import read_run
 from tests.warm import safenav
 
 
@@ -21,7 +21,7 @@ def trace(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def page(trace: Path) -> Path:
     file = trace.with_suffix(".html")
-    file.write_text(page_of(read_replay(trace), "clinic.jsonl"))
+    file.write_text(page_of(read_run(trace), "clinic.jsonl"))
     return file
 
 

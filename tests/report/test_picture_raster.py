@@ -13,7 +13,7 @@ from safenav.report.picture import film
 from safenav.report.picture.film import Film, write_gif
 from safenav.report.picture.raster import lacking, png_of
 from safenav.report.picture.scene import svg_of
-from safenav.report.replay.timeline import Replay
+from safenav.run.run import Run
 from safenav.trace.looks import BLUE, ORANGE
 
 resvg_py = pytest.importorskip("resvg_py", reason="PNG needs the extra `pictures` (resvg-py)")
@@ -29,8 +29,8 @@ def _rgb(colour: str) -> tuple[int, ...]:
     return tuple(int(colour[i : i + 2], 16) for i in (1, 3, 5))
 
 
-def test_a_png_is_as_wide_as_asked_and_shows_the_robots(replays: dict[str, Replay]) -> None:
-    png = png_of(svg_of(replays["door"].scene(11)), width=900)
+def test_a_png_is_as_wide_as_asked_and_shows_the_robots(replays: dict[str, Run]) -> None:
+    png = png_of(svg_of(replays["door"].at(11)), width=900)
     assert Image.open(io.BytesIO(png)).size[0] == 900
     colours = _colours(png)
     assert colours.get(_rgb(BLUE), 0) > 300 and colours.get(_rgb(ORANGE), 0) > 300
@@ -38,7 +38,7 @@ def test_a_png_is_as_wide_as_asked_and_shows_the_robots(replays: dict[str, Repla
 
 @pytest.mark.parametrize(("title", "own"), [("Übung → λ", True), ("№ 7", False), ("机器人", False)])
 def test_letters_that_our_fonts_lack_come_from_the_system(
-    replays: dict[str, Replay], monkeypatch: pytest.MonkeyPatch, title: str, own: bool
+    replays: dict[str, Run], monkeypatch: pytest.MonkeyPatch, title: str, own: bool
 ) -> None:
     """They were left out."""
     asked: list[bool] = []
@@ -49,18 +49,18 @@ def test_letters_that_our_fonts_lack_come_from_the_system(
         return bytes(drawn(**options))
 
     monkeypatch.setattr(resvg_py, "svg_to_bytes", watched)
-    png_of(svg_of(replace(replays["door"].scene(0), title=title)), width=200)
+    png_of(svg_of(replace(replays["door"].at(0), title=title)), width=200)
     assert asked == [own]
 
 
-def test_letters_that_no_font_has_are_named(replays: dict[str, Replay]) -> None:
+def test_letters_that_no_font_has_are_named(replays: dict[str, Run]) -> None:
     """They are boxes in the picture."""
     private = "\U0010fffc"
     for title, boxes in (("Übung → λ", ""), (f"a{private}b & c{private}", private)):
-        assert lacking(svg_of(replace(replays["door"].scene(0), title=title))) == boxes
+        assert lacking(svg_of(replace(replays["door"].at(0), title=title))) == boxes
 
 
-def test_a_film_rests_where_something_happens(replays: dict[str, Replay], tmp_path: Path) -> None:
+def test_a_film_rests_where_something_happens(replays: dict[str, Run], tmp_path: Path) -> None:
     path = tmp_path / "door.gif"
     frames: list[None] = []
     some = Film(first=9, last=13, speed=4, steps=2, width=400)
@@ -80,7 +80,7 @@ def test_a_film_rests_where_something_happens(replays: dict[str, Replay], tmp_pa
 
 
 def test_a_film_of_too_many_frames_is_refused(
-    replays: dict[str, Replay], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    replays: dict[str, Run], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(film, "MOST_FRAMES", 3)
     with pytest.raises(UsageError, match="4 frames is too large: at most 3\n    choose"):
@@ -89,9 +89,9 @@ def test_a_film_of_too_many_frames_is_refused(
 
 
 def test_a_missing_extra_is_named(
-    replays: dict[str, Replay], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    replays: dict[str, Run], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    svg = svg_of(replays["door"].scene(0))
+    svg = svg_of(replays["door"].at(0))
     monkeypatch.setitem(sys.modules, "resvg_py", None)
     with pytest.raises(UsageError, match="resvg-py>="):
         png_of(svg)

@@ -11,7 +11,7 @@ import pytest
 
 from children import ran
 from safenav.report.page.html import embedded, page_of
-from safenav.report.replay.timeline import Replay
+from safenav.run.run import Run
 
 REPORT = Path(__file__).parents[2] / "safenav" / "report"
 PAGE = REPORT / "page"
@@ -43,7 +43,7 @@ def test_a_rebuild_gives_the_same_bytes_and_types_are_right(check: str) -> None:
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-def test_the_page_names_no_other_file(replays: dict[str, Replay]) -> None:
+def test_the_page_names_no_other_file(replays: dict[str, Run]) -> None:
     page = page_of(replays["door"], "door.jsonl")
     assert re.findall(r'(?:src|href)="([^"]*)"', page) == ["data:,"]
     assert "default-src 'none'" in page

@@ -8,8 +8,8 @@ import pytest
 from report import made_traces
 from report.browser import Browser, Keys
 from safenav.report.page.html import page_of
-from safenav.report.replay.reading import read_replay
-from safenav.report.replay.timeline import Replay
+from safenav.run.reading import read_run
+from safenav.run.run import Run
 
 CELL = 40.0  # side of a region in the page, see front/src/camera.ts
 
@@ -53,7 +53,7 @@ def test_a_page_plays_smoothly_to_its_end(browser: Browser, pages: dict[str, Pat
 
 
 def test_the_state_of_a_tick_is_that_of_the_trace(
-    browser: Browser, pages: dict[str, Path], replays: dict[str, Replay]
+    browser: Browser, pages: dict[str, Path], replays: dict[str, Run]
 ) -> None:
     replay = replays["chain"]
     for tick in (0, 3, 6, 10, 14, replay.last):
@@ -148,7 +148,7 @@ def test_names_in_a_trace_cannot_break_out(browser: Browser, tmp_path: Path) -> 
     lines[0]["scenario"]["name"] = evil
     lines[-1]["explanation"] = evil
     page = tmp_path / "evil.html"
-    page.write_text(page_of(read_replay(made_traces.write(lines, tmp_path / "t.jsonl")), evil))
+    page.write_text(page_of(read_run(made_traces.write(lines, tmp_path / "t.jsonl")), evil))
     browser.open(page, "#tick=46")
     assert browser.errors() == []
     assert browser.driver.title != "broken"
@@ -164,7 +164,7 @@ def test_a_trace_that_was_cut_off_can_be_seen(
     cut = tmp_path / "cut.jsonl"
     cut.write_text(text[: len(text) // 2])
     page = tmp_path / "cut.html"
-    page.write_text(page_of(read_replay(cut), "cut.jsonl"))
+    page.write_text(page_of(read_run(cut), "cut.jsonl"))
     browser.open(page)
     assert browser.errors() == []
     assert browser.one(".badge").text == "cut off"

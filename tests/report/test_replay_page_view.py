@@ -7,7 +7,7 @@ import pytest
 from report import made_traces
 from report.browser import Browser
 from safenav.report.page.html import page_of
-from safenav.report.replay.reading import read_replay
+from safenav.run.reading import read_run
 
 
 def view(browser: Browser) -> tuple[float, ...]:
@@ -62,7 +62,7 @@ def test_a_run_that_failed_opens_at_its_last_moment(browser: Browser, tmp_path: 
     lines = made_traces.door()
     why = {"explanation": "-", "cause": "no_capable_robot"}
     lines[-1] |= {"outcome": "operator_needed", **why}
-    replay = read_replay(made_traces.write(lines, tmp_path / "failed.jsonl"))
+    replay = read_run(made_traces.write(lines, tmp_path / "failed.jsonl"))
     page = tmp_path / "failed.html"
     page.write_text(page_of(replay, "failed.jsonl"))
     browser.open(page)

@@ -13,9 +13,10 @@ from safenav.cli.replay import command as replay_command
 from safenav.errors import UsageError
 from safenav.report.page.html import page_of
 from safenav.report.picture.scene import Options, svg_of
-from safenav.report.replay.perception import SightCache, shading_of
-from safenav.report.replay.reading import read_replay
-from safenav.report.replay.timeline import Replay
+from safenav.run.reading import read_run
+from safenav.run.run import Run
+from safenav.run.sight import SightCache, shading_of
+from safenav.trace.looks import looks
 from safenav.world.poses import bits
 from safenav.world.sight import visible_from
 
@@ -23,19 +24,19 @@ SVG = "{http://www.w3.org/2000/svg}"
 
 
 @pytest.fixture
-def meeting(replays: dict[str, Replay]) -> Replay:
+def meeting(replays: dict[str, Run]) -> Run:
     return replays["meeting"]
 
 
-def test_a_step_of_several_ticks_is_drawn_between_its_regions(replays: dict[str, Replay]) -> None:
-    places = [replays["slow"].scene(tick).robots[0] for tick in range(4)]
+def test_a_step_of_several_ticks_is_drawn_between_its_regions(replays: dict[str, Run]) -> None:
+    places = [replays["slow"].at(tick).robots[0] for tick in range(4)]
     assert [place.col for place in places] == pytest.approx([3, 3 - 1 / 3, 3 - 2 / 3, 2])
     assert [place.taken for place in places] == [(), (8, 7), (8, 7), ()]
-    halfway = replays["slow"].scene(1, 0.5).robots[0]
+    halfway = replays["slow"].at(1, 0.5).robots[0]
     assert (halfway.row, halfway.col) == (1.0, 2.5)
 
 
-def test_beliefs_hold_until_the_next_is_told(meeting: Replay) -> None:
+def test_beliefs_hold_until_the_next_is_told(meeting: Run) -> None:
     told = meeting.beliefs["west", "east"]
     assert told.at(0) is None
     for tick in (1, 2):
@@ -46,7 +47,7 @@ def test_beliefs_hold_until_the_next_is_told(meeting: Replay) -> None:
     assert seen is not None and seen.seen and seen.regions == {23}
 
 
-def test_sight_is_that_of_the_runtime(meeting: Replay) -> None:
+def test_sight_is_that_of_the_runtime(meeting: Run) -> None:
     view = visible_from(meeting.map, 3.0)
     for tick in range(meeting.last + 1):
         for track in meeting.robots:
@@ -59,7 +60,7 @@ def test_sight_is_that_of_the_runtime(meeting: Replay) -> None:
 def test_found_obstacles_block_the_view_until_they_are_resolved(tmp_path: Path) -> None:
     lines = made_traces.door()
     lines[0]["scenario"]["robots"]["quad"]["vision"] = 4
-    replay = read_replay(made_traces.write(lines, tmp_path / "t.jsonl"))
+    replay = read_run(made_traces.write(lines, tmp_path / "t.jsonl"))
     sight = SightCache(replay.map)
     quad = replay.track("quad")
     assert quad.regions[10] == quad.regions[11] == 46
@@ -73,30 +74,31 @@ def test_a_page_of_a_thousand_watchful_ticks_stays_under_a_megabyte(
     tmp_path: Path, vision: float
 ) -> None:
     lines = made_traces.watched(made_traces.crowd(), vision)
-    replay = read_replay(made_traces.write(lines, tmp_path / "t.jsonl"))
+    replay = read_run(made_traces.write(lines, tmp_path / "t.jsonl"))
     assert (replay.last, len(replay.robots), len(replay.beliefs)) == (1000, 6, 30)
     assert len(page_of(replay, "t.jsonl").encode()) < 1_000_000
 
 
-def test_a_picture_hatches_beliefs_and_tints_sight(replays: dict[str, Replay]) -> None:
+def test_a_picture_tints_beliefs_and_sight(replays: dict[str, Run]) -> None:
     meeting = replays["meeting"]
-    scene = meeting.scene(1)
+    scene = meeting.at(1)
     svg = svg_of(scene, Options(shading=shading_of(meeting, "west", 1)))
     words = " ".join(e.text or "" for e in ElementTree.fromstring(svg).iter(f"{SVG}text"))
     assert "what west sees (radius 3 regions)" in words
     assert "where west believed east to be at its last observation" in words
-    assert "occupies both" not in words and "occupies both" in svg_of(replays["slow"].scene(1))
-    hatched = [
+    assert "occupies both" not in words and "occupies both" in svg_of(replays["slow"].at(1))
+    east = looks(["west", "east"])[1].colour
+    tinted = [
         path.attrib["d"]
         for path in ElementTree.fromstring(svg).iter(f"{SVG}path")
-        if path.get("fill") == "url(#hatch-1)"
+        if (path.get("fill"), path.get("fill-opacity")) == (east, "0.13")
     ]
-    assert len(hatched) == 1 and hatched[0].count("M") == 3  # rows of the room
-    assert "url(#" not in svg_of(scene)
+    assert len(tinted) == 1 and tinted[0].count("M") == 3  # rows of the room
+    assert 'fill-opacity="0.13"' not in svg_of(scene)
 
 
 def test_the_command_shades_for_a_robot(
-    traces: dict[str, Path], meeting: Replay, tmp_path: Path
+    traces: dict[str, Path], meeting: Run, tmp_path: Path
 ) -> None:
     out = tmp_path / "p.svg"
     arguments = [str(traces["meeting"]), "--svg", "3", "--sight", "east", "-o", str(out)]

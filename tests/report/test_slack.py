@@ -12,9 +12,9 @@ from runtime.played import play
 from safenav.motion.making import motion_of
 from safenav.report.page.encode import encoded
 from safenav.report.page.html import page_of
-from safenav.report.replay.reading import read_replay, replay_of
-from safenav.report.replay.timeline import Replay
 from safenav.report.view3d.html import page3d_of
+from safenav.run.reading import read_run, run_of
+from safenav.run.run import Run
 from safenav.trace.reading import read_trace
 
 TIMED = """
@@ -28,8 +28,8 @@ late: go_on
 
 
 @pytest.fixture(scope="module")
-def replay(tmp_path_factory: pytest.TempPathFactory) -> Replay:
-    return read_replay(_trace(tmp_path_factory.mktemp("slack")))
+def replay(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    return read_run(_trace(tmp_path_factory.mktemp("slack")))
 
 
 def _trace(folder: Path) -> Path:
@@ -38,7 +38,7 @@ def _trace(folder: Path) -> Path:
     return path
 
 
-def test_a_round_begins_as_long_before_it_is_due_as_it_may_take(replay: Replay) -> None:
+def test_a_round_begins_as_long_before_it_is_due_as_it_may_take(replay: Run) -> None:
     lines = encoded(replay, "timed.jsonl")["deadlines"]
     rounds = [line for line in lines if line[1] == "r"]
     assert [line[4] for line in rounds] == ["kept", "kept"]
@@ -52,7 +52,7 @@ def test_deadlines_that_are_missed_are_events(tmp_path: Path) -> None:
     path = tmp_path / "late.jsonl"
     text = (SCENARIOS / "case_study_1.yaml").read_text()
     path.write_text(play(text.split("expect:")[0] + "resolve_within: 2\n").text)
-    told = [event.text for event in read_replay(path).events if event.kind.value == "deadline"]
+    told = [event.text for event in read_run(path).events if event.kind.value == "deadline"]
     assert told == [
         "door@47 cannot be resolved before tick 16, and is due at tick 13",
         "door@47 has missed its deadline, tick 13",
@@ -64,13 +64,13 @@ def test_in_3d_deadlines_are_at_the_instants_of_their_ticks(tmp_path: Path) -> N
     trace = read_trace(_trace(tmp_path))
     (data,) = re.findall(r'id="run">(.*?)</script>', page3d_of(trace, "t", motion_of(trace)))
     run = json.loads(data)
-    flat = encoded(replay_of(trace), "t")["deadlines"]
+    flat = encoded(run_of(trace), "t")["deadlines"]
     for (instant, of, begin, due, *told), tick in zip(run["deadlines"], flat, strict=True):
         assert [of, *told] == [tick[1], *tick[4:]]
         assert begin <= instant <= due <= run["last"], of
 
 
-def test_the_page_shows_the_slack(browser: Browser, replay: Replay, tmp_path: Path) -> None:
+def test_the_page_shows_the_slack(browser: Browser, replay: Run, tmp_path: Path) -> None:
     page = tmp_path / "timed.html"
     page.write_text(page_of(replay, "timed.jsonl"))
     browser.open(page)

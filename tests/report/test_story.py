@@ -5,10 +5,12 @@ import pytest
 
 from once import beside
 from safenav.report.terminal import story
-from safenav.report.terminal.story import Story
+from safenav.report.terminal.story import Story, syntheses_words
+from safenav.run.values import SynthesisOutcome
 from safenav.scenario.model import OPERATOR_ACTION
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace import records, setting, vocabulary
+from safenav.trace.header import unstarted
 
 ROOM = beside(__file__, "scenarios/room.yaml")
 
@@ -23,20 +25,14 @@ def told(*lines: records.Record, heading: str = "north", text: str = ROOM) -> li
     return said
 
 
-def header() -> records.Header:
-    world = setting.MapHeader(4, 6, ())
-    limits, until = setting.LimitsHeader(), setting.UntilHeader()
-    scenario = setting.ScenarioHeader("room", world, {}, (), until, limits, 0, "resynthesis")
-    return records.Header(0, records.VERSION, "0", scenario)
-
-
 @pytest.mark.parametrize(("most", "drawn"), [(24, 2), (23, 1)])
 def test_a_large_map_is_drawn_once(most: int, drawn: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """A run on 256 x 256 regions printed 256 kB at each request."""
     monkeypatch.setattr(story, "LARGE", most)
     said: list[str] = []
-    tell = Story(load_scenario_text(ROOM), lambda line: said.append(click.unstyle(str(line))))
-    tell(header())
+    scenario = load_scenario_text(ROOM)
+    tell = Story(scenario, lambda line: said.append(click.unstyle(str(line))))
+    tell(unstarted(scenario).header)
     tell(records.Move(1, "quad", 7, 8, None))
     tell(records.Gone(1, "door@9", vocabulary.ChangeCause.WORLD))
     assert sum("██" in line for line in said) == drawn * 4
@@ -67,8 +63,10 @@ def test_events_of_one_tick_stand_below_one_another() -> None:
     ],
 )
 def test_a_failure_is_not_reported_as_a_lacking_capability(obstacle: str, said: str) -> None:
+    listed = ("unknown", obstacle, 9, OPERATOR_ACTION, (), frozenset({"quad"}), None)
+    found = records.Discovered(2, setting.ObstacleHeader(*listed))
     line = records.Violation(2, "quad", 8, 9, obstacle, OPERATOR_ACTION)
-    assert [line[11:] for line in told(line)] == [said]
+    assert [line[11:] for line in told(found, line)] == [said]
 
 
 def test_the_story_reports_appearances_joint_plans_and_service() -> None:
@@ -133,3 +131,23 @@ def test_restarting_rounds_are_reported_once(restarts: bool) -> None:
     done = "quad reaches 7 [1, 1], round 1 done"
     kept = [line[11:] for line in said if "round" in line]
     assert kept == ([done, "rounds restart", done] if restarts else [done])
+
+
+@pytest.mark.parametrize(
+    ("sizes", "cached", "verified", "told"),
+    [
+        (range(1, 14), 0, True, "13 strategies (1 to 13 states, verified)"),
+        (range(1, 14), 2, True, "13 strategies (1 to 13 states, 2 from the cache, verified)"),
+        (range(1, 14), 13, True, "13 strategies (1 to 13 states, all from the cache, verified)"),
+        (range(1, 14), 0, False, None),
+        (range(1, 9), 0, True, None),
+    ],
+)
+def test_many_strategies_share_one_sentence(
+    sizes: range, cached: int, verified: bool, told: str | None
+) -> None:
+    found = [
+        SynthesisOutcome("q", "initial", "realizable", 0.1, n, k < cached, verified, (), None)
+        for k, n in enumerate(sizes)
+    ]
+    assert syntheses_words(found) == told

@@ -15,9 +15,9 @@ from safenav.motion.columns import columns_of
 from safenav.motion.file.records import Action
 from safenav.motion.in_time import in_time
 from safenav.motion.making import motion_of
-from safenav.report.replay.reading import replay_of
-from safenav.report.replay.timeline import StoryKind
 from safenav.report.view3d.html import RATE, encoded_motion, packed
+from safenav.run.reading import run_of
+from safenav.run.values import StoryKind
 from safenav.trace.reading import read_trace
 
 SCENARIO = Path(__file__).parents[2] / "scenarios" / "case_study_1.yaml"
@@ -110,7 +110,7 @@ def test_the_3d_page_has_the_words_of_the_flat_page(trace: Path) -> None:
     run = read_trace(trace)
     flat, solid = (
         [event.text for event in replay.events if event.kind is StoryKind.REQUEST]
-        for replay in (replay_of(run), replay_of(in_time(run, motion_of(run))))
+        for replay in (run_of(run), run_of(in_time(run, motion_of(run))))
     )
     assert flat == solid
     assert re.search(r"digit needs \d+ ticks", flat[0])

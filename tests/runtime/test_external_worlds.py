@@ -11,8 +11,8 @@ from once import beside
 from runtime.played import Run, begin, completed, loaded, play
 from runtime.worlds import Bare, Driven, Remote
 from safenav import Mission
-from safenav.report.replay.reading import read_replay
 from safenav.report.terminal.story import Story
+from safenav.run.reading import read_run
 from safenav.runtime.worlds.protocol import Acted, Arrived, WorldEvent
 from safenav.runtime.worlds.truth import SimulatedWorld
 from safenav.scenario.model import Obstacle, Robot, Scenario
@@ -92,7 +92,7 @@ def test_an_unlisted_obstacle_is_declared_before_it_is_named(tmp_path: Path) -> 
     assert first["type"] == "violation" and records.index(discovered) < records.index(first)
     trace = tmp_path / "trace.jsonl"
     trace.write_text(run.text)
-    (hidden,) = read_replay(trace).hidden.values()
+    (hidden,) = read_run(trace).hidden.values()
     assert (hidden.name, hidden.region) == ("door@27", DOOR)
 
 

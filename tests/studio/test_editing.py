@@ -10,7 +10,7 @@ import pytest
 
 from runtime.played import Run
 from safenav.errors import UsageError
-from safenav.report.replay.reading import replay_of
+from safenav.run.reading import run_of
 from safenav.runtime.intervention.kinds import (
     AddObstacle,
     AssignObjective,
@@ -207,7 +207,7 @@ def test_a_changed_run_is_sound_and_plays_the_same_way_when_saved(name: str, see
         if mission.tick >= 60:
             mission.give_up()
     assert not run.findings, run.findings
-    assert replay_of(read_lines(run.text.splitlines())).ending is not None
+    assert run_of(read_lines(run.text.splitlines())).ending is not None
     again = Run()
     other = Mission(load_scenario_text(played(text, records, None)), listeners=[again])
     other.start()

@@ -12,7 +12,7 @@ from once import trace_of_shipped
 from safenav.checked_trace import check_trace
 from safenav.report.page.encode import encoded
 from safenav.report.page.live import LiveRun
-from safenav.report.replay.reading import replay_of
+from safenav.run.reading import run_of
 from safenav.studio.run.orders import RunOrder
 from safenav.studio.watching import WatchedRun
 from safenav.trace.reading import read_bytes
@@ -164,8 +164,8 @@ def test_the_news_of_all_ticks_add_up_to_the_whole_run(name: str) -> None:
             tick = tick if record is None else record.tick
             _join(page, json.loads(json.dumps(live.news())))
         if record is not None:
-            live.tell(record)
-    whole = encoded(replay_of(trace), "run.jsonl")
+            live.append(record)
+    whole = encoded(run_of(trace), "run.jsonl")
     assert live.whole() == live.whole() == whole
     assert _settled(page) == _settled(json.loads(json.dumps(whole)))
     assert any(isinstance(record, Resolved) for record in trace.records)
@@ -190,7 +190,7 @@ def test_a_page_that_opens_within_a_tick_takes_nothing_from_the_others() -> None
         run.hear(outcome)
 
     asyncio.run(main())
-    assert run.whole == encoded(replay_of(read_bytes(data)), "run.jsonl")
+    assert run.whole == encoded(run_of(read_bytes(data)), "run.jsonl")
 
 
 @pytest.mark.parametrize("live", [False, True], ids=["lockstep", "live"])
@@ -207,7 +207,7 @@ def test_a_page_shows_the_last_tick_while_a_program_does_nothing(live: bool) -> 
         for line in first:
             run.hear(json.loads(line))
         told.append({"is": "silence"})
-        whole = encoded(replay_of(read_bytes(b"".join(first))), "run.jsonl")
+        whole = encoded(run_of(read_bytes(b"".join(first))), "run.jsonl")
         while told[-1]["is"] != "news":
             await asyncio.sleep(0.01)
         assert run.whole == whole

@@ -3,11 +3,9 @@
 import pytest
 from msgspec.structs import replace
 
-from safenav.outcome import Verdict
-from safenav.trace import records, vocabulary
-from safenav.trace.objective import Objective as TracedObjective
+from safenav.trace import records
 from safenav.trace.records import KINDS
-from safenav.trace.wording import Wording, syntheses_words
+from safenav.trace.wording import Wording
 from traces.examples import examples
 
 SILENT = {"header", "move", "backtrack", "belief", "checkpoint", "discovered"}
@@ -27,29 +25,6 @@ def test_every_event_has_one_sentence(seed: int) -> None:
         assert "None" not in sentence
         told.add(record.type)
     assert told == set(KINDS) - SILENT
-
-
-@pytest.mark.parametrize(
-    ("sizes", "cached", "verified", "told"),
-    [
-        (range(1, 14), 0, True, "13 strategies (1 to 13 states, verified)"),
-        (range(1, 14), 2, True, "13 strategies (1 to 13 states, 2 from the cache, verified)"),
-        (range(1, 14), 13, True, "13 strategies (1 to 13 states, all from the cache, verified)"),
-        (range(1, 14), 0, False, None),
-        (range(1, 9), 0, True, None),
-    ],
-)
-def test_many_strategies_share_one_sentence(
-    sizes: range, cached: int, verified: bool, told: str | None
-) -> None:
-    objective = TracedObjective.of({"hold": 4})
-    assert objective is not None
-    line = records.Synthesis(
-        *(1, "quad", vocabulary.Reason.INITIAL, Verdict.REALIZABLE, 0.002, 21, False, verified),
-        *("0" * 64, "0" * 64, objective),
-    )
-    lines = [replace(line, states=n, cached=k < cached) for k, n in enumerate(sizes)]
-    assert syntheses_words(lines) == told
 
 
 def test_regions_and_robots_are_shown_by_the_given_functions() -> None:

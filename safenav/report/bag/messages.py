@@ -1,6 +1,6 @@
 """A run as ROS 2 messages with topics and times.
 
-docs/replay.md lists the topics. Regions are squares in the frame `map` (x east, y north, origin at
+docs/run.md lists the topics. Regions are squares in the frame `map` (x east, y north, origin at
 the south-western corner)."""
 
 from __future__ import annotations
@@ -17,7 +17,8 @@ from msgspec import Struct
 from safenav.report.picture.floor import INK
 from safenav.report.picture.glyphs import STATUS_MARKS
 from safenav.report.picture.names import AREA
-from safenav.report.replay.timeline import ObstacleStatus, Replay, StoryKind
+from safenav.run.run import Run
+from safenav.run.values import ObstacleStatus, StoryKind
 from safenav.scenario.motion import AIR
 from safenav.scenario.objective import Objective, target_regions
 from safenav.trace.looks import looks
@@ -58,23 +59,23 @@ Poses = Mapping[str, Sequence[tuple[float, float, float, float]]]
 """Poses by robot: seconds, x, y (metres in the frame ``map``) and yaw, at common times."""
 
 
-def messages(replay: Replay, frame: Frame, motion: Poses | None = None) -> Iterator[Stamped]:
+def messages(run: Run, frame: Frame, motion: Poses | None = None) -> Iterator[Stamped]:
     """Return all messages of a run, in the order of their times; a tick of a run without a clock
     lasts a second. ``motion``: poses of a motion, instead of the centres of regions.
 
     Raises ValueError for regions that are not square: an occupancy grid has one resolution."""
-    found = _Messages(replay, frame)
+    found = _Messages(run, frame)
     if motion is None:
         return found.all()
     still = (one for one in found.all() if one.topic != "/tf")
     return merge(found.moved(motion), still, key=lambda one: one.seconds)
 
 
-def names_of(replay: Replay) -> dict[str, str]:
+def names_of(run: Run) -> dict[str, str]:
     """Return each robot's name in ROS, also of its frame: letters, digits and underscores, unique,
     and never ``map``."""
     found: dict[str, str] = {}
-    for track in replay.robots:
+    for track in run.robots:
         plain = re.sub(r"\W", "_", track.name, flags=re.ASCII).strip("_") or "robot"
         plain = f"r_{plain}" if plain[0].isdigit() else plain
         name, number = plain, 2
@@ -85,27 +86,27 @@ def names_of(replay: Replay) -> dict[str, str]:
 
 
 class _Messages:
-    def __init__(self, replay: Replay, frame: Frame) -> None:
+    def __init__(self, run: Run, frame: Frame) -> None:
         width, height = frame.resolution
         if abs(width - height) > 1e-6 * width:
             raise ValueError(f"regions of {width:g} x {height:g} m are not square")
-        self.replay = replay
+        self.run = run
         self.frame = frame
-        self.names = names_of(replay)
-        self.looks = looks([track.name for track in replay.robots])
+        self.names = names_of(run)
+        self.looks = looks([track.name for track in run.robots])
 
     def all(self) -> Iterator[Stamped]:
-        yield Stamped(self.replay.time(0), "/map", "nav_msgs/msg/OccupancyGrid", self._map())
-        yield Stamped(self.replay.time(0), "/places", _MARKERS, {"markers": [*self._places()]})
-        yield Stamped(self.replay.time(0), "/robots", _MARKERS, {"markers": [*self._bodies()]})
-        planned: object = ({}, [None] * len(self.replay.robots))
-        passed = {track.name: deque[Message](maxlen=TRAIL) for track in self.replay.robots}
+        yield Stamped(self.run.time(0), "/map", "nav_msgs/msg/OccupancyGrid", self._map())
+        yield Stamped(self.run.time(0), "/places", _MARKERS, {"markers": [*self._places()]})
+        yield Stamped(self.run.time(0), "/robots", _MARKERS, {"markers": [*self._bodies()]})
+        planned: object = ({}, [None] * len(self.run.robots))
+        passed = {track.name: deque[Message](maxlen=TRAIL) for track in self.run.robots}
         shown: dict[str, ObstacleStatus] = {}
-        for tick in range(self.replay.last + 1):
-            seconds = self.replay.time(tick)
+        for tick in range(self.run.last + 1):
+            seconds = self.run.time(tick)
             poses = self._poses(tick)
             yield self._frames(seconds, poses)
-            for track in self.replay.robots:
+            for track in self.run.robots:
                 if tick and track.regions[tick] == track.regions[tick - 1]:
                     continue
                 so_far, pose = passed[track.name], poses[track.name]
@@ -117,21 +118,21 @@ class _Messages:
                 yield Stamped(seconds, topic, "nav_msgs/msg/Path", path)
             if changed := [*self._obstacles(tick, shown)]:
                 yield Stamped(seconds, "/obstacles", _MARKERS, {"markers": changed})
-            objectives = [self.replay.objectives[t.name].at(tick) for t in self.replay.robots]
-            plan = self.replay.plans.at(tick)
+            objectives = [self.run.objectives[t.name].at(tick) for t in self.run.robots]
+            plan = self.run.plans.at(tick)
             if (plan, objectives) != planned:
                 planned = plan, objectives
                 deleted = self._marker(tick, "plan", 0, _LINE, _DELETE_ALL)
                 drawn = [deleted, *self._plan(tick, plan, objectives)]
                 yield Stamped(seconds, "/plan", _MARKERS, {"markers": drawn})
-            if tick == 0 or self.replay.stack.at(tick) != self.replay.stack.at(tick - 1):
+            if tick == 0 or self.run.stack.at(tick) != self.run.stack.at(tick - 1):
                 yield Stamped(seconds, "/requests", _MARKERS, {"markers": [*self._requests(tick)]})
-            for event in self.replay.happened(tick):
+            for event in self.run.happened(tick):
                 log = {
                     "stamp": stamp(seconds),
                     "level": self._level(event.kind),
                     "name": self.names.get(event.robot or "", "safenav"),
-                    "msg": event.text,
+                    "msg": event.told,
                     "function": event.kind.value,
                     "line": tick,
                 }
@@ -156,17 +157,17 @@ class _Messages:
         return Stamped(seconds, "/tf", "tf2_msgs/msg/TFMessage", {"transforms": transforms})
 
     def _level(self, kind: StoryKind) -> int:
-        if kind is StoryKind.OUTCOME and self.replay.failed:
+        if kind is StoryKind.OUTCOME and self.run.failed:
             return _ERROR
         return _LEVELS.get(kind, _INFO)
 
     def _map(self) -> Message:
-        world = self.replay.map
+        world = self.run.map
         rows = (range(row * world.cols, (row + 1) * world.cols) for row in range(world.rows))
         data = [100 if region in world.walls else 0 for row in reversed([*rows]) for region in row]
         x, y = self.frame.origin
         info = {
-            "map_load_time": stamp(self.replay.time(0)),
+            "map_load_time": stamp(self.run.time(0)),
             "resolution": self.frame.resolution[0],
             "width": world.cols,
             "height": world.rows,
@@ -175,21 +176,21 @@ class _Messages:
         return {"header": self._header(0), "info": info, "data": data}
 
     def _header(self, tick: int) -> Message:
-        return {"stamp": stamp(self.replay.time(tick)), "frame_id": "map"}
+        return {"stamp": stamp(self.run.time(tick)), "frame_id": "map"}
 
     def _poses(self, tick: int) -> dict[str, Message]:
         """Return each robot's pose, interpolated during a step of several ticks."""
         found = {}
-        for placed in self.replay.scene(tick, trail=0).robots:
-            x, y = self.frame.centre(placed.row, placed.col, self.replay.map.rows)
+        for placed in self.run.at(tick, trail=0).robots:
+            x, y = self.frame.centre(placed.row, placed.col, self.run.map.rows)
             facing = 0.0 if placed.heading is None else radians(90.0 - placed.heading)
             found[placed.name] = _pose(x, y, self.frame.yaw + facing)
         return found
 
     def _obstacles(self, tick: int, shown: dict[str, ObstacleStatus]) -> Iterator[Message]:
         """Yield markers of obstacles whose status has changed; ``shown``: the sent statuses."""
-        for number, hidden in enumerate(self.replay.hidden.values()):
-            status = self.replay.statuses[hidden.name].at(tick)
+        for number, hidden in enumerate(self.run.hidden.values()):
+            status = self.run.statuses[hidden.name].at(tick)
             if status in _UNSEEN:
                 status = ObstacleStatus.ABSENT
             if status is not shown.get(hidden.name, ObstacleStatus.ABSENT):
@@ -199,27 +200,27 @@ class _Messages:
                     "pose": self._at(hidden.region),
                     "scale": self._size(0.9, _HEIGHTS.get(status, 0.4)),
                     "color": _colour(_COLOURS.get(status, INK), 0.8),
-                    "text": hidden.label(self.replay.map),
+                    "text": hidden.label(self.run.map),
                 }
 
     def _requests(self, tick: int) -> Iterator[Message]:
         """Yield the deletion of former lines, and a line for each helper of a stack entry."""
-        regions = {name: hidden.region for name, hidden in self.replay.hidden.items()}
-        scene = {track.name: track.regions[tick] for track in self.replay.robots}
+        regions = {name: hidden.region for name, hidden in self.run.hidden.items()}
+        scene = {track.name: track.regions[tick] for track in self.run.robots}
         yield self._marker(tick, "requests", 0, _LINE, _DELETE_ALL)
-        frames = [f for f in self.replay.stack.at(tick) if f.obstacle in regions]
+        frames = [f for f in self.run.stack.at(tick) if f.obstacle in regions]
         helping = ((frame, helper) for frame in frames for helper in frame.helpers)
         for number, (frame, helper) in enumerate(helping):
             yield self._marker(tick, "requests", number, _LINE) | {
                 "points": self._points((scene[helper], regions[frame.obstacle or ""])),
                 "scale": self._size(0.08, 0.0),
                 "color": _colour(STATUS_MARKS[ObstacleStatus.REQUESTED].colour, 1.0),
-                "text": f"{frame.about(self.replay.map.word)}: {frame.roles}",
+                "text": f"{frame.about(self.run.map.word)}: {frame.roles}",
             }
 
     def _places(self) -> Iterator[Message]:
         """Yield names of regions and areas, and the borders of areas."""
-        world = self.replay.map
+        world = self.run.map
         named = [(name, [region]) for name, region in world.names.items()]
         named += [(name, sorted(area)) for name, area in world.areas.items()]
         for number, (name, regions) in enumerate(named):
@@ -240,7 +241,7 @@ class _Messages:
 
     def _border(self, area: frozenset[Region]) -> Iterator[Message]:
         """Yield both ends of each side of a region on the area's border."""
-        world = self.replay.map
+        world = self.run.map
         for region in sorted(area):
             row, col = world.position(region)
             for heading in Heading:
@@ -255,7 +256,7 @@ class _Messages:
     def _bodies(self) -> Iterator[Message]:
         """Yield a body, a nose and a name in the frame of each robot, so that they move with it."""
         side = self.frame.resolution[0]
-        for number, (track, look) in enumerate(zip(self.replay.robots, self.looks, strict=True)):
+        for number, (track, look) in enumerate(zip(self.run.robots, self.looks, strict=True)):
             height = (_FLIES if track.layer == AIR else 0.15) * side
             turns = any(heading is not None for heading in track.headings)
             parts = [("bodies", _CYLINDER, self._size(0.55, 0.3), height, look.colour, "")]
@@ -281,7 +282,7 @@ class _Messages:
         objectives: Sequence[Objective | None],
     ) -> Iterator[Message]:
         """Yield each robot's targets, and its path while a joint plan is carried out."""
-        for number, (track, look) in enumerate(zip(self.replay.robots, self.looks, strict=True)):
+        for number, (track, look) in enumerate(zip(self.run.robots, self.looks, strict=True)):
             if regions := sorted(target_regions(objectives[number])):
                 yield self._marker(tick, "targets", number, _CUBES) | {
                     "scale": self._size(0.8, 0.02),
@@ -316,7 +317,7 @@ class _Messages:
         return [self._at(region)["position"] for region in regions]
 
     def _at(self, region: Region) -> Message:
-        world = self.replay.map
+        world = self.run.map
         x, y = self.frame.centre(*world.position(region), world.rows)
         return _pose(x, y, self.frame.yaw)
 

@@ -1,4 +1,4 @@
-"""A replay as the compact data of the page (its types: front/src/run/run.ts).
+"""A run as the compact data of the page (its types: front/src/run/run.ts).
 
 Values over time are lists of [tick, value...]; paths are lists of regions and a letter for each
 heading: a thousand ticks of a robot take about five kilobytes. ``grown`` alone writes the parts
@@ -16,14 +16,23 @@ from typing import Any, TypeVar
 from msgspec.structs import asdict, astuple
 
 from safenav.report.picture.glyphs import (
+    EVENT_MARKS,
     GLYPHS,
     obstacle_pictogram,
     opened_pictogram,
     robot_pictogram,
 )
-from safenav.report.replay import timeline
-from safenav.report.replay.changes import Changes
-from safenav.report.replay.perception import SightCache, viewers
+from safenav.run.run import Run
+from safenav.run.sight import SightCache, viewers
+from safenav.run.values import (
+    Changes,
+    Event,
+    Hidden,
+    RobotBelief,
+    RobotProgress,
+    RobotTrack,
+    StackRow,
+)
 from safenav.scenario.objective import Objective, target_regions
 from safenav.trace.looks import looks
 from safenav.trace.words import seconds_words
@@ -49,7 +58,7 @@ class PageKnowledge:
         self._counts[key] = len(entries)
         return entries[begin:]
 
-    def steps(self, track: timeline.RobotTrack) -> list[Any]:
+    def steps(self, track: RobotTrack) -> list[Any]:
         """Return the number of the first step that pages lack, and the steps from it on; the last
         one may still continue."""
         begin = max(0, self._counts.get(("steps", track.name), 0) - 1)
@@ -58,14 +67,14 @@ class PageKnowledge:
         times = [[s.first, s.last, s.toward, round(s.begin, 3), round(s.end, 3)] for s in new]
         return [begin, times]
 
-    def sight(self, replay: timeline.Replay, viewer: str) -> Iterable[tuple[int, list[Region]]]:
+    def sight(self, run: Run, viewer: str) -> Iterable[tuple[int, list[Region]]]:
         """Yield the changes of a robot's sight that pages lack: the tick, and the regions seen."""
-        for tick in range(self._counts.get(("sight", viewer), 0), replay.last + 1):
-            view = self._sight.after(replay, viewer, tick)
+        for tick in range(self._counts.get(("sight", viewer), 0), run.last + 1):
+            view = self._sight.after(run, viewer, tick)
             if view is not None and view != self._views.get(viewer):
                 self._views[viewer] = view
                 yield tick, view
-        self._counts["sight", viewer] = replay.last  # more lines of this tick may follow
+        self._counts["sight", viewer] = run.last  # more lines of this tick may follow
 
     def placed(self, regions: Iterable[Region]) -> int | str:
         """Return the number or the text of a set of regions (ascending)."""
@@ -86,29 +95,29 @@ def written(regions: Iterable[Region]) -> str:
     return ",".join(map(str, numbers))
 
 
-def encoded(replay: timeline.Replay, source: str) -> dict[str, Any]:
+def encoded(run: Run, source: str) -> dict[str, Any]:
     """Return the data of the page. ``source``: the name of the trace."""
-    ending, known = replay.ending, PageKnowledge(replay.map, numbered=True)
-    now = grown(replay, known)
-    style = looks([track.name for track in replay.robots])
+    ending, known = run.ending, PageKnowledge(run.map, numbered=True)
+    now = grown(run, known)
+    style = looks([track.name for track in run.robots])
     now["robots"] = [
         {**_robot(track), **new, "steps": new["steps"][1], "look": asdict(look)}
-        for track, new, look in zip(replay.robots, now["robots"], style, strict=True)
+        for track, new, look in zip(run.robots, now["robots"], style, strict=True)
     ]
     return {
-        "name": replay.name,
+        "name": run.name,
         "source": source,
-        "version": replay.version,
-        "rows": replay.map.rows,
-        "cols": replay.map.cols,
-        "grid": replay.map.grid_rows(),
-        "names": replay.map.named,
-        "areas": {name: sorted(area) for name, area in replay.map.areas.items()},
-        "chargers": list(replay.chargers),
-        "exclusions": [[sorted(each.robots), sorted(each.regions)] for each in replay.exclusions],
+        "version": run.version,
+        "rows": run.map.rows,
+        "cols": run.map.cols,
+        "grid": run.map.grid_rows(),
+        "names": run.map.named,
+        "areas": {name: sorted(area) for name, area in run.map.areas.items()},
+        "chargers": list(run.chargers),
+        "exclusions": [[sorted(each.robots), sorted(each.regions)] for each in run.exclusions],
         "charger": GLYPHS.charger,
-        "within": replay.within,
-        "opens": replay.last if replay.failed else 0,
+        "within": run.within,
+        "opens": run.last if run.failed else 0,
         **now,
         "sets": [*known.texts],
         "ending": ending
@@ -130,27 +139,28 @@ def encoded(replay: timeline.Replay, source: str) -> dict[str, Any]:
     }
 
 
-def grown(replay: timeline.Replay, known: PageKnowledge) -> dict[str, Any]:
+def grown(run: Run, known: PageKnowledge) -> dict[str, Any]:
     """Return the entries that grow with the ticks of a run and are not ``known``; obstacles without
     new entries are left out."""
-    growth = _Growth(replay, known)
-    times = replay.times and [round(time, 3) for time in known.new(replay.times, "times")]
+    growth = _Growth(run, known)
+    times = run.seconds and [round(time, 3) for time in known.new(run.seconds, "times")]
+    events = (event for event in known.new(run.events, "events") if event.kind in EVENT_MARKS)
     return {
-        "last": replay.last,
+        "last": run.last,
         "times": times,
-        "robots": [growth.robot(track) for track in replay.robots],
-        "obstacles": [*filter(None, map(growth.obstacle, replay.hidden.values()))],
-        "stack": growth.changes(replay.stack, lambda rows: stack_data(rows, replay.map), "stack"),
-        "events": [growth.event(event) for event in known.new(replay.events, "events")],
-        "deadlines": [[*astuple(slack)] for slack in known.new(replay.deadlines, "deadlines")],
+        "robots": [growth.robot(track) for track in run.robots],
+        "obstacles": [*filter(None, map(growth.obstacle, run.hidden.values()))],
+        "stack": growth.changes(run.stack, lambda rows: stack_data(rows, run.map), "stack"),
+        "events": [growth.event(event) for event in events],
+        "deadlines": [[*astuple(slack)] for slack in known.new(run.deadlines, "deadlines")],
     }
 
 
 class _Growth:
-    def __init__(self, replay: timeline.Replay, known: PageKnowledge) -> None:
-        self._replay, self._known = replay, known
-        self._index = {track.name: i for i, track in enumerate(replay.robots)}
-        self._viewers = viewers(replay)
+    def __init__(self, run: Run, known: PageKnowledge) -> None:
+        self._run, self._known = run, known
+        self._index = {track.name: i for i, track in enumerate(run.robots)}
+        self._viewers = viewers(run)
 
     def changes(
         self, changes: Changes[T], value: Callable[[T], list[Any]], *key: str
@@ -159,8 +169,8 @@ class _Growth:
         latest = dict(self._known.new(changes, *key))
         return [[max(0, tick), *value(held)] for tick, held in latest.items()]
 
-    def robot(self, track: timeline.RobotTrack) -> dict[str, Any]:
-        replay, name, charge = self._replay, track.name, self._replay.charges.get(track.name)
+    def robot(self, track: RobotTrack) -> dict[str, Any]:
+        run, name, charge = self._run, track.name, self._run.charges.get(track.name)
         path = self._known.new(track.regions, "path", name)
         headings = self._known.new(track.headings, "headings", name)
         facing = [heading.name[0] for heading in headings if heading is not None]
@@ -169,54 +179,54 @@ class _Growth:
             "steps": self._known.steps(track),
             "headings": "".join(facing) if len(facing) == len(path) else None,
             "tasks": self.changes(
-                replay.objectives[name], partial(task_data, replay, name), "tasks", name
+                run.objectives[name], partial(task_data, run, name), "tasks", name
             ),
-            "progress": self.changes(replay.progress[name], progress_data, "progress", name),
+            "progress": self.changes(run.progress[name], progress_data, "progress", name),
             "charge": charge and self.changes(charge, lambda percent: [percent], "charge", name),
             "view": self._view(track) if name in self._viewers else None,
         }
 
-    def _view(self, track: timeline.RobotTrack) -> dict[str, Any]:
+    def _view(self, track: RobotTrack) -> dict[str, Any]:
         """Return a robot's sight and beliefs."""
-        sight = self._known.sight(self._replay, track.name)
+        sight = self._known.sight(self._run, track.name)
         return {
             "vision": track.vision,
             "sight": [[tick, self._known.placed(view)] for tick, view in sight],
             "beliefs": [
                 [self._index[of], self.changes(beliefs, self._belief, "belief", viewer, of)]
-                for (viewer, of), beliefs in self._replay.beliefs.items()
+                for (viewer, of), beliefs in self._run.beliefs.items()
                 if viewer == track.name
             ],
         }
 
-    def _belief(self, held: timeline.RobotBelief | None) -> list[Any]:
+    def _belief(self, held: RobotBelief | None) -> list[Any]:
         if held is None:
             return [0, -1]
         return [int(held.seen), self._known.placed(sorted(held.regions))]
 
-    def obstacle(self, hidden: timeline.Hidden) -> dict[str, Any]:
-        replay, name = self._replay, hidden.name
+    def obstacle(self, hidden: Hidden) -> dict[str, Any]:
+        run, name = self._run, hidden.name
         new = {
-            "status": self.changes(replay.statuses[name], lambda s: [s.value], "status", name),
-            "met": self.changes(replay.met[name], lambda needs: [needs], "met", name),
-            "carried": self.changes(replay.loads[name], self._carriers, "carried", name),
+            "status": self.changes(run.statuses[name], lambda s: [s.value], "status", name),
+            "met": self.changes(run.met[name], lambda needs: [needs], "met", name),
+            "carried": self.changes(run.loads[name], self._carriers, "carried", name),
         }
-        return {**_obstacle(hidden, replay.map), **new} if any(new.values()) else {}
+        return {**_obstacle(hidden, run.map), **new} if any(new.values()) else {}
 
     def _carriers(self, robots: Sequence[str]) -> list[Any]:
         return [[self._index[robot] for robot in robots]]
 
-    def event(self, event: timeline.Event) -> list[Any]:
+    def event(self, event: Event) -> list[Any]:
         return [
-            min(event.tick, self._replay.last),
+            min(event.tick, self._run.last),
             event.kind.value,
-            event.text,
+            event.told,
             self._index.get(event.robot or "", -1),
             -1 if event.region is None else event.region,
         ]
 
 
-def _obstacle(hidden: timeline.Hidden, world: RegionMap) -> dict[str, Any]:
+def _obstacle(hidden: Hidden, world: RegionMap) -> dict[str, Any]:
     return {
         "name": hidden.name,
         "label": hidden.label(world),
@@ -230,7 +240,7 @@ def _obstacle(hidden: timeline.Hidden, world: RegionMap) -> dict[str, Any]:
     }
 
 
-def _robot(track: timeline.RobotTrack) -> dict[str, Any]:
+def _robot(track: RobotTrack) -> dict[str, Any]:
     return {
         "name": track.name,
         "model": track.model,
@@ -239,15 +249,15 @@ def _robot(track: timeline.RobotTrack) -> dict[str, Any]:
     }
 
 
-def progress_data(done: timeline.RobotProgress) -> list[Any]:
+def progress_data(done: RobotProgress) -> list[Any]:
     return [done.rounds, -1 if done.reached is None else done.reached]
 
 
-def stack_data(frames: Sequence[timeline.StackRow], world: RegionMap) -> list[Any]:
+def stack_data(frames: Sequence[StackRow], world: RegionMap) -> list[Any]:
     rows = ((f.about(world.word), f.roles, f.requester, [*f.helpers]) for f in frames)
     return [[list(row) for row in rows]]
 
 
-def task_data(replay: timeline.Replay, robot: str, objective: Objective | None) -> list[Any]:
+def task_data(run: Run, robot: str, objective: Objective | None) -> list[Any]:
     avoid = () if objective is None else objective.avoid
-    return [replay.doing(robot, objective), sorted(target_regions(objective)), sorted(avoid)]
+    return [run.doing(robot, objective), sorted(target_regions(objective)), sorted(avoid)]

@@ -7,61 +7,30 @@ The robustness of requirements is shown as curves on the timeline."""
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from html import escape
 from importlib.resources import files
-from typing import TYPE_CHECKING
 
 from safenav.errors import SafenavError
 from safenav.report.page.encode import encoded
-from safenav.report.replay.reading import replay_of
-from safenav.report.replay.timeline import Replay
+from safenav.run.reading import run_of
+from safenav.run.run import Run
 from safenav.trace.reading import Trace
-
-if TYPE_CHECKING:
-    from safenav.motion.file.records import Line
 
 
 def curves_of(trace: Trace) -> list[dict[str, object]]:
-    """Return a curve for each requirement of a trace's scenario, over seconds of a live run, else
-    ticks. They need the run's motion: there are none without the extra ``motion``, or if the trace
-    lacks the motion of its robots."""
+    """Return a curve for each requirement of a trace's scenario. They need the run's motion: there
+    are none without the extra ``motion``, or if the trace lacks the motion of its robots."""
     if not trace.header.scenario.requirements:
         return []
     try:
         from safenav.motion.making import motion_of
         from safenav.motion.requirements import curves
 
-        motion = motion_of(trace)
-        found = curves(motion, trace)
+        return curves(motion_of(trace), trace)
     except (ModuleNotFoundError, SafenavError):
         return []
-    return found if trace.header.clock is not None else on_ticks(found, trace, motion.lines)
-
-
-def on_ticks(
-    found: Iterable[dict[str, object]], trace: Trace, lines: Iterable[Line]
-) -> list[dict[str, object]]:
-    """Convert curves over seconds to curves over ticks: a tick ends with the last of its steps."""
-    import numpy as np
-
-    from safenav.motion.file.records import Moving
-
-    last = max((record.tick for record in trace.records), default=0)
-    ends = np.zeros(last + 1)
-    for line in lines:
-        if isinstance(line, Moving):
-            ends[min(line.tick, last)] = max(ends[min(line.tick, last)], line.t1)
-    ends = np.maximum.accumulate(ends)
-    curves = []
-    for one in found:
-        points = one["points"]
-        assert isinstance(points, list)
-        at = np.interp([second for second, _ in points], ends, np.arange(last + 1))
-        placed = [[round(float(x), 3), value] for x, (_, value) in zip(at, points, strict=True)]
-        curves.append(one | {"points": placed})
-    return curves
 
 
 _DOCUMENT = """\
@@ -89,20 +58,20 @@ style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:">
 {style}</style>"""
 
 
-def page_of(replay: Replay, source: str, curves: Sequence[Mapping[str, object]] = ()) -> str:
+def page_of(run: Run, source: str, curves: Sequence[Mapping[str, object]] = ()) -> str:
     """Return the replay as an HTML document. ``source``: the name of its trace; ``curves``: those
     of its requirements (``curves_of``)."""
     return document(
-        f"{replay.name}: replay",
+        f"{run.name}: replay",
         _asset("replay.css"),
-        data_element("run", encoded(replay, source) | {"curves": list(curves)}),
+        data_element("run", encoded(run, source) | {"curves": list(curves)}),
         f"<script>\n{_asset('replay.js')}</script>",
     )
 
 
 def page_of_trace(trace: Trace, source: str) -> str:
     """Return the page of a trace, with the curves of its requirements."""
-    return page_of(replay_of(trace), source, curves_of(trace))
+    return page_of(run_of(trace), source, curves_of(trace))
 
 
 def document(title: str, style: str, *scripts: str) -> str:

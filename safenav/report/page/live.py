@@ -9,33 +9,30 @@ from __future__ import annotations
 from typing import Any
 
 from safenav.report.page.encode import PageKnowledge, encoded, grown
-from safenav.report.replay.reading import ReplayBuilder
-from safenav.trace import records
-from safenav.trace.reading import Trace
+from safenav.run.reading import Beginning, RunReader
 
 
 class LiveRun:
     """A live run. ``source``: its name on the page, in place of a trace file."""
 
-    def __init__(self, header: records.Header, source: str) -> None:
+    def __init__(self, header: Beginning, source: str) -> None:
         self._source = source
-        self._builder = ReplayBuilder(Trace(source, header, (), False, 0))
-        self.replay = self._builder.replay
-        self._sent = PageKnowledge(self.replay.map, numbered=False)
-        self.tell = self._builder.add
+        reader = RunReader(header)
+        self.run, self.append = reader.run, reader.append
+        self._sent = PageKnowledge(self.run.map, numbered=False)
         self.news()
 
     @property
     def time(self) -> float:
         """The last tick, or the seconds on the clock of the run."""
-        return self.replay.time(self.replay.last)
+        return self.run.time(self.run.last)
 
     def whole(self) -> dict[str, Any]:
         """Return the data of a page that shows the run so far."""
-        return encoded(self.replay, self._source)
+        return encoded(self.run, self._source)
 
     def news(self) -> dict[str, Any]:
         """Return the entries since the last call, in the form of ``whole``, to be appended. Two
         differ: ``steps`` of a robot are [number, steps], which replace those from that number on,
         and sets of regions are texts instead of references."""
-        return grown(self.replay, self._sent)
+        return grown(self.run, self._sent)

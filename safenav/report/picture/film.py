@@ -13,12 +13,13 @@ from msgspec.structs import replace
 
 from safenav.errors import UsageError
 from safenav.extras import missing
-from safenav.report.picture.floor import cell_size
+from safenav.report.picture.floor import cell_size, window
 from safenav.report.picture.glyphs import separated
 from safenav.report.picture.raster import png_of, size_of
 from safenav.report.picture.scene import Layer, Options, svg_of
-from safenav.report.replay.perception import Shading, shading_of
-from safenav.report.replay.timeline import Placed, Replay, Scene, StoryKind
+from safenav.run.run import Run
+from safenav.run.sight import Shading, shading_of
+from safenav.run.values import Placed, Scene, StoryKind
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -56,26 +57,18 @@ class Film(Struct, frozen=True):
     def ticks(self) -> range:
         return range(self.first, self.last + 1)
 
-    def moments(self, replay: Replay) -> list[tuple[int, float]]:
-        """Return the tick of each frame, and the elapsed part until the next tick. A run with a
-        clock is shown every ``PAUSE`` seconds, and at each instant at which the film rests."""
-        if replay.times is None:
-            ticks = range(self.first, self.last)
-            steps = [(tick, part / self.steps) for tick in ticks for part in range(self.steps)]
-            return [*steps, (self.last, 0.0)]
-        begin, end = replay.times[self.first], replay.times[self.last]
-        count = int((end - begin) / (PAUSE * self.speed)) + 1
-        found = {replay.moment(begin + PAUSE * self.speed * number) for number in range(count)}
-        halts = {(e.tick, 0.0) for e in replay.events if e.kind in _HALTS and e.tick in self.ticks}
+    def moments(self, run: Run) -> list[tuple[int, float]]:
+        """Return the tick of each frame, and the elapsed part until the next tick; also each
+        moment at which the film rests."""
+        found = {*run.frames(self.first, self.last, PAUSE * self.speed, self.steps)}
+        halts = {(e.tick, 0.0) for e in run.events if e.kind in _HALTS and e.tick in self.ticks}
         return sorted(found | halts | {(self.last, 0.0)})
 
-    def shading(self, replay: Replay, tick: int) -> Shading | None:
-        return None if self.sight is None else shading_of(replay, self.sight, tick)
+    def shading(self, run: Run, tick: int) -> Shading | None:
+        return None if self.sight is None else shading_of(run, self.sight, tick)
 
 
-def write_gif(
-    replay: Replay, path: Path, film: Film, progress: Callable[[], None] | None = None
-) -> None:
+def write_gif(run: Run, path: Path, film: Film, progress: Callable[[], None] | None = None) -> None:
     """Write the run as an animated GIF; it rests at discoveries, requests and resolutions.
     ``progress`` is called after each frame.
 
@@ -85,16 +78,16 @@ def write_gif(
         from PIL import Image
     except ImportError as error:
         raise missing("GIF (not SVG)", "pillow", "pictures") from error
-    if (count := len(film.moments(replay))) > MOST_FRAMES:
+    if (count := len(film.moments(run))) > MOST_FRAMES:
         problem = f"a GIF of {count} frames is too large: at most {MOST_FRAMES}"
         raise UsageError(
             f"{problem}\n    choose a part of the run (--ticks 0-100), or a higher --speed"
         )
-    stage = _Stage(replay, film)
-    colours = _colours(replay, film, stage)
+    stage = _Stage(run, film)
+    colours = _colours(run, film, stage)
     frames: list[Image.Image] = []
     durations: list[int] = []
-    for tick, part, caption, milliseconds in _captioned(replay, film):
+    for tick, part, caption, milliseconds in _captioned(run, film):
         image = stage.frame(tick, part, caption)
         frames.append(image.quantize(palette=colours, dither=Image.Dither.NONE))
         durations.append(milliseconds)
@@ -108,17 +101,19 @@ class _Stage:
     """Drawer of frames. A film would take most of its time for vectors: the ground and the names
     are drawn once, the state once per tick, and a robot once for each of its headings and loads."""
 
-    def __init__(self, replay: Replay, film: Film) -> None:
-        self._replay, self._film = replay, film
-        first = replay.scene(film.first)
+    def __init__(self, run: Run, film: Film) -> None:
+        self._run, self._film = run, film
+        first = run.at(film.first)
         self._ground = self._layer(first, film.first, Layer.GROUND)
         self._names = self._layer(first, film.first, Layer.NAMES)
         self._state: tuple[object, Image.Image] = None, self._ground
+        left, upper, width, height = window(run.map)
+        self._home = round(upper + height / 2), round(left + width / 2)
         self._robots: dict[object, Sprite] = {}
 
     def frame(self, tick: int, part: float, caption: str) -> Image.Image:
         """Return a moment: a ``part`` of the time from ``tick`` to the next one."""
-        scene = self._replay.scene(tick, part)
+        scene = self._run.at(tick, part)
         key = tick, scene.moment, caption
         if key != self._state[0]:
             drawn = self._ground.copy()
@@ -126,19 +121,22 @@ class _Stage:
             self._state = key, drawn
         frame = self._state[1].copy()
         side = cell_size(scene.map) * self._film.width / self._across
+        first_row, first_col = self._home
         shifts = separated([(robot.row, robot.col) for robot in scene.robots])
         for robot, (down, right) in zip(scene.robots, shifts, strict=True):
             body, (x, y) = self._robot(scene, robot)
-            place = round(x + (robot.col + right) * side), round(y + (robot.row + down) * side)
+            east, south = robot.col + right - first_col, robot.row + down - first_row
+            place = round(x + east * side), round(y + south * side)
             frame.alpha_composite(body, place)
         frame.alpha_composite(self._names)
         return frame.convert("RGB")
 
     def _robot(self, scene: Scene, robot: Placed) -> Sprite:
-        """Return a robot's body, and its place while the robot is in the first region."""
+        """Return a robot's body, and its place while the robot is in the middle of the map."""
         key = robot.name, robot.heading, robot.loads
         if key not in self._robots:
-            first = tuple(replace(one, row=0.0, col=0.0) for one in scene.robots)
+            row, col = self._home
+            first = tuple(replace(one, row=row, col=col) for one in scene.robots)
             alone = replace(scene, robots=first)
             drawn = self._layer(alone, self._film.first, Layer.ROBOTS, robot=robot.name)
             box = drawn.getbbox() or (0, 0, 1, 1)
@@ -154,7 +152,7 @@ class _Stage:
             layers=frozenset({layer}),
             legend=False,
             caption=caption,
-            shading=self._film.shading(self._replay, tick),
+            shading=self._film.shading(self._run, tick),
             robot=robot,
         )
         svg = svg_of(scene, options)
@@ -162,16 +160,16 @@ class _Stage:
         return Image.open(io.BytesIO(png_of(svg, self._film.width))).convert("RGBA")
 
 
-def _captioned(replay: Replay, film: Film) -> Iterable[tuple[int, float, str, int]]:
+def _captioned(run: Run, film: Film) -> Iterable[tuple[int, float, str, int]]:
     """Yield the moments of the frames, with caption and duration in milliseconds."""
-    pause = PAUSE if replay.times is not None else 1 / film.speed / film.steps
+    pause = {"tick": 1 / film.speed / film.steps, "second": PAUSE}[run.unit]
     milliseconds = max(20, round(100 * pause) * 10)
     caption, since, shown = "", film.first, film.first - 1
-    for tick, part in film.moments(replay):
+    for tick, part in film.moments(run):
         halt = 0
         if tick > shown:
-            events = [event for now in range(shown + 1, tick + 1) for event in replay.happened(now)]
-            texts = [event.text for event in events if event.kind in _CAPTIONS]
+            events = [event for now in range(shown + 1, tick + 1) for event in run.happened(now)]
+            texts = [event.told for event in events if event.kind in _CAPTIONS]
             if texts:
                 caption, since = ". ".join(texts) + ".", tick
             elif tick - since > 8:
@@ -182,13 +180,13 @@ def _captioned(replay: Replay, film: Film) -> Iterable[tuple[int, float, str, in
         yield tick, part, caption, milliseconds + halt
 
 
-def _colours(replay: Replay, film: Film, stage: _Stage) -> Image.Image:
+def _colours(run: Run, film: Film, stage: _Stage) -> Image.Image:
     """Return the most frequent colours of some moments as a palette for all frames: plain colours
     stay exact, and a frame holds only the pixels that changed. Pillow may confuse colours that are
     nearer to each other than ``APART``."""
     from PIL import Image
 
-    halts = {e.tick for e in replay.events if e.kind in _HALTS and e.tick in film.ticks}
+    halts = {e.tick for e in run.events if e.kind in _HALTS and e.tick in film.ticks}
     ticks = sorted({film.first, film.last, *halts})
     counts: Counter[tuple[int, ...]] = Counter()
     for tick in ticks[:: max(1, len(ticks) // 8)]:

@@ -22,6 +22,16 @@ def cell_size(world: RegionMap) -> float:
     return max(14.0, min(48.0, 1150.0 / max(world.cols, world.rows * 1.4)))
 
 
+def window(world: RegionMap) -> tuple[float, float, float, float]:
+    """Return the part of a map that pictures show, in regions: its left and upper border, width and
+    height. It ends half a region beyond the free regions."""
+    free = [world.position(region) for region in world.free] or [(0, 0)]
+    rows, cols = [row for row, _ in free], [col for _, col in free]
+    left, upper = max(0.0, min(cols) - 0.5), max(0.0, min(rows) - 0.5)
+    right, lower = min(world.cols, max(cols) + 1.5), min(world.rows, max(rows) + 1.5)
+    return left, upper, right - left, lower - upper
+
+
 def draw_floor(page: SvgWriter, world: RegionMap, cell: float) -> None:
     """Draw regions and walls, the map's north-western corner at the origin."""
     width, height = world.cols * cell, world.rows * cell
@@ -55,7 +65,7 @@ def draw_numbers(
     if cell < text_width(f"{world.size - 1} ", size):
         return
     named = {world.names[name.text] for name in names if not name.area}
-    page.open_group(font_size=number(size), fill="#7A818C")
+    page.open("g", font_size=number(size), fill="#7A818C")
     for region in world.free:
         if region in named:
             continue
@@ -64,20 +74,21 @@ def draw_numbers(
         box = TextBox(x, y - size, x + text_width(str(region), size), y)
         if not any(box.overlaps(name.box) for name in names):
             page.element("text", str(region), x=x, y=y)
-    page.close_group()
+    page.close("g")
 
 
 def draw_axes(page: SvgWriter, world: RegionMap, cell: float) -> None:
-    """Draw the number of each row at the left of the map and of each column below it; if regions
+    """Draw the number of each row at the left of the window and of each column below it; if regions
     are small, of every fifth."""
     every = 1 if cell >= text_width(f"{world.cols - 1} ", _LEGIBLE) else 5
-    page.open_group(font_size=number(_LEGIBLE), fill=MUTED)
+    left, upper, width, height = window(world)
+    page.open("g", font_size=number(_LEGIBLE), fill=MUTED)
     for row in range(0, world.rows, every):
-        y = (row + 0.5) * cell + 0.35 * _LEGIBLE
-        page.element("text", str(row), x=-2, y=y, text_anchor="end")
+        if upper <= row + 0.5 <= upper + height:
+            y = (row + 0.5) * cell + 0.35 * _LEGIBLE
+            page.element("text", str(row), x=left * cell - 2, y=y, text_anchor="end")
     for col in range(0, world.cols, every):
-        x = (col + 0.5) * cell
-        page.element(
-            "text", str(col), x=x, y=world.rows * cell + 1.2 * _LEGIBLE, text_anchor="middle"
-        )
-    page.close_group()
+        if left <= col + 0.5 <= left + width:
+            x, y = (col + 0.5) * cell, (upper + height) * cell + 1.2 * _LEGIBLE
+            page.element("text", str(col), x=x, y=y, text_anchor="middle")
+    page.close("g")

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from msgspec import Struct, json
 
-from safenav.report.replay.timeline import ObstacleStatus, StoryKind
+from safenav.run.values import ObstacleStatus, StoryKind
 
 
 class Mark(Struct, frozen=True):

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from msgspec.structs import replace
 
-from safenav.report.replay.perception import Shading
-from safenav.report.replay.reading import replay_of
-from safenav.report.replay.timeline import ObstacleStatus, Scene
 from safenav.report.terminal.map import FREE, MapPicture, Marker, draw, with_names
+from safenav.run.reading import run_of
+from safenav.run.sight import Shading
+from safenav.run.values import ObstacleStatus, Scene
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.objective import target_regions
 from safenav.scenario.objective_text import describe
@@ -21,9 +21,9 @@ from safenav.world.sight import visible_from
 
 def scene_of(scenario: Scenario) -> Scene:
     """Return the scene of starts, objectives and hidden obstacles."""
-    replay = replace(replay_of(unstarted(scenario)), charges={})
-    obstacles = tuple((hidden, ObstacleStatus.HIDDEN, 0) for hidden in replay.hidden.values())
-    return replace(replay.scene(0), moment="before the run", obstacles=obstacles)
+    run = replace(run_of(unstarted(scenario)), charges={})
+    obstacles = tuple((hidden, ObstacleStatus.HIDDEN, 0) for hidden in run.hidden.values())
+    return replace(run.at(0), moment="before the run", obstacles=obstacles)
 
 
 def sight_of(scenario: Scenario, robot: str) -> Shading:

@@ -1,11 +1,13 @@
-"""A scene as a vector picture for papers: the map, a title and a legend.
+"""A scene as a vector picture for papers: the map, what happens at the moment, and a legend.
 
 Everything is placed by arithmetic on known text widths, so that nothing overlaps and nothing
-is cut off whatever the names and the size of the map. PNG and GIF are made from this SVG.
+is cut off whatever the names and the size of the map. PNG and GIF are made from this SVG. The map
+is cropped to half a region around its free regions.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from enum import Enum
 
 from msgspec import Struct
@@ -17,31 +19,34 @@ from safenav.report.picture.floor import (
     draw_axes,
     draw_floor,
     draw_numbers,
+    filled,
+    window,
 )
 from safenav.report.picture.glyphs import (
     GLYPHS,
     STATUS_MARKS,
     obstacle_pictogram,
     opened_pictogram,
-    robot_pictogram,
     separated,
 )
-from safenav.report.picture.legend import Row, glyph, key_row, legend_of, lines_of, square
+from safenav.report.picture.legend import KeyRow, Legend, key_row, legend_of
 from safenav.report.picture.names import PlacedName, draw_areas, draw_names, outline, placed_names
-from safenav.report.picture.shading import draw_shading, draw_taken, shading_rows, taken_row
 from safenav.report.picture.svg import SvgWriter, polyline, wrapped
-from safenav.report.replay.perception import Shading
-from safenav.report.replay.timeline import Hidden, ObstacleStatus, Placed, Scene, StoryKind
+from safenav.run.sight import Shading
+from safenav.run.values import Event, Hidden, ObstacleStatus, Placed, Scene, StoryKind
 from safenav.scenario.objective import target_regions
 from safenav.trace.looks import Look, looks
-from safenav.trace.words import listed
 from safenav.world.map import Region
 
 MARGIN = 16.0
 NARROWEST = 260.0
 """Least width that leaves room for titles and captions."""
-
+LINE = 18.0
+"""Height of a line of the caption."""
 CAPTION_LINES = 3
+"""Lines of a film's caption, also of an empty one."""
+SPOKEN = 6
+"""Most events that the caption of a picture tells."""
 ROBOT = 0.28
 """Radius of a robot's body, in cells."""
 LEAST_ROBOT = 8.0
@@ -49,13 +54,15 @@ LEAST_MARK = 5.0
 """Least radii of robots' bodies and of marks of obstacles on maps of any size."""
 LEAST_SHAPE = 20.0
 """Least side of a cell that has room for the pictogram of an obstacle."""
-
+RING = 0.34
+"""Radius of a target's ring, in cells; those of further robots are smaller."""
+ASIDE = ((0.71, -0.71), (0.71, 0.71), (-0.71, 0.71))
+"""Places of the robots' shapes on rings of one region, from its centre, in radii."""
+BADGE = 0.96
+"""Distance of a load from the body, in radii of the body."""
 EXCLUSION = {"stroke": "#A5568A", "stroke_width": 2.2, "stroke_dasharray": "9 3 2 3"}
 """Line around the regions of ``never_together``."""
-
-BADGE = 0.96
-"""Distance of a model's silhouette below and beside the body, in radii of the body; a load is at
-the same distance above it."""
+_QUIET = {StoryKind.SYNTHESIS, StoryKind.PUSH, StoryKind.POP, StoryKind.OUTCOME}
 
 
 class Layer(Enum):
@@ -71,15 +78,14 @@ class Layer(Enum):
 class Options(Struct, frozen=True):
     """Contents of a picture besides the scene itself.
 
-    ``numbers``: of regions, where they can be read. ``caption``: some lines below the map instead
-    of a legend, always of the same height (for the frames of a film). ``shading``: sight and
+    ``caption``: words below the map instead of those of the moment, always of the same height, and
+    the robots' names instead of a legend (for the frames of a film). ``shading``: sight and
     beliefs of a robot. ``axes``: numbers of rows and columns around the map. ``layers``: those to
     draw; without ``GROUND`` the picture is transparent. ``robot``: the only one to draw."""
 
     layers: frozenset[Layer] = frozenset(Layer)
     robot: str | None = None
     legend: bool = True
-    numbers: bool = True
     hidden: bool = True
     caption: str | None = None
     shading: Shading | None = None
@@ -89,69 +95,43 @@ class Options(Struct, frozen=True):
 def svg_of(scene: Scene, options: Options | None = None) -> str:
     options = options or Options()
     cell = cell_size(scene.map)
-    width, height = scene.map.cols * cell, scene.map.rows * cell
-    legend = legend_of(scene, options.hidden, _more(scene, options)) if options.legend else None
-    across, beside = legend.arranged(width, height) if legend else (0.0, False)
-    inner = width + across if beside else max(width, across, NARROWEST)
+    left, upper, width, height = (side * cell for side in window(scene.map))
+    inner = max(width, NARROWEST)
     title = wrapped(scene.title, 17, inner, bold=True)
     top = MARGIN + 21 * len(title) + 22
+    told = [event for event in scene.happened if event.kind not in _QUIET][:SPOKEN]
+    film = options.caption is not None
+    says = [options.caption or ""] if film else [f"{event.text}." for event in told]
+    caption = [line for text in says for line in wrapped(text, 13, inner)]
+    spoken = LINE * (CAPTION_LINES if film else len(caption))
+    below = top + height + (14.0 if options.axes else 0.0) + (spoken + 14 if spoken else 0.0)
+    legend: KeyRow | Legend | None = None
+    if film:
+        legend = key_row(scene)
+    elif options.legend:
+        legend = legend_of(scene, options.hidden, options.shading, EXCLUSION)
     page = SvgWriter()
-    drawing = _Drawing(page, scene, cell, options, placed_names(scene.map, cell))
-    below = top + height
-    if legend is not None:
-        below = top + max(height, legend.height) if beside else below + 20 + legend.height
-    elif options.caption is not None:
-        key_height = key_row(scene).measure(inner)
-        below += key_height + 14 + CAPTION_LINES * 18
     if Layer.GROUND in options.layers:
-        page.rect(0, 0, inner + 2 * MARGIN, below + MARGIN, fill="#FFFFFF")
+        end = below + (legend.height(inner) + 20 if legend else 0.0) + MARGIN
+        page.rect(0, 0, inner + 2 * MARGIN, end, fill="#FFFFFF")
         for i, line in enumerate(title):
             page.text(MARGIN, MARGIN + 15 + 21 * i, line, 17, bold=True, fill=INK)
-        page.open_map(MARGIN, top)
-        drawing.ground()
-        page.close_group()
         if legend is not None:
-            aside = MARGIN + (width + 24 if beside else 0)
-            legend.draw(page, aside, top if beside else top + height + 20)
-        elif options.caption is not None:
-            key_row(scene).draw(page, MARGIN, top + height + 6, inner)
-    page.open_map(MARGIN, top)
+            legend.draw(page, MARGIN, below + 20, inner)
+        if options.axes:
+            page.open("g", transform=f"translate({MARGIN - left} {top - upper})")
+            draw_axes(page, scene.map, cell)
+            page.close("g")
+    end = below + (legend.height(inner) + 20 if legend else 0.0) + MARGIN
     if Layer.STATE in options.layers:
-        drawing.state()
-        page.text(0, -9, scene.moment, 13, fill=MUTED)
-        if legend is None and options.caption is not None:
-            for i, line in enumerate(wrapped(options.caption, 13, inner)[:CAPTION_LINES]):
-                page.text(0, height + key_height + 24 + 18 * i, line, 13, fill=INK)
-    if Layer.ROBOTS in options.layers:
-        drawing.robots()
-    if Layer.NAMES in options.layers:
-        draw_names(page, drawing.names, INK)
-    page.close_group()
-    size = (inner + 2 * MARGIN, below + MARGIN)
-    return page.document(*size, scene.title, _described(scene))
-
-
-def _more(scene: Scene, options: Options) -> list[Row]:
-    """Return marks that only some scenes have, for the legend."""
-    names = [robot.name for robot in scene.robots]
-    style = looks(names)
-    taken = taken_row(scene.robots, style)
-    rows = [taken] if taken is not None else []
-    if any(robot.loads for robot in scene.robots):
-        rows.append(Row(_load_sign, lines_of("load that the robot carries", 12)))
-    if scene.chargers:
-        rows.append(Row(glyph(GLYPHS.charger, 7, fill="#B87900"), lines_of("charger", 12)))
-    for each in scene.exclusions:
-        words = f"at most one of {listed(sorted(each.robots))} at a time"
-        rows.append(Row(square(9, fill="none", **EXCLUSION), lines_of(words, 12)))
-    if options.shading is not None:
-        rows += shading_rows(options.shading, dict(zip(names, style, strict=True)))
-    return rows
-
-
-def _load_sign(page: SvgWriter, x: float, y: float) -> None:
-    square(8, rx=1.5, fill="#FFFFFF", stroke=INK, stroke_width=0.8)(page, x, y)
-    page.glyph(GLYPHS.obstacles["crate"], x, y, 6, fill=INK)
+        page.text(MARGIN, top - 9, scene.moment, 13, fill=MUTED)
+        for i, line in enumerate(caption[: CAPTION_LINES if film else None]):
+            page.text(MARGIN, below - spoken + 10 + LINE * i, line, 13, fill=INK)
+    box = f"{left:g} {upper:g} {width:g} {height:g}"
+    page.open("svg", x=MARGIN, y=top, width=width, height=height, viewBox=box)
+    _Drawing(page, scene, cell, options, placed_names(scene.map, cell), upper + height).draw(told)
+    page.close("svg")
+    return page.document(inner + 2 * MARGIN, end, scene.title, _described(scene))
 
 
 def _described(scene: Scene) -> str:
@@ -164,19 +144,35 @@ def _described(scene: Scene) -> str:
 
 
 class _Drawing(Struct):
-    """Drawing of the map and its contents, bottom layer first."""
+    """Drawing of the map and its contents, bottom layer first. ``bottom``: of its window."""
 
     page: SvgWriter
     scene: Scene
     cell: float
     options: Options
     names: list[PlacedName]
+    bottom: float
 
-    def ground(self) -> None:
-        """Draw the parts that are the same at every moment; with a shading, only the floor."""
-        draw_floor(self.page, self.scene.map, self.cell)
-        if self.options.shading is None:
+    def draw(self, told: Sequence[Event]) -> None:
+        style = looks([robot.name for robot in self.scene.robots])
+        robots = [*zip(self.scene.robots, style, strict=True)]
+        layers, shading = self.options.layers, self.options.shading
+        if Layer.GROUND in layers:
+            draw_floor(self.page, self.scene.map, self.cell)
+        if shading is not None and Layer.STATE in layers:
+            self._shading(shading, {robot.name: look for robot, look in robots})
+        if (Layer.STATE if shading is not None else Layer.GROUND) in layers:
             self._signs()
+        if Layer.STATE in layers:
+            self._state(robots)
+            self._leader(told)
+        if Layer.ROBOTS in layers:
+            drawn = [pair for pair in robots if self.options.robot in (None, pair[0].name)]
+            shifts = separated([(robot.row, robot.col) for robot, _ in drawn])
+            for (robot, look), (down, right) in zip(drawn, shifts, strict=True):
+                self._robot(robot, look, robot.row + down, robot.col + right)
+        if Layer.NAMES in layers:
+            draw_names(self.page, self.names, INK)
 
     def _signs(self) -> None:
         draw_areas(self.page, self.scene.map, self.cell)
@@ -187,39 +183,50 @@ class _Drawing(Struct):
             x, y = self._corner(region)
             place = (x + 0.18 * self.cell, y + 0.8 * self.cell)
             self.page.glyph(GLYPHS.charger, *place, 0.17 * self.cell, fill="#B87900")
-        if self.options.numbers:
-            draw_numbers(self.page, self.scene.map, self.cell, self.names)
-        if self.options.axes:
-            draw_axes(self.page, self.scene.map, self.cell)
+        draw_numbers(self.page, self.scene.map, self.cell, self.names)
 
-    def state(self) -> None:
+    def _shading(self, shading: Shading, style: dict[str, Look]) -> None:
+        """Tint the regions that a robot sees in its colour, and those where it believes others to
+        be in theirs; a robot that it sees has a frame."""
+        world, cell = self.scene.map, self.cell
+        sight = frozenset(shading.sight or ())
+        tinted: list[tuple[str, frozenset[Region], bool, str | None]]
+        tinted = [(shading.robot, sight, False, None)]
+        tinted += [(name, each.regions, each.seen, "5 3") for name, each in shading.beliefs]
+        for name, regions, seen, dashes in tinted:
+            line = {"stroke": style[name].colour, "stroke_width": 2.6 if seen else 1.4}
+            dashes = None if seen else dashes
+            if not seen:
+                area = filled(world, regions, cell)
+                self.page.path(area, fill=style[name].colour, fill_opacity=0.13)
+            border = outline(world, regions, cell)
+            self.page.path(border, fill="none", stroke_dasharray=dashes, **line)
+
+    def _state(self, robots: Sequence[tuple[Placed, Look]]) -> None:
         """Draw the parts that change from tick to tick."""
-        names = [r.name for r in self.scene.robots]
-        style = looks(names)
-        if self.options.shading is not None:
-            by_name = dict(zip(names, style, strict=True))
-            draw_shading(self.page, self.options.shading, self.scene.map, self.cell, by_name)
-            self._signs()
-        for i, robot in enumerate(self.scene.robots):
-            self._trail(robot, style[i], i - (len(style) - 1) / 2)
+        for i, (robot, look) in enumerate(robots):
+            self._trail(robot, look, i - (len(robots) - 1) / 2)
         for obstacle, status, _ in self.scene.obstacles:
             if status is not ObstacleStatus.HIDDEN or self.options.hidden:
                 self._obstacle(obstacle, status)
-        draw_taken(self.page, self.scene.robots, self.scene.map, self.cell, style)
-        self._targets(style)
-        self._avoided(style)
+        wide = max(1.5, self.cell * 0.05)
+        for robot, look in robots:
+            line = {"stroke": look.colour, "stroke_width": wide, "fill": "none"}
+            if robot.taken:  # in transit
+                border = outline(
+                    self.scene.map, frozenset(robot.taken), self.cell, 0.06 * self.cell
+                )
+                self.page.path(border, stroke_linecap="round", **line)
+            if robot.objective is not None and robot.objective.avoid:
+                border = outline(self.scene.map, robot.objective.avoid, self.cell, wide)
+                self.page.path(border, stroke_dasharray=f"{wide} {2 * wide}", **line)
+            if len(robot.ahead) > 1:
+                points = [(robot.col + 0.5) * self.cell, (robot.row + 0.5) * self.cell]
+                ahead = polyline((points[0], points[1]), *map(self._centre, robot.ahead[1:]))
+                thin = line | {"stroke_width": max(1.2, self.cell * 0.035)}
+                self.page.path(ahead, stroke_dasharray="3 3", stroke_linejoin="round", **thin)
+        self._targets(robots)
         self._violations()
-
-    def robots(self) -> None:
-        style = looks([r.name for r in self.scene.robots])
-        drawn = [
-            (robot, look)
-            for robot, look in zip(self.scene.robots, style, strict=True)
-            if self.options.robot in (None, robot.name)
-        ]
-        shifts = separated([(robot.row, robot.col) for robot, _ in drawn])
-        for (robot, look), (d_row, d_col) in zip(drawn, shifts, strict=True):
-            self._robot(robot, look, robot.row + d_row, robot.col + d_col)
 
     def _corner(self, region: Region) -> tuple[float, float]:
         row, col = self.scene.map.position(region)
@@ -236,22 +243,14 @@ class _Drawing(Struct):
         dashes = "3 3" if status is ObstacleStatus.HIDDEN else None
         tint = {ObstacleStatus.HIDDEN: 0.0, ObstacleStatus.BLOCKED: 0.35}.get(status, 0.16)
         if not resolved:  # it is out of the way: no box, a faded outline
-            self.page.rect(
-                x + 1.2,
-                y + 1.2,
-                cell - 2.4,
-                cell - 2.4,
-                rx=cell * 0.08,
-                fill=mark.colour,
-                fill_opacity=tint,
-                stroke=mark.colour,
-                stroke_width=1.2 if dashes else 2,
-                stroke_dasharray=dashes,
-            )
-        radius = cell * (0.16 if status is ObstacleStatus.HIDDEN else 0.22)
-        middle_x, middle_y = self._centre(obstacle.region)
+            box = {"fill": mark.colour, "fill_opacity": tint, "stroke": mark.colour}
+            box |= {"stroke_width": 1.2 if dashes else 2, "stroke_dasharray": dashes}
+            side = cell - 2.4
+            self.page.rect(x + 1.2, y + 1.2, side, side, rx=cell * 0.08, **box)
         if any(obstacle in robot.loads for robot in self.scene.robots):
             return
+        radius = cell * (0.16 if status is ObstacleStatus.HIDDEN else 0.22)
+        middle_x, middle_y = self._centre(obstacle.region)
         shape = (opened_pictogram if resolved else obstacle_pictogram)(obstacle.type)
         faded = {"stroke": mark.colour, "stroke_width": 0.08, "stroke_opacity": 0.7}
         look = {"fill": "none", **faded} if resolved else {"fill": mark.colour}
@@ -266,70 +265,55 @@ class _Drawing(Struct):
         """Draw a robot's path of the last ticks in its own lane, newer parts stronger."""
         shift = lane * min(0.09, 0.5 / max(1, len(self.scene.robots))) * self.cell
         points = [(x + shift, y + shift) for x, y in map(self._centre, robot.trail)]
-        x, y = robot.col * self.cell, robot.row * self.cell
-        points.append((x + self.cell / 2 + shift, y + self.cell / 2 + shift))  # as ``_centre``
+        x, y = (robot.col + 0.5) * self.cell, (robot.row + 0.5) * self.cell
+        points.append((x + shift, y + shift))
+        wide = max(1.5, self.cell * 0.055)
+        line = {"fill": "none", "stroke": look.colour, "stroke_width": wide}
         for i, opacity in enumerate((0.25, 0.45, 0.7)):
             part = points[len(points) * i // 3 : len(points) * (i + 1) // 3 + 1]
             kept = [p for k, p in enumerate(part) if k == 0 or p != part[k - 1]]
             if len(kept) > 1:
-                self.page.path(
-                    polyline(*kept),
-                    fill="none",
-                    stroke=look.colour,
-                    stroke_width=max(1.5, self.cell * 0.055),
-                    stroke_linejoin="round",
-                    stroke_opacity=opacity,
-                )
+                more = {"stroke_linejoin": "round", "stroke_opacity": opacity}
+                self.page.path(polyline(*kept), **line, **more)
 
-    def _targets(self, style: tuple[Look, ...]) -> None:
-        """Draw a frame in the robot's colour around each of its target regions or areas, and its
-        shape in a corner; frames of several robots are nested."""
-        corners = ((0.8, 0.25), (0.8, 0.8), (0.2, 0.8))  # first above the name of the region
-        taken: dict[frozenset[Region], int] = {}
+    def _targets(self, robots: Iterable[tuple[Placed, Look]]) -> None:
+        """Draw a ring in the robot's colour in each of its target regions, or a line around an
+        area, with its shape; the one that it goes to is filled. Rings of several robots are nested,
+        and above the name of their region."""
+        tops = {self.scene.map.names[n.text]: n.box.top for n in self.names if not n.area}
         areas = [area for area in self.scene.map.areas.values() if len(area) > 1]
-        for robot, look in zip(self.scene.robots, style, strict=True):
+        taken: dict[frozenset[Region], int] = {}
+        for robot, look in robots:
             left = target_regions(robot.objective)
             framed = [area for area in areas if area <= left]
             left = left.difference(*framed)
             for regions in [*framed, *(frozenset({region}) for region in sorted(left))]:
                 slot = taken.get(regions, 0)
                 taken[regions] = slot + 1
-                if slot < len(corners):
-                    x, y = self._corner(min(regions))
-                    wide = max(1.5, self.cell * 0.05)
-                    inset = wide * (0.5 + 1.4 * slot) + 0.5
-                    frame = {"fill": "none", "stroke": look.colour, "stroke_width": wide}
-                    if len(regions) == 1:
-                        side = self.cell - 2 * inset
-                        self.page.rect(x + inset, y + inset, side, side, **frame)
-                    else:
-                        border = outline(self.scene.map, regions, self.cell, inset)
-                        self.page.path(border, stroke_linecap="square", **frame)
-                    right, down = corners[slot]
-                    self.page.glyph(
-                        look.path,
-                        x + right * self.cell,
-                        y + down * self.cell,
-                        self.cell * 0.11,
-                        fill=look.colour,
-                        stroke=INK,
-                        stroke_width=0.22,
-                    )
-
-    def _avoided(self, style: tuple[Look, ...]) -> None:
-        """Draw a dotted frame in the robot's colour around the regions that it avoids."""
-        for robot, look in zip(self.scene.robots, style, strict=True):
-            regions = robot.objective.avoid if robot.objective is not None else frozenset()
-            if regions:
-                wide = max(1.5, self.cell * 0.05)
-                border = outline(self.scene.map, regions, self.cell, wide)
-                line = {"stroke": look.colour, "stroke_width": wide, "fill": "none"}
-                self.page.path(border, stroke_dasharray=f"{wide} {2 * wide}", **line)
+                if slot >= len(ASIDE):
+                    continue
+                fill = look.colour if robot.aim in regions else "none"
+                ring = {"fill": fill, "fill_opacity": 0.3, "stroke": look.colour}
+                ring |= {"stroke_width": max(1.5, self.cell * 0.04)}
+                x, y = self._corner(min(regions))
+                room = tops.get(min(regions), y + self.cell) - y if len(regions) == 1 else self.cell
+                x, y = x + self.cell / 2, y + room / 2
+                radius = min(RING * self.cell, room / 2 - 2) * (1 - 0.15 * slot)
+                if len(regions) > 1:
+                    inset = 2.6 + 3.2 * slot
+                    self.page.path(outline(self.scene.map, regions, self.cell, inset), **ring)
+                    radius = 0.4 * self.cell
+                else:
+                    self.page.element("circle", cx=x, cy=y, r=radius, **ring)
+                right, down = ASIDE[slot]
+                place = (x + radius * right, y + radius * down, max(3.0, self.cell * 0.08))
+                self.page.glyph(look.path, *place, fill=look.colour, stroke=INK, stroke_width=0.22)
 
     def _violations(self) -> None:
         """Draw an arrow from the robot into the region of its refused move."""
+        placed = {robot.name: robot for robot in self.scene.robots}
         for event in self.scene.happened:
-            robot = next((r for r in self.scene.robots if r.name == event.robot), None)
+            robot = placed.get(event.robot or "")
             if event.kind is not StoryKind.VIOLATION or event.region is None or robot is None:
                 continue
             x, y = (robot.col + 0.5) * self.cell, (robot.row + 0.5) * self.cell
@@ -343,6 +327,16 @@ class _Drawing(Struct):
             colour = STATUS_MARKS[ObstacleStatus.FOUND].colour
             self.page.path(data, stroke=colour, stroke_width=self.cell * 0.06, fill="none")
 
+    def _leader(self, told: Sequence[Event]) -> None:
+        """Draw a line from the words below the map to the region that they are about."""
+        regions = [event.region for event in told if event.region is not None]
+        if regions:
+            x, y = self._corner(regions[0])
+            foot, style = (x + self.cell / 2, self.bottom), {"stroke": MUTED, "fill": "none"}
+            line = polyline((x + self.cell / 2, y + self.cell), foot)
+            self.page.path(line, stroke_width=1, stroke_dasharray="1 3", **style)
+            self.page.element("circle", cx=foot[0], cy=y + self.cell, r=2.2, fill=MUTED)
+
     def _robot(self, robot: Placed, look: Look, row: float, col: float) -> None:
         x, y = (col + 0.5) * self.cell, (row + 0.5) * self.cell
         radius = max(ROBOT * self.cell, LEAST_ROBOT)
@@ -352,10 +346,6 @@ class _Drawing(Struct):
         size, baseline = radius * look.size, y + radius * look.drop
         centred = {"fill": look.ink, "text_anchor": "middle"}
         self.page.text(x, baseline, look.letters, size, bold=True, **centred)
-        if shape := robot_pictogram(robot.model):
-            badge_x, badge_y = x + BADGE * radius, y + BADGE * radius
-            self.page.glyph(GLYPHS.plate, badge_x, badge_y, radius * 0.7, fill="#FFFFFF")
-            self.page.glyph(shape, badge_x, badge_y, radius * 0.6, fill=INK)
         if robot.loads:
             held_x, held_y, side = x - BADGE * radius, y - BADGE * radius, 1.4 * radius
             corner = (held_x - side / 2, held_y - side / 2, side, side)

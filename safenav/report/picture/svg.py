@@ -102,16 +102,13 @@ class SvgWriter:
         transform += f" scale({number(radius)})"
         self.path(path, transform=transform, fill_rule="evenodd", **attributes)
 
-    def open_group(self, **attributes: object) -> None:
-        self.element("g", "", **attributes)
-        self._parts[-1] = self._parts[-1].removesuffix("</g>")
+    def open(self, tag: str, /, **attributes: object) -> None:
+        """Begin an element whose content follows, until it is closed."""
+        self.element(tag, "", **attributes)
+        self._parts[-1] = self._parts[-1].removesuffix(f"</{tag}>")
 
-    def close_group(self) -> None:
-        self._parts.append("</g>")
-
-    def open_map(self, x: float, y: float) -> None:
-        """Open the group of a map with its origin at (x, y)."""
-        self.open_group(transform=f"translate({number(x)} {number(y)})")
+    def close(self, tag: str) -> None:
+        self._parts.append(f"</{tag}>")
 
     def document(self, width: float, height: float, title: str, description: str) -> str:
         """Return the finished picture; title and description are for screen readers."""

@@ -1,39 +1,37 @@
 """The run as a story on the terminal: discoveries, helpers and cost.
 
-A listener of the mission's events; it draws the map at the start, at requests, at resolutions
-and at the end."""
+A listener of the mission's lines that prints the events of their run; it draws the map at the
+start, at requests, at resolutions and at the end."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import zip_longest
 
 import click
-from msgspec.structs import replace
 
-from safenav.outcome import Outcome, Verdict
+from safenav.outcome import Outcome
 from safenav.report.terminal.fold import folded
 from safenav.report.terminal.map import MapPicture, Marker, draw
 from safenav.report.terminal.map import legend as marks
+from safenav.run.reading import Line, RunReader, Style
+from safenav.run.run import Run
+from safenav.run.values import Event, ObstacleStatus, StoryKind, SynthesisOutcome
 from safenav.scenario.model import Scenario
-from safenav.scenario.objective import Ltl, target_regions
-from safenav.scenario.objective_text import describe
-from safenav.trace import records, vocabulary
+from safenav.scenario.objective import target_regions
+from safenav.trace.header import unstarted
 from safenav.trace.looks import labels
-from safenav.trace.told_objective import objective_of
-from safenav.trace.wording import Wording, syntheses_words, synthesis_words
-from safenav.trace.words import counted, seconds_words, shortened
-from safenav.world.map import HEADINGS, Heading, Region
+from safenav.trace.words import MANY, counted, seconds_words, shortened
+from safenav.world.map import Region, RegionMap
 
 Echo = Callable[[str], None]
-ObstacleLine = (
-    records.Violation | records.Resolved | records.Gone | records.KnownObstacle | records.Reopened
-)
 
 LARGE = 2500
 """Most regions of a map that is drawn more than once."""
 _COLOURS = ("cyan", "yellow", "magenta", "green", "blue", "bright_red")
+_LISTED = {StoryKind.PUSH, StoryKind.POP, StoryKind.SYNTHESIS}
+"""Events below which changed objectives are listed."""
 
 
 class Story:
@@ -46,225 +44,139 @@ class Story:
         maps: bool = True,
         width: int | None = None,
     ) -> None:
-        self._scenario = scenario
-        self._write = echo
-        self._width = width
-        self._maps = maps
+        self._write, self._maps, self._width = echo, maps, width
         names = [robot.name for robot in scenario.robots]
         self._letters = labels(names)
         self._colours = {n: _COLOURS[i % len(_COLOURS)] for i, n in enumerate(names)}
-        self._poses: dict[str, tuple[Region, Heading | None]] = {
-            r.name: (r.start.region, r.start.heading) for r in scenario.robots
-        }
-        self._obstacles = {o.name: o.region for o in scenario.obstacles}
-        self._actions = {o.name: [n.action for n in o.needs] for o in scenario.obstacles}
-        self._wording = Wording(
-            scenario.map.word,
-            scenario.map.label,
-            self._name,
-            lambda word: click.style(word, bold=True),
-            len(names),
-            self._actions,
-            {robot.name: robot.capabilities for robot in scenario.robots},
-        )
-        self._closed: dict[int, str] = {}
-        self._barred: dict[int, str] = {}
-        self._syntheses: list[records.Synthesis] = []
-        self._rounds: dict[str, int] = {}
+        strong = lambda word: click.style(word, bold=True)  # noqa: E731
+        self._style = Style(RegionMap.label, self._name, strong)
+        self._reader = RunReader(unstarted(scenario).header, self._style)
+        self._told = 0
+        self._syntheses: list[Event] = []
         self._in_rounds = False
-        self._doing = {r.name: describe(r.objective, scenario.map.word) for r in scenario.robots}
-        self._own = {r.name: r.objective for r in scenario.robots}
-        self._modes: frozenset[str] = frozenset()
-        self._depth = 0
-        self._now: float | None = None
+        self._doing: dict[str, str] = {}
         self._stamp = ""
         self._drawn: tuple[object, ...] | None = None
 
-    def __call__(self, event: records.Record) -> None:
-        """Print one event."""
-        if isinstance(event, records.Checkpoint):
-            return
-        self._now = event.t
-        if not isinstance(event, records.Synthesis):
-            self._flush_syntheses()
-        match event:
-            case records.Header():
-                self._begin()
-            case records.Synthesis():
-                self._syntheses.append(event)
-            case records.Move():
-                self._moved(event, event.to)
-            case records.Arrive():
-                self._moved(event, event.at)
-                if event.result is not vocabulary.MoveEnd.ARRIVED or event.reason:
-                    self._say(event)
-            case records.Discovered():
-                self._obstacles[event.obstacle.name] = event.obstacle.region
-                self._actions[event.obstacle.name] = [n.action for n in event.obstacle.all_needs]
-            case records.Request():
-                self._say(event)
-                self._map()
-            case records.Push() | records.Pop():
-                self._depth = event.depth
-                self._say(event)
-                for name, objective in event.objectives.items():
-                    words = self._wording.objective(objective)
-                    if self._doing.get(name) != words:
-                        self._echo(f"             {self._name(name)}: {words}")
-                    self._doing[name] = words
-            case records.NewObjective() | records.Told():
-                if not isinstance(event, records.NewObjective) or event.at_once:
-                    self._doing[event.robot] = self._wording.objective(event.objective)
-                self._say(event)
-            case records.Goal():
-                self._goal(event)
-            case records.Inputs():
-                self._inputs(event)
-            case records.End():
-                self._ended(event)
-            case records.Depart() | records.Held() | records.Backtrack() | records.Belief():
-                pass
-            case records.Act(obstacles=()) | records.ActionEnd(reason=None | ""):
-                pass
-            case _ if isinstance(event, ObstacleLine):
-                self._obstacle(event)
-            case _:
-                self._say(event)
+    @property
+    def _run(self) -> Run:
+        return self._reader.run
+
+    def __call__(self, line: Line) -> None:
+        """Print the events of a line of the run."""
+        if header := self._reader.beginning(line):
+            self._reader, self._told = RunReader(header, self._style), 0
+            return self._begin()
+        self._reader.append(line)
+        new, self._told = self._run.events[self._told :], len(self._run.events)
+        if not all(event.synthesis for event in new) or not new:
+            self._print_syntheses()
+        for event in new:
+            self._event(event)
+        return None
 
     def _begin(self) -> None:
-        self._echo(click.style(self._scenario.name, bold=True))
-        for robot in self._scenario.robots:
-            world, start = self._scenario.map, robot.start
-            self._echo(
-                f"  {self._letters[robot.name]:2} {self._name(robot.name)} ({robot.model.name}) "
-                f"from {world.stance(start.region, start.heading)}: "
-                f"{describe(robot.objective, world.word)}",
-                indent=7,
-            )
+        run = self._run
+        self._echo(click.style(run.name, bold=True))
+        for track in run.robots:
+            doing = run.doing(track.name, run.objectives[track.name].now)
+            self._doing[track.name] = doing
+            letters, name = self._letters[track.name], self._name(track.name)
+            stance = run.map.stance(*track.pose)
+            self._echo(f"  {letters:2} {name} ({track.model}) from {stance}: {doing}", indent=7)
         self._map()
 
-    def _moved(self, event: records.Move | records.Arrive, region: Region) -> None:
-        facing = None if event.heading is None else HEADINGS[event.heading]
-        self._poses[event.robot] = (region, facing)
-
-    def _obstacle(self, event: ObstacleLine) -> None:
-        """Print an event of an obstacle, and update the regions that it closes until its
-        resolution, or permanently."""
-        if isinstance(event, records.Violation):
-            self._closed[event.proposed] = self._wording.obstacle(event.obstacle)
-            return self._say(event)
-        region = self._obstacles[event.obstacle]
-        if not isinstance(event, records.Reopened):
-            self._closed.pop(region, None)
-        if isinstance(event, records.KnownObstacle):
-            self._barred[region] = self._wording.obstacle(event.obstacle)
+    def _event(self, event: Event) -> None:
+        if event.kind is StoryKind.SYNTHESIS:
+            self._syntheses.append(event)
+        elif event.kind is StoryKind.GOAL:
+            if event.round and not self._run.stack.now:  # each completed round once
+                self._line(event.tick, event.text)
+                self._in_rounds = True
+        elif event.kind is StoryKind.OUTCOME:
+            self._end(event)
         else:
-            self._barred.pop(region, None)
-        self._say(event)
-        if isinstance(event, records.Resolved):
-            self._restart(event)
-        if isinstance(event, records.Resolved | records.Gone):
+            self._line(event.tick, event.text)
+            for robot, doing in event.pursued:
+                if event.kind in _LISTED and self._doing.get(robot) != doing:
+                    self._echo(f"             {self._name(robot)}: {doing}")
+                self._doing[robot] = doing
+            self._changed(event)
+
+    def _changed(self, event: Event) -> None:
+        """Print what follows from a changed obstacle: rounds restart, and the map is another."""
+        status = self._run.statuses[event.obstacle].now if event.obstacle else None
+        over = event.kind is StoryKind.RESOLVED and status in _OVER
+        if over and self._in_rounds and self._run.restarts_rounds(event.obstacle or ""):
+            self._line(event.tick, "rounds restart")
+            self._in_rounds = False
+        if over or event.kind in (StoryKind.REQUEST, StoryKind.GONE):
             self._map()
 
-    def _restart(self, event: records.Resolved) -> None:
-        """Restart the rounds, which count from the last resolution."""
-        if self._scenario.restarts_rounds(event.obstacle):
-            if self._in_rounds:
-                self._line(event.tick, "rounds restart")
-            self._rounds.clear()
-            self._in_rounds = False
-
-    def _goal(self, event: records.Goal) -> None:
-        """Print each completed round once, but none of robots that wait or help."""
-        if self._depth == 0 and event.round > self._rounds.get(event.robot, 0):
-            formulas, shown = isinstance(self._own[event.robot], Ltl), event
-            if event.robot in self._modes:  # rounds of an objective under ``when`` do not count
-                formulas, shown = False, replace(event, round=0)
-            self._line(event.tick, self._wording.goal(shown, formulas=formulas))
-            self._in_rounds = True
-        self._rounds[event.robot] = event.round
-
-    def _inputs(self, event: records.Inputs) -> None:
-        """Print changed inputs; they restart the rounds of robots whose objective they change."""
-        of = ((robot.name, name) for robot in self._scenario.robots for name, _ in robot.when)
-        modes = frozenset(robot for robot, name in of if event.values.get(name))
-        for robot in modes ^ self._modes:
-            self._rounds.pop(robot, None)
-        self._modes = modes
-        self._say(event)
-
-    def _ended(self, event: records.End) -> None:
+    def _end(self, event: Event) -> None:
         self._map()
-        if event.outcome is Outcome.ERROR:  # the caller reports it
+        ending, word, why = self._run.ending, *event.text.partition(":")[::2]
+        if ending is None or ending.outcome is Outcome.ERROR:  # the caller reports it
             return
-        word, _, why = self._wording.sentence(event).partition(":")
-        good = event.outcome is Outcome.COMPLETED
-        word = click.style(word, fg="green" if good else "red", bold=True)
-        self._line(event.tick, f"{word}:{why}")
-        spent = seconds_words(event.synthesis_seconds)
-        took = counted(event.ticks, "tick")
-        if event.makespan is not None:
-            over = max(event.makespan, event.t or 0.0)  # it may wait after the last command
+        colour = "green" if ending.outcome is Outcome.COMPLETED else "red"
+        self._line(event.tick, f"{click.style(word, fg=colour, bold=True)}:{why}")
+        took = counted(ending.ticks, "tick")
+        if ending.makespan is not None:  # it may wait after the last command
+            over = max(ending.makespan, self._run.time(event.tick))
             took = f"{seconds_words(over)} on the clock of the run"
-        self._echo(
-            f"           {took}, "
-            f"{counted(event.syntheses, 'synthesis', 'syntheses')} "
-            f"({spent} summed), {seconds_words(event.seconds)} total"
-        )
+        syntheses = counted(ending.syntheses, "synthesis", "syntheses")
+        spent, whole = map(seconds_words, (ending.synthesis_seconds, ending.seconds))
+        self._echo(f"           {took}, {syntheses} ({spent} summed), {whole} total")
 
-    def _flush_syntheses(self) -> None:
+    def _print_syntheses(self) -> None:
         """Print successive syntheses on one line."""
-        if not self._syntheses:
-            return
         events, self._syntheses = self._syntheses, []
-        names = [f"{self._name(event.robot)} ({synthesis_words(event)})" for event in events]
-        first = events[0].reason is vocabulary.Reason.INITIAL
-        verb = "synthesized" if first else "resynthesized"
-        together = syntheses_words(events)
-        self._line(events[0].tick, f"{verb} {together or ', '.join(names)}")
-        assumed = (rule.rpartition(" (")[0] or rule for e in events for rule in e.assumptions)
+        found = [event.synthesis for event in events if event.synthesis is not None]
+        if not found:
+            return
+        together = syntheses_words(found)
+        names = ", ".join(f"{self._name(each.robot)} ({each.found})" for each in found)
+        verb = "synthesized" if found[0].initial else "resynthesized"
+        self._line(events[0].tick, f"{verb} {together or names}")
+        assumed = (rule.rpartition(" (")[0] or rule for each in found for rule in each.assumptions)
         for rule, count in Counter(assumed).items() if together else ():
             self._echo(f"             {count} robots assume: {rule}")
-        for event in events:
-            objective = objective_of(event.objective)
-            words = self._wording.objective(event.objective)
-            if objective is not None:
-                self._own[event.robot] = objective
-            allows = f" ({shortened(event.allows)})" if event.allows else ""
-            another = self._doing.get(event.robot) != words
-            if event.verdict is Verdict.REALIZABLE:
-                self._doing[event.robot] = words
-            if allows or (another and event.verdict is Verdict.REALIZABLE):
-                self._echo(f"             {self._name(event.robot)}: {words}{allows}")
-            for assumption in map(shortened, () if together else event.assumptions):
-                self._echo(f"             {self._name(event.robot)} assumes: {assumption}")
-
-    def _say(self, event: records.Record) -> None:
-        self._line(event.tick, self._wording.sentence(event))
+        for event, each in zip(events, found, strict=True):
+            name = self._name(each.robot)
+            allows = f" ({shortened(each.allows)})" if each.allows else ""
+            for robot, doing in event.pursued:
+                if allows or self._doing.get(robot) != doing:
+                    self._echo(f"             {name}: {doing}{allows}")
+                self._doing[robot] = doing
+            for assumption in map(shortened, () if together else each.assumptions):
+                self._echo(f"             {name} assumes: {assumption}")
 
     def _line(self, tick: int, text: str) -> None:
-        at = f"tick {tick:<4}" if self._now is None else f"{self._now:>7.1f} s"
+        at = self._run.stamp(tick)
         stamp = at if at != self._stamp else " " * 9
         self._stamp = at
         self._echo(f"{click.style(stamp, dim=True)}  {text}")
 
     def _map(self) -> None:
         """Draw the map, unless it is the same as the last one; a large one only at the start."""
-        if not self._maps or (self._drawn and self._scenario.map.size > LARGE):
+        run = self._run
+        if not self._maps or (self._drawn and run.map.size > LARGE):
             return
-        scene = (dict(self._poses), dict(self._closed), dict(self._barred))
+        closed, barred = dict[Region, str](), dict[Region, str]()
+        for name, status in run.closed(run.last + 1).items():
+            hidden = run.hidden[name]
+            there = barred if status is ObstacleStatus.BLOCKED else closed
+            there[hidden.region] = hidden.label(run.map)
+        scene = ([track.pose for track in run.robots], closed, barred)
         if scene == self._drawn:
             return
         self._drawn = scene
-        markers = [
-            Marker(self._letters[name], region, heading)
-            for name, (region, heading) in self._poses.items()
-        ]
-        objectives = (robot.objective for robot in self._scenario.robots)
+        markers = [Marker(self._letters[track.name], *track.pose) for track in run.robots]
+        objectives = (objectives[0][1] for objectives in run.objectives.values())
         targets = frozenset[Region]().union(*map(target_regions, objectives))
-        picture = MapPicture(markers, self._closed, self._barred, targets)
+        picture = MapPicture(markers, closed, barred, targets)
         self._write("")
-        rows, legend = draw(self._scenario.map, picture), [*self._robots(), *marks(picture)]
+        rows, legend = draw(run.map, picture), [*self._robots(), *marks(picture)]
         longest = max(len(click.unstyle(note)) for note in legend)
         beside = self._width is None or 14 + len(rows[0]) + longest <= self._width
         for line, note in zip_longest(rows, legend if beside else (), fillvalue=""):
@@ -275,8 +187,8 @@ class Story:
 
     def _robots(self) -> list[str]:
         return [
-            f"{self._letters[name]:2} {self._name(name)} at {self._scenario.map.stance(*pose)}"
-            for name, pose in self._poses.items()
+            f"{self._letters[t.name]:2} {self._name(t.name)} at {self._run.map.stance(*t.pose)}"
+            for t in self._run.robots
         ]
 
     def _echo(self, line: str, indent: int = 13) -> None:
@@ -285,3 +197,18 @@ class Story:
 
     def _name(self, robot: str) -> str:
         return click.style(robot, fg=self._colours.get(robot))
+
+
+_OVER = {ObstacleStatus.RESOLVED, ObstacleStatus.BLOCKED}
+
+
+def syntheses_words(found: Sequence[SynthesisOutcome]) -> str | None:
+    """Many verified strategies in a few words: ``60 strategies (1 to 97 states, 12 from the cache,
+    verified)``; None if each is to be named."""
+    sizes = [each.states for each in found if each.states is not None and each.verified is True]
+    if len(found) <= MANY or len(sizes) < len(found):
+        return None
+    cached = sum(each.cached for each in found)
+    reused = f", {'all' if cached == len(found) else cached} from the cache" if cached else ""
+    states = f"{min(sizes)} to {max(sizes)} states"
+    return f"{len(found)} strategies ({states}{reused}, verified)"

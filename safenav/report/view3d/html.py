@@ -30,10 +30,10 @@ from safenav.motion.in_time import in_time, turns_in_time
 from safenav.motion.requirements import curves
 from safenav.report.page.encode import encoded
 from safenav.report.page.html import data_element, document
-from safenav.report.replay.changes import Changes
-from safenav.report.replay.reading import replay_of
-from safenav.report.replay.robot_paths import SAME
-from safenav.report.replay.timeline import Replay
+from safenav.run.paths import SAME
+from safenav.run.reading import run_of
+from safenav.run.run import Run
+from safenav.run.values import Changes
 from safenav.trace.reading import Trace
 
 RATE = 20
@@ -210,33 +210,34 @@ _LOADER = """\
 def page3d_of(trace: Trace, source: str, motion: records.Motion) -> str:
     """Return the run of a trace in 3D as an HTML document, on the clock of its motion. ``source``:
     the name of the trace."""
-    replay = replay_of(in_time(trace, motion))
-    if trace.header.clock is None:
-        replay = _timed(replay, trace, motion)
+    timed = in_time(trace, motion)
+    run = run_of(timed)
+    if timed is not trace:
+        run = _timed(run, trace, motion)
     return document(
-        f"{replay.name}: replay in 3D",
+        f"{run.name}: replay in 3D",
         _asset("view3d.css"),
-        data_element("run", encoded(replay, source) | {"curves": curves(motion, trace)}),
+        data_element("run", encoded(run, source) | {"curves": curves(motion, timed)}),
         data_element("motion", encoded_motion(motion)),
         f'<script type="text/plain" id="program">{_program()}</script>',
         f"<script>\n{_LOADER}</script>",
     )
 
 
-def _timed(replay: Replay, trace: Trace, motion: records.Motion) -> Replay:
+def _timed(run: Run, trace: Trace, motion: records.Motion) -> Run:
     """Move the charges and deadlines of a lockstep run from its ticks to the instants of its
     motion. A tick has ended with the last of its turns."""
     turns = turns_in_time(trace, motion)
-    ticked = replay_of(trace)
+    ticked = run_of(trace)
 
     def instant(tick: int, *robots: str) -> int:
         each = (turns.get(name, ()) for name in robots)
         past = (turn[: bisect_right(turn, tick, key=itemgetter(0))] for turn in each)
         ends = (turn[-1][1] for turn in past if turn)
-        return bisect_right(replay.times or (), max(ends, default=0.0) + SAME) - 1
+        return bisect_right(run.seconds or (), max(ends, default=0.0) + SAME) - 1
 
     def at_end(tick: int) -> int:
-        return instant(tick, *turns) if tick < ticked.last else replay.last
+        return instant(tick, *turns) if tick < ticked.last else run.last
 
     charges = {
         name: Changes((max(0, instant(tick, name)), percent) for tick, percent in charge)
@@ -246,7 +247,7 @@ def _timed(replay: Replay, trace: Trace, motion: records.Motion) -> Replay:
         replace(one, tick=at_end(one.tick), begin=at_end(one.begin), due=at_end(one.due))
         for one in ticked.deadlines
     ]
-    return replace(replay, charges=charges, deadlines=deadlines)
+    return replace(run, charges=charges, deadlines=deadlines)
 
 
 @cache

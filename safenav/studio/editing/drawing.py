@@ -13,14 +13,8 @@ from msgspec.structs import replace
 
 from safenav.report.page.encode import encoded
 from safenav.report.picture.glyphs import obstacle_pictogram, robot_pictogram
-from safenav.report.replay.changes import Changes
-from safenav.report.replay.timeline import (
-    Hidden,
-    ObstacleStatus,
-    Replay,
-    RobotProgress,
-    RobotTrack,
-)
+from safenav.run.run import Run
+from safenav.run.values import Changes, Hidden, ObstacleStatus, RobotProgress, RobotTrack
 from safenav.scenario.model import Catalogue
 from safenav.scenario.objective import KINDS, Objective
 from safenav.scenario.reading.objective import stated
@@ -172,7 +166,7 @@ def _still(
     chargers: list[Region],
     exclusions: tuple[Exclusion, ...],
     catalogue: Catalogue,
-) -> Replay:
+) -> Run:
     """Return the scenario as a replay without ticks."""
     tracks = []
     for robot in robots:
@@ -191,10 +185,9 @@ def _still(
         actions = ("?",) if kind is None else tuple(need.action for need in kind.needs)
         name = f"{obstacle['type']}@{obstacle['region']} {key}{obstacle['index']}"
         place = obstacle["region"]
-        kept = (name, obstacle["type"], place, actions, (place,), ())
-        hidden[name] = Hidden(*kept, ordered=bool(key))
+        hidden[name] = Hidden(name, obstacle["type"], place, actions, ordered=bool(key))
     objectives = {robot["name"]: _objective(robot) for robot in robots}
-    return Replay(
+    return Run(
         name=title,
         map=world,
         robots=tuple(tracks),

@@ -190,7 +190,7 @@ class StudioRun:
         self._shown = now
         if idle:
             return IDLE
-        timed = self._live is not None and self._live.replay.times is not None
+        timed = self._live is not None and self._live.run.unit == "second"
         took = now - before if timed else 1.0
         return took / self.speed
 
@@ -271,7 +271,7 @@ class StudioRun:
         the tick miss a line."""
         assert self._live is not None
         for record in self.records[self._complete :]:
-            self._live.tell(record)
+            self._live.append(record)
         self._complete = len(self.records)
         return self._live
 

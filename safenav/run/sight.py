@@ -9,13 +9,12 @@ from __future__ import annotations
 from msgspec import Struct
 
 from safenav.cached_method import cached_method
-from safenav.report.replay.timeline import ObstacleStatus, Replay, RobotBelief
+from safenav.run.run import Run
+from safenav.run.values import RobotBelief
 from safenav.trace.words import regions_words
 from safenav.world.map import Region, RegionMap
 from safenav.world.poses import bits
 from safenav.world.sight import Visibility, visible_from
-
-CLOSED = {ObstacleStatus.FOUND, ObstacleStatus.REQUESTED, ObstacleStatus.BLOCKED}
 
 
 class Shading(Struct, frozen=True):
@@ -28,25 +27,25 @@ class Shading(Struct, frozen=True):
     beliefs: tuple[tuple[str, RobotBelief], ...] = ()
 
 
-def viewers(replay: Replay) -> tuple[str, ...]:
+def viewers(run: Run) -> tuple[str, ...]:
     """Return the robots with limited vision or recorded beliefs, in the order of their turns."""
-    believing = {pair[0] for pair in replay.beliefs}
+    believing = {pair[0] for pair in run.beliefs}
     return tuple(
-        track.name for track in replay.robots if track.vision is not None or track.name in believing
+        track.name for track in run.robots if track.vision is not None or track.name in believing
     )
 
 
-def shading_of(replay: Replay, robot: str, tick: int) -> Shading:
+def shading_of(run: Run, robot: str, tick: int) -> Shading:
     """Return the robot's sight and beliefs after ``tick``. Raises KeyError for an unknown robot."""
-    track = replay.track(robot)
     pairs = (
         (other, changes.at(tick))
-        for (viewer, other), changes in replay.beliefs.items()
+        for (viewer, other), changes in run.beliefs.items()
         if viewer == robot
     )
     beliefs = tuple((other, belief) for other, belief in pairs if belief is not None)
-    sight = SightCache(replay.map).after(replay, robot, tick)
-    return Shading(robot, track.vision, None if sight is None else frozenset(sight), beliefs)
+    sight = SightCache(run.map).after(run, robot, tick)
+    seen = None if sight is None else frozenset(sight)
+    return Shading(robot, run.track(robot).vision, seen, beliefs)
 
 
 def shading_lines(shading: Shading) -> list[str]:
@@ -67,19 +66,15 @@ class SightCache(Struct, frozen=True, dict=True):
 
     map: RegionMap
 
-    def seen(self, vision: float, closed: frozenset[Region], region: Region) -> list[Region]:
-        """Return the regions, ascending, that are visible from a region within ``vision``."""
-        return [*bits(self._view(vision, closed).mask(region))]
-
     @cached_method
     def _view(self, vision: float, closed: frozenset[Region]) -> Visibility:
         return visible_from(self.map, vision, closed)
 
-    def after(self, replay: Replay, robot: str, tick: int) -> list[Region] | None:
-        """Return the robot's sight after ``tick``; None without a radius."""
-        track = replay.track(robot)
+    def after(self, run: Run, robot: str, tick: int) -> list[Region] | None:
+        """Return the regions, ascending, that a robot sees after ``tick``; None without a
+        radius."""
+        track = run.track(robot)
         if track.vision is None:
             return None
-        known = ((h.region, replay.statuses[h.name].at(tick)) for h in replay.hidden.values())
-        closed = frozenset(region for region, status in known if status in CLOSED)
-        return self.seen(track.vision, closed, track.regions[tick])
+        closed = frozenset(run.hidden[name].region for name in run.closed(tick))
+        return [*bits(self._view(track.vision, closed).mask(track.regions[tick]))]

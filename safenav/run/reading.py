@@ -1,0 +1,460 @@
+"""The run of a trace. This module alone reads the lines of traces for people.
+
+It checks only the requirements of a picture (the judge checks the run itself): regions on the map,
+robots and obstacles that the header names, one move for each robot and tick. A trace that was cut
+off is shown up to its last complete tick."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from msgspec import Struct, convert
+from msgspec.structs import replace
+
+from safenav.errors import Diagnostic, InputError
+from safenav.outcome import Verdict
+from safenav.run.charges import Charges
+from safenav.run.paths import ContradictionError, RobotPaths, facing
+from safenav.run.run import Run
+from safenav.run.values import (
+    Changes,
+    Ending,
+    Event,
+    Hidden,
+    ObstacleStatus,
+    RobotBelief,
+    RobotProgress,
+    RobotTrack,
+    Slack,
+    StackRow,
+    StoryKind,
+    SynthesisOutcome,
+)
+from safenav.scenario.model import OPERATOR_ACTION
+from safenav.scenario.objective import Ltl, Objective, TargetObjective
+from safenav.scenario.settings import Clock, Exclusion
+from safenav.trace import records, setting
+from safenav.trace.objective import Objective as TracedObjective
+from safenav.trace.reading import Trace, read_trace
+from safenav.trace.told_objective import objective_of
+from safenav.trace.vocabulary import ActResult, ChangeCause, DeadlineVerdict, MoveEnd
+from safenav.trace.wording import Wording, synthesis_words
+from safenav.world.map import Region, RegionMap
+
+_KINDS = {
+    **{str(kind): kind for kind in StoryKind if kind not in ("deadline", "note")},
+    **dict.fromkeys(("told", "order", "resumed"), StoryKind.NOTE),
+    "met": StoryKind.RESOLVED,
+    "late": StoryKind.FAILURE,
+}
+"""The kind of the event of a line."""
+_STATUSES = {
+    "violation": ObstacleStatus.FOUND,
+    "reopened": ObstacleStatus.FOUND,
+    "blocked": ObstacleStatus.BLOCKED,
+    "resolved": ObstacleStatus.RESOLVED,
+    "appeared": ObstacleStatus.HIDDEN,
+    "gone": ObstacleStatus.ABSENT,
+}
+"""The status of the obstacle of a line."""
+
+
+Line = records.Record
+"""A line of a trace, for listeners that only pass it on."""
+Beginning = records.Header
+
+
+def read_run(path: Path) -> Run:
+    """Return the run of a trace file.
+
+    Raises InputError, with file and line, for a file that is not a trace."""
+    return run_of(read_trace(path))
+
+
+def run_of(trace: Trace) -> Run:
+    """Return the run of a trace. Raises InputError if it contradicts itself."""
+    line = trace.header.line
+    try:
+        reader = RunReader(trace.header)
+        for record in trace.records:
+            line = record.line
+            reader.append(record)
+    except ContradictionError as error:
+        raise InputError([Diagnostic(trace.source, line, 1, str(error))]) from error
+    run = reader.run
+    # Events of an incomplete last tick belong to the last complete one.
+    run.events = [replace(e, tick=min(e.tick, run.last)) for e in run.events]
+    return run
+
+
+class Style(Struct, frozen=True):
+    """How sentences show the place of an event, a robot, and what matters most."""
+
+    place: Callable[[RegionMap, Region], str] = RegionMap.place
+    robot: Callable[[str], str] = str
+    strong: Callable[[str], str] = str
+
+
+PLAIN = Style()
+
+
+class RunReader:
+    """Reader of a run: ``append`` takes the lines of its trace in order, ``run`` is up to date
+    after each."""
+
+    def __init__(self, header: records.Header, style: Style = PLAIN) -> None:
+        scenario = self.header = header.scenario
+        try:
+            world = RegionMap.from_grid(scenario.map.grid, scenario.map.names, scenario.map.areas)
+        except ValueError as error:
+            raise ContradictionError(f"the map cannot be used: {error}") from error
+        self._style, self._live = style, header.clock == Clock.LIVE
+        robots, seconds = scenario.robots, None if header.clock is None else [0.0]
+        tracks = {name: _track(name, robot) for name, robot in robots.items()}
+        self._paths = RobotPaths(world, tracks, seconds)
+        on_map = self._paths.on_map
+        starts = {name: on_map(each.start) for name, each in robots.items()}
+        chargers = tuple(map(on_map, scenario.chargers or ()))
+        batteries = {name: each.battery for name, each in robots.items() if each.battery}
+        self._charges = Charges(batteries, starts, chargers, live=seconds is not None)
+        self._acts: dict[int, int] = {}
+        self._violation: records.Violation | None = None
+        self._flat: dict[str, str] = {}
+        """The robot with an empty battery that an obstacle represents, until it is replaced."""
+        self._modes: set[str] = set()
+        """Robots with the objective of an input, whose rounds do not count."""
+        self.run = Run(
+            name=scenario.name,
+            map=world,
+            robots=tuple(tracks.values()),
+            objectives={n: Changes.of(objective_of(r.objective)) for n, r in robots.items()},
+            progress={name: Changes.of(RobotProgress()) for name in robots},
+            version=header.safenav,
+            seconds=seconds,
+            charges={n: Changes.of(self._charges.percent(n, 0.0)) for n in batteries},
+            inputs={each.name: False for each in scenario.inputs or ()},
+            chargers=chargers,
+            exclusions=tuple(
+                Exclusion(frozenset(each.robots), frozenset(map(on_map, each.regions)))
+                for each in scenario.never_together or ()
+            ),
+            interrupts=scenario.flat,
+        )
+        for each in scenario.obstacles:
+            if each.name not in self.run.hidden:
+                self._add(each)
+            elif each.from_ is None:  # one of several that appear in a region one after the other
+                self.run.statuses[each.name] = Changes.of(ObstacleStatus.HIDDEN)
+        self._wording = self._worded()
+
+    def _add(self, each: setting.ObstacleHeader) -> None:
+        run, needs = self.run, each.all_needs
+        run.hidden[each.name] = Hidden(
+            each.name,
+            each.type,
+            self._paths.on_map(each.region),
+            tuple(need.action for need in needs),
+            tuple(need.same is True for need in needs[1:]),
+            each.ordered is True,
+        )
+        absent = each.from_ or any(need.action == OPERATOR_ACTION for need in needs)
+        first = ObstacleStatus.ABSENT if absent else ObstacleStatus.HIDDEN
+        run.statuses[each.name] = Changes.of(first)
+        run.loads[each.name], run.met[each.name] = Changes.of(()), Changes.of(0)
+
+    def _worded(self) -> Wording:
+        world, place = self.run.map, self._style.place
+        return Wording(
+            world.word,
+            lambda region: place(world, region),
+            self._style.robot,
+            self._style.strong,
+            len(self.run.robots),
+            {name: found.actions for name, found in self.run.hidden.items()},
+            {name: robot.capabilities for name, robot in self.header.robots.items()},
+            live=self._live,
+        )
+
+    @staticmethod
+    def beginning(line: records.Record) -> records.Header | None:
+        """Return a line if a run begins with it."""
+        return line if isinstance(line, records.Header) else None
+
+    def append(self, line: records.Record) -> None:
+        """Add the next line. Raises ContradictionError if it does not fit those before."""
+        if self.run.seconds is not None:
+            line = replace(line, tick=self._paths.instant(line.t))
+        now = line.tick if line.t is None else line.t
+        kind = _KINDS.get(line.type)
+        if (obstacle := getattr(line, "obstacle", None)) and line.type in _STATUSES:
+            self._status(line.tick, obstacle, _STATUSES[line.type])
+        match line:
+            case records.Move():
+                self._move(line)
+            case records.Depart():
+                self._paths.depart(line.robot, line.tick, line.to, line.seconds)
+                self._charges.left(line.robot, now)
+            case records.Arrive():
+                self._paths.arrive(line.robot, line.tick, line.at, line.heading)
+                self._charges.came(line.robot, line.at, now)
+                if line.result is not MoveEnd.ARRIVED:
+                    kind = StoryKind.FAILURE
+                elif line.reason:
+                    kind = StoryKind.NOTE
+            case records.Violation():
+                self._violation = line
+            case records.Backtrack() if self._violation is not None:
+                told = self._wording.backing_up(self._violation, line)
+                self._reword(more=told.removeprefix(self.run.events[-1].text))
+            case records.Act():
+                self._acts[line.command] = line.tick
+                kind = kind if line.obstacles else None  # else unknown to the team
+            case records.ActionEnd():  # its results can name undiscovered obstacles
+                begun = self._acts.pop(line.command, line.tick)
+                for name in line.results:
+                    self._seen(begun, name)
+                if line.reason or ActResult.FAILED in line.results.values():
+                    kind = StoryKind.FAILURE
+            case records.Told() | records.NewObjective():
+                self._told(line)
+            case records.Belief():
+                self._believe(line)
+            case records.Plan():
+                paths = {n: tuple(region for region, _ in path) for n, path in line.robots.items()}
+                self.run.plans.append((line.tick, paths))
+                self.run.driven |= {name for name, path in paths.items() if len(path) > 1}
+            case records.PlanEnd():
+                self.run.plans.append((line.tick, {}))
+            case records.Inputs():
+                self._switched(line)
+            case records.Deadline():
+                kind = self._deadline(line)
+            case records.Waiting(until=float()):
+                kind = StoryKind.PAUSED
+            case records.Operator(robot=str() as robot, region=int() as region):
+                self._charges.placed(robot, region, now)
+            case records.End():
+                self.run.ending = convert(line, Ending, from_attributes=True)
+                self.run.within = self._paths.end(line.tick)
+            case _:
+                self._obstacle(line, now)
+        for name, charge in self.run.charges.items():
+            charge.put(line.tick, self._charges.percent(name, now))
+        match line:
+            case records.Push() | records.Pop():
+                self._stacked(line)
+            case records.Goal():
+                self._goal(line)
+            case records.Synthesis():
+                self._synthesized(line, now)
+            case _ if kind is not None:
+                self._event(line, kind)
+
+    def _move(self, line: records.Move) -> None:
+        self._paths.move(line.robot, line.tick, line.to, line.heading, line.toward)
+        if line.to != line.from_:
+            self._charges.came(line.robot, line.to)
+        elif line.toward is None:
+            self._charges.stayed(line.robot)
+
+    def _obstacle(self, line: records.Record, now: float) -> None:
+        """Take a line about an obstacle."""
+        run, charges = self.run, self._charges
+        match line:
+            case records.Discovered():
+                name = line.obstacle.name
+                if name not in run.hidden:
+                    self._add(line.obstacle)
+                    self._wording = self._worded()
+                if OPERATOR_ACTION in run.hidden[name].actions:  # a failure
+                    self._status(line.tick, name, ObstacleStatus.HIDDEN)
+            case records.Request():
+                helpers = _helpers(line)
+                if helpers:
+                    self._status(line.tick, line.obstacle, ObstacleStatus.REQUESTED)
+                else:  # perhaps an order
+                    self._seen(line.tick, self._known(line.obstacle).name)
+                # The helpers change with its next need, for example.
+                rows = run.stack.now
+                mine = (
+                    replace(row, helpers=helpers) if row.obstacle == line.obstacle else row
+                    for row in rows
+                )
+                run.stack.put(line.tick, tuple(mine))
+            case records.Met():
+                carried = self._known(line.obstacle).carried
+                self._seen(line.tick, line.obstacle)
+                if line.need < len(carried) and carried[line.need]:
+                    carriers = line.robots or (line.robot,)
+                    run.loads[line.obstacle].append((line.tick, carriers))
+                else:
+                    run.loads[line.obstacle].put(line.tick, ())
+                run.met[line.obstacle].put(line.tick, line.need + 1)
+            case records.Resolved():
+                if line.traversable is False:
+                    self._status(line.tick, line.obstacle, ObstacleStatus.BLOCKED)
+                run.met[line.obstacle].put(line.tick, len(run.hidden[line.obstacle].actions))
+                run.loads[line.obstacle].put(line.tick, ())
+                if run.restarts_rounds(line.obstacle):  # they count from the last resolution
+                    self._restart(line.tick, *run.progress)
+                if line.obstacle in self._flat:
+                    charges.replaced(self._flat.pop(line.obstacle), now)
+            case records.Appeared():
+                run.met[line.obstacle].put(line.tick, 0)  # it may have disappeared before
+                flat = charges.lowest(run.hidden[line.obstacle].region, now)
+                if line.cause is ChangeCause.BATTERY and flat is not None:
+                    self._flat[line.obstacle] = flat
+            case records.Gone():
+                run.loads[line.obstacle].put(line.tick, ())
+
+    def _known(self, obstacle: str) -> Hidden:
+        if obstacle not in self.run.hidden:
+            raise ContradictionError(f"the header has no obstacle {obstacle}")
+        return self.run.hidden[obstacle]
+
+    def _status(self, tick: int, obstacle: str, status: ObstacleStatus) -> None:
+        self.run.statuses[self._known(obstacle).name].append((tick, status))
+
+    def _seen(self, tick: int, name: str) -> None:
+        """A robot acts on an obstacle, so it is not hidden, even if no robot has requested it."""
+        statuses = self.run.statuses.get(name)
+        if statuses is not None and statuses.now is ObstacleStatus.HIDDEN:
+            statuses.append((tick, ObstacleStatus.FOUND))
+
+    def _restart(self, tick: int, *robots: str) -> None:
+        for robot in robots:
+            progress = self.run.progress[robot]
+            progress.put(tick, replace(progress.now, rounds=0))
+
+    def _event(self, line: records.Record, kind: StoryKind, text: str = "") -> None:
+        """Add an event, at the region that its line names, else at that of its obstacle."""
+        robot: str | None = getattr(line, "robot", None) or getattr(line, "requester", None)
+        late = isinstance(line, records.Late)
+        obstacle: str | None = None if late else getattr(line, "obstacle", None)
+        known = self.run.hidden.get(obstacle or "")
+        region = None if known is None else known.region
+        match line:
+            case records.Violation():
+                region = self._paths.on_map(line.proposed)
+            case records.Met() | records.Resolved() | records.Arrive():
+                region = self._paths.on_map(line.at)
+            case records.Goal():
+                region = self._paths.on_map(line.region)
+        if robot is not None:
+            self._paths.robot(robot)
+        text = text or self._wording.sentence(line)
+        self.run.events.append(Event(line.tick, kind, text, robot, region, obstacle))
+
+    def _reword(self, **changes: object) -> None:
+        """Change the last event, with knowledge from other lines."""
+        self.run.events[-1] = replace(self.run.events[-1], **changes)
+
+    def _stacked(self, line: records.Push | records.Pop) -> None:
+        rows = [*self.run.stack.now]
+        if isinstance(line, records.Push):
+            # With another helper, the entry is pushed again at the same depth.
+            row = StackRow(line.obstacle, line.requester, _helpers(line))
+            rows = [*rows[: max(0, line.depth - 1)], row]
+        else:
+            own = [n for n, row in enumerate(rows) if row.obstacle == line.obstacle]
+            mine = [n for n in own if rows[n].requester == line.requester] or own
+            if mine:  # at any position of the stack
+                del rows[mine[-1]]
+            rows = rows[: max(0, line.depth)]
+        self.run.stack.append((line.tick, tuple(rows)))
+        for name, objective in line.objectives.items():
+            self._set_objective(line.tick, name, objective)
+        self._event(line, _KINDS[line.type])
+        doing = {n: self.run.doing(n, self.run.objectives[n].now) for n in line.objectives}
+        self._reword(pursued=tuple(doing.items()))
+        parts = [n for n in dict.fromkeys((line.requester, *_helpers(line))) if n in doing]
+        if parts and isinstance(line, records.Push):
+            self._reword(more=f" ({'; '.join(f'{name}: {doing[name]}' for name in parts if name)})")
+
+    def _synthesized(self, line: records.Synthesis, now: float) -> None:
+        realizable = line.verdict is Verdict.REALIZABLE
+        if realizable and line.tick:
+            self._set_objective(line.tick, line.robot, line.objective)
+        self._event(line, StoryKind.SYNTHESIS)
+        doing = (line.robot, self.run.doing(line.robot, objective_of(line.objective)))
+        result = convert(line, SynthesisOutcome, from_attributes=True)
+        result = replace(result, time=now, found=synthesis_words(line))
+        self._reword(synthesis=result, pursued=(doing,) if realizable else ())
+
+    def _believe(self, line: records.Belief) -> None:
+        names = (self._paths.robot(line.robot).name, self._paths.robot(line.of).name)
+        regions = frozenset(map(self._paths.on_map, line.regions))
+        beliefs = self.run.beliefs.setdefault(names, Changes.of(None))
+        beliefs.append((line.tick, RobotBelief(line.seen, regions)))
+
+    def _goal(self, line: records.Goal) -> None:
+        progress = self.run.progress[self._paths.robot(line.robot).name]
+        before, objective = progress.now, self.run.objectives[line.robot].now
+        settles = isinstance(objective, TargetObjective) and objective.settles
+        last = objective.targets[-1] if isinstance(objective, TargetObjective) else frozenset()
+        rounds = 0 if settles else line.round  # a round per held tick is not shown
+        progress.append((line.tick, RobotProgress(rounds, self._paths.on_map(line.region))))
+        if settles and before.reached == line.region:  # continued holding is not an event
+            return
+        new = 0 if line.round == before.rounds else line.round  # reported with its last target
+        shown = replace(line, round=0 if line.robot in self._modes else new)
+        if settles and line.region in last:
+            text = self._wording.holding(line)
+        else:
+            text = self._wording.goal(shown, formulas=isinstance(objective, Ltl))
+        self._event(line, StoryKind.GOAL, text)
+        self._reword(round=new)
+
+    def _deadline(self, line: records.Deadline) -> StoryKind:
+        """Add a deadline. Its bar begins when it is set; that of a round begins ``within`` ticks
+        before it is due."""
+        promises, run = self.header.promises, self.run
+        within: Mapping[str, int] = {} if promises is None else promises.within
+        of = self._wording.obstacle(line.of)
+        begun = (one.begin for one in reversed(run.deadlines) if one.of == of)
+        if line.verdict is DeadlineVerdict.SET:
+            begin = line.tick
+        elif line.of in run.progress:
+            begin = max(0, line.due - within.get(line.of, line.due))
+        else:
+            begin = next(begun, 0)
+        verdict = (line.verdict.value, line.due - line.tick)
+        run.deadlines.append(Slack(line.tick, of, begin, line.due, *verdict))
+        lost = line.verdict in (DeadlineVerdict.LATE, DeadlineVerdict.LOST)
+        return StoryKind.DEADLINE if lost else StoryKind.NOTE
+
+    def _switched(self, line: records.Inputs) -> None:
+        """Rounds restart where an input gives a robot another objective, or its own again."""
+        self.run.inputs |= line.values
+        of = ((n, w.input) for n, r in self.header.robots.items() for w in r.when or ())
+        modes = {robot for robot, name in of if line.values.get(name)}
+        self._restart(line.tick, *(modes ^ self._modes))
+        self._modes = modes
+
+    def _told(self, line: records.Told | records.NewObjective) -> None:
+        if isinstance(line, records.Told):
+            self._set_objective(line.tick, line.robot, line.objective)
+        elif line.at_once:
+            self._given(line.tick, line.robot, objective_of(line.objective))
+
+    def _set_objective(self, tick: int, name: str, traced: TracedObjective) -> None:
+        objective = objective_of(traced)
+        if objective != self.run.objectives[self._paths.robot(name).name].now:
+            self._given(tick, name, objective)
+
+    def _given(self, tick: int, name: str, objective: Objective | None) -> None:
+        self.run.objectives[self._paths.robot(name).name].append((tick, objective))
+        self.run.progress[name].append((tick, RobotProgress()))
+
+
+def _track(name: str, robot: setting.RobotHeader) -> RobotTrack:
+    if robot.vision is not None and robot.vision < 1:
+        raise ContradictionError(f"{name} does not even see the next region")
+    pose = ([robot.start], [facing(robot.heading)])
+    can = tuple(sorted(robot.capabilities))
+    return RobotTrack(name, robot.model, robot.layer, can, *pose, robot.vision)
+
+
+def _helpers(line: records.Request | records.Push | records.Pop) -> tuple[str, ...]:
+    return line.helpers or ((line.helper,) if line.helper else ())

@@ -1,0 +1,336 @@
+"""The values of a run: what the team knows, does and says, at one moment or over time."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from enum import StrEnum
+from operator import itemgetter
+from typing import TypeVar
+
+from msgspec import Struct, field
+
+from safenav.outcome import Outcome
+from safenav.scenario.model import OPERATOR_ACTION
+from safenav.scenario.objective import Objective, Word, number_word
+from safenav.scenario.settings import Exclusion
+from safenav.trace.words import listed, obstacle_words
+from safenav.world.map import Heading, Region, RegionMap
+
+T = TypeVar("T")
+
+
+class Changes(list[tuple[int, T]]):
+    """A value over time: pairs of the tick from which a value holds and the value, in order. The
+    last of several in one tick counts."""
+
+    @classmethod
+    def of(cls, first: T) -> Changes[T]:
+        """Return a value that holds from the start."""
+        return cls([(-1, first)])
+
+    @property
+    def now(self) -> T:
+        """The last value."""
+        return self[-1][1]
+
+    def put(self, tick: int, value: T) -> None:
+        """Change the value, unless it is the same."""
+        if value != self.now:
+            self.append((tick, value))
+
+    def at(self, tick: int) -> T:
+        """Return the value after all events of that tick."""
+        return self[max(0, bisect_right(self, tick, key=itemgetter(0)) - 1)][1]
+
+
+class ObstacleStatus(StrEnum):
+    """The team's knowledge of a hidden obstacle, in the order of its stages; ``ABSENT``: it has not
+    appeared yet, or has disappeared."""
+
+    ABSENT = "absent"
+    HIDDEN = "hidden"
+    FOUND = "found"
+    REQUESTED = "requested"
+    RESOLVED = "resolved"
+    BLOCKED = "blocked"
+
+    @property
+    def meaning(self) -> str:
+        """Return one phrase for legends."""
+        longer = {"hidden": "still hidden", "requested": "help requested"}
+        return longer.get(self.value, self.value)
+
+
+class StoryKind(StrEnum):
+    """The kinds of events (moves are not among them)."""
+
+    SYNTHESIS = "synthesis"
+    VIOLATION = "violation"
+    REQUEST = "request"
+    PUSH = "push"
+    ACT = "act"
+    """Only in a live run; in lockstep an action takes no time."""
+    RESOLVED = "resolved"
+    BLOCKED = "blocked"
+    POP = "pop"
+    GOAL = "goal"
+    ASSUMPTION = "assumption"
+    APPEARED = "appeared"
+    GONE = "gone"
+    TRUTH = "truth"
+    REOPENED = "reopened"
+    WAITING = "waiting"
+    """For an operator; ``paused``: for a change of the scenario."""
+    PAUSED = "paused"
+    OPERATOR = "operator"
+    FAILURE = "failure"
+    DEADLINE = "deadline"
+    """A deadline that is missed, or can no longer be met."""
+    INPUTS = "inputs"
+    OBJECTIVE = "objective"
+    SERVICE = "service"
+    PLAN = "plan"
+    PLAN_END = "plan_end"
+    OUTCOME = "outcome"
+    NOTE = "note"
+    """Of interest only while the run is read as it happens."""
+
+
+class Event(Struct, frozen=True):
+    """An event of a run. ``text`` describes it in scenario terms, ``more`` is what later lines add
+    to it; ``robot`` is the robot concerned and ``region`` the place, if there is one. ``round``:
+    the round of a robot that a goal completes, 0 for none. ``pursued``: the objectives of robots
+    that it changes, in words; ``synthesis``: the result of one."""
+
+    tick: int
+    kind: StoryKind
+    text: str
+    robot: str | None = None
+    region: Region | None = None
+    obstacle: str | None = None
+    more: str = ""
+    round: int = 0
+    pursued: tuple[tuple[str, str], ...] = ()
+    synthesis: SynthesisOutcome | None = None
+
+    @property
+    def told(self) -> str:
+        """The whole text."""
+        return self.text + self.more
+
+
+class SynthesisOutcome(Struct, frozen=True):
+    """The result of a synthesis for a robot, ``found`` in words at a ``time``; what its strategy
+    assumes and ``allows``."""
+
+    robot: str
+    reason: str
+    verdict: str
+    seconds: float
+    states: int | None
+    cached: bool
+    verified: bool | None
+    assumptions: tuple[str, ...]
+    allows: str | None
+    time: float = 0.0
+    found: str = ""
+
+    @property
+    def initial(self) -> bool:
+        """Whether it was made before the start."""
+        return self.reason == "initial"
+
+
+class LongStep(Struct, frozen=True):
+    """A step that takes several ticks: after ``first`` to ``last`` the robot is between its region
+    and ``toward``, and occupies both; it arrives in the next tick. ``begin`` and ``end``: times of
+    departure and arrival in ticks, or in seconds if the run has a clock."""
+
+    first: int
+    last: int
+    toward: Region
+    begin: float
+    end: float
+
+    def part(self, time: float) -> float:
+        """Return the completed part of the step at a time, from 0 to 1."""
+        return min(1.0, max(0.0, (time - self.begin) / max(self.end - self.begin, 1e-9)))
+
+
+class RobotTrack(Struct):
+    """One robot and its poses: ``regions[t]`` and ``headings[t]`` after tick t; ``pose`` is the
+    last one, also within a tick. ``vision``: its radius in regions, None if unlimited; ``steps``:
+    its steps of more than one tick, in order."""
+
+    name: str
+    model: str
+    layer: str
+    capabilities: tuple[str, ...]
+    regions: list[Region]
+    headings: list[Heading | None]
+    vision: float | None = None
+    steps: list[LongStep] = field(default_factory=list)
+    within: tuple[Region, Heading | None] | None = None
+    """Its pose after its turn in the incomplete tick."""
+
+    @property
+    def pose(self) -> tuple[Region, Heading | None]:
+        return self.within or (self.regions[-1], self.headings[-1])
+
+    def transit(self, tick: int) -> LongStep | None:
+        """Return the step that the robot is in after ``tick``; None if it is in one region."""
+        i = bisect_right(self.steps, tick, key=lambda step: step.first) - 1
+        return self.steps[i] if i >= 0 and tick <= self.steps[i].last else None
+
+    def stand(self, pose: tuple[Region, Heading | None] | None = None) -> None:
+        """Add a tick, with the same pose or another one."""
+        region, heading = pose or (self.regions[-1], self.headings[-1])
+        self.regions.append(region)
+        self.headings.append(heading)
+
+
+class RobotBelief(Struct, frozen=True):
+    """Knowledge of a robot about another one: ``seen`` in the single region of ``regions``, or
+    believed to be in any of them."""
+
+    seen: bool
+    regions: frozenset[Region]
+
+
+class Hidden(Struct, frozen=True):
+    """A hidden obstacle: the ``actions`` of its needs in order. ``carried``: for each need but the
+    last, whether the robots that fulfilled it carry the obstacle to the next."""
+
+    name: str
+    type: str
+    region: Region
+    actions: tuple[str, ...]
+    carried: tuple[bool, ...] = ()
+    ordered: bool = False
+
+    def state(self, status: ObstacleStatus, met: int) -> str:
+        """Return its status and open needs in words: ``found, needs 'unlock', then 'push'``."""
+        unknown = self.ordered and status is ObstacleStatus.HIDDEN
+        words = "not ordered yet" if unknown else status.meaning
+        needs = "" if status is ObstacleStatus.RESOLVED else self.open_needs(met)
+        return f"{words}, needs {needs}" if needs else words
+
+    def open_needs(self, met: int) -> str:
+        """Return its needs after the first ``met`` in words."""
+        named = ("an operator" if a == OPERATOR_ACTION else f"'{a}'" for a in self.actions[met:])
+        return ", then ".join(named)
+
+    def label(self, world: RegionMap) -> str:
+        """``door@47``, or ``door@dock`` if the region has a name."""
+        return obstacle_words(self.name, world.word)
+
+
+class StackRow(Struct, frozen=True):
+    """One entry of the objective stack: obstacle, requester and helpers."""
+
+    obstacle: str
+    requester: str | None
+    helpers: tuple[str, ...]
+
+    def about(self, word: Word = number_word) -> str:
+        """``door@47``; ``word`` names regions."""
+        return obstacle_words(self.obstacle, word)
+
+    @property
+    def roles(self) -> str:
+        """``quad waits, digit helps``"""
+        if self.helpers == (self.requester,):
+            return f"{self.requester} resolves it itself"
+        parts = [] if self.requester in (None, *self.helpers) else [f"{self.requester} waits"]
+        if self.helpers:
+            parts.append(f"{listed(self.helpers)} {'helps' if len(self.helpers) == 1 else 'help'}")
+        return ", ".join(parts) or "no robot helps yet"
+
+
+class RobotProgress(Struct, frozen=True):
+    """Progress of a robot in its present objective: rounds, and the last reached target."""
+
+    rounds: int = 0
+    reached: Region | None = None
+
+
+class Slack(Struct, frozen=True):
+    """A verdict on a deadline: ``of`` a robot (its round), an obstacle or the mission, from tick
+    ``begin`` to ``due``; in ``tick``, ``left`` ticks before it is due, it is set, lost, kept, late
+    or excused."""
+
+    tick: int
+    of: str
+    begin: int
+    due: int
+    verdict: str
+    left: int
+
+
+class Ending(Struct, frozen=True):
+    """The end of a run. ``seconds``: its wall time; ``makespan``: of a run with a clock, the end of
+    its last command."""
+
+    outcome: Outcome
+    explanation: str
+    ticks: int
+    seconds: float
+    syntheses: int
+    synthesis_seconds: float
+    makespan: float | None
+
+    @property
+    def failed(self) -> bool:
+        """Whether the run could not continue: it was neither completed nor stopped by a user."""
+        return self.outcome in _FAILURES
+
+
+_FAILURES = (Outcome.OPERATOR_NEEDED, Outcome.UNREALIZABLE, Outcome.ASSUMPTION_VIOLATED)
+
+
+class Placed(Struct, frozen=True):
+    """A robot in a scene. ``row`` and ``col`` are fractions between two ticks; ``heading`` is in
+    degrees clockwise from north, None for robots without a heading. ``trail``: the regions of its
+    past path, oldest first."""
+
+    name: str
+    model: str
+    layer: str
+    row: float
+    col: float
+    heading: float | None
+    objective: Objective | None
+    trail: tuple[Region, ...] = ()
+    taken: tuple[Region, ...] = ()
+    """The two regions that it occupies during a step of several ticks; else none."""
+    loads: tuple[Hidden, ...] = ()
+    """The obstacles that it carries."""
+    charge: int | None = None
+    """The charge of its battery in percent, if it has one."""
+    doing: str = ""
+    """Its objective in words."""
+    aim: Region | None = None
+    """The target that it reaches next, as far as that is known."""
+    ahead: tuple[Region, ...] = ()
+    """The regions on the way there, from its own."""
+
+    def equipment(self, world: RegionMap) -> str:
+        """Return its loads and its charge in words; empty if it has neither."""
+        loads = f"carries {listed([load.label(world) for load in self.loads])}"
+        charge = f"charge {self.charge} %"
+        return "; ".join([loads] * bool(self.loads) + [charge] * (self.charge is not None))
+
+
+class Scene(Struct, frozen=True):
+    """One complete moment: everything a picture shows."""
+
+    title: str
+    moment: str
+    map: RegionMap
+    robots: tuple[Placed, ...]
+    obstacles: tuple[tuple[Hidden, ObstacleStatus, int], ...]
+    """Each present obstacle with its status and the number of its fulfilled needs."""
+    stack: tuple[StackRow, ...] = ()
+    happened: tuple[Event, ...] = ()
+    chargers: tuple[Region, ...] = ()
+    exclusions: tuple[Exclusion, ...] = ()
