@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from safenav.extras import missing
+from safenav.fleet.goals import FleetClock, frame_of
 from safenav.fleet.stations import FleetFile, TransportKind
-from safenav.fleet.steps import FleetClock
 from safenav.fleet.transport import DriveRecording
 from safenav.fleet.world import FleetWorld
 from safenav.scenario.model import Scenario
@@ -17,7 +17,7 @@ def fleet_world(
 
     Raises UsageError if the transport's library is missing."""
     stations = fleet.stations
-    FleetWorld.check(scenario)
+    frame_of(scenario)
     if fleet.transport is TransportKind.SIMULATION:
         from safenav.fleet.lab.simulation import SimulationTransport
 

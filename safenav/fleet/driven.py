@@ -57,9 +57,10 @@ def driven_motion(
 
     Raises UsageError or InputError if a robot's model has no motion in metres.
     """
-    places, followers, recording = world.places, world.followers, world.recording
+    goals = world.goals
+    places, followers, recording = goals.places, goals.followers, goals.recording
     assert recording is not None
-    begun = world.begun + began
+    begun = goals.begun + began
     floor = floor_of(trace)
     movers = movers_of(trace, floor)
     ledger = TraceLedger({name: body.region for name, body in movers.items()})

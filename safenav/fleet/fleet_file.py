@@ -19,6 +19,7 @@ from safenav.fleet.stations import (
     ScanUse,
     SimulationUse,
     Station,
+    TfUse,
     TransportKind,
     on_regions,
     side_of,
@@ -84,6 +85,13 @@ class ScanKeys(Item, frozen=True):
     )
 
 
+class TfKeys(Item, frozen=True):
+    """Its pose comes from TF, from map to its frame, instead of from odometry."""
+
+    topic: RosName = key("The topic of transforms; of static ones: with _static.", default="tf")
+    frame: RosName = key("The frame of the robot.", default="base_link")
+
+
 class FollowKeys(Item, frozen=True):
     """The robot tracks references itself, instead of goals."""
 
@@ -114,6 +122,7 @@ class StationKeys(Item, frozen=True):
     retries: int = key("Number of times that a failed goal is sent again.", most=20, default=2)
     scan: ScanKeys | None = None
     report: RosName | None = key("A text topic: 'door@47' is present, '-door@47' is gone.")
+    tf: TfKeys | None = None
     follow: FollowKeys | None = None
     act: dict[Scalar, RosName] | None = key("The service that performs each action.")
 
@@ -232,6 +241,7 @@ def _station(
         tolerance=given("tolerance") or on_regions(base.tolerance, side),
         namespace=_absolute(given("namespace") or base.namespace),
         scan=_scan(given("scan"), side, findings),
+        tf=None if (tf := given("tf")) is None else TfUse(tf.topic, tf.frame.strip("/")),
         follow=_follow(given("follow"), side, findings),
         act={action.text: service for action, service in (given("act") or {}).items()},
     )

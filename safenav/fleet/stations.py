@@ -31,6 +31,14 @@ class ScanUse(Struct, frozen=True):
     beyond: float = 0.35
 
 
+class TfUse(Struct, frozen=True):
+    """A robot whose pose is the transform from ``map`` to its ``frame``, from the ``topic`` of
+    transforms and that of static ones (``TOPIC_static``), instead of its odometry."""
+
+    topic: str = "tf"
+    frame: str = "base_link"
+
+
 class FollowUse(Struct, frozen=True):
     """A robot that tracks references: the ``topic`` on which it receives them, and the maximum
     deviation in metres (``tolerance``)."""
@@ -43,7 +51,8 @@ class Station(Struct, frozen=True):
     """One robot. ``tolerance``: distance from the centre of a region, in metres, that counts as
     arrival; ``speed``: metres per second, for the time limit of a goal, which is ``timeout`` times
     the expected time; ``retries``: number of times that a failed goal is sent again; ``scan`` and
-    ``report``: its sensors; ``follow``: None for a robot that navigates to goals by itself;
+    ``report``: its sensors; ``tf``: None for a robot whose odometry is in the frame of the map;
+    ``follow``: None for a robot that navigates to goals by itself;
     ``act``: the service that performs each action."""
 
     namespace: str
@@ -53,8 +62,14 @@ class Station(Struct, frozen=True):
     retries: int = 2
     scan: ScanUse | None = None
     report: str | None = None
+    tf: TfUse | None = None
     follow: FollowUse | None = None
     act: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def pose_topic(self) -> str:
+        """Return the full name of the topic from which its pose comes."""
+        return self.path("odom" if self.tf is None else self.tf.topic)
 
     def path(self, name: str) -> str:
         """Return the full name of a topic, service or action: below the namespace unless

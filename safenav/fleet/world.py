@@ -15,22 +15,52 @@ from contextlib import suppress
 from math import inf
 
 from safenav.errors import UsageError
-from safenav.fleet import transport
-from safenav.fleet.acting import TeamAction
+from safenav.fleet.acting import FleetProgress, TeamAction
 from safenav.fleet.driven_robot import DrivenRobot, FleetTask, Phase, TrailPoint
-from safenav.fleet.lookout import STALE
+from safenav.fleet.goals import FRESH, LATE, REAL_TIME, SET_BACK, SETTLING, FleetClock, Goals
+from safenav.fleet.lookout import STALE, Lookout
 from safenav.fleet.sensing import PASSED, Sighting, View
-from safenav.fleet.steps import FRESH, LATE, SET_BACK, SETTLING, FleetSteps
+from safenav.fleet.stations import Station
+from safenav.fleet.transport import (
+    DriveRecording,
+    GoalEnded,
+    InputHeard,
+    Located,
+    Message,
+    Performed,
+    Reported,
+    Scanned,
+    Transport,
+)
 from safenav.runtime.worlds.protocol import Acted, Blocked, Failed, Lost, Sensed, WorldEvent
-from safenav.scenario.model import Obstacle, Robot
+from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.records import Depart, Record
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
 from safenav.world.moves import Pose
 
 
-class FleetWorld(FleetSteps):
-    """World of a fleet behind a transport. Open it before the mission; always close it."""
+class FleetWorld:
+    """World of a fleet behind a transport. Open it before the mission; always close it. What robots
+    do about their commands is in ``goals``."""
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        stations: Mapping[str, Station],
+        transport: Transport,
+        clock: FleetClock = REAL_TIME,
+        recording: DriveRecording | None = None,
+    ) -> None:
+        self.goals = Goals(scenario, stations, transport, clock, recording)
+        self.now = self.goals.now
+        self._bodies, self._sensing = self.goals.bodies, self.goals.sensing
+        self._clock, self._places = clock, self.goals.places
+        self._messages: queue.SimpleQueue[tuple[float, Message]] = queue.SimpleQueue()
+        self._lookout = Lookout(scenario, self._places, self._bodies, self._sensing)
+        self._progress = FleetProgress(scenario)
+        self._untold: dict[str, FleetTask] = {}
+        self._inputs: dict[str, bool] = {}
 
     @property
     def idle(self) -> bool:
@@ -52,7 +82,7 @@ class FleetWorld(FleetSteps):
         known = self._sensing.at(pose.region)  # obstacles that ``sense`` has reported to the team
         self._take_all()
         body = self._bodies[robot.name]
-        found = self._pose_now(body)
+        found = self.goals.pose_now(body)
         if found is not None and found.region != body.pose.region:  # moved by something else
             body.lost = frozenset((body.pose.region, found.region))
             return Lost(self.now(), robot.name, body.lost, self._moved(found), command=command)
@@ -63,7 +93,7 @@ class FleetWorld(FleetSteps):
         return None
 
     def _moved(self, pose: Pose) -> str:
-        where = self.places.world.label(pose.region)
+        where = self._places.world.label(pose.region)
         return f"by its odometry it is in {where}, to which it was not sent"
 
     def inputs(self, tick: int) -> Mapping[str, bool]:
@@ -88,14 +118,14 @@ class FleetWorld(FleetSteps):
         that region. A robot that has just found an obstacle does not depart."""
         if body.robot.name in self._untold:
             return
-        region, pose = task.to.region, self._pose_now(body)
+        region, pose = task.to.region, self.goals.pose_now(body)
         known, view = self._sensing.at(region), body.view.get(region)
         if body.station.scan is None or region == task.start.region:
             view = View.UNSEEN
         elif self.now() - body.viewed > STALE:
             view = None
         if pose is not None and pose.region != task.start.region:  # moved by something else
-            self._lose(body, task, self._moved(pose))
+            self.goals.lose(body, task, self._moved(pose))
             return
         if pose is None or view in (None, View.DOUBT, View.BEFORE):
             return
@@ -103,22 +133,22 @@ class FleetWorld(FleetSteps):
         if known is None and view is View.ROBOT and not self._lookout.is_shared(body, region):
             return
         if known is not None and known is not task.known:
-            self._end(body, Blocked, task.start, known)
+            self.goals.end(body, Blocked, task.start, known)
             return
         task.phase = Phase.GOING
-        self._send(body, task, task.to)
+        self.goals.send(body, task, task.to)
 
     def _peered(self, body: DrivenRobot, task: FleetTask) -> None:
         """End a step without departure: the robot had no scan of its next region in time."""
-        pose, region = self._pose_now(body), task.to.region
+        pose, region = self.goals.pose_now(body), task.to.region
         if pose is None:
-            self._lose(body, task)
+            self.goals.lose(body, task)
             return
-        where = self.places.world.label(region)
+        where = self._places.world.label(region)
         why = f"its lidar has not seen {where} since it arrived here"
         if body.view.get(region) is not None:
             why = f"its lidar hits something at {where}, perhaps another robot"
-        self._end(body, Failed, task.start, why)
+        self.goals.end(body, Failed, task.start, why)
 
     def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> WorldEvent | None:
         body = self._bodies[robot.name]
@@ -159,11 +189,11 @@ class FleetWorld(FleetSteps):
         task = body.task
         self._untold.pop(robot.name, None)
         if task is not None and task.phase is Phase.INSPECTING:  # it has not departed
-            self._end(body, Failed, task.start, "cancelled")
+            self.goals.end(body, Failed, task.start, "cancelled")
         elif task is not None and task.phase is Phase.GOING:
-            self._stop(body, task, "cancelled")
+            self.goals.stop(body, task, "cancelled")
         elif task is not None and task.phase is Phase.LOOKING and task.there:
-            self._looked(body, task)
+            self.goals.looked(body, task)
 
     def wait(self, timeout: float | None) -> Sequence[WorldEvent]:
         end = inf if timeout is None else self.now() + timeout
@@ -173,8 +203,8 @@ class FleetWorld(FleetSteps):
         while True:
             self._take_all()  # many messages may have arrived during a long computation
             self._check_times()
-            if self._events or self.now() >= end:
-                found, self._events = self._events, []
+            if self.goals.events or self.now() >= end:
+                found, self.goals.events = self.goals.events, []
                 return found
             dues = [body.task.due for body in self._bodies.values() if body.task]
             pause = min([end, *dues]) - self.now()
@@ -185,14 +215,14 @@ class FleetWorld(FleetSteps):
     def open(self, patience: float = 10.0) -> None:
         """Connect, wait until each robot answers and odometry confirms its start pose, then for the
         first reading of its lidar. Raises UsageError."""
-        self._transport.open(self._heard)
+        self.goals.transport.open(self._heard)
         end = self.now() + patience
         while silent := self._silent():
             if self.now() >= end:
                 raise UsageError(f"no answer in {patience:g} s from {', '.join(silent)}")
             self._take_next(0.1)
         for body in self._bodies.values():
-            if (astray := self._begins_elsewhere(body)) is not None:
+            if (astray := self.goals.begins_elsewhere(body)) is not None:
                 raise UsageError(astray)
         end = self.now() + FRESH
         while self.now() < end and any(
@@ -202,18 +232,18 @@ class FleetWorld(FleetSteps):
 
     def _silent(self) -> list[str]:
         bodies = self._bodies.values()
-        quiet = [body.station.path("odom") for body in bodies if body.place is None]
-        return quiet or self._transport.missing()
+        quiet = [body.station.pose_topic for body in bodies if body.place is None]
+        return quiet or self.goals.transport.missing()
 
     def close(self) -> None:
         """Cancel every goal, and disconnect."""
-        self._transport.close()
+        self.goals.transport.close()
 
     # Messages
 
-    def _heard(self, message: transport.Message) -> None:
-        if self.recording is not None:
-            self.recording.heard(message, self._clock.now())
+    def _heard(self, message: Message) -> None:
+        if self.goals.recording is not None:
+            self.goals.recording.heard(message, self._clock.now())
         self._messages.put((self.now(), message))
 
     def _take_next(self, pause: float) -> None:
@@ -229,29 +259,29 @@ class FleetWorld(FleetSteps):
             while True:
                 self._take(*self._messages.get_nowait())
 
-    def _take(self, heard: float, message: transport.Message) -> None:
+    def _take(self, heard: float, message: Message) -> None:
         """Process a message received at a time (seconds)."""
-        if isinstance(message, transport.InputHeard):
+        if isinstance(message, InputHeard):
             self._inputs[message.name] = message.on
             return
         body = self._bodies.get(message.robot)
         if body is None:
             return
         match message:
-            case transport.Located():
+            case Located():
                 self._located(body, message, heard)
-            case transport.Scanned():
+            case Scanned():
                 self._lookout.keep(body, message, heard)
                 self._read(body, heard)
-            case transport.Reported() if body.place is not None:
+            case Reported() if body.place is not None:
                 found = self._sensing.report(message, body.place.stamp, heard)
                 self._sighted(body, found)
-            case transport.GoalEnded():
-                self._goal_ended(body, message)
-            case transport.Performed():
+            case GoalEnded():
+                self.goals.goal_ended(body, message)
+            case Performed():
                 self._performed(message)
 
-    def _located(self, body: DrivenRobot, place: transport.Located, heard: float) -> None:
+    def _located(self, body: DrivenRobot, place: Located, heard: float) -> None:
         newest = body.place
         if newest is not None and place.stamp < newest.stamp:
             if newest.stamp - place.stamp < SET_BACK:
@@ -266,15 +296,15 @@ class FleetWorld(FleetSteps):
             body.trail.popleft()
         task = body.task
         if task is not None and task.phase is Phase.LOOKING:
-            self._confirm(body, task)
+            self.goals.confirm(body, task)
         elif task is not None and task.over is not None:
             self._acted(body, task)
         elif task is not None and task.phase is Phase.INSPECTING:
             self._send_if_clear(body, task)
         self._read(body, heard)
-        self._watch(body)
+        self.goals.watch(body)
         if (left := self._lookout.stray_left(body)) is not None:
-            self._events.append(Sensed(self.now(), left, there=False))
+            self.goals.events.append(Sensed(self.now(), left, there=False))
         self._keep_clear(body)
 
     def _keep_clear(self, body: DrivenRobot) -> None:
@@ -282,16 +312,18 @@ class FleetWorld(FleetSteps):
         at = body.place
         if body.task is not None or at is None:
             return
-        off = min(self.places.outside(region, at.x, at.y) for region in body.regions)
+        off = min(self._places.outside(region, at.x, at.y) for region in body.regions)
         if off <= body.station.tolerance:
             return
-        region, name = self.places.region(at.x, at.y), body.robot.name
+        region, name = self._places.region(at.x, at.y), body.robot.name
         for other in self._bodies.values():
             task = other.task
             if task is None or task.phase is not Phase.GOING or task.to.region != region:
                 continue
             if other.robot.conflicts(body.robot):
-                self._stop(other, task, f"{name} is in region {region}, to which it was not sent")
+                self.goals.stop(
+                    other, task, f"{name} is in region {region}, to which it was not sent"
+                )
 
     # Steps
 
@@ -301,25 +333,15 @@ class FleetWorld(FleetSteps):
             task = body.task
             if task is None or now < task.due:
                 continue
-            if task.phase is Phase.LOOKING:
-                self._looked(body, task)
-            elif task.phase is Phase.INSPECTING:
+            if task.phase is Phase.INSPECTING:
                 self._peered(body, task)
+            elif task.phase is not Phase.ACTING:
+                self.goals.overdue(body, task)
             elif task.over is not None:
                 self._end_action(body, task)
-            elif not task.goal and task.phase in (Phase.GOING, Phase.RETURNING):
-                self._end_pause(body, task)
-            elif task.phase is Phase.GOING:
-                self._stop(body, task, f"the goal did not end within {now - task.sent:.1f} s")
-            elif task.phase is Phase.STOPPING:
-                self._go_back(body, task)
-            elif task.phase is Phase.RETURNING:
-                self._transport.cancel(body.robot.name)
-                back = f"its return did not end within {now - task.sent:.1f} s"
-                self._lose(body, task, f"{task.reason}; {back}")
             else:
                 for name in task.team_action.silent if task.team_action is not None else ():
-                    late = transport.Performed(name, task.goal, ActResult.FAILED, "too late")
+                    late = Performed(name, task.goal, ActResult.FAILED, "too late")
                     self._performed(late)
 
     # Actions
@@ -336,16 +358,15 @@ class FleetWorld(FleetSteps):
             self._acted(body, task)
             return
         assert team_action.on is not None
-        self._goals += 1
-        task.goal = self._goals
+        task.goal = self.goals.number()
         task.due = self.now() + max(30.0, SETTLING * body.station.timeout)
         for name, service in services.items():
-            self._transport.perform(name, service, team_action.on.name, task.goal)
+            self.goals.transport.perform(name, service, team_action.on.name, task.goal)
 
     def _acted(self, body: DrivenRobot, task: FleetTask) -> None:
         """End an action when odometry has the robot in its own region; it may be later than the
         result, and a robot that opens a door enters its region."""
-        pose = self._pose_now(body)
+        pose = self.goals.pose_now(body)
         if pose is not None and pose.region == body.pose.region:
             self._end_action(body, task)
 
@@ -355,7 +376,7 @@ class FleetWorld(FleetSteps):
         if body.place is not None:
             body.arrived = body.place.stamp
         assert task.over is not None
-        self._end(body, Acted, *task.over)
+        self.goals.end(body, Acted, *task.over)
 
     def _idle(self, task: FleetTask | None) -> dict[str, Region]:
         """Return the regions of robots that can take part in an action: those without another
@@ -363,7 +384,7 @@ class FleetWorld(FleetSteps):
         bodies = self._bodies.values()
         return {b.robot.name: b.pose.region for b in bodies if b.task in (None, task)}
 
-    def _performed(self, message: transport.Performed) -> None:
+    def _performed(self, message: Performed) -> None:
         """Process the answer of a participant of an action."""
         for leader in self._bodies.values():
             task = leader.task
@@ -387,7 +408,7 @@ class FleetWorld(FleetSteps):
 
     def _sighted(self, body: DrivenRobot, found: Sequence[Sighting]) -> None:
         now, name = self.now(), body.robot.name
-        self._events += [Sensed(now, one.obstacle, name, there=one.there) for one in found]
+        self.goals.events += [Sensed(now, one.obstacle, name, there=one.there) for one in found]
 
     def _read(self, body: DrivenRobot, now: float) -> None:
         """Evaluate the scans whose poses are known from odometry by now."""
@@ -396,7 +417,7 @@ class FleetWorld(FleetSteps):
             task = body.task
             if task is not None and task.phase is Phase.LOOKING and task.there:
                 if View.DOUBT not in look.view.values():
-                    self._looked(body, task)
+                    self.goals.looked(body, task)
                 else:  # the robot or obstacle that a ray has hit may have left: scan again
                     task.due = max(task.due, task.since + PASSED + FRESH)
             elif task is not None and task.phase is Phase.INSPECTING:

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from safenav.fleet import steps
+from safenav.fleet import goals
 from safenav.fleet import world as fleet
 
 
@@ -20,6 +20,6 @@ def short_limits(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
         "PAUSE": 0.02,
     }
     for name, seconds in limits.items():
-        monkeypatch.setattr(steps, name, seconds)
+        monkeypatch.setattr(goals, name, seconds)
     monkeypatch.setattr(fleet, "FRESH", 0.05)
     yield

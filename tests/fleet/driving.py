@@ -75,7 +75,11 @@ class Lab:
         follow = f"follow: {{tolerance: {OFF}}}, " if streams else follow
         inputs = "inputs: {alarm: /building/alarm}\n" if case == ALARMED else ""
         defaults = "defaults: {" + follow
-        self.fleet.write_text(inputs + FLEET.format(**given).replace("defaults: {", defaults))
+        fleet = FLEET.format(**given).replace("defaults: {", defaults)
+        for name, own in faults.items():
+            if "tf" in own:
+                fleet = fleet.replace(f"{name}: {{", f"{name}: {{tf: {{frame: {name}/base}}, ")
+        self.fleet.write_text(inputs + fleet)
         self.processes: list[subprocess.Popen[str]] = []
         self.environment = {
             **os.environ,

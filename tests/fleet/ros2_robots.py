@@ -3,8 +3,8 @@
 PORT is the lab's. A robot may have faults: ``digit+doubled`` sends every reply twice, ``+late`` a
 tenth of a second late, ``+abort`` aborts its third goal, ``+die`` never ends its fourth, ``+alarm``
 raises an alarm from its first goal to its second, ``+lag`` tells what its lidar has seen 0.3 s
-later. Written from ROS 2's action design and rmw_cyclonedds' names; it ends with its standard
-input.
+later, ``+tf`` sends transforms instead of odometry. Written from ROS 2's action design and
+rmw_cyclonedds' names; it ends with its standard input.
 """
 
 import math
@@ -16,9 +16,17 @@ from typing import Any
 
 from fleet.lab import SILENT, ends, follow, lab_at
 from safenav.fleet.ros2 import messages as ros
-from safenav.fleet.ros2.node import RELIABLE, SENSOR, SERVICE, Participant
+from safenav.fleet.ros2.node import LATCHED, RELIABLE, SENSOR, SERVICE, Participant
 
 STATUS = {"succeeded": ros.SUCCEEDED, "aborted": ros.ABORTED, "canceled": ros.CANCELED}
+
+
+def transform(parent: str, child: str, place: tuple[float, float, float], stamp: Any = None) -> Any:
+    x, y, yaw = place
+    turn = ros.Quaternion(0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
+    moved = ros.Transform(ros.Vector3(x, y, 0.0), turn)
+    header = ros.MessageHeader(stamp or ros.Time(), parent)
+    return ros.TFMessage([ros.TransformStamped(header, child, moved)])
 
 
 class Server:
@@ -38,6 +46,10 @@ class Server:
         self.tell = node.writer(f"rr{action}/get_resultReply", ros.ResultReply, SERVICE)
         self.yes = node.writer(f"rr{action}/cancel_goalReply", ros.CancelReply, SERVICE)
         self.odom = node.writer(f"rt{space}/odom", ros.Odometry, RELIABLE)
+        self.tf = node.writer(f"rt{space}/tf", ros.TFMessage, RELIABLE)
+        if "tf" in faults:
+            self.fixed = node.writer(f"rt{space}/tf_static", ros.TFMessage, LATCHED)
+            self.fixed.write(transform("base_footprint", f"{name}/base", (0.1, 0.0, 0.0)))
         self.scans = node.writer(f"rt{space}/scan", ros.LaserScan, SENSOR)
         self.reports = node.writer(f"rt{space}/obstacles", ros.String, RELIABLE)
         self.feedback = node.writer(f"rt{action}/feedback", ros.FeedbackMessage, RELIABLE)
@@ -124,7 +136,14 @@ class Server:
         turn = ros.Quaternion(0.0, 0.0, math.sin(robot["yaw"] / 2), math.cos(robot["yaw"] / 2))
         pose = ros.PlacedPose(ros.Point(robot["x"], robot["y"], 0.0), turn)
         header = ros.MessageHeader(stamp, "map")
-        self.odom.write(ros.Odometry(header, "base_link", ros.PoseWithCovariance(pose)))
+        if "tf" not in self.faults:
+            self.odom.write(ros.Odometry(header, "base_link", ros.PoseWithCovariance(pose)))
+        else:  # odometry began elsewhere, turned by a quarter; the localization knows where
+            x, y, yaw = robot["x"], robot["y"], robot["yaw"]
+            x, y = x - 0.1 * math.cos(yaw), y - 0.1 * math.sin(yaw)
+            drifted = (y - 2.0, 1.0 - x, yaw - math.pi / 2)
+            self.tf.write(transform("map", "odom", (1.0, 2.0, math.pi / 2), stamp))
+            self.tf.write(transform("odom", "base_footprint", drifted, stamp))
         if "alarm" in self.faults:
             self.alarm.write(ros.Bool(self.goals == 1))
         if goal is not None:

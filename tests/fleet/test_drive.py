@@ -51,7 +51,7 @@ DRIVEN = labs(
     (SECOND, "simulation"),
     (THIRD, "simulation"),
     (FIRST, "ros2", {"digit": "abort+late", "quad": "doubled"}),
-    (THIRD, "ros2", {"digit": "lag", "quad": "lag"}),
+    (THIRD, "ros2", {"digit": "lag", "quad": "lag+tf"}),
 )
 
 

@@ -38,7 +38,8 @@ network: {domain: 7, interface: wlan0, peers: [10.0.0.7]}
 failures: {retries: 0, timeout: 9}
 defaults: {speed: 0.4, retries: 0, scan: {obstacle: door}}
 robots:
-  digit: {namespace: /d/, speed: 0.8, act: {push: open_door}, report: seen}
+  digit: {namespace: /d/, speed: 0.8, act: {push: open_door}, report: seen,
+          tf: {topic: /tf, frame: digit/base_link}}
 """
     )
     fleet = loaded(text, tmp_path)
@@ -49,7 +50,8 @@ robots:
     assert fleet.stations == {
         "quad": stations.Station("/quad", speed=0.4, retries=0, scan=scan),
         "digit": stations.Station(
-            "/d", 0.3, 0.8, 3.0, 0, scan, "seen", None, {"push": "open_door"}
+            *("/d", 0.3, 0.8, 3.0, 0, scan, "seen", stations.TfUse("/tf", "digit/base_link")),
+            act={"push": "open_door"},
         ),
     }
     jsonschema.validate(yaml.safe_load(text), SCHEMA)
@@ -201,7 +203,13 @@ FULL: dict[str, Any] = {
     | {"timeout": 9},
     "defaults": {"speed": 0.4, "timeout": 2, "follow": {"topic": "t", "tolerance": 0.1}},
     "robots": {
-        "quad": {"namespace": "/q", "tolerance": 0.2, "retries": 3, "report": "seen"}
+        "quad": {
+            "namespace": "/q",
+            "tolerance": 0.2,
+            "retries": 3,
+            "report": "seen",
+            "tf": {"topic": "/tf", "frame": "q/base_link"},
+        }
         | {"scan": {"topic": "scan", "obstacle": "door", "beyond": 0.2}, "act": {"sense": "look"}}
     },
 }

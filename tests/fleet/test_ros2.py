@@ -36,6 +36,59 @@ def test_odometry_that_is_not_finite_is_ignored(east: float, z: float) -> None:
     assert streams.located("quad", 0.0, odometry(1.0, 0.0, 0.0, z, east)) is None
 
 
+def transforms(*parts: tuple[str, str, float, tuple[float, float, float]]) -> Message:
+    return Message(
+        transforms=[
+            Message(
+                header=Message(frame_id=parent, stamp=Message(sec=stamp, nanosec=0)),
+                child_frame_id=child,
+                transform=Message(
+                    translation=Message(x=x, y=y),
+                    rotation=Message(x=0.0, y=0.0, z=sin(yaw / 2), w=cos(yaw / 2)),
+                ),
+            )
+            for parent, child, stamp, (x, y, yaw) in parts
+        ]
+    )
+
+
+def test_a_pose_from_transforms_is_that_of_the_whole_chain_when_odometry_moves() -> None:
+    """The localization corrects odometry later, with a stamp in the future: no new pose."""
+    frames = streams.Transforms("quad", "base_link")
+    fixed = transforms(("base", "base_link", 0, (0.5, 0.0, 0.0)))
+    moved = ("odom", "base", 7, (2.0, 0.0, 0.0))
+    assert frames.take(fixed, static=True) is None
+    assert frames.take(transforms(moved), static=False) is None  # no localization yet
+    assert frames.take(transforms(("map", "odom", 9, (1.0, 1.0, pi / 2))), static=False) is None
+    found = frames.take(transforms(moved, ("world", "map", 7, (0.0, 0.0, 1.0))), static=False)
+    assert found is not None
+    assert (found.stamp, found.x, found.y) == (7.0, pytest.approx(1.0), pytest.approx(3.5))
+    assert found.yaw == pytest.approx(pi / 2)
+    loop = transforms(("base", "odom", 8, (0.0, 0.0, 0.0)))
+    assert frames.take(loop, static=False) is None
+
+
+@pytest.mark.parametrize(
+    ("guid", "other"), [("0110", ""), ("010f", "Fast DDS"), ("0199", "middleware 0199")]
+)
+def test_a_server_of_other_middleware_gets_no_request(guid: str, other: str) -> None:
+    """It would read the header of a request as lengths."""
+    pytest.importorskip("cyclonedds", reason="the ROS 2 transport needs the extra 'ros2'")
+    from safenav.fleet.ros2.node import Client
+
+    written: list[object] = []
+    key = Message(bytes=bytes.fromhex(guid) + bytes(14))
+    writer = Message(
+        get_matched_subscriptions=lambda: [1],
+        get_matched_subscription_data=lambda _: Message(participant_key=key),
+        write=written.append,
+    )
+    node = Message(client=1, listen=lambda *_: None, writer=lambda *_: writer)
+    client = Client(node, "/push", lambda **fields: fields, object, print)
+    client.call()
+    assert (client.foreign, client.connected, len(written)) == (other, not other, int(not other))
+
+
 @pytest.mark.parametrize(
     ("told", "metres"),
     [(2.0, 2.0), (9.0, inf), (inf, inf), (0.05, nan), (0.0, nan), (nan, nan), (-inf, 0.1)],

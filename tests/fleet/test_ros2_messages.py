@@ -43,6 +43,7 @@ KINDS = {
     "std_msgs/msg/String": "String",
     "std_msgs/msg/Bool": "Bool",
     "nav_msgs/msg/Odometry": "Odometry",
+    "tf2_msgs/msg/TFMessage": "TFMessage",
     "sensor_msgs/msg/LaserScan": "LaserScan",
     "trajectory_msgs/msg/MultiDOFJointTrajectory": "Trajectory",
     "action_msgs/msg/CancelGoal_Request": "CancelRequest",
@@ -149,6 +150,7 @@ def ours(kind: type[Any], value: Any, client: int, number: int) -> Any:
             given[field.name] = found.tolist()
         elif isinstance(found, list):
             element = ELEMENTS.get(field.name)
+            element = "TransformStamped" if kind.__name__ == "TFMessage" else element
             parts = [ours(kind_of(element), one, 0, 0) for one in found] if element else found
             given[field.name] = parts
         else:

@@ -47,6 +47,17 @@ SENSOR = Qos(
 """A best-effort reader also receives from reliable writers; a reliable reader receives only from
 those."""
 
+LATCHED = Qos(
+    Policy.Reliability.Reliable(_SECOND),
+    Policy.Durability.TransientLocal,
+    Policy.History.KeepLast(10),
+    _CDR,
+)
+"""Of topics whose last messages a reader also receives when it joins."""
+CYCLONE = "0110"
+VENDORS = {"0101": "RTI Connext", "0103": "OpenDDS", "010f": "Fast DDS", CYCLONE: "Cyclone DDS"}
+"""Middleware by the first two bytes of a participant's guid (RTPS 2.2, 9.3.1.5)."""
+
 _CONFIGURATION = (
     "<CycloneDDS><Domain><General>"
     '<Interfaces><NetworkInterface name="{interface}"/></Interfaces>'
@@ -175,16 +186,30 @@ class Client:
         self._writer = node.writer(f"rq{service}Request", request, SERVICE)
 
     def call(self, **fields: Any) -> int:
-        """Send a request; return the number of its reply."""
+        """Send a request, unless a server of other middleware would receive it; return the number
+        of its reply."""
         number = next(self._numbers)
-        make: Any = self._request
-        self._writer.write(make(client=self._node.client, number=number, **fields))
+        if not self.foreign:
+            make: Any = self._request
+            self._writer.write(make(client=self._node.client, number=number, **fields))
         return number
 
     @property
+    def foreign(self) -> str:
+        """The middleware of a server that is not Cyclone DDS; empty if there is none. Others put
+        the identity of a request elsewhere: a server of theirs would read the header of ours as
+        lengths, and could exhaust its memory."""
+        for handle in self._writer.get_matched_subscriptions():
+            server = self._writer.get_matched_subscription_data(handle)
+            vendor = CYCLONE if server is None else server.participant_key.bytes[:2].hex()
+            if vendor != CYCLONE:
+                return VENDORS.get(vendor, f"middleware {vendor}")
+        return ""
+
+    @property
     def connected(self) -> bool:
-        """Return whether a server is connected."""
-        return bool(self._writer.get_matched_subscriptions())
+        """Return whether a server is connected that understands requests."""
+        return bool(self._writer.get_matched_subscriptions()) and not self.foreign
 
     def _filter(self, reply: Any) -> None:
         if reply.client == self._node.client:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from math import atan2, cos, inf, isfinite, isnan, nan, sin
+from math import atan2, cos, inf, isfinite, isnan, nan, remainder, sin, tau
 from threading import Event, Lock, Thread
 from typing import TYPE_CHECKING, Any
 
@@ -110,10 +110,61 @@ def located(robot: str, stamp: float, odometry: Any) -> Located | None:
     """Return x, y and yaw of a ``nav_msgs/Odometry``; None if one of them is not finite, because
     the estimator has diverged."""
     pose = odometry.pose.pose
-    q = pose.orientation
-    yaw = atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z))
-    x, y = float(pose.position.x), float(pose.position.y)
-    return Located(robot, stamp, x, y, yaw) if all(map(isfinite, (x, y, yaw))) else None
+    return _finite(Located(robot, stamp, *_planar(pose.position, pose.orientation)))
+
+
+def _planar(place: Any, turn: Any) -> tuple[float, float, float]:
+    """Return x, y and yaw of a position and a quaternion."""
+    sine = 2 * (turn.w * turn.z + turn.x * turn.y)
+    cosine = 1 - 2 * (turn.y * turn.y + turn.z * turn.z)
+    return float(place.x), float(place.y), atan2(sine, cosine)
+
+
+def _finite(at: Located) -> Located | None:
+    return at if all(map(isfinite, (at.x, at.y, at.yaw))) else None
+
+
+class Transforms:
+    """The transforms of one robot: its pose, from ``map`` to its frame."""
+
+    def __init__(self, robot: str, frame: str) -> None:
+        self._robot, self._frame = robot, frame
+        self._known: dict[str, tuple[str, float | None, tuple[float, float, float]]] = {}
+        """By frame: its parent, the stamp (None: static), and x, y, yaw in its parent."""
+
+    def take(self, message: Any, *, static: bool) -> Located | None:
+        """Take a ``tf2_msgs/TFMessage``; return the pose, if its newest part has changed: with the
+        stamp of the transform next to the robot, which moves with it."""
+        fresh = set()
+        for each in message.transforms:
+            child, parent = each.child_frame_id.strip("/"), each.header.frame_id.strip("/")
+            stamp = None if static else seconds_of(each.header.stamp)
+            body = each.transform
+            self._known[child] = parent, stamp, _planar(body.translation, body.rotation)
+            fresh.add(child)
+        x = y = yaw = 0.0
+        frame, moving, seen = self._frame, "", set[str]()
+        while frame != FRAME:
+            if frame in seen or frame not in self._known:
+                return None
+            seen.add(frame)
+            parent, stamp, (east, north, turn) = self._known[frame]
+            x, y = (
+                east + x * cos(turn) - y * sin(turn),
+                north + x * sin(turn) + y * cos(turn),
+            )
+            yaw += turn
+            moving, frame = moving or (frame if stamp is not None else ""), parent
+        if moving not in fresh:
+            return None
+        at = self._known[moving][1]
+        assert at is not None
+        return _finite(Located(self._robot, at, x, y, remainder(yaw, tau)))
+
+
+def seconds_of(stamp: Any) -> float:
+    """Return a ``builtin_interfaces/Time`` in seconds."""
+    return float(stamp.sec) + float(stamp.nanosec) * 1e-9
 
 
 def scanned(robot: str, stamp: float, scan: Any) -> Scanned:

@@ -17,7 +17,7 @@ from msgspec import Struct
 
 from safenav.fleet.ros2 import messages as ros
 from safenav.fleet.ros2 import streams
-from safenav.fleet.ros2.node import RELIABLE, SENSOR, Client, Participant
+from safenav.fleet.ros2.node import LATCHED, RELIABLE, SENSOR, Client, Participant
 from safenav.fleet.stations import Network, Station
 from safenav.fleet.transport import (
     GoalEnd,
@@ -82,6 +82,11 @@ class _Robot:
     @property
     def connected(self) -> bool:
         return self._send.connected and self._result.connected
+
+    @property
+    def foreign(self) -> str:
+        """The middleware of its action server, if that is not Cyclone DDS."""
+        return self._send.foreign or self._result.foreign
 
     def navigate(self, goal: GoalPoint) -> None:
         pending = _Pending(goal, list(uuid4().bytes))
@@ -148,7 +153,10 @@ class _Robot:
     def perform(self, service: str, number: int) -> None:
         client, numbers = self._acts[service]
         if not client.connected:
-            self._post(Performed(self._name, number, ActResult.FAILED, f"no server of {service}"))
+            why = f"no server of {service}"
+            if client.foreign:
+                why += f" with Cyclone DDS, but one with {client.foreign}"
+            self._post(Performed(self._name, number, ActResult.FAILED, why))
             return
         with self._lock:
             numbers[client.call()] = number
@@ -163,6 +171,7 @@ class Ros2Transport:
         self._network, self._stations, self._inputs = network, stations, inputs
         self._post: Callable[[Message], None] = ignore
         self._streams = streams.Streams(self._send)
+        self._lock = Lock()
         self._robots: dict[str, _Robot] = {}
         self._references: dict[tuple[str, streams.Joints], Any] = {}
         self._node: Participant | None = None
@@ -177,16 +186,17 @@ class Ros2Transport:
                 assert follow is not None
                 topic = _topic(station.path(follow.topic) + ending)
                 self._references[name, joints] = node.writer(topic, ros.Trajectory, RELIABLE)
-        for topic, kind, take in self._topics():
-            quality = SENSOR if kind in ("Odometry", "LaserScan") else RELIABLE
+        for topic, kind, quality, take in self._topics():
             node.listen(_topic(topic), getattr(ros, kind), take, quality)
 
     def missing(self) -> list[str]:
-        return [
-            station.path(ACTION if station.follow is None else station.follow.topic)
-            for name, station in self._stations.items()
-            if not self._answers(name)
-        ]
+        found = []
+        for name, station in self._stations.items():
+            if not self._answers(name):
+                topic = station.path(ACTION if station.follow is None else station.follow.topic)
+                other = self._robots[name].foreign
+                found.append(topic + f" (a server of {other}, not of Cyclone DDS)" * bool(other))
+        return found
 
     def navigate(self, robot: str, goal: GoalPoint) -> None:
         if self._answers(robot):
@@ -214,17 +224,24 @@ class Ros2Transport:
             self._node.close()
         self._robots, self._references, self._node = {}, {}, None
 
-    def _topics(self) -> Iterator[tuple[str, str, Callable[[Any], None]]]:
-        """Yield the topics to subscribe to: name, type and message handler."""
-        topics = [(topic, "Bool", name) for name, topic in self._inputs.items()]
+    def _topics(self) -> Iterator[tuple[str, str, Any, Callable[[Any], None]]]:
+        """Yield the topics to subscribe to: name, type, quality of service and message handler."""
+        for name, topic in self._inputs.items():
+            yield topic, "Bool", RELIABLE, partial(self._take, "Bool", name)
         for name, station in self._stations.items():
-            topics.append((station.path("odom"), "Odometry", name))
+            if station.tf is None:
+                yield station.pose_topic, "Odometry", SENSOR, partial(self._take, "Odometry", name)
+            else:
+                frames = streams.Transforms(name, station.tf.frame)
+                for ending, quality in (("", RELIABLE), ("_static", LATCHED)):
+                    take = partial(self._transformed, frames, static=bool(ending))
+                    yield station.pose_topic + ending, "TFMessage", quality, take
             if station.scan is not None:
-                topics.append((station.path(station.scan.topic), "LaserScan", name))
+                topic = station.path(station.scan.topic)
+                yield topic, "LaserScan", SENSOR, partial(self._take, "LaserScan", name)
             if station.report is not None:
-                topics.append((station.path(station.report), "String", name))
-        for topic, kind, name in topics:
-            yield topic, kind, partial(self._take, kind, name)
+                topic = station.path(station.report)
+                yield topic, "String", RELIABLE, partial(self._take, "String", name)
 
     def _take(self, kind: str, name: str, message: Any) -> None:
         """Pass on a message about a robot or, if it is a Bool, an input."""
@@ -234,10 +251,15 @@ class Ros2Transport:
             self._post(Reported(name, message.data.strip()))
         else:
             meaning = streams.located if kind == "Odometry" else streams.scanned
-            stamp = message.header.stamp
-            found = meaning(name, float(stamp.sec) + float(stamp.nanosec) * 1e-9, message)
+            found = meaning(name, streams.seconds_of(message.header.stamp), message)
             if found is not None:
                 self._post(found)
+
+    def _transformed(self, frames: streams.Transforms, message: Any, *, static: bool) -> None:
+        with self._lock:  # both topics of a robot have threads of their own
+            found = frames.take(message, static=static)
+        if found is not None:
+            self._post(found)
 
     def _answers(self, robot: str) -> bool:
         """Return whether a robot's action server answers or, for a follower, its references are

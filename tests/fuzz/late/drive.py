@@ -20,7 +20,7 @@ from safenav.checked_trace import check_trace
 from safenav.errors import Diagnostic, InputError, UsageError
 from safenav.fleet.driven import driven_motion
 from safenav.fleet.fleet_file import load_fleet
-from safenav.fleet.steps import FleetClock
+from safenav.fleet.goals import FleetClock
 from safenav.fleet.transport import DriveRecording
 from safenav.fleet.world import FleetWorld
 from safenav.motion.check.verdict import check_motion
@@ -98,7 +98,9 @@ def late_drive(seed: int, *, late: bool = True) -> LateDrive:
         world.close()
     text_lines = content.decode().splitlines()
     moved = {} if hand is None or hand.to is None else {hand.robot: hand.at - mission.began}
-    judge = Judge(scenario, fleet.stations, world.places, log, lines, sensed, mission.began, moved)
+    judge = Judge(
+        scenario, fleet.stations, world.goals.places, log, lines, sensed, mission.began, moved
+    )
     defects = judge.defects
     defects += [f"trace: {finding}" for finding in check_trace(text_lines).findings]
     trace = read_bytes(content, "late.jsonl")

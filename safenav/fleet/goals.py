@@ -1,8 +1,7 @@
-"""The steps of driven robots: sending, monitoring and retrying goals, and where steps end."""
+"""The goals of driven robots: sending, monitoring and retrying them, and where steps end."""
 
 from __future__ import annotations
 
-import queue
 import time
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
@@ -11,9 +10,8 @@ from msgspec import Struct
 
 from safenav.errors import UsageError
 from safenav.extras import missing
-from safenav.fleet.acting import FleetProgress
 from safenav.fleet.driven_robot import DrivenRobot, FleetTask, Phase
-from safenav.fleet.lookout import STALE, Lookout
+from safenav.fleet.lookout import STALE
 from safenav.fleet.place import Places
 from safenav.fleet.sensing import Sensing
 from safenav.fleet.stations import Station
@@ -22,7 +20,6 @@ from safenav.fleet.transport import (
     GoalEnd,
     GoalEnded,
     GoalPoint,
-    Message,
     Transport,
 )
 from safenav.runtime.worlds.protocol import Arrived, Blocked, Elsewhere, Failed, Lost, WorldEvent
@@ -61,8 +58,17 @@ class FleetClock(Struct, frozen=True):
 REAL_TIME = FleetClock()
 
 
-class FleetSteps:
-    """Steps of the robots behind a transport."""
+def frame_of(scenario: Scenario) -> Frame:
+    """Return the frame of the map in metres. Raises UsageError if the scenario has none."""
+    if scenario.map.frame is None:
+        problem = "the map has no size in metres: add 'resolution: 1.0' (metres per region)"
+        raise UsageError(f"{problem} to 'map', or take the map from map_server with 'ros:'")
+    return scenario.map.frame
+
+
+class Goals:
+    """The owner of all goals: of each robot's command (``bodies``), from its start until the event
+    with which it ends (``events``). Nothing else sends a robot anywhere."""
 
     def __init__(
         self,
@@ -72,45 +78,31 @@ class FleetSteps:
         clock: FleetClock = REAL_TIME,
         recording: DriveRecording | None = None,
     ) -> None:
-        frame = self.check(scenario)
-        self._scenario = scenario
-        self.places = Places(scenario.map, frame)
+        self.scenario = scenario
+        self.places = Places(scenario.map, frame_of(scenario))
         self.recording = recording
-        self._following = _following(scenario, self.places, stations, transport, clock.now)
-        self._transport = self._following or transport
-        self._clock = clock
+        self.following = _following(scenario, self.places, stations, transport, clock.now)
+        self.transport = self.following or transport
+        self.clock = clock
         self.begun = clock.now()
         """Time of the clock at which this world's time is 0."""
-        self._messages: queue.SimpleQueue[tuple[float, Message]] = queue.SimpleQueue()
-        self._bodies = {
+        self.bodies = {
             robot.name: DrivenRobot(robot, stations[robot.name], robot.start)
             for robot in scenario.robots
         }
+        self.sensing = Sensing(scenario, self.places)
+        self.events: list[WorldEvent] = []
         self._goals = 0
-        self._sensing = Sensing(scenario, self.places)
-        self._lookout = Lookout(scenario, self.places, self._bodies, self._sensing)
-        self._events: list[WorldEvent] = []
-        self._untold: dict[str, FleetTask] = {}
-        self._progress = FleetProgress(scenario)
-        self._inputs: dict[str, bool] = {}
-
-    @staticmethod
-    def check(scenario: Scenario) -> Frame:
-        """Return the frame of the map in metres. Raises UsageError if the scenario has none."""
-        if scenario.map.frame is None:
-            problem = "the map has no size in metres: add 'resolution: 1.0' (metres per region)"
-            raise UsageError(f"{problem} to 'map', or take the map from map_server with 'ros:'")
-        return scenario.map.frame
 
     @property
     def followers(self) -> Mapping[str, Follower]:
         """Return the robots that are driven by references, with their plans."""
-        return {} if self._following is None else self._following.followers
+        return {} if self.following is None else self.following.followers
 
     def now(self) -> float:
-        return self._clock.now() - self.begun
+        return self.clock.now() - self.begun
 
-    def _begins_elsewhere(self, body: DrivenRobot) -> str | None:
+    def begins_elsewhere(self, body: DrivenRobot) -> str | None:
         """Return the error message for a robot that is not in its start pose of the scenario."""
         at, pose, name = body.place, body.pose, body.robot.name
         assert at is not None
@@ -124,33 +116,37 @@ class FleetSteps:
             problem = f"{name} faces {facing.label}; the scenario starts it facing "
             problem += pose.heading.label
         else:
-            return None if self._following is None else self._following.start_error(name)
+            return None if self.following is None else self.following.start_error(name)
         return f"{problem}\n    odometry has to be in the frame of the map (its 'origin')"
 
-    def _send(self, body: DrivenRobot, task: FleetTask, pose: Pose) -> None:
+    def number(self) -> int:
+        """Return the number of the next goal or action, unique in a run."""
         self._goals += 1
+        return self._goals
+
+    def send(self, body: DrivenRobot, task: FleetTask, pose: Pose) -> None:
         body.view = {}
         x, y = self.places.centre(pose.region)
-        task.goal, task.sent = self._goals, self.now()
+        task.goal, task.sent = self.number(), self.now()
         far = self._metres_to(body, pose.region)
         task.due = task.sent + SETTLING + body.station.timeout * far / body.station.speed
-        short = task.phase is Phase.GOING and self._sensing.at(pose.region) is not None
-        goal = GoalPoint(self._goals, x, y, self.places.yaw(pose), short)
+        short = task.phase is Phase.GOING and self.sensing.at(pose.region) is not None
+        goal = GoalPoint(task.goal, x, y, self.places.yaw(pose), short)
         if self.recording is not None and body.robot.name not in self.followers:
-            self.recording.sent(body.robot.name, goal, self._clock.now())
-        self._transport.navigate(body.robot.name, goal)
+            self.recording.sent(body.robot.name, goal, self.clock.now())
+        self.transport.navigate(body.robot.name, goal)
         task.due = max(task.due, self.now() + SETTLING + self._seconds_left(body))
 
     def _seconds_left(self, body: DrivenRobot) -> float:
         """Return the seconds until the reference of a robot ends."""
-        return 0.0 if self._following is None else self._following.left(body.robot.name)
+        return 0.0 if self.following is None else self.following.left(body.robot.name)
 
     def _metres_to(self, body: DrivenRobot, region: Region) -> float:
         at = body.place
         x, y = (at.x, at.y) if at is not None else self.places.centre(body.pose.region)
         return self.places.distance(region, x, y)
 
-    def _goal_ended(self, body: DrivenRobot, message: GoalEnded) -> None:
+    def goal_ended(self, body: DrivenRobot, message: GoalEnded) -> None:
         task = body.task
         if task is None or message.number != task.goal:
             return  # late, for an abandoned goal
@@ -166,11 +162,11 @@ class FleetSteps:
                 self._pause(task)
             else:
                 why = f"its return ended: {message.reason or message.end.value}"
-                self._lose(body, task, f"{task.reason}; {why}")
+                self.lose(body, task, f"{task.reason}; {why}")
 
     def _again_or_back(self, body: DrivenRobot, task: FleetTask, reason: str) -> None:
         task.reason = reason
-        if task.left and self._sensing.at(task.to.region) is None:
+        if task.left and self.sensing.at(task.to.region) is None:
             self._pause(task)
         else:
             self._go_back(body, task)
@@ -180,22 +176,37 @@ class FleetSteps:
         task.left -= 1
         task.goal, task.due = 0, self.now() + PAUSE
 
+    def overdue(self, body: DrivenRobot, task: FleetTask) -> None:
+        """Continue a step whose present phase has reached its time limit."""
+        late = f"did not end within {self.now() - task.sent:.1f} s"
+        if task.phase is Phase.LOOKING:
+            self.looked(body, task)
+        elif task.phase is Phase.STOPPING:
+            self._go_back(body, task)
+        elif not task.goal:
+            self._end_pause(body, task)
+        elif task.phase is Phase.GOING:
+            self.stop(body, task, f"the goal {late}")
+        else:
+            self.transport.cancel(body.robot.name)
+            self.lose(body, task, f"{task.reason}; its return {late}")
+
     def _end_pause(self, body: DrivenRobot, task: FleetTask) -> None:
         """End the pause and send the goal."""
-        if not task.back and self._sensing.at(task.to.region) is not None:
+        if not task.back and self.sensing.at(task.to.region) is not None:
             self._go_back(body, task)
         else:
-            self._send(body, task, task.start if task.back else task.to)
+            self.send(body, task, task.start if task.back else task.to)
 
-    def _stop(self, body: DrivenRobot, task: FleetTask, reason: str) -> None:
+    def stop(self, body: DrivenRobot, task: FleetTask, reason: str) -> None:
         task.reason, task.phase = reason, Phase.STOPPING
         if not task.goal:
             self._go_back(body, task)
             return
         task.due = self.now() + STOPPING + self._seconds_left(body)
-        self._transport.cancel(body.robot.name)
+        self.transport.cancel(body.robot.name)
 
-    def _watch(self, body: DrivenRobot) -> None:
+    def watch(self, body: DrivenRobot) -> None:
         """Stop a robot that leaves the regions of its step: its own planner may lead it around an
         obstacle, through regions that other robots may enter. A robot near the middle of another
         region is lost; a follower's reference is monitored instead."""
@@ -204,63 +215,63 @@ class FleetSteps:
             return
         off = min(self.places.outside(region, at.x, at.y) for region in body.regions)
         if task.phase is Phase.GOING and off > body.station.tolerance:
-            self._stop(body, task, f"{off:.2f} m outside the regions of its step")
+            self.stop(body, task, f"{off:.2f} m outside the regions of its step")
         midst = min(self.places.frame.resolution) / 2
         if task.phase in (Phase.STOPPING, Phase.RETURNING) and off > midst + body.station.tolerance:
-            self._transport.cancel(body.robot.name)
-            self._lose(body, task, f"{off:.2f} m outside the regions of its step")
+            self.transport.cancel(body.robot.name)
+            self.lose(body, task, f"{off:.2f} m outside the regions of its step")
 
     def _go_back(self, body: DrivenRobot, task: FleetTask) -> None:
         task.phase, task.back, task.left = Phase.RETURNING, True, body.station.retries
-        self._send(body, task, task.start)
+        self.send(body, task, task.start)
 
     def _came_back(self, body: DrivenRobot, task: FleetTask) -> None:
-        pose = self._pose_now(body)
+        pose = self.pose_now(body)
         if pose is None or not self._is_well_inside(body, pose.region):
             between = "it reported its return, but stands between regions"
-            self._lose(body, task, f"{task.reason}; {between}")
+            self.lose(body, task, f"{task.reason}; {between}")
             return
-        seen = self._sensing.at(task.to.region)
+        seen = self.sensing.at(task.to.region)
         if pose.region != task.start.region:
-            self._end(body, Elsewhere, pose)
+            self.end(body, Elsewhere, pose)
         elif seen is not None:
-            self._end(body, Blocked, pose, seen)
+            self.end(body, Blocked, pose, seen)
         else:
-            self._end(body, Failed, pose, task.reason)
+            self.end(body, Failed, pose, task.reason)
 
     def _look(self, body: DrivenRobot, task: FleetTask) -> None:
         """Handle a reported arrival or return: wait until odometry, which may be later, confirms
         it, and then until its sensors have a reading from there."""
         task.phase, task.there, task.due = Phase.LOOKING, False, self.now() + LATE
-        self._confirm(body, task)
+        self.confirm(body, task)
 
-    def _confirm(self, body: DrivenRobot, task: FleetTask) -> None:
+    def confirm(self, body: DrivenRobot, task: FleetTask) -> None:
         """Compare the newest odometry with the robot's report."""
         to = task.start if task.back else task.to
-        if task.there or self._pose_now(body) != to or not self._near(body, to.region):
+        if task.there or self.pose_now(body) != to or not self._near(body, to.region):
             return
         assert body.place is not None
         task.there, task.since, body.arrived = True, self.now(), body.place.stamp
         task.due = task.since + FRESH
         if body.station.scan is None:
-            self._looked(body, task)
+            self.looked(body, task)
 
-    def _looked(self, body: DrivenRobot, task: FleetTask) -> None:
+    def looked(self, body: DrivenRobot, task: FleetTask) -> None:
         (self._came_back if task.back else self._arrive)(body, task)
 
     def _arrive(self, body: DrivenRobot, task: FleetTask) -> None:
-        pose = self._pose_now(body)
+        pose = self.pose_now(body)
         if pose is None:
-            self._lose(body, task)
+            self.lose(body, task)
         elif pose == task.to and self._near(body, pose.region):
             body.pose = pose
-            self._end(body, Arrived, task.reason)
+            self.end(body, Arrived, task.reason)
         elif (
             pose.region == task.to.region
             and pose != task.to
             and self._is_well_inside(body, pose.region)
         ):
-            self._end(body, Elsewhere, pose)
+            self.end(body, Elsewhere, pose)
         else:
             off = self._metres_to(body, task.to.region)
             far = f"it reported its arrival {off:.2f} m from the centre of {task.to.region}"
@@ -281,10 +292,10 @@ class FleetSteps:
         inside = max(body.station.tolerance, min(self.places.frame.resolution) / 4)
         return body.robot.name in self.followers or self._metres_to(body, region) <= inside
 
-    def _lose(self, body: DrivenRobot, task: FleetTask, reason: str = "") -> None:
+    def lose(self, body: DrivenRobot, task: FleetTask, reason: str = "") -> None:
         """Declare the robot lost. ``reason``: why, if its odometry is fresh and on the map."""
         regions = frozenset((task.start.region, task.to.region))
-        at = self._pose_now(body)
+        at = self.pose_now(body)
         if at is not None:
             regions |= {at.region}
         elif (old := self.now() - body.heard) > STALE:
@@ -292,24 +303,24 @@ class FleetSteps:
         else:
             reason = "by its odometry it is in no free region"
         body.lost = regions
-        self._end(body, Lost, regions, reason)
+        self.end(body, Lost, regions, reason)
 
-    def _end(self, body: DrivenRobot, kind: Callable[..., WorldEvent], *about: object) -> None:
+    def end(self, body: DrivenRobot, kind: Callable[..., WorldEvent], *about: object) -> None:
         """End a command by an event of this kind; the robot's pose is the one that the event gives,
         if any."""
         assert body.task is not None
         event = kind(self.now(), body.robot.name, *about, command=body.task.command)
         body.pose, body.task = getattr(event, "pose", body.pose), None
-        self._events.append(event)
+        self.events.append(event)
 
-    def _pose_now(self, body: DrivenRobot) -> Pose | None:
+    def pose_now(self, body: DrivenRobot) -> Pose | None:
         """Return the robot's pose by its newest odometry; None if that is old, or in no free
         region."""
         at = body.place
         if at is None or self.now() - body.heard > STALE:
             return None
         region = self.places.region(at.x, at.y)
-        if region is None or not self._scenario.map.is_free(region):
+        if region is None or not self.scenario.map.is_free(region):
             return None
         turns = body.robot.model.mobility is Mobility.HEADING
         return Pose(region, self.places.heading(at.yaw) if turns else None)
