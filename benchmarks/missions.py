@@ -3,7 +3,6 @@
 The random missions are those of the campaigns (``tests/campaigns``), by family and seed.
 """
 
-import sys
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -14,10 +13,10 @@ from typing import Any
 from unittest.mock import patch
 
 import yaml
+from floors import benchmark, maps_folder, mission
+from floors import mirrored as mirrored_team
 from measuring import cpu_seconds
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
-from campaigns.generate.families import benchmark, maps_folder, mission
 from safenav.plan.search import Answer, Search
 from safenav.runtime.run.mission import Mission, default_synthesizer
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
@@ -60,7 +59,7 @@ def crowd(seed: int) -> Run:
 
 def mirrored(quadcopters: int) -> Run:
     """Quadcopters that go to mirrored places on the other side of an open floor."""
-    return run(mission("mirrored", quadcopters))
+    return run(mirrored_team(quadcopters))
 
 
 def large(robots: int, flyers: int, doors: int, seed: int = 0) -> Run | None:

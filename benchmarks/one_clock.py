@@ -19,7 +19,6 @@ here is a test: it reports.
 """
 
 import random
-import sys
 import time
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -30,12 +29,9 @@ from unittest.mock import patch
 
 import click
 import yaml
+from floors import benchmark_map, crowd, maps_folder, mission, scattered
 from msgspec.structs import replace
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
-from campaigns.generate.build import scattered
-from campaigns.generate.families import benchmark_map, maps_folder, mission
-from live.missions import crowd
 from safenav.outcome import Outcome
 from safenav.pace.robot import Pace
 from safenav.plan import ask

@@ -20,11 +20,9 @@ from typing import Any
 
 import click
 import yaml
+from floors import benchmark, maps_folder, mission
 
 from safenav.report.terminal.table import table
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
-from campaigns.generate.families import benchmark, maps_folder, mission
 
 HEADINGS = ("what", "bar, CPU s", "CPU s", "MB", "met", "outcome", "ticks")
 TEAMS = {20: 0.8, 50: 1.5, 100: 3.0, 200: 8.0, 300: None}

@@ -13,12 +13,11 @@ import pytest
 import yaml
 
 import warm
-from campaigns.generate.families import mission
 from campaigns.judge.literal import lives
 from campaigns.judge.mission import read_mission
-from campaigns.verdict import read_lines
 from drawn import loads
 from safenav.team.team import team_of
+from support.missions import mission
 
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) // 5 or 20
 TOLD = ("verdict", "form", "allows", "assumptions")
@@ -54,7 +53,7 @@ def test_check_reports_the_verdicts_and_forms_that_a_run_begins_with(tmp_path: P
         run = warm.safenav("run", file, "--no-map", "--trace", trace)
         assert 2 not in (checked.returncode, run.returncode), (seed, run.stdout)
         said = {one["robot"]: one for one in json.loads(checked.stdout)["robots"]}
-        lines = read_lines(trace)
+        lines = [json.loads(line) for line in trace.read_text().splitlines()]
         begun: dict[str, Any] = {}
         for line in lines:
             if line["type"] == "synthesis" and line["reason"] == "initial":

@@ -13,9 +13,9 @@ from pathlib import Path
 import pytest
 
 from drawn import loads
-from fuzz.mixed import mixed_mission, tracked_mission
 from safenav.certify.record import bundle_of_run
 from safenav.errors import ResourceLimitError
+from support.mixed import mixed_mission, tracked_mission
 
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "12"))
 FIRST = int(os.environ.get("SAFENAV_FUZZ_FIRST", "5000")) if "SAFENAV_FUZZ" in os.environ else 0

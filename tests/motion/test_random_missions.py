@@ -10,14 +10,14 @@ from typing import Any
 
 import pytest
 
-from campaigns.generate.families import mission
 from drawn import loads
-from fuzz.mixed import metric_mission
 from motion.runs import played as traced
 from safenav.motion.check.verdict import check_motion
 from safenav.motion.file.reading import parsed, text_of
 from safenav.motion.making import motion_of
 from safenav.trace.reading import read_bytes
+from support.missions import mission
+from support.mixed import metric_mission
 
 RUNS = int(os.environ.get("SAFENAV_FUZZ", "12"))
 FIRST = int(os.environ.get("SAFENAV_FUZZ_SEED", "0"))

@@ -1,5 +1,5 @@
 """Rules beside an objective (``avoid``, ``always``): judged by a game and a walk over the trace of
-this file's own, for a robot alone; teams: ``fuzz.mixed``."""
+this file's own, for a robot alone; teams: ``support.mixed``."""
 
 import json
 import os

@@ -10,7 +10,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from fuzz.campaign import campaign
 from safenav.errors import UsageError
 from safenav.formula.evaluator import Predicate, predicate
 from safenav.formula.parser import parse
@@ -31,6 +30,7 @@ from safenav.world.moves import Mobility, Pose
 from safenav.world.partition import Partition
 from safenav.world.poses import bits
 from spec.scenes import Scene, scenes, walk
+from support.examples import campaign
 
 MOST = 10_000
 CASE_STUDY_3 = Path(__file__).parents[2] / "scenarios" / "case_study_3.yaml"

@@ -10,7 +10,6 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from fuzz.campaign import campaign
 from safenav.formula.evaluator import Predicate, predicate
 from safenav.formula.parser import parse
 from safenav.judge.bundle.others import sees
@@ -22,6 +21,7 @@ from safenav.spec.specification import Section
 from safenav.world.map import RegionMap
 from safenav.world.partition import Partition
 from spec.scenes import Scene, scenes
+from support.examples import campaign
 
 Known = int | frozenset[int]
 

@@ -8,13 +8,13 @@ from typing import Any
 
 import pytest
 
-from campaigns.generate.build import walled
 from drawn import loads
 from safenav.outcome import Outcome
 from safenav.team import state as now
 from safenav.team.apply import apply, initial
 from safenav.team.battery import NEVER
 from safenav.team.team import Team, team_of
+from support.boards import walled
 from team.playing import play
 
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) or 20

@@ -2,7 +2,6 @@
 
 import yaml
 
-from campaigns.generate.families import mission
 from safenav.checked_trace import check_trace
 from safenav.outcome import Outcome
 from safenav.plan.immobile import Immobile
@@ -12,6 +11,7 @@ from safenav.team.apply import initial
 from safenav.team.floor import Floor, floor_now
 from safenav.team.team import team_of
 from safenav.trace.records import Plan, Record
+from support.missions import mission
 from team.playing import play, text_of
 
 FACING = """

@@ -37,6 +37,19 @@ NEVER = re.compile(r"^region' != (\d+)$")
 ONE_WAY = re.compile(r"^region = (\d+) -> region' != (\d+)$")
 
 
+KNOWN: dict[str, str] = {
+    "": "safenav name map robots obstacles catalogue until limits seed coordination clock expect",
+    "until": "rounds",
+    "robot": "model start heading objective avoids vision tracks",
+    "objective": "patrol visit cover once hold ltl form",
+    "model": "mobility layer capabilities timing vision size speed motion",
+    "obstacle": "type region from until traversable",
+    "type": "action resolve_at has_truth blocks needs",
+    "need": "action at robots together",
+}
+"""Keys that the judge knows; a mission with others is not judged."""
+
+
 class NotJudgedError(Exception):
     """The scenario uses a feature that the judge does not know."""
 
@@ -172,6 +185,23 @@ def read_mission(data: Mapping[str, Any]) -> Mission:
     )
 
 
+def judged_mission(data: Mapping[str, Any]) -> Mission:
+    """The mission of a scenario's data, all keys of which the judge knows."""
+    own = data.get("catalogue") or {}
+    types = [*(own.get("obstacles") or {}).values()]
+    found: list[tuple[str, Mapping[str, Any]]] = [("", data), ("until", data.get("until") or {})]
+    found += [("robot", robot) for robot in data["robots"].values()]
+    found += [("objective", robot["objective"]) for robot in data["robots"].values()]
+    found += [("model", model) for model in (own.get("robots") or {}).values()]
+    found += [("obstacle", each) for each in data.get("obstacles") or ()]
+    found += [("type", each) for each in types]
+    found += [("need", need) for each in types for need in each.get("needs", ())]
+    for kind, written in found:
+        if others := written.keys() - KNOWN[kind].split():
+            raise NotJudgedError(f"the key {min(others)} of {kind or 'a scenario'}")
+    return read_mission(data)
+
+
 class _Places:
     """Regions as a scenario writes them."""
 
@@ -238,6 +268,8 @@ def _formulas(
 ) -> tuple[tuple[frozenset[int], ...], frozenset[int], frozenset[tuple[int, int]]]:
     """Targets, forbidden regions, forbidden steps."""
     targets, forbidden, closed = [], [], []
+    if "memory" in written or "init" in written:
+        raise NotJudgedError("a memory")
     for line in written.get("liveness", []):
         goal = GOAL.match(line)
         if goal is None:

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from itertools import takewhile
 from random import Random
 
-from campaigns.generate.build import walled
 from safenav.scenario import model
 from safenav.team.bound import BoundMoment, BoundObstacle, BoundRobot
 from safenav.team.state import Stage
@@ -16,6 +15,7 @@ from safenav.team.team import Need, Obstacle
 from safenav.world.map import RegionMap
 from safenav.world.moves import Mobility
 from safenav.world.poses import PoseGraph, bits, region_mask
+from support.boards import walled
 
 FUZZ = int(os.environ.get("SAFENAV_FUZZ", "0"))
 BATCHES, IN_BATCH = (FUZZ // 50 or 1, 100) if FUZZ else (1, 40)

@@ -2,8 +2,8 @@
 
 from random import Random
 
-from campaigns.generate.build import walled
 from runtime.teams import team_scenario
+from support.boards import walled
 
 
 def timed_scenario(seed: int) -> str:

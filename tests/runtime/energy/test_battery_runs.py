@@ -8,12 +8,12 @@ from random import Random
 
 import pytest
 
-from campaigns.generate.build import walled
 from drawn import loads
 from once import SCENARIOS
 from runtime.facts import case
 from runtime.played import completed, play
 from safenav.errors import InputError, UsageError
+from support.boards import walled
 
 COUNT = (int(os.environ.get("SAFENAV_FUZZ", "0")) or 24) // 3
 

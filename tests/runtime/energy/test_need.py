@@ -6,12 +6,12 @@ from random import Random
 
 import pytest
 
-from campaigns.generate.build import walled
 from safenav.scenario.model import Battery
 from safenav.team.battery import NEVER, Energy
 from safenav.world.map import RegionMap
 from safenav.world.moves import Mobility
 from safenav.world.poses import PoseGraph, bits
+from support.boards import walled
 
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) or 30
 State = tuple[int, int]

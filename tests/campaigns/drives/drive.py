@@ -1,0 +1,133 @@
+"""Random small scenarios driven in the physics simulation with late messages, judged by the physics
+alone.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from random import Random
+
+import yaml
+from msgspec import Struct
+
+from campaigns.drives.messages import Channel, Hand, LateTransport, RobotClock, channels, clocks
+from campaigns.drives.physics_judge import Judge, PhysicsLog
+from campaigns.drives.rooms import fleet_of, late_mission
+from safenav.checked_trace import check_trace
+from safenav.errors import Diagnostic, InputError, UsageError
+from safenav.fleet.driven import driven_motion
+from safenav.fleet.fleet_file import load_fleet
+from safenav.fleet.goals import FleetClock
+from safenav.fleet.transport import DriveRecording
+from safenav.fleet.world import FleetWorld
+from safenav.motion.check.verdict import check_motion
+from safenav.motion.file.reading import parsed, text_of
+from safenav.runtime.run.mission import Mission
+from safenav.runtime.worlds.protocol import Sensed, WorldEvent
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.trace import records
+from safenav.trace.reading import read_bytes
+from safenav.trace.writing import TraceWriter
+from support.examples import quiet
+
+TOLD_OF_TRANSPORT = ("measured clock", "measured rate")
+"""Rules of motions that say of a drive that its messages came late, or that clocks differ."""
+
+
+class LateDrive(Struct):
+    """A finished drive. ``defects``: violated requirements."""
+
+    outcome: str
+    explanation: str
+    seconds: float
+    lines: list[str]
+    defects: list[str]
+
+
+def late_drive(seed: int, *, late: bool = True) -> LateDrive:
+    """Drive a random mission. Raises InputError for one that is refused."""
+    random, data = Random(f"drive {seed}"), late_mission(seed)
+    hidden = data["obstacles"]
+    if not any("from" in one for one in hidden):
+        data["obstacles"] = []  # unknown to the team
+    text = yaml.safe_dump(data, sort_keys=False)
+    scenario = load_scenario_text(text, "late.yaml")
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "fleet.yaml"
+        path.write_text(yaml.safe_dump(fleet_of(random, hidden, scenario)))
+        fleet = load_fleet(path, scenario)
+    names = [robot.name for robot in scenario.robots]
+    ways, watches = channels(random, names), clocks(random, names)
+    for name, station in fleet.stations.items():
+        if station.follow is not None:  # late odometry of a follower is a deviation
+            ways[name, "odometry"] = Channel((0.0, 0.05))
+    if not late:
+        ways, watches = {key: Channel() for key in ways}, {name: RobotClock() for name in names}
+    hand = None
+    if late and random.random() < 0.25:
+        hand = Hand(random.choice(names), random.uniform(2, 30))
+    given = (scenario, fleet.stations, fleet.simulation, random, ways, watches, hand)
+    try:
+        robots = LateTransport(*given)
+    except UsageError as error:
+        raise InputError([Diagnostic("late.yaml", 0, 0, str(error))]) from error
+    clock = FleetClock(lambda: robots.physics.now, robots.step)
+    recording, lines = DriveRecording(), list[records.Record]()
+    world = FleetWorld(scenario, fleet.stations, robots, clock, recording)
+    log, sensed = PhysicsLog(robots), list[Sensed]()
+    waits = world.wait
+
+    def wait(timeout: float | None) -> Sequence[WorldEvent]:
+        events = waits(timeout)
+        sensed.extend(event for event in events if isinstance(event, Sensed))
+        return events
+
+    world.wait = wait  # type: ignore[method-assign]
+    try:
+        world.open()
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "trace.jsonl"
+            with TraceWriter(path) as writer:
+                listeners = [lines.append, writer, world.observe]
+                mission = Mission(scenario, quiet(scenario), world=world, listeners=listeners)
+                result = mission.run()
+            content = path.read_bytes()
+    finally:
+        world.close()
+    text_lines = content.decode().splitlines()
+    moved = {} if hand is None or hand.to is None else {hand.robot: hand.at - mission.began}
+    judge = Judge(
+        scenario, fleet.stations, world.goals.places, log, lines, sensed, mission.began, moved
+    )
+    defects = judge.defects
+    defects += [f"trace: {finding}" for finding in check_trace(text_lines).findings]
+    trace = read_bytes(content, "late.jsonl")
+    try:
+        made = driven_motion(trace, world, fleet.stations, mission.began)
+    except UsageError:  # a body that is too large for its regions
+        return None
+    motion = parsed(text_of(made).encode(), "late.motion.jsonl")
+    found = check_motion(motion, trace)
+    follow = any(station.follow is not None for station in fleet.stations.values())
+    excused = {*TOLD_OF_TRANSPORT, *(["tracking"] if follow else [])}
+    for one in found:
+        acts = one.rule == "measured room" and _acts(lines, one.robot, one.t)
+        if one.rule not in excused and not acts and moved.get(one.robot, 1e9) > one.t:
+            defects.append(f"motion: {one}")
+    said = str(result.explanation or "")
+    return LateDrive(result.outcome.value, said, lines[-1].t or 0.0, text_lines, defects)
+
+
+def _acts(lines: list[records.Record], robot: str, t: float) -> bool:
+    """Whether a robot acts then: it reaches beyond its region."""
+    begun: dict[int, float] = {}
+    for line in lines:
+        if isinstance(line, records.Act) and robot in line.robots:
+            begun[line.command] = line.t or 0.0
+        elif isinstance(line, records.ActionEnd):
+            since = begun.pop(line.command, t + 1.0)
+            if since <= t <= (line.t or 0.0):
+                return True
+    return False

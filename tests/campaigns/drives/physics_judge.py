@@ -1,0 +1,239 @@
+"""A judge of drives that reads only the physics."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from msgspec import Struct
+
+from campaigns.drives.messages import LateTransport
+from safenav.fleet.stations import Station
+from safenav.runtime.worlds.protocol import Sensed
+from safenav.scenario.model import Scenario
+from safenav.trace import records
+from safenav.trace.vocabulary import MoveEnd
+
+AJAR = 0.9
+"""Radians of a leaf from which on a lidar may look past it."""
+
+
+class Moment(Struct):
+    """The physics at a time: positions of robots, obstacles that stand (doors not wide open, doors
+    shut), new contacts, acting robots."""
+
+    t: float
+    at: dict[str, tuple[float, float, float]]
+    stands: dict[str, bool]
+    shut: frozenset[str]
+    touches: tuple[tuple[str, str], ...]
+    acting: frozenset[str]
+
+
+class PhysicsLog:
+    """The log of the physics, independent of the run."""
+
+    def __init__(self, late: LateTransport) -> None:
+        self._late = late
+        self.moments: list[Moment] = []
+        self._contacts: dict[tuple[str, str], int] = {}
+        late.watch = self.note
+
+    def note(self) -> None:
+        """Keep the present moment."""
+        physics = self._late.physics
+        bodies = physics._bodies
+        new = tuple(k for k, n in physics.contacts.items() if n > self._contacts.get(k, 0))
+        self._contacts = dict(physics.contacts)
+        standing = physics._obstacles.now
+        stands = {n: not (one.is_door and physics._is_open(one)) for n, one in standing.items()}
+        shut = frozenset(
+            name
+            for name, one in standing.items()
+            if not one.is_door
+            or all(abs(float(physics._data.qpos[j])) < AJAR for j in physics._leaves[one.key])
+        )
+        acting = frozenset(n for n, b in bodies.items() if b.acts is not None)
+        at = {name: physics._at(body) for name, body in bodies.items()}
+        self.moments.append(Moment(physics.now, at, stands, shut, new, acting))
+
+
+def close_to(places: Any, region: int, at: tuple[float, float, float]) -> float:
+    """Metres from a region's middle."""
+    return float(places.distance(region, at[0], at[1]))
+
+
+class Judge:
+    """Compares a trace with the log of the physics. ``moved``: robots that a person moves by hand,
+    and since when, in seconds."""
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        stations: Mapping[str, Station],
+        places: Any,
+        log: PhysicsLog,
+        lines: list[records.Record],
+        sensed: list[Sensed],
+        zero: float,
+        moved: Mapping[str, float],
+    ) -> None:
+        self._scenario, self._stations, self._places = scenario, stations, places
+        self._log, self._lines, self._zero, self._moved = log.moments, lines, zero, moved
+        self._sensed = sensed
+        self.defects: list[str] = []
+        self._sightings()
+        self._ends()
+        self._contacts()
+        self._rooms()
+
+    def _wrong(self, t: float, what: str) -> None:
+        self.defects.append(f"{t:.2f} s: {what}")
+
+    def _once(self, t: float, what: str) -> None:
+        if not any(what in told for told in self.defects):
+            self._wrong(t, what)
+
+    def _known(self, obstacle: str, t: float) -> bool:
+        """Return whether an obstacle was discovered before: then only a robot that resolves it may
+        enter."""
+        return any(
+            event.obstacle.name == obstacle and event.at - self._zero < t
+            for event in self._sensed
+            if event.there
+        )
+
+    def _around(self, t: float, before: float, after: float = 0.05) -> Iterator[Moment]:
+        at = t + self._zero
+        return (one for one in self._log if at - before <= one.t <= at + after)
+
+    def _sightings(self) -> None:
+        """What is seen was there, and what is gone was not, within the last 3 seconds."""
+        for event in self._sensed:
+            t, name = event.at - self._zero, event.obstacle.name
+            if name.startswith(("lost_", "unknown_")):
+                continue
+            stood = [bool(one.stands.get(name)) for one in self._around(t, 3.0)]
+            if event.there and any(self._carried(one, event, t) for one in self._moved):
+                continue
+            if event.there and not any(stood):
+                self._wrong(t, f"{event.by} has not seen {name}")
+            elif (
+                not event.there
+                and all(name in one.shut for one in self._around(t, 3.0))
+                and not self._from_its_edge(event, t)
+            ):
+                self._wrong(t, f"{event.by} tells that {name} is gone")
+
+    def _from_its_edge(self, event: Sensed, t: float) -> bool:
+        """Whether a robot looks along the leaves of a door, which no ray may hit."""
+        world, region = self._places.world, event.obstacle.region
+        row, col = world.position(region)
+        along = any(world.position(r)[0] == row for r in world.neighbours(region))
+        x, y, _ = [*self._around(t, 0.05)][-1].at[event.by or ""]
+        seen_from = world.position(self._places.region(x, y))
+        pushed = any(need.action == "push" for need in event.obstacle.needs)
+        return pushed and (seen_from[0] != row if along else seen_from[1] != col)
+
+    def _ends(self) -> None:
+        """Check that each step ends where the trace says."""
+        for line in self._lines:
+            if not isinstance(line, records.Arrive) or self._by_hand(line.robot, line.t or 0.0):
+                continue
+            if self._bumped(line.robot, line.t or 0.0):
+                continue
+            t, name = line.t or 0.0, line.robot
+            now = [*self._around(t, 0.05)][-1].at[name]
+            here = self._places.region(now[0], now[1])
+            if line.result is MoveEnd.LOST:
+                if here not in (line.regions or ()):
+                    self._wrong(t, f"{name} is in {here}, not lost in {line.regions}")
+                continue
+            far = close_to(self._places, line.at, now)
+            if here != line.at or far > self._limit(name):
+                self._wrong(t, f"{name} {line.result} {far:.2f} m from the centre of {line.at}")
+            if line.heading is not None:
+                facing = self._places.heading(now[2]).label
+                if facing != line.heading:
+                    self._wrong(t, f"{name} {line.result}: faces {facing}, not {line.heading}")
+
+    def _limit(self, name: str) -> float:
+        station = self._stations[name]
+        if station.follow is None:
+            return station.tolerance + 0.05
+        return float(max(self._places.frame.resolution)) / 2 + 0.05
+
+    def _carried(self, robot: str, event: Sensed, t: float) -> bool:
+        """Return whether a robot that a person carries may have been mistaken for an obstacle."""
+        region, reach = event.obstacle.region, max(self._places.frame.resolution) / 2
+        ats = (one.at[robot] for one in self._around(t, 3.0))
+        return self._by_hand(robot, t) and any(
+            self._places.outside(region, x, y) < reach for x, y, _ in ats
+        )
+
+    def _by_hand(self, name: str, t: float) -> bool:
+        return self._moved.get(name, 1e9) <= t
+
+    def _contacts(self) -> None:
+        """Check that no robot touches another one, or an obstacle on which it does not act."""
+        for one in self._log:
+            for pair in one.touches:
+                robots = [name for name in pair if name in one.at]
+                t = one.t - self._zero
+                if t < 0 or any(self._by_hand(name, t) for name in robots):
+                    continue
+                team = {robot.name: robot for robot in self._scenario.robots}
+                if len(robots) == 2 and team[robots[0]].conflicts(team[robots[1]]):
+                    self._once(t, f"{pair[0]} touches {pair[1]}")
+                for thing in {*pair} - {*robots} - {"wall"}:
+                    name = thing.split("~")[0]
+                    acts = robots[0] in one.acting or any(
+                        robots[0] in m.acting for m in self._around(t, 1.0)
+                    )
+                    if one.stands.get(name) and not acts and not self._known(name, t):
+                        self._once(t, f"{robots[0]} touches {thing}")
+
+    def _rooms(self) -> None:
+        """A robot is in the regions that it has in the trace, and no two have one that conflict."""
+        spans = self._spans()
+        beyond: dict[str, float] = {}
+        for one in self._log:
+            t = one.t - self._zero
+            if t < 0:
+                continue
+            for name, held in spans.items():
+                regions = next((r for a, b, r in held if a <= t < b), frozenset())
+                if not regions or self._by_hand(name, t) or self._bumped(name, t):
+                    continue
+                x, y, _ = one.at[name]
+                off = min(self._places.outside(region, x, y) for region in regions)
+                if off > max(0.02, beyond.get(name, 0.0)) and name not in one.acting:
+                    beyond[name] = off
+                    self._wrong(t, f"{name} is {off:.2f} m outside of {sorted(regions)}")
+
+    def _bumped(self, name: str, t: float) -> bool:
+        """Whether a robot touches another one, which the scenario lets share its regions."""
+        pairs = (pair for one in self._around(t, 0.5) for pair in one.touches)
+        return any(name in pair and all(one in self._log[0].at for one in pair) for pair in pairs)
+
+    def _spans(self) -> dict[str, list[tuple[float, float, frozenset[int]]]]:
+        found: dict[str, list[tuple[float, float, frozenset[int]]]] = {}
+        for robot in self._scenario.robots:
+            since, regions = 0.0, frozenset({robot.start.region})
+            found[robot.name] = []
+            for line in self._lines:
+                t = line.t or 0.0
+                if getattr(line, "robot", None) != robot.name:
+                    continue
+                if isinstance(line, records.Depart):
+                    new = frozenset({line.from_, line.to})
+                elif isinstance(line, records.Arrive):
+                    new = frozenset(line.regions or (line.at,))
+                elif isinstance(line, records.Operator) and line.region is not None:
+                    new = frozenset({line.region})
+                else:
+                    continue
+                found[robot.name].append((since, t, regions))
+                since, regions = t, new
+            found[robot.name].append((since, 1e9, regions))
+        return found

@@ -1,0 +1,79 @@
+"""Judges the end of a run without faults, from the moves of its trace.
+
+``completed`` must follow from the moves alone; after ``operator_needed`` the judge's own search
+must find the mission infeasible from the run's end and (if nothing was hidden) from its start.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from campaigns.judge import independent, joint
+from campaigns.judge.literal import can_patrol
+from campaigns.judge.mission import Mission
+from campaigns.judge.replay import Ending, rounds_done
+from campaigns.judge.situation import Answer, Situation, at_start
+
+Line = Mapping[str, Any]
+
+
+def can_complete(mission: Mission, begin: Situation, budget: int = 40_000) -> Answer:
+    """The answer of the search that suits the mission."""
+    if mission.crowded or any(robot.stays and robot.targets[1:] for robot in mission.robots):
+        return joint.can_complete(mission, begin, budget)
+    return independent.can_complete(mission, begin, budget)
+
+
+def judge_outcome(mission: Mission, ending: Ending, outcome: Line) -> str:
+    """Return what is wrong; empty if nothing is, ``?`` if the search was too large."""
+    if ending.problems:
+        return "inconsistent: " + "; ".join(ending.problems)
+    match outcome["outcome"]:
+        case "completed":  # live, a robot that stays makes no moves
+            return _completed(mission, ending, 1 if "t" in outcome else mission.rounds)
+        case "operator_needed":
+            return _operator_needed(mission, ending, outcome)
+        case "unrealizable" if any(
+            robot.literal and not mission.conflicts[robot.name] and not can_patrol(mission, robot)
+            for robot in mission.robots
+        ):
+            return ""
+        case other:
+            answer = can_complete(mission, ending.situation)
+            return f"{other}; the judge: {answer.value}; {outcome['explanation']}"
+
+
+def told_by_signals(lines: Sequence[Line]) -> list[str]:
+    """With signals a team is synthesized once, and robots for which the known map has changed."""
+    blocked: set[str] = set()  # with a new permanent obstacle since their last strategy
+    found = []
+    for line in lines:
+        if line["type"] == "blocked":
+            blocked.update(line["robots"])
+        if line["type"] != "synthesis" or line["reason"] == "initial":
+            continue
+        if line["robot"] not in blocked:
+            found.append(f"tick {line['tick']}: {line['robot']} again: {line['reason']}")
+        blocked -= {line["robot"]}
+    return found[:1]
+
+
+def _completed(mission: Mission, ending: Ending, rounds: int) -> str:
+    """``rounds``: those that the moves must show."""
+    for robot in mission.robots:
+        done = rounds_done(robot, ending.visits[robot.name])
+        if done < rounds:
+            return f"{robot.name} has done {done} rounds of {rounds}"
+    return f"{' and '.join(ending.away)} not at the last target" if ending.away else ""
+
+
+def _operator_needed(mission: Mission, ending: Ending, outcome: Line) -> str:
+    begins = [("from its end", ending.situation)]
+    if not mission.obstacles:
+        begins.append(("from its start", at_start(mission)))
+    for where, begin in begins:
+        answer = can_complete(mission, begin)
+        if answer is Answer.YES:
+            return f"given up ({outcome.get('cause')}), and can be completed {where}"
+        if answer is Answer.OVER_BUDGET:
+            return "?"
+    return ""

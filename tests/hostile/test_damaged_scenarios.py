@@ -1,0 +1,96 @@
+"""Damaged scenarios through the commands: a result or a message with a position, and never exit 4,
+a traceback or a hang."""
+
+import copy
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from click.testing import CliRunner
+from hypothesis import event, given
+from hypothesis import strategies as st
+
+from safenav.cli import check, explain, run
+from safenav.errors import InputError, SafenavError
+from support.examples import campaign, scenarios
+
+pytestmark = pytest.mark.slow
+
+VALUES = st.sampled_from(
+    [
+        *(None, True, -1, 0, 3, 10**12, 0.5, float("nan"), "", "x", "r0", "region", "hold", "é"),
+        *([], {}, [0], [1, 1], [[7]], {"any": []}, {"hold": 8}),
+        *("next(region)", "region' = 99", "1...2", "!!python/none"),
+    ]
+)
+
+
+def _places(node: Any, at: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
+    """The path to every value within some data."""
+    inside: list[tuple[Any, Any]] = []
+    if isinstance(node, dict):
+        inside = list(node.items())
+    elif isinstance(node, list):
+        inside = list(enumerate(node))
+    found = [(*at, key) for key, _ in inside]
+    for key, item in inside:
+        found += _places(item, (*at, key))
+    return found
+
+
+@st.composite
+def damaged(draw: st.DrawFn) -> dict[str, Any]:
+    """A valid scenario with one to three values replaced, removed, or put somewhere else. No
+    robot tracks another: that makes strategies of 20,000 states, which ask nothing more of the
+    readers."""
+    data = copy.deepcopy(draw(scenarios(robots=2)))
+    for robot in data["robots"].values():
+        robot.pop("tracks", None)
+    for _ in range(draw(st.sampled_from([1, 1, 1, 2, 3]))):
+        kind = draw(st.sampled_from(["replace", "replace", "remove", "rename"]))
+        places = list(_places(data))
+        place = draw(st.sampled_from(places))
+        holder: Any = data
+        for key in place[:-1]:
+            holder = holder[key]
+        if kind == "replace":
+            holder[place[-1]] = copy.deepcopy(draw(VALUES))
+        elif kind == "remove":
+            del holder[place[-1]]
+        elif isinstance(holder, dict):
+            holder[str(draw(VALUES))] = holder.pop(place[-1])
+    return data
+
+
+@pytest.fixture(autouse=True)
+def own_cache(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SAFENAV_CACHE", "off")
+
+
+@campaign(150)
+@given(damaged(), st.sampled_from([check.command, run.command, explain.command]))
+def test_every_command_gives_a_result_or_a_message_for_a_damaged_scenario(
+    data: dict[str, Any], command: Any
+) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "damaged ü.yaml"
+        file.write_text(yaml.safe_dump(data, sort_keys=False), encoding="utf-8")
+        options = ["--max-ticks", "30", "--no-map"] if command is run.command else []
+        result = CliRunner().invoke(command, [str(file), *options], standalone_mode=False)
+    match result.exception:
+        case None:
+            assert result.return_value in (0, 1, 3)
+            event(f"answered {int(result.return_value)}")
+        case InputError() as error:
+            event("refused")
+            assert error.diagnostics
+            for diagnostic in error.diagnostics:
+                assert diagnostic.found
+                assert "damaged" in diagnostic.file
+        case SafenavError() as error:
+            assert error.exit_code in (2, 3), error
+            event(f"refused {int(error.exit_code)}")
+        case error:
+            raise error

@@ -1,0 +1,58 @@
+"""Random examples of properties: bounded among the tests, or as many as the user sets.
+
+``SAFENAV_FUZZ=5000`` tries 5000 new random examples of each property, instead of a few fixed ones.
+"""
+
+import os
+from functools import partial
+from typing import Any
+
+from hypothesis import HealthCheck, settings
+from hypothesis import strategies as st
+
+from drawn import loads
+from safenav.runtime.run.mission import default_synthesizer
+from safenav.scenario.model import Scenario
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.synthesis.cache import Cache
+from safenav.synthesis.slugs import Synthesizer
+from safenav.verify.verification import first_failure
+from support.mixed import tracked_mission
+
+
+def campaign(bounded: int) -> settings:
+    """Settings for a property that tries ``bounded`` examples in a bounded campaign."""
+    wanted = os.environ.get("SAFENAV_FUZZ")
+    return settings(
+        max_examples=int(wanted) if wanted else bounded,
+        derandomize=not wanted,
+        deadline=None,
+        print_blob=True,
+        suppress_health_check=list(HealthCheck),
+    )
+
+
+@st.composite
+def scenarios(draw: st.DrawFn, robots: int = 4) -> dict[str, Any]:
+    """A random mission, as data, with at most this many robots."""
+    return small(draw(st.integers(0, 10**6)), robots)[0]
+
+
+def small(seed: int, robots: int) -> tuple[dict[str, Any], Scenario]:
+    """A mission with at most this many robots that the loader accepts, even if their targets are
+    out of reach."""
+
+    def made(number: int) -> dict[str, Any]:
+        mission = tracked_mission(number)
+        mission["robots"] = dict([*mission["robots"].items()][:robots])
+        return mission
+
+    return loads(made, seed, partial(load_scenario_text, reachable=False))
+
+
+def quiet(scenario: Scenario) -> Synthesizer:
+    """Return a synthesizer that runs one synthesis at a time, without a cache."""
+    usual = default_synthesizer(scenario)
+    return Synthesizer(
+        usual.binary, seconds=usual.seconds, cache=Cache.off(), verifier=first_failure, at_once=1
+    )
