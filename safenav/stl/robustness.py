@@ -189,7 +189,7 @@ class _Evaluation:
 
     def _reached(self, holds: Array, then: Array, window: syntax.Window, past: bool) -> Array:
         """The maximum over the instants t' of each window of the lesser of ``then`` at t' and the
-        minimum of ``holds`` before t'. Quadratic in the window."""
+        minimum of ``holds`` before t'."""
         times = self._times
         if past:
             holds, then, times = holds[::-1], then[::-1], -times[::-1]
@@ -197,18 +197,13 @@ class _Evaluation:
         at_begin, at_end = (
             _between(times, then, np.minimum(edge, times[-1])) for edge in (begin, end)
         )
-        found = np.full(len(times), -np.inf)
-        for k in range(len(times)):
-            if begin[k] > end[k]:
-                continue
-            kept = np.minimum.accumulate(holds[k : last[k] + 1])
-            before = kept[first[k] - k - 1] if first[k] > k else np.inf
-            found[k] = min(before, at_begin[k])
-            if last[k] >= first[k]:
-                # up to, not at, the instant at which the other holds
-                up_to = np.append(np.inf, kept)[first[k] - k : last[k] - k + 1]
-                reached = np.max(np.minimum(up_to, then[first[k] : last[k] + 1]))
-                found[k] = max(found[k], reached, min(kept[-1], at_end[k]))
+        here = np.arange(len(times))
+        before, up_to_end = (_least_of(holds, here, until) for until in (first - 1, last))
+        inside = _folded(np.array([holds, then]), _joined, first, last)[1]
+        found = np.minimum(before, at_begin)
+        later = np.maximum(np.minimum(before, inside), np.minimum(up_to_end, at_end))
+        found = np.where(last >= first, np.maximum(found, later), found)
+        found = np.where(begin > end, -np.inf, found)
         return found[::-1] if past else found
 
 
@@ -225,21 +220,33 @@ def _bounds(
 
 
 def _least_of(values: Array, first: NDArray[np.intp], last: NDArray[np.intp]) -> Array:
-    """The minimum of values[first..last] for each pair: a sparse table, two look-ups each."""
-    rows = [values]
-    while (width := 1 << len(rows)) <= len(values):
-        before = rows[-1]
-        rows.append(np.minimum(before[: len(values) - width + 1], before[width >> 1 :]))
-    found = np.full(len(first), np.inf)
-    some = last >= first
-    begin, end = first[some], last[some]
-    level = np.frexp(end - begin + 1)[1] - 1
-    least = np.empty(len(begin))
-    for k in np.unique(level):
-        chosen = level == k
-        row = rows[k]
-        least[chosen] = np.minimum(row[begin[chosen]], row[end[chosen] - (1 << int(k)) + 1])
-    found[some] = least
+    """The minimum of values[first..last] for each pair; +inf for none."""
+    least: Array = _folded(values[None], np.minimum, first, last)[0]
+    return np.where(last >= first, least, np.inf)
+
+
+def _joined(left: Array, right: Array) -> Array:
+    """Two stretches as one; of each the minimum of ``holds``, and the greatest value of ``then``
+    that is reached in it while ``holds``."""
+    reached = np.maximum(left[1], np.minimum(left[0], right[1]))
+    return np.array([np.minimum(left[0], right[0]), reached])
+
+
+def _folded(
+    row: Array,
+    join: Callable[[Array, Array], Array],
+    first: NDArray[np.intp],
+    last: NDArray[np.intp],
+) -> Array:
+    """Join the columns first..last of ``row`` for each pair, by two overlapping stretches of 1, 2,
+    4, 8, ... columns; ``join`` must not mind that they overlap."""
+    found = np.zeros((len(row), len(first)))
+    level = np.frexp(np.maximum(last - first + 1, 0))[1] - 1
+    for k in range(int(level.max(initial=-1)) + 1):
+        width, chosen = 1 << k, np.flatnonzero(level == k)
+        begins, ends = first[chosen], last[chosen] - width + 1
+        found[:, chosen] = join(row[:, begins], row[:, ends])
+        row = join(row[:, :-width], row[:, width:])
     return found
 
 

@@ -185,13 +185,13 @@ class PoseGraph:
     @cached_method
     def closure(self, start: Mask, allowed: Mask) -> Mask:
         """The poses reachable from ``start`` through ``allowed`` poses; ``start`` itself always."""
-        return _grown(self.forward, start, allowed)
+        return self._grown(self.forward, start, allowed, back=False)
 
     @cached_method
     def back(self, goal: Mask, allowed: Mask) -> Mask:
         """Return the poses from which ``goal`` can be reached through ``allowed`` poses; ``goal``
         itself always."""
-        return _grown(self.backward, goal, allowed)
+        return self._grown(self.backward, goal, allowed, back=True)
 
     def around(self, pose: Mask, allowed: Mask) -> Mask:
         """The poses from which ``pose`` can be reached and that it can reach itself."""
@@ -301,6 +301,40 @@ class PoseGraph:
                         found |= source << other * self.size
         return found
 
+    def _grown(
+        self, step: Callable[[Mask], Mask], start: Mask, allowed: Mask, *, back: bool
+    ) -> Mask:
+        """The least set with ``start`` that no ``step`` into ``allowed`` poses leaves."""
+        found = frontier = start
+        while frontier:
+            frontier = step(frontier) & allowed & ~found
+            if frontier and not self._closed:
+                frontier = self._straight(frontier, allowed & ~found, back)
+            found |= frontier
+        return found
+
+    def _straight(self, poses: Mask, allowed: Mask, back: bool) -> Mask:
+        """Add the ``allowed`` poses to which straight ways lead from ``poses`` (``back``: from
+        which they lead there), all of a length of up to 2, 4, 8, ... at a time."""
+        found = 0
+        for heading in range(4):
+            block = heading * self.size if self.blocks > 1 else 0
+            ways = (heading + 2) % 4 if back else heading
+            edge = (0, self._west, 0, self._east)[ways]  # not entered from the other row
+            length, far = (self._cols, self.size) if ways % 2 == 0 else (1, self._cols)
+            reached = poses >> block & self._full
+            through = allowed >> block & self._full & ~edge
+            while length < far and reached:
+                if ways in (1, 2):
+                    reached |= reached << length & through
+                    through &= through << length
+                else:
+                    reached |= reached >> length & through
+                    through &= through >> length
+                length *= 2
+            found |= reached << block
+        return found
+
     def _spread(self, regions: Mask) -> Mask:
         return (
             regions >> self._cols
@@ -323,12 +357,3 @@ class PoseGraph:
 def plain_graph(world: RegionMap, mobility: Mobility) -> PoseGraph:
     """The poses of a mobility on a map and its steps, made once."""
     return PoseGraph(world, mobility)
-
-
-def _grown(step: Callable[[Mask], Mask], start: Mask, allowed: Mask) -> Mask:
-    """The least set with ``start`` that no ``step`` into ``allowed`` poses leaves."""
-    found = frontier = start
-    while frontier:
-        frontier = step(frontier) & allowed & ~found
-        found |= frontier
-    return found

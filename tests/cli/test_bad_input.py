@@ -55,7 +55,8 @@ UNREADABLE = [
     ("new s.yaml --side 1 --map", ".", "this is a directory"),
     ("batch hello.yaml --baseline", "deep", "it is not JSON: too deeply nested"),
     ("verify lift.slugs", "deep", "deep: the strategy is not JSON: too deeply nested"),
-    ("synth", "fire.spec", "from LTLMoP and TuLiP, name the slugsin file"),
+    ("synth", "fire.spec", "as LTLMoP and TuLiP write them"),
+    ("check", "plan.py", "plan.py: this is a Python program, not a scenario"),
     ("check", "rooms.pddl", "rooms.pddl: neither a scenario (YAML) nor a specification"),
     ("check", "random-1.scen", "then each as [ROW, COLUMN]"),
     ("run", "floor.sdf", "occupancy map (ROS map_saver)"),
@@ -81,6 +82,7 @@ def test_a_file_that_cannot_be_read_is_named(
     (tmp_path / "lift.slugs").write_text("[OUTPUT]\nx\n[SYS_LIVENESS]\nx\n")
     (tmp_path / "next.slugs").write_text("[OUTPUT]\nx: 0...4\n[SYS_TRANS]\nnext(x) != 3\n")
     (tmp_path / "fire.spec").write_text("Actions: # enabled: 1\nSensors: person, 1\n Env: false\n")
+    (tmp_path / "plan.py").write_text("from safenav import load_scenario\n")
     (tmp_path / "rooms.pddl").write_text("(define (domain rooms)\n (:requirements :strips))\n")
     done = safenav(*command.split(), name)
     assert (done.returncode, told in done.stderr) == (2, True), done.stderr

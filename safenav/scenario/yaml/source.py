@@ -22,9 +22,11 @@ STDIN = "-"
 
 _SUFFIXES = {"", ".yaml", ".yml", ".json", ".txt"}
 _FOREIGN = (
-    "a scenario is YAML ('safenav new FILE' writes one); from LTLMoP and TuLiP, name the slugsin "
-    "file that they write"
+    "a scenario is YAML ('safenav new FILE' writes one); 'check' also reads traces and motions "
+    "(.jsonl) and bundles, 'synth' specifications of slugs, as LTLMoP and TuLiP write them"
 )
+_OTHERS = {".py": "a Python program", ".md": "a Markdown text", ".toml": "a TOML file"}
+"""Files in other languages, by suffix."""
 _ROOM = "save the floor as an occupancy map (ROS map_saver): safenav new FILE --map MAP.yaml"
 _STARTS = (
     "each line has a map, and x and y (column and row) of a start and a goal: safenav new FILE "
@@ -160,6 +162,9 @@ def parsed(text: str, findings: Findings, expected: str = "scenario") -> Node | 
     try:
         document = read_document(text)
     except DocumentError as error:
+        if suffix in _OTHERS:
+            findings.add(None, f"this is {_OTHERS[suffix]}, not a {expected}", advice)
+            return None
         findings.add(error.place, error.found, advice if foreign else error.hint)
         return None
     if foreign and not isinstance(document.root, Mapping):
