@@ -1,4 +1,4 @@
-"""Writing of a bundle: the files of a run with their evidence (layout: docs/certificates.md)."""
+"""Writing of a bundle: the files of a run with their evidence (layout: docs/bundle.md)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""docs/trust.md: its tables are complete, and its commands do what it says."""
+"""docs/explain.md and docs/trust.md: causes are complete, and commands do what they say."""
 
 import re
 import shlex
@@ -11,7 +11,7 @@ from safenav.cli import explain, synth, verify
 from safenav.explain.explanation import NoStrategyCause
 
 ROOT = Path(__file__).parents[2]
-TEXT = (ROOT / "docs" / "trust.md").read_text(encoding="utf-8")
+TEXT = "".join((ROOT / "docs" / f"{page}.md").read_text("utf-8") for page in ("explain", "trust"))
 
 
 def test_every_cause_is_explained() -> None:
