@@ -120,6 +120,7 @@ class StateGraph(PoseGraph):
         shut: frozenset[int] = frozenset(),
     ) -> None:
         super().__init__(world, mobility)
+        self._goes_straight = False  # a step may change the memory
         self._formulas, self._guarantees, self._shut = formulas, guarantees_of(formulas), shut
         goals = self._guarantees.goals_of_steps
         met = [frozenset(few) for n in range(len(goals) + 1) for few in combinations(goals, n)]

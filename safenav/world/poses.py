@@ -76,6 +76,7 @@ class PoseGraph:
         self._east = self._west << world.cols - 1
         self.free_regions = _mask_of_many(world.free, self.size)
         self._closed = closed
+        self._goes_straight = not closed
         self._narrowed = region_mask(pose for pose, _ in closed)  # with a closed step out
         self._shunned = region_mask(pose for _, pose in closed)  # with a closed step in
 
@@ -308,7 +309,7 @@ class PoseGraph:
         found = frontier = start
         while frontier:
             frontier = step(frontier) & allowed & ~found
-            if frontier and not self._closed:
+            if frontier and self._goes_straight:
                 frontier = self._straight(frontier, allowed & ~found, back)
             found |= frontier
         return found

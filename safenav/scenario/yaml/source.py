@@ -159,16 +159,18 @@ def parsed(text: str, findings: Findings, expected: str = "scenario") -> Node | 
     suffix = Path(findings.file).suffix
     foreign = suffix not in _SUFFIXES
     advice = FOREIGN.get(suffix, _FOREIGN)
+    other = f"this is {_OTHERS[suffix]}, not a {expected}" if suffix in _OTHERS else ""
     try:
         document = read_document(text)
     except DocumentError as error:
-        if suffix in _OTHERS:
-            findings.add(None, f"this is {_OTHERS[suffix]}, not a {expected}", advice)
+        if other:
+            findings.add(None, other, advice)
             return None
         findings.add(error.place, error.found, advice if foreign else error.hint)
         return None
     if foreign and not isinstance(document.root, Mapping):
-        findings.add(None, "neither a scenario (YAML) nor a specification of slugs", advice)
+        neither = "neither a scenario (YAML) nor a specification of slugs"
+        findings.add(None, other or neither, advice)
         return None
     for place, found, hint in document.flaws:
         findings.add(place, found, hint)
