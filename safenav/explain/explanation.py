@@ -27,7 +27,6 @@ class NoStrategyCause(StrEnum):
     """Walls are between the robot and a target."""
     OBSTACLE = "obstacle"
     """A known obstacle is on the only path."""
-    """A robot that never moves blocks the only path."""
     HEADING = "heading"
     """It faces the wrong way at its start, and cannot turn on the spot."""
     ONE_WAY = "one_way"
@@ -165,7 +164,6 @@ class RepairKind(StrEnum):
     CAPABILITY = "capability"
     ROBOT = "robot"
     """One more robot; like those below, for a run that needs an operator."""
-    NEED = "need"
     WALL = "wall"
     TARGET = "target"
 

@@ -20,15 +20,12 @@ from safenav.review.foresight import Foresight, foresee
 from safenav.review.missing import Missing, missing_actions
 from safenav.runtime.run.mission import Mission, RunResult, uninterrupted
 from safenav.scenario.model import (
-    Need,
     Obstacle,
-    ObstacleType,
-    ResolveAt,
     Robot,
     RobotModel,
     Scenario,
 )
-from safenav.scenario.objective import Target, Word, staying, with_targets
+from safenav.scenario.objective import Target, staying, with_targets
 from safenav.scenario.objective_text import written
 from safenav.scenario.yaml.document import flow
 from safenav.solve.reasons import Hindrance, Shortfall
@@ -262,44 +259,6 @@ def _joined(failed: _Failure, added: Sequence[tuple[RobotModel, Region]]) -> Rep
     return Repair(RepairKind.ROBOT, tuple(change), replace(failed.scenario, robots=tuple(robots)))
 
 
-def _needs(failed: _Failure) -> Iterator[Repair]:
-    """Yield repairs of an obstacle's type: it needs fewer robots, or can be resolved from adjacent
-    regions."""
-    for lacks in failed.lacks:
-        kind = failed.obstacle(lacks).type
-        number = len(lacks.met)
-        need = kind.needs[number]
-        milder = []
-        able = len(lacks.helpers) + len(lacks.done)
-        if 0 < able < need.robots and not any(each.same for each in kind.needs):
-            milder.append(replace(need, robots=able, together=need.together and able > 1))
-        if need.at is not ResolveAt.NEIGHBOURS:
-            milder.append(replace(need, at=ResolveAt.NEIGHBOURS))
-        for other in milder:
-            yield _with_need(failed, kind, number, other)
-
-
-def _with_need(failed: _Failure, kind: ObstacleType, number: int, need: Need) -> Repair:
-    needs = (*kind.needs[:number], need, *kind.needs[number + 1 :])
-    changed = replace(kind, action=needs[0].action, resolve_at=needs[0].at, listed=needs)
-    obstacles = tuple(
-        replace(o, type=changed) if o.type == kind else o for o in failed.scenario.obstacles
-    )
-    item = f"catalogue.obstacles.{kind.name}"
-    change = f"{item}.needs", flow([_need_keys(each, failed.word) for each in needs])
-    if not kind.listed:
-        change = f"{item}.resolve_at", ResolveAt.NEIGHBOURS.value
-    return Repair(RepairKind.NEED, (change,), replace(failed.scenario, obstacles=obstacles))
-
-
-def _need_keys(need: Need, word: Word) -> dict[str, object]:
-    """Return a need as a mapping of YAML."""
-    where = need.at.value if isinstance(need.at, ResolveAt) else [*map(word, sorted(need.at))]
-    robots = need.robots if need.robots > 1 else None
-    flags = {"together": need.together or None, "same": need.same or None}
-    return {"action": need.action, "robots": robots, "at": where, **flags}
-
-
 def _walls(failed: _Failure) -> Iterator[Repair]:
     """Yield repairs that remove a wall between a robot's reachable regions and its target; for
     robots that block each other, a wall beside them, to give way."""
@@ -354,7 +313,6 @@ _KINDS: tuple[Callable[[_Failure], Iterator[Repair]], ...] = (
     _starts,
     _capabilities,
     _robots,
-    _needs,
     _walls,
     _targets,
 )

@@ -18,7 +18,6 @@ from safenav.run.values import (
     Ending,
     Event,
     Hidden,
-    LongStep,
     ObstacleStatus,
     Placed,
     RobotBelief,
@@ -188,7 +187,7 @@ class Run(Struct):
 
     def _placed(self, track: RobotTrack, tick: int, fraction: float, trail: int) -> Placed:
         name, taken = track.name, track.transit(tick)
-        row, col, heading = self._place(track, taken, tick, fraction)
+        row, col, heading = self.place(track, tick, fraction)
         objective = self.objectives[name].at(tick)
         aim, end = self._aim(track, objective, tick)
         trail *= 1 if self.seconds is None else len(self.robots)
@@ -216,22 +215,24 @@ class Run(Struct):
         """Return the target that a robot reaches next, if it reaches one before its objective
         changes, and when; else where it is then."""
         targets = target_regions(objective)
-        changes = (at for at, _ in self.objectives[track.name] if at > tick)
+        changes = (at for at, _ in self.objectives[track.name].after(tick))
         until = min(next(changes, self.last), self.last)
-        for at, progress in self.progress[track.name]:
-            if tick < at <= until and progress.reached in targets:
+        for at, progress in self.progress[track.name].after(tick):
+            if at > until:
+                break
+            if progress.reached in targets:
                 return progress.reached, at
         there = track.regions[until]
         only = next(iter(targets)) if len(targets) == 1 else None
         return there if there in targets else only, until
 
-    def _place(
-        self, track: RobotTrack, taken: LongStep | None, tick: int, fraction: float
+    def place(
+        self, track: RobotTrack, tick: int, fraction: float = 0.0
     ) -> tuple[float, float, float | None]:
         """Return the row, the column and the heading in degrees of a robot."""
         region, heading = track.regions[tick], track.headings[tick]
         goal, after, part = region, heading, 0.0
-        step = taken
+        step = track.transit(tick)
         if step is None and self.seconds is None and tick < self.last:
             step = track.transit(tick + 1)  # it departs in this tick
             goal, after, part = track.regions[tick + 1], track.headings[tick + 1], fraction

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from bisect import bisect_right
+from collections.abc import Iterator
 from enum import StrEnum
+from itertools import islice
 from operator import itemgetter
 from typing import TypeVar
 
@@ -37,6 +39,10 @@ class Changes(list[tuple[int, T]]):
         """Change the value, unless it is the same."""
         if value != self.now:
             self.append((tick, value))
+
+    def after(self, tick: int) -> Iterator[tuple[int, T]]:
+        """Yield the changes after that tick."""
+        return islice(self, bisect_right(self, tick, key=itemgetter(0)), None)
 
     def at(self, tick: int) -> T:
         """Return the value after all events of that tick."""

@@ -43,7 +43,7 @@ def test_json_has_cause_core_witness_and_repairs(invoke: Invoke) -> None:
     assert answer.status == 1
     (found,) = json.loads(answer.output)["unrealizable"]
     assert (found["robot"], found["cause"]) == ("rover", "crossing")
-    assert all(m["item"] and m["constraints"] for m in found["core"]["members"])
+    assert all(m["origin"]["item"] and m["constraints"] for m in found["core"]["members"])
     assert found["witness"]["ending"]
     assert {"kind", "change", "helpers", "action", "says"} <= set(found["repairs"][0])
 

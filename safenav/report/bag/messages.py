@@ -181,10 +181,11 @@ class _Messages:
     def _poses(self, tick: int) -> dict[str, Message]:
         """Return each robot's pose, interpolated during a step of several ticks."""
         found = {}
-        for placed in self.run.at(tick, trail=0).robots:
-            x, y = self.frame.centre(placed.row, placed.col, self.run.map.rows)
-            facing = 0.0 if placed.heading is None else radians(90.0 - placed.heading)
-            found[placed.name] = _pose(x, y, self.frame.yaw + facing)
+        for track in self.run.robots:
+            row, col, heading = self.run.place(track, tick)
+            x, y = self.frame.centre(row, col, self.run.map.rows)
+            facing = 0.0 if heading is None else radians(90.0 - heading)
+            found[track.name] = _pose(x, y, self.frame.yaw + facing)
         return found
 
     def _obstacles(self, tick: int, shown: dict[str, ObstacleStatus]) -> Iterator[Message]:

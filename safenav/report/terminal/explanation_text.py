@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import click
+from msgspec import to_builtins
 
 from safenav.explain.explanation import (
     Core,
@@ -164,7 +165,7 @@ def play_lines(play: LosingPlay, found: Explanation, world: RegionMap) -> Iterat
 
 def explanation_data(found: Explanation, scenario: Scenario) -> dict[str, Any]:
     """Return the explanation as data for machines."""
-    core = found.core
+    play = found.play
     return {
         "robot": found.robot,
         "objective": describe(asked_of(found.task)),
@@ -172,18 +173,21 @@ def explanation_data(found: Explanation, scenario: Scenario) -> dict[str, Any]:
         "because": cause_words(found, scenario.map),
         "lost": [sorted(target) for target in found.diagnosis.lost],
         "confined": sorted(found.diagnosis.confined),
-        "culprits": [known.item for known in found.diagnosis.culprits],
-        "core": {
-            "members": [_member_data(member) for member in core.members],
-            "minimal": core.minimal,
-            "decisive": core.decisive,
-            "alone": core.alone,
-            "vain": [_member_data(member) for member in core.vain],
-            "walls": list(core.walls),
-            "fairness": [origin.rule for origin in core.fairness],
+        "core": to_builtins(found.core, order="deterministic"),
+        "witness": play
+        and {
+            "ending": play.ending.value,
+            "moments": [*play.walk],
+            "cycle": [*play.cycle],
+            "pressure": dict(play.pressure),
+            "dilemmas": to_builtins(play.dilemmas, order="deterministic"),
+            "never": play.goal and play.goal.formula,
         },
-        "witness": None if found.play is None else _play_data(found.play, found),
-        "repairs": [_repair_data(repair, scenario.map) for repair in found.repairs],
+        "repairs": [
+            {"kind": each.kind.value, "change": dict(each.change), "helpers": [*each.helpers]}
+            | {"action": each.action, "says": repair_words(each, scenario.map)}
+            for each in found.repairs
+        ],
         "seconds": round(found.seconds, 3),
     }
 
@@ -291,54 +295,3 @@ def _picture(found: Explanation, scenario: Scenario) -> list[str]:
 
 def _indented(lines: Iterator[str] | Sequence[str]) -> Iterator[str]:
     return (f"  {line}" for line in lines)
-
-
-def _member_data(member: CoreMember) -> dict[str, Any]:
-    return {
-        "item": member.origin.item,
-        "rule": member.origin.rule,
-        "source": member.origin.source,
-        "regions": list(member.regions),
-        "constraints": [f"[{c.section}] {c.formula}" for c in member.constraints],
-    }
-
-
-def _play_data(play: LosingPlay, found: Explanation) -> dict[str, Any]:
-    inputs = _inputs_of(play)
-    confined = play.ending is PlayEnd.CONFINED
-    return {
-        "ending": play.ending.value,
-        "confined": sorted(found.diagnosis.confined) if confined else [],
-        "moments": [_moment_data(moment, inputs) for moment in (*play.walk, *play.cycle)],
-        "cycle": [_moment_data(moment, inputs) for moment in play.cycle],
-        "pressure": dict(play.pressure),
-        "dilemmas": [
-            {
-                "region": d.region,
-                "heading": None if d.heading is None else d.heading.label,
-                "breaks": {"item": d.broken.origin.item, "rule": d.broken.origin.rule},
-            }
-            for d in play.dilemmas
-        ],
-        "never": None if play.goal is None else play.goal.formula,
-    }
-
-
-def _moment_data(values: Values, inputs: Sequence[str]) -> dict[str, Any]:
-    known = ("region", "heading", *inputs)
-    return {
-        "region": values["region"],
-        "heading": Heading(values["heading"]).label if "heading" in values else None,
-        "others": {name: values[name] for name in inputs},
-        "memory": {name: value for name, value in values.items() if name not in known},
-    }
-
-
-def _repair_data(repair: Repair, world: RegionMap) -> dict[str, Any]:
-    return {
-        "kind": repair.kind.value,
-        "change": [{"item": item, "value": value} for item, value in repair.change],
-        "helpers": list(repair.helpers),
-        "action": repair.action,
-        "says": repair_words(repair, world),
-    }

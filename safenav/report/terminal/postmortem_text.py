@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import click
+from msgspec.structs import asdict
 
 from safenav.outcome import Outcome
 from safenav.review.missing import Missing
@@ -80,33 +81,23 @@ def _late(lost: tuple[str, ...]) -> str:
 
 def postmortem_data(found: Postmortem, scenario: Scenario) -> dict[str, Any]:
     """Return the reasons as data for machines."""
+    result = found.result
     return {
         "scenario": scenario.name,
         "unrealizable": [],
-        "outcome": found.result.outcome.value,
-        "cause": found.result.cause,
-        "ticks": found.result.ticks,
+        "outcome": result.outcome.value,
+        "cause": result.cause,
+        "ticks": result.ticks,
         "chain": list(found.chain),
-        "lost": list(found.result.lost),
+        "lost": list(result.lost),
         "missing": [
-            {
-                "actions": list(each.actions),
-                "robots": each.robots,
-                "together": each.together,
-                "obstacles": [obstacle.name for obstacle in each.obstacles],
-                "have": list(each.have),
-                "models": list(each.models),
-            }
+            asdict(each) | {"obstacles": [obstacle.name for obstacle in each.obstacles]}
             for each in found.missing
         ],
         "repairs": [
-            {
-                "kind": repair.kind,
-                "change": [{"item": item, "value": value} for item, value in repair.change],
-                "ticks": repair.ticks,
-                "seconds": repair.makespan,
-            }
-            for repair in found.repairs
+            {"kind": each.kind, "change": dict(each.change), "ticks": each.ticks}
+            | {"seconds": each.makespan}
+            for each in found.repairs
         ],
         "runs": found.tried,
         "seconds": round(found.seconds, 3),
