@@ -2,7 +2,6 @@
 
 import json
 import re
-from html import escape
 from pathlib import Path
 
 import pytest
@@ -12,15 +11,12 @@ from report.browser import Browser
 from safenav.cli import group
 from safenav.motion.in_time import in_time
 from safenav.motion.making import motion_of
-from safenav.report.page.encode import encoded
 from safenav.report.page.html import page_of
-from safenav.report.page.live import LiveRun
 from safenav.report.picture.glyphs import GLYPHS
 from safenav.report.picture.scene import svg_of
 from safenav.report.view3d.html import page3d_of
 from safenav.run.reading import read_run, run_of
 from safenav.run.run import Run
-from safenav.run.values import ObstacleStatus
 from safenav.trace import records
 from safenav.trace.reading import read_trace
 
@@ -37,23 +33,6 @@ def replay(warehouse: Path) -> Run:
     return read_run(warehouse)
 
 
-def test_a_load_is_carried_from_the_need_that_takes_it_to_the_last(
-    warehouse: Path, replay: Run
-) -> None:
-    told = [json.loads(line) for line in warehouse.read_text().splitlines()]
-    for load in ("pallet@71", "pallet@72"):
-        met = [line for line in told if line["type"] == "met" and line["obstacle"] == load]
-        (taken, put), carrier = (line["tick"] for line in met), met[0]["robot"]
-        carriers = [replay.loads[load].at(tick) for tick in range(replay.last + 1)]
-        assert carriers[:taken] == [()] * taken
-        assert carriers[taken:put] == [(carrier,)] * (put - taken)
-        assert carriers[put:] == [()] * (replay.last + 1 - put)
-        held = {robot.name: [o.name for o in robot.loads] for robot in replay.at(taken).robots}
-        assert held == {name: [load] if name == carrier else [] for name in held}
-    carried = {name for name, told in replay.loads.items() if len(told) > 1}
-    assert carried == {"pallet@71", "pallet@72"}
-
-
 def test_a_picture_shows_the_load_at_its_robot_and_not_in_its_region(replay: Run) -> None:
     (taken,) = (tick for tick in range(replay.last) if _takes(replay, "pallet@71", tick))
     places = [
@@ -64,34 +43,7 @@ def test_a_picture_shows_the_load_at_its_robot_and_not_in_its_region(replay: Run
     assert places[0] != places[1]
 
 
-def test_pictures_name_the_needs_that_are_left(replay: Run) -> None:
-    (taken,) = (tick for tick in range(replay.last) if _takes(replay, "pallet@71", tick))
-    known = {taken - 1: "found, needs 'lift', then 'lift'", taken: "help requested, needs 'lift'"}
-    for tick, said in known.items():
-        assert f">{escape(said, quote=False)}<" in svg_of(replay.at(tick))
-    assert ">carries pallet@shelf<" in svg_of(replay.at(taken))
-
-
-def test_an_order_that_has_to_wait_for_its_helper_is_known(replay: Run) -> None:
-    assert replay.statuses["pallet@71"].at(9) is ObstacleStatus.ABSENT
-    assert replay.statuses["pallet@71"].at(10) is ObstacleStatus.FOUND
-
-
-def test_the_page_shows_loads_and_follows_them_live(
-    browser: Browser, warehouse: Path, replay: Run, tmp_path: Path
-) -> None:
-    trace = read_trace(warehouse)
-    whole = encoded(replay, "x")
-    live = LiveRun(trace.header, "x")
-    before = {o["name"]: o for o in live.whole()["obstacles"]}
-    for record in trace.records:
-        live.append(record)
-        for told in live.news()["obstacles"]:
-            for key in ("met", "carried"):
-                before[told["name"]][key] += told[key]
-    for obstacle in whole["obstacles"]:
-        assert obstacle["met"] == before[obstacle["name"]]["met"]
-        assert obstacle["carried"] == before[obstacle["name"]]["carried"]
+def test_the_page_shows_loads(browser: Browser, replay: Run, tmp_path: Path) -> None:
     page = tmp_path / "page.html"
     page.write_text(page_of(replay, "x.jsonl"), encoding="utf-8")
     (taken,) = (tick for tick in range(replay.last) if _takes(replay, "pallet@71", tick))

@@ -18,7 +18,6 @@ from safenav.report.picture.scene import EXCLUSION, Options, svg_of
 from safenav.report.picture.svg import text_width
 from safenav.run.reading import read_run
 from safenav.run.run import Run
-from safenav.run.values import ObstacleStatus
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.studio.editing.drawing import drawing_of
 from safenav.trace.looks import looks
@@ -57,14 +56,6 @@ def test_no_text_overlaps_another_or_leaves_the_page(
         for other, (l2, t2, r2, b2) in texts[:i]:
             apart = right <= l2 or r2 <= left or bottom <= t2 or b2 <= top
             assert apart, f"{words!r} overlaps {other!r}"
-
-
-def test_a_picture_names_robots_objectives_obstacles_and_stack(replays: dict[str, Run]) -> None:
-    words = " ".join(text for text, _ in _texts(svg_of(replays["chain"].at(6))))
-    expected = "tick 6 of 40; finds a door; quad; hold 48; visit 47, 44 in turn; uncertainty@43"
-    expected += "; door@47; help requested, needs 'push'; 2. door@47; quad waits, digit helps"
-    for each in expected.split("; "):
-        assert each in words
 
 
 def test_the_map_is_cropped_and_words_lead_to_their_region(replays: dict[str, Run]) -> None:
@@ -110,14 +101,6 @@ def test_names_are_escaped(tmp_path: Path) -> None:
     assert not list(root.iter(f"{SVG}script"))
 
 
-@pytest.mark.parametrize("count", [1, 2, 6, 20])
-def test_robots_are_told_apart_by_shape_colour_and_letters(count: int) -> None:
-    style = looks([f"robot{i}" for i in range(count)])
-    assert len({(look.shape, look.colour) for look in style}) == count
-    assert len({look.letters for look in style}) == count
-    assert len({look.shape for look in style[:7]}) == min(count, 7)
-
-
 def test_robots_over_one_another_are_drawn_apart() -> None:
     places = [(2.0, 3.0), (2.0, 3.0), (2.0, 5.0)]
     shifts = separated(places)
@@ -125,15 +108,6 @@ def test_robots_over_one_another_are_drawn_apart() -> None:
     assert ((r0 - r1) ** 2 + (c0 - c1) ** 2) ** 0.5 > 0.55
     assert far == (0.0, 0.0)
     assert separated([(0.0, 0.0), (0.0, 1.0)]) == [(0.0, 0.0), (0.0, 0.0)]
-
-
-def test_a_scenario_is_drawn_before_any_run() -> None:
-    scenario = load_scenario(SCENARIOS / "case_study_3.yaml")
-    scene = scene_of(scenario)
-    assert [status for _, status, _ in scene.obstacles] == [ObstacleStatus.HIDDEN] * 2
-    words = " ".join(text for text, _ in _texts(svg_of(scene)))
-    for expected in ("before the run", "patrol 22", "patrol 41", "uncertainty@43", "door@47"):
-        assert expected in words
 
 
 ZONE = beside(__file__, "scenarios/zone.yaml")

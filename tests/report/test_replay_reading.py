@@ -2,20 +2,15 @@
 
 import json
 from collections.abc import Callable
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from once import beside
 from report import made_traces
-from runtime.played import play
 from safenav.errors import InputError
 from safenav.run.reading import read_run
 from safenav.run.run import Run
-from safenav.run.values import ObstacleStatus, StackRow, StoryKind
-from safenav.scenario.objective import Hold, Patrol, Visit
 
 Line = dict[str, Any]
 
@@ -33,13 +28,6 @@ def test_robots_are_where_the_moves_say(traces: dict[str, Path], name: str) -> N
         assert (heading.label if heading is not None else None) == move["heading"]
 
 
-def test_a_found_obstacle_without_helper_is_not_requested(tmp_path: Path) -> None:
-    lines = made_traces.door()
-    _first(lines, "request")["helper"] = None
-    replay = read_run(made_traces.write(lines, tmp_path / "t.jsonl"))
-    assert replay.statuses["door@47"].at(11) is ObstacleStatus.FOUND
-
-
 @pytest.mark.parametrize(("until", "kind"), [(None, "waiting"), (30.0, "paused")])
 def test_waiting_for_an_operator_differs_from_waiting_for_a_change(
     tmp_path: Path, until: float | None, kind: str
@@ -49,19 +37,6 @@ def test_waiting_for_an_operator_differs_from_waiting_for_a_change(
     lines.insert(-1, {"type": "waiting", "tick": lines[-1]["tick"], **wait})
     events = read_run(made_traces.write(lines, tmp_path / "t.jsonl")).events
     assert [e.kind for e in events if "waits for" in e.text] == [kind]
-
-
-def test_the_stack_grows_and_shrinks_with_nested_requests(replays: dict[str, Run]) -> None:
-    replay = replays["chain"]
-    first = StackRow("uncertainty@43", "digit", ("quad",))
-    second = StackRow("door@47", "quad", ("digit",))
-    pushes = [e.tick for e in replay.events if e.kind is StoryKind.PUSH]
-    pops = [e.tick for e in replay.events if e.kind is StoryKind.POP]
-    assert replay.stack.at(pushes[0] - 1) == ()
-    assert replay.stack.at(pushes[0]) == (first,)
-    assert replay.stack.at(pushes[1]) == (first, second)
-    assert replay.stack.at(pops[0]) == (first,)
-    assert replay.stack.at(pops[1]) == ()
 
 
 def test_a_request_leaves_the_stack_wherever_it_stands_in_it(tmp_path: Path) -> None:
@@ -76,78 +51,6 @@ def test_a_request_leaves_the_stack_wherever_it_stands_in_it(tmp_path: Path) -> 
     (left,) = replay.stack.at(pops[0]["tick"])
     assert left.obstacle == pushes[1]["obstacle"] and left.requester == pushes[1]["requester"]
     assert replay.stack.at(pops[1]["tick"]) == ()
-
-
-def test_helpers_objectives_and_needs_follow_an_obstacle_with_two_needs(tmp_path: Path) -> None:
-    """The second need has a request without a push: other robots help, the first is free again."""
-    run = play(beside(__file__, "scenarios/two_needs.yaml"))
-    replay = read_run(made_traces.write(run.records, tmp_path / "t.jsonl"))
-    sensed, cleared = (line["tick"] for line in run.all("met"))
-    first, second = (row for _, row in replay.stack if row)
-    assert (first[0].helpers, second[0].helpers) == (("eye",), ("doz",))
-    assert replay.stack.at(sensed) == second
-    assert replay.objectives["eye"].at(sensed - 1) != Hold((frozenset({0}),))
-    assert replay.objectives["eye"].at(sensed) == Hold((frozenset({0}),))
-    assert replay.objectives["doz"].at(sensed) != Hold((frozenset({14}),))
-    needs = [replay.met["rubble@10"].at(tick) for tick in range(cleared + 1)]
-    assert [needs.index(n) for n in (0, 1, 2)] == [0, sensed, cleared]
-    inputs = [(e.tick, e.text) for e in replay.events if e.kind is StoryKind.INPUTS]
-    assert inputs == [(2, "inputs: fog on"), (3, "inputs: none on")]
-
-
-TWICE = """\
-safenav: 1
-map: {grid: ["#########", "#...#...#", "#.......#", "#...#...#", "#########"]}
-robots: {quad: {model: quadcopter, start: 10, objective: {patrol: [10, 12]}}}
-obstacles:
-  - {type: door, region: 22, from: FIRST, until: 5}
-  - {type: door, region: 22, from: 8, until: 10}
-until: {rounds: 4}
-"""
-
-
-@pytest.mark.parametrize("first", [0, 2])
-def test_an_obstacle_is_there_each_time_it_appears_and_not_between(
-    first: int, tmp_path: Path
-) -> None:
-    """It was missing until its second time, and "resolved" when it had disappeared."""
-    text = TWICE.replace("from: FIRST, ", f"from: {first}, " if first else "")
-    replay = read_run(made_traces.write(play(text).records, tmp_path / "t.jsonl"))
-    there = [tick for tick in range(replay.last + 1) if replay.at(tick).obstacles]
-    assert there == [*range(first, 5), 8, 9]
-    assert {status for tick in there for _, status, _ in replay.at(tick).obstacles} == {
-        ObstacleStatus.HIDDEN
-    }
-
-
-def test_each_round_is_reported_once(replays: dict[str, Run]) -> None:
-    """With the target that ends it, not with those of the next round."""
-    goals = [event for event in replays["door"].events if event.kind is StoryKind.GOAL]
-    for robot in ("quad", "digit"):
-        told = [e.text.partition(", ")[2] for e in goals if e.robot == robot]
-        assert "round 1 done" in told and "" in told
-        assert not any(one and one == after for one, after in pairwise(told))
-
-
-def test_objectives_in_force_follow_push_and_pop(replays: dict[str, Run]) -> None:
-    replay = replays["door"]
-    patrol = Patrol((frozenset({54}), frozenset({49})))
-    assert replay.objectives["quad"].at(10) == patrol
-    assert replay.objectives["quad"].at(11) == Hold((frozenset({46}),))
-    assert replay.objectives["digit"].at(11) == Visit((frozenset({47}), frozenset({58})))
-    assert replay.objectives["quad"].at(16) == patrol
-
-
-def test_only_the_last_target_of_once_is_held(tmp_path: Path) -> None:
-    scenario = """
-safenav: 1
-map: {grid: ["######", "#....#", "######"]}
-robots: {quad: {model: quadcopter, start: 7, objective: {once: [9, 8]}}}
-until: {rounds: 1}
-"""
-    replay = read_run(made_traces.write(play(scenario).records, tmp_path / "t.jsonl"))
-    goals = [e.text for e in replay.events if e.kind is StoryKind.GOAL]
-    assert goals == ["quad reaches 9", "quad holds 8"]
 
 
 def test_between_two_ticks_a_robot_is_on_its_way(replays: dict[str, Run]) -> None:
@@ -216,13 +119,3 @@ def test_broken_traces_are_refused_with_file_and_line(breakage: str, tmp_path: P
     first = caught.value.diagnostics[0]
     assert message in first.found
     assert first.file == str(path) and first.line >= 1
-
-
-PUSHED = beside(__file__, "scenarios/pushed.yaml")
-
-
-def test_an_obstacle_on_which_a_robot_acts_is_not_hidden(tmp_path: Path) -> None:
-    path = tmp_path / "pushed.jsonl"
-    path.write_text(play(PUSHED).text)
-    told = [status.value for _, status in read_run(path).statuses["door@10"]]
-    assert told == ["hidden", "found", "resolved"]

@@ -36,17 +36,6 @@ def test_a_step_of_several_ticks_is_drawn_between_its_regions(replays: dict[str,
     assert (halfway.row, halfway.col) == (1.0, 2.5)
 
 
-def test_beliefs_hold_until_the_next_is_told(meeting: Run) -> None:
-    told = meeting.beliefs["west", "east"]
-    assert told.at(0) is None
-    for tick in (1, 2):
-        belief = told.at(tick)
-        assert belief is not None and not belief.seen
-        assert belief.regions == {14, 15, 16, 23, 24, 25, 32, 33, 34}
-    seen = told.at(3)
-    assert seen is not None and seen.seen and seen.regions == {23}
-
-
 def test_sight_is_that_of_the_runtime(meeting: Run) -> None:
     view = visible_from(meeting.map, 3.0)
     for tick in range(meeting.last + 1):

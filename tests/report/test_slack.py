@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from once import SCENARIOS
 from report.browser import Browser
 from runtime.played import play
 from safenav.motion.making import motion_of
@@ -36,27 +35,6 @@ def _trace(folder: Path) -> Path:
     path = folder / "timed.jsonl"
     path.write_text(play(TIMED).text)
     return path
-
-
-def test_a_round_begins_as_long_before_it_is_due_as_it_may_take(replay: Run) -> None:
-    lines = encoded(replay, "timed.jsonl")["deadlines"]
-    rounds = [line for line in lines if line[1] == "r"]
-    assert [line[4] for line in rounds] == ["kept", "kept"]
-    assert [line[2] for line in rounds] == [0, rounds[0][0]]
-    assert all(due - begin == 14 for _, _, begin, due, *_ in rounds)
-    (mission,) = (line for line in lines if line[1] == "mission")
-    assert mission[2:] == [0, 60, "kept", 60 - mission[0]]
-
-
-def test_deadlines_that_are_missed_are_events(tmp_path: Path) -> None:
-    path = tmp_path / "late.jsonl"
-    text = (SCENARIOS / "case_study_1.yaml").read_text()
-    path.write_text(play(text.split("expect:")[0] + "resolve_within: 2\n").text)
-    told = [event.text for event in read_run(path).events if event.kind.value == "deadline"]
-    assert told == [
-        "door@47 cannot be resolved before tick 16, and is due at tick 13",
-        "door@47 has missed its deadline, tick 13",
-    ]
 
 
 def test_in_3d_deadlines_are_at_the_instants_of_their_ticks(tmp_path: Path) -> None:

@@ -38,19 +38,6 @@ def test_a_large_map_is_drawn_once(most: int, drawn: int, monkeypatch: pytest.Mo
     assert sum("██" in line for line in said) == drawn * 4
 
 
-def test_events_of_one_tick_stand_below_one_another() -> None:
-    said = told(
-        records.Violation(2, "quad", 8, 9, "door@9", "push"),
-        records.Request(2, "door@9", "quad", {"digit": 3}, "digit", (9,)),
-        records.Resolved(5, "door@9", "digit", 9, True, None),
-    )
-    assert said == [
-        "tick 2     quad at 8 [1, 2] finds a door at gate 9 [1, 3] and keeps out: it lacks 'push'",
-        "           quad requests help with door@gate: digit needs 3 ticks; digit helps",
-        "tick 5     digit at gate 9 [1, 3] resolves door@gate",
-    ]
-
-
 @pytest.mark.parametrize(
     ("obstacle", "said"),
     [
@@ -88,34 +75,11 @@ def test_the_story_reports_appearances_joint_plans_and_service() -> None:
     ]
 
 
-def test_a_goal_of_formulas_is_met_and_not_reached() -> None:
-    """``region = gate`` is met by the step that leaves the gate, so the robot is beside it then."""
-    plain = told(records.Goal(4, "quad", 1, 10, 1))
-    assert [line[11:] for line in plain] == ["quad reaches 10 [1, 4], round 1 done"]
-    formulas = "objective: {ltl: {liveness: [region = 7, region = gate]}}"
-    text = ROOM.replace("objective: {patrol: [7, 10]}", formulas)
-    said = told(records.Goal(4, "quad", 1, 10, 1), text=text)
-    assert [line[11:] for line in said] == [
-        "quad meets goal 2 of its formulas at 10 [1, 4], round 1 done"
-    ]
-
-
 def test_the_reason_of_a_failed_action_is_reported_once() -> None:
     failed = {"door@9": vocabulary.ActResult.FAILED}
     for reason, ends in (("failed", "failed"), ("it jams", "failed, it jams")):
         said = told(records.ActionEnd(4, 1, "quad", failed, None, reason))
         assert said[0].endswith(f"the action of quad ends (door@gate: {ends})")
-
-
-def test_rounds_of_an_input_objective_are_not_reported() -> None:
-    text = ROOM.replace("[7, 10]}}", "[7, 10]}, when: {alarm: {hold: 7}}}")
-    on, off = (records.Inputs(tick, {"alarm": tick == 3}) for tick in (3, 6))
-    goals = [records.Goal(4, "quad", 0, 7, 1), records.Goal(8, "quad", 1, 10, 1)]
-    said = told(on, goals[0], off, goals[1], text=f"{text}inputs: {{alarm: {{at: [3-5]}}}}\n")
-    assert [line[11:] for line in said if "reaches" in line] == [
-        "quad reaches 7 [1, 1]",
-        "quad reaches 10 [1, 4], round 1 done",
-    ]
 
 
 @pytest.mark.parametrize("restarts", [True, False], ids=["a door", "a battery"])
