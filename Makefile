@@ -52,6 +52,9 @@ QUICK := tests/architecture tests/formula tests/judge tests/scenario tests/spec 
 quick: install lint ## lint, types and unit tests, in under a minute
 	$(BIN)/pytest -n $(JOBS) --dist worksteal -q -m "not slow" $(QUICK)
 
+golden: install ## rewrite the transcripts of commands: review the diff
+	SAFENAV_GOLDEN=1 $(BIN)/pytest -q tests/cli/test_transcripts.py
+
 install: $(VENV)/.installed
 
 # Editable: Python files are used from the tree; the C++ side is rebuilt when it changes. A first run

@@ -7,6 +7,7 @@ import platform
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ from msgspec import Struct, to_builtins
 
 import safenav
 from safenav.errors import SafenavError
-from safenav.extras import project, requirements
+from safenav.extras import install_command, project, requirements
 from safenav.outcome import Verdict
 from safenav.spec.specification import (
     Constraint,
@@ -96,6 +97,38 @@ class Installation(Struct, frozen=True):
     def data(self) -> dict[str, Any]:
         """Return all findings as JSON data."""
         return {"usable": self.usable, **to_builtins(self)}
+
+    def lines(self) -> Iterator[tuple[bool | None, str, str]]:
+        """Yield each finding as text: whether it is good (None: a note about something optional),
+        its subject, and what was found."""
+        yield True, "safenav", f"{self.safenav} in {self.location}"
+        yield True, "Python", f"{self.python} on {self.platform}"
+        for package in self.packages:
+            if package.version is not None:
+                yield True, package.name, package.version
+            elif package.extra is None:
+                yield False, package.name, f"missing: {install_command()}"
+            else:
+                advice = f"for {package.purpose}: {install_command(package.extra)}"
+                yield None, package.name, f"not installed; {advice}"
+        slugs, cache = self.slugs, self.cache
+        if slugs.path is not None:
+            version = slugs.version or "not safenav's own"
+            yield True, "slugs", f"{version}, {slugs.path} ({slugs.chosen_by})"
+        if slugs.problem is not None:
+            yield False, "slugs", slugs.problem
+        else:
+            yield (
+                True,
+                "slugs",
+                f"synthesizes; its strategy passes the check ({slugs.seconds:.2f} s)",
+            )
+        if cache.directory is None:
+            yield None, "cache", f"off ({cache.chosen_by})"
+        else:
+            used = f"{cache.entries} results, {cache.bytes / 2**20:.1f} MiB"
+            state = cache.problem or f"writable, {used}"
+            yield cache.problem is None or None, "cache", f"{cache.directory} ({state})"
 
 
 def examine() -> Installation:

@@ -29,25 +29,23 @@ from safenav.errors import (
 )
 
 COMMANDS = {
-    "run": "Run a scenario and print what happens.",
-    "resume": "Continue a run that was interrupted or killed.",
-    "drive": "Run a scenario with real robots, or rehearse it.",
-    "synth": "Synthesize the controllers and write them to files.",
-    "verify": "Check a strategy file against its specification.",
-    "check": "Judge scenarios, traces, bundles and motions.",
-    "explain": "Explain why a robot is unrealizable, and propose repairs.",
-    "batch": "Run many scenarios and compare them with what they expect.",
-    "certify": "Run a scenario and write a bundle that proves the run.",
-    "replay": "Replay a trace: a page, pictures, or 3D.",
-    "draw": "Draw a scenario without running it.",
-    "export": "Export a trace: waypoints, motion, ROS 2 bag, tables.",
-    "studio": "Draw a scenario in a browser, run it, change its world.",
-    "new": "Write an example scenario, a fleet file or a schema.",
-    "doctor": "List what is installed and test whether it works.",
+    "run": ("run", "Run a scenario and print what happens."),
+    "resume": ("run", "Continue a run that was interrupted or killed."),
+    "drive": ("run", "Run a scenario with real robots, or rehearse it."),
+    "synth": ("synth", "Synthesize the controllers and write them to files."),
+    "verify": ("synth", "Check a strategy file against its specification."),
+    "check": ("check", "Judge scenarios, traces, bundles and motions."),
+    "explain": ("synth", "Explain why a robot is unrealizable, and propose repairs."),
+    "batch": ("batch", "Run many scenarios and compare them with what they expect."),
+    "certify": ("check", "Run a scenario and write a bundle that proves the run."),
+    "replay": ("replay", "Replay a trace: a page, pictures, or 3D."),
+    "draw": ("replay", "Draw a scenario without running it."),
+    "export": ("export", "Export a trace: waypoints, motion, ROS 2 bag, tables."),
+    "studio": ("new", "Draw a scenario in a browser, run it, change its world."),
+    "new": ("new", "Write an example scenario, a fleet file or a schema."),
+    "doctor": ("new", "List what is installed and test whether it works."),
 }
-
-ELSEWHERE = {"resume": "run"}
-"""Commands that the module of another command defines."""
+"""The module of each command, and its line of help."""
 
 EXTRAS = {
     "numpy": "motion",
@@ -91,25 +89,24 @@ class _Commands(click.Group):
         from difflib import get_close_matches
 
         close = get_close_matches(name, COMMANDS, n=1, cutoff=0.6)
+        hints = {
+            ".yaml": f"to run a scenario: safenav run {name}",
+            ".jsonl": f"to view a trace: safenav replay {name}",
+        }
         what = f"did you mean '{close[0]}'?" if close else "safenav --help lists the commands"
-        if name.startswith("check-"):
-            what = "safenav check FILE... judges scenarios, traces, bundles and motions"
-        elif Path(name).suffix in (".yaml", ".yml"):
-            what = f"to run a scenario: safenav run {name}"
-        elif Path(name).suffix == ".jsonl":
-            what = f"to view a trace: safenav replay {name}"
+        what = hints.get(Path(name).suffix, what)
         raise UsageError(f"there is no command '{name}'\n    {what}")
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         del ctx
         with formatter.section("Commands"):
-            formatter.write_dl(list(COMMANDS.items()))
+            formatter.write_dl([(name, words) for name, (_, words) in COMMANDS.items()])
 
 
 def command_of(name: str) -> click.Command:
     """Return the command of this name, from its module."""
-    module = importlib.import_module(f"safenav.cli.{ELSEWHERE.get(name, name)}")
-    command: click.Command = getattr(module, name if name in ELSEWHERE else "command")
+    module = importlib.import_module(f"safenav.cli.{COMMANDS[name][0]}")
+    command: click.Command = getattr(module, name)
     return command
 
 

@@ -39,13 +39,7 @@ Exit codes:
 
 @click.command(epilog=EPILOG)
 @click.argument("paths", metavar="PATH...", type=options.TEXT_INPUT, nargs=-1, required=True)
-@click.option(
-    "-j",
-    "--jobs",
-    type=click.IntRange(min=1),
-    metavar="N",
-    help="Scenarios in parallel.  [one per processor]",
-)
+@click.option("-j", "--jobs", type=options.COUNT, metavar="N", help="Scenarios in parallel.")
 @click.option(
     "--time-limit",
     type=options.SECONDS,
@@ -56,7 +50,7 @@ Exit codes:
 @click.option("--fail-fast", is_flag=True, help="Stop at the first failure.")
 @click.option("--certify", type=options.FOLDER, help="Write the bundle of each run here.")
 @click.option("--junit", type=options.Output(".xml"), help="Write a JUnit report (XML).")
-@click.option("--json", "as_json", is_flag=True, help="Print all results as JSON.")
+@options.as_json
 @click.option(
     "-o",
     "--output",
@@ -68,7 +62,7 @@ Exit codes:
 @click.option("--resume", is_flag=True, help="Run only cases without a result in --out.")
 @click.option("--baseline", type=options.INPUT, help="Compare with an earlier --out.")
 @click.option("--dask", metavar="ADDRESS", help="Run on this Dask cluster.")
-def command(
+def batch(
     paths: tuple[str, ...],
     jobs: int | None,
     time_limit: float,

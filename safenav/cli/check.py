@@ -1,8 +1,9 @@
-"""``safenav check``: judge scenarios, traces, bundles and motions, recognized by their content."""
+"""``safenav check`` and ``certify``: judge files, and write the bundle of a run."""
 
 from __future__ import annotations
 
 import json
+import shlex
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,17 +11,27 @@ from zipfile import ZipFile, is_zipfile
 
 import click
 from msgspec import Struct, to_builtins
+from msgspec.structs import replace
 
 from safenav.cli import options, report_error, warn
-from safenav.cli.judgement import JudgedFile
-from safenav.errors import Diagnostic, ExitCode, InputError, SafenavError, UsageError
+from safenav.errors import (
+    Diagnostic,
+    ExitCode,
+    InputError,
+    NotCertifiedError,
+    SafenavError,
+    UsageError,
+)
 from safenav.file_kind import another_kind, kind_of
 from safenav.report.terminal.fold import echo_folded
 from safenav.trace.reading import read_bytes, read_content
-from safenav.trace.words import counted
+from safenav.trace.words import counted, listed, shortened
 
 if TYPE_CHECKING:
     from safenav.checked_trace import CheckedTrace
+    from safenav.review.rehearsal import Rehearsal
+    from safenav.runtime.control.tasks import Controller
+    from safenav.scenario.model import Scenario
 
 EPILOG = """\b
 Examples:
@@ -39,7 +50,6 @@ Exit codes: (of several files, the largest)
 """
 
 SCENARIO, TRACE, MOTION, BUNDLE = "scenario", "trace", "motion file", "bundle"
-
 READ_BY = {
     "strict": (SCENARIO,),
     "partial": (TRACE,),
@@ -48,7 +58,6 @@ READ_BY = {
     "rate": (MOTION,),
 }
 """The kinds of files that each option is for."""
-
 BEGINNING = 5_000_000
 """Bytes of a file from which its kind is recognized."""
 
@@ -69,6 +78,17 @@ class GivenFile(Struct, frozen=True):
         return read_content(self.path) if self.content is None else self.content
 
 
+class JudgedFile(Struct, frozen=True):
+    """The verdict on a file, as data and in words."""
+
+    good: bool
+    data: Mapping[str, Any]
+    lines: Sequence[str] = ()
+    warnings: Sequence[str] = ()
+    status: ExitCode = ExitCode.OK
+    """Exit code, if more is known than whether the file is ``good``."""
+
+
 @click.command(epilog=EPILOG)
 @click.argument("files", metavar="FILE...", type=options.INPUT, nargs=-1, required=True)
 @click.option("--strict", is_flag=True, help="Scenarios: warnings count as unrealizable.")
@@ -82,8 +102,8 @@ class GivenFile(Struct, frozen=True):
     metavar="HZ",
     help="Motions: samples per second for requirements.  [50]",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print the whole results as JSON.")
-def command(
+@options.as_json
+def check(
     files: tuple[Path, ...],
     strict: bool,
     partial: bool,
@@ -97,7 +117,10 @@ def command(
     are is recognized by their content; `-` is standard input."""
     found = [recognized(path) for path in files]
     kinds = {file.kind for file in found}
-    refuse_unread(click.get_current_context(), kinds)
+    unread = {name: read for name, read in READ_BY.items() if kinds.isdisjoint(read)}
+    options.refuse(
+        {name: " or ".join(f"a {kind}" for kind in read) for name, read in unread.items()}
+    )
     traces = [file for file in found if file.kind == TRACE]
     for file in found:
         if file.kind == MOTION and not traces:
@@ -117,9 +140,10 @@ def command(
         except SafenavError as error:
             if not several:
                 raise
-            judged = JudgedFile(error.exit_code, {"error": str(error)})
+            judged = JudgedFile(False, {"error": str(error)}, status=error.exit_code)
             report_error(str(error))
-        status = max(status, judged.status)
+        own = ExitCode.OK if judged.good else judged.status or ExitCode.NEGATIVE
+        status = max(status, own)
         data.append({"file": str(file.path), **judged.data} if several else judged.data)
         if not as_json:
             if several and file.kind == SCENARIO and judged.lines:
@@ -150,7 +174,7 @@ def recognized(path: Path) -> GivenFile:
             return GivenFile(path, BUNDLE)
         hint = "a bundle has a manifest.json: safenav certify writes one"
         raise InputError([Diagnostic(name, 0, 0, "this archive is not a bundle", hint)])
-    content = None
+    content, text = None, ""
     try:
         if path.is_file():
             with path.open("rb") as stream:
@@ -158,10 +182,8 @@ def recognized(path: Path) -> GivenFile:
         elif name == "-" or path.exists():
             content = read_content(path)
             text = content[:BEGINNING].decode("utf-8", "replace")
-        else:
-            text = ""
     except OSError:  # reported by its reader
-        text = ""
+        pass
     if (kind := kind_of(text)) in (SCENARIO, TRACE, MOTION):
         return GivenFile(path, str(kind), content)
     if wrong := another_kind(text, f"{SCENARIO}, {TRACE}, {BUNDLE} or {MOTION}", name):
@@ -170,26 +192,113 @@ def recognized(path: Path) -> GivenFile:
     return GivenFile(path, TRACE if lines else SCENARIO, content)
 
 
-def refuse_unread(context: click.Context, kinds: set[str]) -> None:
-    """Raises UsageError for an option that is for none of the given kinds of files."""
-    for name in options.given(context) & READ_BY.keys():
-        if kinds.isdisjoint(READ_BY[name]):
-            option = next(each for each in context.command.params if each.name == name)
-            wanted = " and ".join(f"{kind}s" for kind in READ_BY[name])
-            raise UsageError(f"{option.opts[0]} is for {wanted}; no such FILE is given")
-
-
 def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
-    from safenav.cli.check_scenario import judge_scenario
+    """Judge each robot and the team, then run the scenario without its hidden obstacles. Valid
+    items that are probably unintended give warnings: those of ``lint`` and ``foreseen``, a robot
+    that can win by breaking its assumptions about the other robots, an objective from an input that
+    is unrealizable, a battery that runs empty, a deadlock. ``strict``: they count as
+    unrealizable."""
+    from safenav.explain.vacuity import vacuous_wins
+    from safenav.report.terminal.specification_text import vacuity_data, vacuity_lines
+    from safenav.report.terminal.synthesis_progress import WaitingLine
+    from safenav.review.foresight import foreseen
+    from safenav.review.rehearsal import rehearse
+    from safenav.runtime.run.mission import Mission, default_synthesizer, first_results
+    from safenav.scenario.lint import lint
     from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 
     if file.content is None:
-        return judge_scenario(load_scenario(file.path), strict)
-    try:
-        text = file.content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InputError([Diagnostic(str(file.path), 0, 0, "not valid UTF-8 text")]) from error
-    return judge_scenario(load_scenario_text(text, str(file.path)), strict)
+        plan = load_scenario(file.path)
+    else:
+        try:
+            text = file.content.decode("utf-8-sig")
+        except UnicodeDecodeError as error:
+            raise InputError([Diagnostic(str(file.path), 0, 0, "not valid UTF-8 text")]) from error
+        plan = load_scenario_text(text, str(file.path))
+    synthesizer = default_synthesizer(plan)
+    answers = first_results(plan, synthesizer, WaitingLine())
+    of_plan, of_robots = [*lint(plan), *foreseen(plan)], list[str]()
+    for robot in plan.robots:
+        for event, objective in robot.when:  # as if the input were on from the start
+            team = (replace(r, objective=objective) if r is robot else r for r in plan.robots)
+            then = replace(plan, robots=tuple(team))
+            answer = first_results(then, synthesizer, WaitingLine(), [robot.name])[robot.name]
+            if not answer.realizable:
+                of_plan.append(f"when {event} is on from the start, {_why(answer, plan)}")
+    realizable = all(answer.realizable for answer in answers.values())
+    refusal = Mission(plan, synthesizer).refusal() if realizable else None
+    apart = "" if refusal is None else " apart from deadlines and batteries"
+    verdicts, lines = list[dict[str, Any]](), list[str]()
+    for name, answer in answers.items():
+        strategy = answer.result.strategy
+        vacuous = vacuous_wins(strategy, synthesizer) if answer.realizable and strategy else ()
+        data = _verdict(name, answer, plan) | {"warnings": []}
+        for vacuity in vacuous:
+            assert strategy is not None
+            of_robots += vacuity_lines(name, vacuity, strategy)
+            data["warnings"].append(vacuity_data(vacuity, strategy))
+        verdicts.append(data)
+        word = click.style(data["verdict"], fg="green" if answer.realizable else "red")
+        lines.append(f"{name}: {word}{apart}, {answer.words(plan.map.word)}")
+        lines += [f"    assumes: {shortened(rule)}" for rule in data["assumptions"] or ()]
+        if not answer.realizable:
+            repairs = f"safenav explain {shlex.quote(plan.source)} proposes repairs"
+            lines += [f"    {data['explanation']}", f"    {repairs}"]
+    whole: dict[str, Any] = {"scenario": plan.name, "robots": verdicts, "warnings": of_plan}
+    if realizable and refusal is None:
+        ahead = rehearse(plan, synthesizer)
+        of_plan += _ahead(plan, ahead, of_plan)
+        result = ahead.result
+        whole["without_obstacles"] = {
+            "outcome": result.outcome.value,
+            "explanation": result.explanation,
+            "ticks": result.ticks,
+            "late": ahead.late,
+        }
+        line = f"without hidden obstacles: {result.outcome.value} in tick {result.ticks}"
+        line += "" if result.outcome == "completed" else f": {result.explanation}"
+        lines.append(f"{line}; late: {listed(ahead.late)}" if ahead.late else line)
+    if refusal is not None:
+        whole["unrealizable"] = refusal
+        lines.append(f"{click.style('unrealizable', fg='red')}: {refusal}")
+    warnings = [*of_plan, *of_robots]
+    good = realizable and refusal is None and not (strict and warnings)
+    return JudgedFile(good, whole, lines, warnings)
+
+
+def _ahead(plan: Scenario, ahead: Rehearsal, warnings: Sequence[str]) -> list[str]:
+    """Return warnings of batteries that run empty, unless a robot would bring another one, and of a
+    proven deadlock, unless one of ``warnings`` is the reason for it."""
+    found = [
+        f"the battery of {robot} is empty in tick {tick} without hidden obstacles"
+        for robot, tick in (ahead.flat if plan.flat is None else {}).items()
+    ]
+    known = any(each in ahead.result.explanation for each in warnings)
+    if ahead.result.cause == "deadlock" and not known:
+        found.append("no order of moves completes the mission: an operator will be needed")
+    return found
+
+
+def _verdict(name: str, answer: Controller, plan: Scenario) -> dict[str, Any]:
+    """Return the verdict on a robot as data."""
+    from safenav.scenario.objective_text import describe
+    from safenav.spec.compile import assumption_names
+
+    return {
+        "robot": name,
+        "objective": describe(answer.asked, plan.map.word),
+        "form": answer.form.value,
+        "allows": answer.allows(plan.map.word),
+        "verdict": answer.result.verdict.value,
+        "assumptions": assumption_names(answer.task, plan.map),
+        "explanation": None if answer.realizable else _why(answer, plan),
+    }
+
+
+def _why(answer: Controller, plan: Scenario) -> str:
+    from safenav.explain.summary import explain_unrealizable
+
+    return explain_unrealizable(answer.task.robot, answer.task, plan.map)
 
 
 def of_trace(file: GivenFile, show_all: bool, partial: bool, with_motion: bool) -> JudgedFile:
@@ -204,7 +313,7 @@ def of_trace(file: GivenFile, show_all: bool, partial: bool, with_motion: bool) 
         what = counted(len(formulas), "requirement")
         lines.append(f"Not judged: {what}; give the motion of the run also.")
     good = not found.findings and (found.complete or partial)
-    return JudgedFile(status_of(good), {"ok": not found.findings, **to_builtins(found)}, lines)
+    return JudgedFile(good, {"ok": not found.findings, **to_builtins(found)}, lines)
 
 
 def trace_lines(found: CheckedTrace, show_all: bool, partial: bool) -> Iterator[str]:
@@ -256,8 +365,7 @@ def of_motion(
     lines += [str(one) for one in (*tracked, *judgements)]
     good = not found and all(one.verdict == SATISFIED for one in judgements)
     data = {"ok": good, "findings": to_builtins(found), "execution": to_builtins(tracked)}
-    data["requirements"] = [one.data() for one in judgements]
-    return JudgedFile(status_of(good), data, lines)
+    return JudgedFile(good, data | {"requirements": [one.data() for one in judgements]}, lines)
 
 
 def of_bundle(file: GivenFile) -> JudgedFile:
@@ -273,18 +381,11 @@ def of_bundle(file: GivenFile) -> JudgedFile:
     lines = [*table(("claim", "established"), rows)] if rows else []
     lines += [f"not compared: {what}" for what in verdict.not_compared]
     lines.append(f"{file.path}: {click.style(verdict.result, fg=colour)}{reason}")
-    status = {
-        Acceptance.ACCEPTED: ExitCode.OK,
-        Acceptance.REFUSED: ExitCode.NEGATIVE,
-        Acceptance.TOO_LARGE: ExitCode.RESOURCE_LIMIT,
-    }[verdict.result]
+    large = verdict.result is Acceptance.TOO_LARGE
     data = {"verdict": verdict.result, "reason": verdict.reason, "claims": claims}
     data["not_compared"] = list(verdict.not_compared)
-    return JudgedFile(status, data, lines)
-
-
-def status_of(good: bool) -> ExitCode:
-    return ExitCode.OK if good else ExitCode.NEGATIVE
+    status = ExitCode.RESOURCE_LIMIT if large else ExitCode.OK
+    return JudgedFile(verdict.accepted, data, lines, status=status)
 
 
 def broken(
@@ -294,3 +395,50 @@ def broken(
     yield from (f"{source}: {each}" for each in (found if show_all else found[:1]))
     if len(found) > 1 and not show_all:
         yield f"and {len(found) - 1} {rest} (--all shows them)"
+
+
+CERTIFY_EPILOG = """\b
+Examples:
+  safenav new lab.yaml && safenav certify lab.yaml -o bundle
+  safenav check bundle && python3 -I -S bundle/check.py bundle
+  safenav certify lab.yaml -o lab.zip
+  safenav run lab.yaml --trace lab.jsonl --motion lab.motion.jsonl   # extra 'motion'
+  safenav certify --trace lab.jsonl --motion lab.motion.jsonl -o moved
+\b
+Exit codes:
+  0  the bundle is written, and its checker accepts it
+  1  a checker refuses the run: the reason is printed, no bundle is written
+  2  bad input or usage   3  time or memory limit   4  synthesizer failure
+"""
+
+
+@click.command(epilog=CERTIFY_EPILOG)
+@click.argument("scenario", type=options.INPUT, required=False)
+@click.option("--trace", type=options.INPUT, help="The trace of an earlier run.")
+@options.output(".zip", folder=True, required=True, help="A folder, or a .zip.")
+@click.option("--motion", type=options.INPUT, help="With --trace: the motion of that run.")
+@options.seed
+def certify(
+    scenario: Path | None, trace: Path | None, output: Path, motion: Path | None, seed: int | None
+) -> int:
+    """Run SCENARIO and write a bundle: the run, each strategy with its proof, and a checker that
+    needs only Python.
+
+    Any outcome can be certified, including that the mission is infeasible."""
+    from safenav.certify.record import bundle_of_run, bundle_of_trace
+
+    options.refuse({"motion": "--trace"} if trace is None else {"seed": "a scenario"})
+    if (scenario is None) == (trace is None):
+        raise UsageError("give either a scenario to run, or the --trace of an earlier run")
+    try:
+        if scenario is not None:
+            made = bundle_of_run(scenario, output, seed=seed)
+        else:
+            assert trace is not None
+            made = bundle_of_trace(trace, output, motion)
+    except NotCertifiedError as error:
+        click.echo(str(error), err=True)
+        return ExitCode.NEGATIVE
+    echo_folded(f"  {claim['text']}" for claim in made.verdict.claims)
+    click.echo(f"{made.path}: {made.files} files, {made.bytes / 1024:.0f} KiB, accepted")
+    return ExitCode.OK

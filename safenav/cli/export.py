@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 
 import click
@@ -10,10 +9,7 @@ import click
 from safenav.cli import options
 from safenav.errors import ExitCode, UsageError
 from safenav.motion.file.records import Motion
-from safenav.motion.waypoints import as_csv as csv_of
-from safenav.motion.waypoints import as_json as json_of
-from safenav.motion.waypoints import frame_of
-from safenav.motion.waypoints import waypoints as waypoints_of
+from safenav.motion.waypoints import as_csv, as_json, frame_of, waypoints
 from safenav.outfile import tell, write_all, write_out, write_whole
 from safenav.report.bag.messages import Poses, messages
 from safenav.report.tables import tables
@@ -24,7 +20,12 @@ from safenav.world.map import Frame
 BAG_RATE = 20.0
 """Positions of each robot per second in a bag with a motion."""
 
+ENDINGS = (".csv", ".json", ".jsonl", ".mcap", ".npz")
+
 EPILOG = """\b
+FILE by its ending: .csv or .json (waypoints), .jsonl (the motion), .npz (its samples,
+with numpy.load), .mcap (a ROS 2 bag, for Foxglove). -o may be given several times.
+\b
 Examples:
   safenav new lab.yaml && safenav run lab.yaml --trace lab.jsonl
   safenav export lab.jsonl -o lab.csv --side 0.5
@@ -39,34 +40,23 @@ Exit codes:
   0  done   2  bad input or usage, infeasible motion, or region size unknown
 """
 
-READ_BY = {
-    "form": "waypoints",
-    "rate": "columns",
-    "robot": "columns",
-    "gust": "motion",
-    "seed": "motion",
-    "track": "motion",
-}
-"""The output that reads an option, by parameter."""
-
-OUTPUTS = {
-    ".csv": "waypoints",
-    ".json": "waypoints",
-    ".jsonl": "motion",
-    ".mcap": "mcap",
-    ".npz": "columns",
-}
-
 
 @click.command(epilog=EPILOG)
 @click.argument("trace", type=options.INPUT)
 @click.argument("motion", type=options.INPUT, required=False)
-@options.output(help="By its ending: .csv .json .jsonl .mcap .npz")
-@click.option("--waypoints", type=options.Output(".csv", ".json"), help="Waypoints in metres.")
-@click.option("--format", "form", type=click.Choice(["csv", "json"]), help="Format of waypoints.")
+@click.option(
+    "-o",
+    "--output",
+    "outputs",
+    type=options.Output(*ENDINGS),
+    metavar="FILE",
+    multiple=True,
+    help="Write this; what it is, its ending says.",
+)
 @click.option("--motion", "written", type=options.LINES, help="Compute and write the motion.")
 @click.option("--report", is_flag=True, help="Print times, waits, distances, errors, margins.")
 @click.option("--track", is_flag=True, help="Simulate flyers that track their references.")
+@click.option("--csv", "stem", type=options.Output(), metavar="STEM", help="Tables: STEM-*.csv.")
 @click.option(
     "--gust",
     type=options.FiniteRange(min=0),
@@ -74,16 +64,7 @@ OUTPUTS = {
     metavar="M/S",
     help="The same, in wind (root mean square).",
 )
-@click.option(
-    "--seed", type=click.IntRange(min=0), default=0, metavar="N", help="Seed of the wind."
-)
-@click.option("--mcap", type=options.Output(".mcap"), help="A ROS 2 bag, for Foxglove.")
-@click.option("--csv", "stem", type=options.FILE, metavar="STEM", help="Tables: STEM-*.csv.")
-@click.option(
-    "--columns",
-    type=options.Output(".npz", ".csv"),
-    help="Samples of the motion (.npz; .csv: one robot).",
-)
+@click.option("--seed", type=options.SEED, default=0, metavar="N", help="Seed of the wind.")
 @click.option(
     "--rate",
     type=options.FiniteRange(min=0.1, max=1e4),
@@ -91,7 +72,6 @@ OUTPUTS = {
     metavar="HZ",
     help="Samples per second.  [100]",
 )
-@click.option("--robot", help="The robot whose columns to write.")
 @click.option("--side", type=options.METRES, metavar="M", help="Side of a region in metres.")
 @click.option(
     "--origin",
@@ -100,22 +80,17 @@ OUTPUTS = {
     metavar="X Y",
     help="South-western corner in metres.",
 )
-def command(
+def export(
     trace: Path,
     motion: Path | None,
-    output: Path | None,
-    waypoints: Path | None,
-    form: str | None,
+    outputs: tuple[Path, ...],
     written: Path | None,
     report: bool,
     track: bool,
+    stem: Path | None,
     gust: float,
     seed: int,
-    mcap: Path | None,
-    stem: Path | None,
-    columns: Path | None,
     rate: float,
-    robot: str | None,
     side: float | None,
     origin: tuple[float, float] | None,
 ) -> int:
@@ -123,19 +98,22 @@ def command(
     metres as in ROS), a ROS 2 bag, tables, or its motion in metres and seconds, which keeps every
     guarantee of the run at every instant. With a motion (MOTION, or the one computed by --motion),
     the others have its times and speeds."""
-    files = {"waypoints": waypoints, "motion": written, "mcap": mcap, "columns": columns}
-    if output is not None:
-        _add_by_its_ending(files, output)
-    if not report and stem is None and not any(files.values()):
-        raise UsageError(
-            "no output: give -o FILE (.csv, .json, .jsonl, .mcap or .npz), --waypoints FILE, "
-            "--motion FILE, --report, --mcap FILE, --csv STEM or --columns FILE"
-        )
-    _refuse_unread(click.get_current_context(), files, computed=report and motion is None)
-    if motion is not None and files["motion"] is not None:
+    files = {".csv" if str(p) == "-" else p.suffix.lower(): p for p in outputs}
+    if unknown := [path for ending, path in files.items() if ending not in ENDINGS]:
+        raise UsageError(f"--output {unknown[0]}: its ending must be one of {', '.join(ENDINGS)}")
+    if written is not None:
+        files[".jsonl"] = written
+    if len(files) < len(outputs) + (written is not None):
+        raise UsageError("two outputs are of the same kind; give one of them")
+    if not report and stem is None and not files:
+        raise UsageError("no output: give -o FILE, --motion FILE, --csv STEM or --report")
+    computed = motion is None and (report or ".jsonl" in files)
+    unread = {} if computed else dict.fromkeys(("gust", "seed", "track"), "--motion")
+    options.refuse(unread | ({} if ".npz" in files else {"rate": "-o FILE.npz"}))
+    if motion is not None and ".jsonl" in files:
         raise UsageError(f"--motion computes one, and {motion} is one: give one of them")
     run = read_trace(trace)
-    moved = None
+    moved = _computed(run, side, gust, seed, track=track) if computed else None
     if motion is not None:
         from safenav.motion.check.mismatch import read_motion_of
 
@@ -143,9 +121,7 @@ def command(
         if side is not None and abs(moved.header.side - side) > 1e-6 * side:
             own = f"the regions of the motion measure {moved.header.side:g} m, not {side:g} m"
             raise UsageError(f"{own}\n    leave out --side, or compute another motion with it")
-    elif files["motion"] or report:
-        moved = _computed(run, side, gust, seed, track=track)
-    if (path := files["motion"]) is not None and moved is not None:
+    if (path := files.get(".jsonl")) is not None and moved is not None:
         from safenav.motion.file.reading import parsed, text_of
 
         write_out(path, text := text_of(moved))
@@ -159,37 +135,18 @@ def command(
         write_all(stem.parent, named.items())
         for name in named:
             tell(stem.with_name(name))
-    if (path := files["mcap"]) is not None:
+    if (path := files.get(".mcap")) is not None:
         _bag(run, frame_of(run, moved.header.side if moved else side, origin), path, moved)
-    if (path := files["columns"]) is not None:
-        _columns(run, moved, path, rate, robot)
-    if (path := files["waypoints"]) is not None:
-        as_json = form == "json" if form else path.suffix.lower() == ".json"
-        write_out(path, _waypoints(run, moved, side, origin, as_json))
+    if (path := files.get(".npz")) is not None:
+        if moved is None:
+            raise UsageError("samples are those of a motion: add MOTION, or --motion FILE")
+        from safenav.motion.columns import npz_bytes
+
+        write_out(path, npz_bytes(moved, rate))
+    for ending in (".csv", ".json"):
+        if (path := files.get(ending)) is not None:
+            write_out(path, _waypoints(run, moved, side, origin, ending))
     return ExitCode.OK
-
-
-def _add_by_its_ending(files: dict[str, Path | None], output: Path) -> None:
-    """Add ``--output`` to the files. Raises UsageError for an unknown ending, or if another option
-    gives the same output."""
-    kind = OUTPUTS.get(output.suffix.lower())
-    if kind is None:
-        raise UsageError(f"--output {output}: its ending must be one of {', '.join(OUTPUTS)}")
-    if files[kind] is not None:
-        raise UsageError(f"--output {output} repeats another output option; give one")
-    files[kind] = output
-
-
-def _refuse_unread(
-    context: click.Context, files: Mapping[str, Path | None], computed: bool
-) -> None:
-    """Raises UsageError for an option that no output reads. ``computed``: a motion is computed for
-    the report."""
-    there = options.given(context)
-    for param in context.command.params:
-        output = READ_BY.get(param.name or "") if param.name in there else None
-        if output and files[output] is None and not (output == "motion" and computed):
-            raise UsageError(f"{param.opts[0]} goes with --{output}")
 
 
 def _computed(run: Trace, side: float | None, gust: float, seed: int, *, track: bool) -> Motion:
@@ -208,33 +165,16 @@ def _waypoints(
     moved: Motion | None,
     side: float | None,
     origin: tuple[float, float] | None,
-    as_json: bool,
+    ending: str,
 ) -> str:
     if moved is not None:
         from safenav.motion import timed
 
         passed = timed.timed_waypoints(moved)
-        return timed.as_json(passed) if as_json else timed.as_csv(passed)
+        return timed.as_json(passed) if ending == ".json" else timed.as_csv(passed)
     frame = frame_of(run, side, origin)
-    found = waypoints_of(run, frame)
-    return json_of(found, frame) if as_json else csv_of(found)
-
-
-def _columns(run: Trace, motion: Motion | None, path: Path, rate: float, robot: str | None) -> None:
-    from safenav.motion.columns import as_csv, columns_of, npz_bytes
-
-    if motion is None:
-        raise UsageError("columns are samples of a motion: add MOTION, or --motion FILE")
-    if path.suffix.lower() == ".npz":
-        write_out(path, npz_bytes(motion, rate))
-        return
-    names = list(run.header.scenario.robots)
-    if robot is None and len(names) > 1:
-        raise UsageError(
-            f"a CSV has one robot: add --robot {names[0]}, or write {path.stem}.npz for all\n"
-            f"    robots: {', '.join(names)}"
-        )
-    write_out(path, as_csv(columns_of(motion, robot or names[0], rate)))
+    found = waypoints(run, frame)
+    return as_json(found, frame) if ending == ".json" else as_csv(found)
 
 
 def _bag(run: Trace, frame: Frame, path: Path, motion: Motion | None) -> None:

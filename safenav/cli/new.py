@@ -1,4 +1,4 @@
-"""``safenav new``: write an example scenario, a fleet file, a schema or the catalogue."""
+"""``safenav new``, ``doctor`` and ``studio``: begin, examine the installation, draw."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from safenav.scenario.reading.maps.bare_map import Division, load_map, map_lines
 
 SCHEMAS = ("scenario", "trace", "fleet")
 
-EPILOG = "\n".join(
+NEW_EPILOG = "\n".join(
     [
         "\b",
         "Templates:",
@@ -39,7 +39,7 @@ EPILOG = "\n".join(
 )
 
 
-@click.command(epilog=EPILOG)
+@click.command(epilog=NEW_EPILOG)
 @click.argument("file", type=options.INPUT, required=False)
 @click.option(
     "--template", type=click.Choice(list(TEMPLATES)), metavar="NAME", help=f"Default: {DEFAULT}."
@@ -65,7 +65,7 @@ EPILOG = "\n".join(
 )
 @click.option("--json", "as_json", is_flag=True, help="Print the catalogue as JSON.")
 @click.option("--force", is_flag=True, help="Replace FILE if it exists.")
-def command(
+def new(
     file: Path | None,
     template: str | None,
     map_file: Path | None,
@@ -85,10 +85,10 @@ def command(
     if len(wanted) - wanted.count(None) > 1:
         raise UsageError("give one of --template, --map, --fleet, --schema and --catalogue")
     division = Division(rows, cols, side, share)
-    if division != Division() and map_file is None:
-        raise UsageError("--rows, --cols, --side and --share go with --map")
-    if as_json and catalogue is None:
-        raise UsageError("--json goes with --catalogue")
+    if map_file is None:
+        options.refuse(dict.fromkeys(("rows", "cols", "side", "share"), "--map"))
+    if catalogue is None:
+        options.refuse({"as_json": "--catalogue"})
     made, endings = "scenario or fleet file", (".yaml", ".yml")
     if schema is not None or catalogue is not None:
         made, endings = "schema or catalogue", (".json", ".txt")
@@ -154,3 +154,70 @@ def _on_map(map_file: Path, file: Path, division: Division) -> str:
             "    try more regions, or --share 0.3: less of a region may then be blocked"
         )
     return text
+
+
+DOCTOR_EPILOG = """\b
+Examples:
+  safenav doctor
+  safenav doctor --json
+  SAFENAV_CACHE=off safenav doctor
+\b
+Exit codes:
+  0  scenarios can be run
+  4  they cannot: the synthesizer or a package is missing, or gives wrong results
+"""
+
+
+@click.command(epilog=DOCTOR_EPILOG)
+@options.as_json
+def doctor(as_json: bool) -> int:
+    """List versions, extras and cache, and test the synthesizer."""
+    from safenav.installation import examine
+
+    found = examine()
+    if as_json:
+        click.echo(json.dumps(found.data(), indent=2))
+        return ExitCode.OK if found.usable else ExitCode.INTERNAL
+    marks = {True: ("ok", "green"), False: ("wrong", "red"), None: ("note", "yellow")}
+    for good, what, text in found.lines():
+        mark, colour = marks[good]
+        click.echo(f"{click.style(mark.ljust(6), fg=colour)} {what:<12} {text}")
+    return ExitCode.OK if found.usable else ExitCode.INTERNAL
+
+
+STUDIO_EPILOG = """\b
+Examples:
+  safenav studio
+  safenav new lab.yaml && safenav studio lab.yaml
+  safenav studio lab.yaml --folder . --no-browser
+\b
+The page is served to this machine only, at an address with a token. Ctrl-C ends the studio; it
+also ends a minute after its last page was closed.
+\b
+Exit codes:
+  0  ended   2  bad usage, or the extra 'studio' is not installed
+"""
+
+
+@click.command(epilog=STUDIO_EPILOG)
+@click.argument("file", type=click.Path(path_type=Path), required=False)
+@click.option(
+    "--folder",
+    type=click.Path(path_type=Path, file_okay=False, exists=True),
+    help="Folder for scenarios and the maps and catalogues that they read; else that of FILE, "
+    "or the current one.",
+)
+@click.option("--port", type=click.IntRange(1, 65535), help="Listen on this port.")
+@click.option("--browser/--no-browser", default=True, help="Open the page in a browser.")
+@click.option("--keep", is_flag=True, help="Continue when no page is open.")
+def studio(
+    file: Path | None, folder: Path | None, port: int | None, browser: bool, keep: bool
+) -> int:
+    """Draw a scenario in a browser, run it, and change its world during the run: close a door,
+    assign an objective. FILE is opened, or created on the first save; a folder lists its
+    scenarios.
+    """
+    from safenav.studio.starting import start_studio
+
+    start_studio(file, folder=folder, port=port, browser=browser, keep=keep)
+    return ExitCode.OK

@@ -1,4 +1,4 @@
-"""Shared options of the commands, their types, and checks of their values.
+"""Options that several commands have, their types, and checks of their values.
 
 Paths to write are tried before a command begins, so that no work is lost.
 """
@@ -23,20 +23,15 @@ if TYPE_CHECKING:
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 
-def given(context: click.Context) -> set[str]:
-    """Return the names of the parameters that are on the command line."""
-    source = context.get_parameter_source
-    return {name for name in context.params if source(name) is ParameterSource.COMMANDLINE}
-
-
-def refuse_unread(context: click.Context, readers: Mapping[str, Mapping[str, str]]) -> None:
-    """Raises UsageError for an option whose readers are not on the command line. ``readers``: by
-    parameter, the parameters that read it, and how they are written."""
-    there = given(context)
+def refuse(unread: Mapping[str, str]) -> None:
+    """Raises UsageError for an option on the command line that nothing reads. ``unread``: by
+    parameter, what it goes with."""
+    context = click.get_current_context()
     for param in context.command.params:
-        forms = readers.get(param.name or "", {})
-        if param.name in there and forms and not there & forms.keys():
-            raise UsageError(f"{param.opts[0]} goes with {' or '.join(forms.values())}")
+        name = param.name or ""
+        if name in unread and context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
+            off = param.secondary_opts if context.params[name] is False else ()
+            raise UsageError(f"{max(off or param.opts, key=len)} goes with {unread[name]}")
 
 
 class FiniteRange(click.FloatRange):
@@ -95,18 +90,16 @@ class Output(click.ParamType[Path]):
             if path.is_file():
                 problem = f"cannot write {path}: it would overwrite a file of another kind"
                 raise UsageError(f"{problem}\n    give another name")
-            raise UsageError(f"{path}: expected {self._expected}")
+            *others, last = self._endings or ("",)
+            names = f"a name in {', '.join(others)} or {last}" if others else f"a name in {last}"
+            expected = ["a folder"] * self._folder + [names] * bool(last)
+            raise UsageError(f"{path}: expected {' or '.join(expected)}")
         if self._folder and path.suffix not in self._endings:
             try_folder(path)
         else:
             _claim(path, param, ctx, writes=True)
             try_out(path)
         return path
-
-    @property
-    def _expected(self) -> str:
-        names = [f"a name in {ending}" for ending in self._endings]
-        return " or ".join(["a folder"] * self._folder + names)
 
 
 def _claim(
@@ -129,15 +122,14 @@ def _words(param: click.Parameter) -> str:
 
 INPUT = _Input(path_type=Path)
 TEXT_INPUT = _Input(path_type=str)
-FILE = Output()
-JSON = Output(".json")
 LINES = Output(".jsonl")
 FOLDER = Output(folder=True)
-
 SECONDS = FiniteRange(min=0, min_open=True, max=1e9)
 """A duration, or a time of a run, in seconds."""
 METRES = FiniteRange(min=0, min_open=True, max=1e6)
 PIXELS = click.IntRange(100, 8000)
+COUNT = click.IntRange(min=1)
+SEED = click.IntRange(min=0)
 
 
 def output(
@@ -151,57 +143,47 @@ def output(
 
 live = click.option("--live", is_flag=True, help="Watch the run in a browser.")
 operator = click.option(
-    "--operator",
-    type=TEXT_INPUT,
-    metavar="FILE",
-    help="Interventions of live runs (-: prompt here).",
+    "--operator", type=TEXT_INPUT, metavar="FILE", help="Interventions of live runs (-: prompt)."
 )
-result_as_json = click.option(
-    "--json", "as_json", is_flag=True, help="Print the result as JSON, not the events."
-)
+as_json = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 html = click.option("--html", type=Output(".html"), help="Write the replay as one HTML page.")
-max_ticks = click.option(
-    "--max-ticks", type=click.IntRange(min=1), metavar="N", help="Stop after this many ticks."
-)
+max_ticks = click.option("--max-ticks", type=COUNT, metavar="N", help="Stop after these ticks.")
 time_limit = click.option(
     "--time-limit", type=SECONDS, metavar="S", help="Stop after these seconds (of a live clock)."
 )
-seed = click.option(
-    "--seed", type=click.IntRange(min=0), metavar="N", help="Override the scenario's seed."
-)
-verify = click.option(
-    "--verify/--no-verify", default=True, help="Check each strategy before it is used."
-)
+seed = click.option("--seed", type=SEED, metavar="N", help="Override the scenario's seed.")
 trace = click.option("--trace", type=LINES, help="Write the trace (JSON Lines).")
+motion = click.option("--motion", type=LINES, help="Write the motion in metres and seconds.")
+maps = click.option("--map/--no-map", "maps", default=True, help="Draw the map at main events.")
+robot = click.option("--robot", metavar="NAME", help="Only this robot.")
 _DIVISION = (
-    click.option("--rows", type=click.IntRange(min=1), metavar="N", help="Rows of a map file."),
-    click.option("--cols", type=click.IntRange(min=1), metavar="N", help="Columns of a map file."),
+    click.option("--rows", type=COUNT, metavar="N", help="Rows of a map file."),
+    click.option("--cols", type=COUNT, metavar="N", help="Columns of a map file."),
     click.option("--side", type=METRES, metavar="M", help="Side of a region in metres."),
-    click.option(
-        "--share",
-        type=FiniteRange(0, 1),
-        metavar="X",
-        help="Blocked share of a wall; default: any.",
-    ),
+    click.option("--share", type=FiniteRange(0, 1), metavar="X", help="Blocked share of a wall."),
 )
 
 
 def division(command: Command) -> Command:
     """Add the options that divide a map file into regions: ``--rows``, ``--cols``, ``--side``
-    (metres) and ``--share``."""
+    (metres) and ``--share`` (by default, any blocked pixel makes a wall)."""
     for option in reversed(_DIVISION):
         command = option(command)
     return command
 
 
-def loaded(file: Path) -> tuple[Scenario, InputError | None]:
-    """Return a scenario that may have unreachable targets, and the error if it has."""
+def loaded(file: Path, robot: str | None) -> tuple[Scenario, InputError | None, list[str]]:
+    """Return a scenario that may have unreachable targets, the error if it has, and the robots
+    that a command is about."""
     from safenav.scenario.reading.loader import load_scenario
 
+    refused = None
     try:
-        return load_scenario(file), None
+        plan = load_scenario(file)
     except InputError as error:
-        return load_scenario(file, reachable=False), error
+        plan, refused = load_scenario(file, reachable=False), error
+    check_robot(robot, plan, file)
+    return plan, refused, [each.name for each in plan.robots] if robot is None else [robot]
 
 
 def check_robot(name: str | None, scenario: Scenario, file: Path) -> None:
@@ -209,12 +191,3 @@ def check_robot(name: str | None, scenario: Scenario, file: Path) -> None:
     names = [robot.name for robot in scenario.robots]
     if name is not None and name not in names:
         raise UsageError(f"{file}: there is no robot '{name}'; it has {', '.join(names)}")
-
-
-def made_folder(folder: Path) -> Path:
-    """Return a folder, created if missing. Raises UsageError if that is impossible."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UsageError(f"cannot write to {folder}: {error.strerror}") from error
-    return folder

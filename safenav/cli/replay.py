@@ -1,26 +1,25 @@
-"""``safenav replay``: a run as a page or as pictures."""
+"""``safenav replay`` and ``draw``: runs, and scenarios before their runs, as pages or pictures."""
 
 from __future__ import annotations
 
 import re
+import shutil
 import sys
 from pathlib import Path
 
 import click
 
-from safenav.cli import options
-from safenav.cli.pixels import pixels_of, warn_of_boxes
+from safenav.cli import options, warn
 from safenav.errors import ExitCode, UsageError
 from safenav.extras import missing
 from safenav.outfile import tell, write_out, write_whole
-from safenav.report.page.html import page_of_trace
 from safenav.report.picture.scene import Options, svg_of
 from safenav.run.reading import run_of
 from safenav.run.run import Run
-from safenav.run.sight import shading_of, viewers
+from safenav.run.sight import shading_lines, shading_of, viewers
 from safenav.trace.reading import Trace, read_trace
 
-EPILOG = """\b
+REPLAY_EPILOG = """\b
 TICK is a number (of seconds in a live run), 'last', or the kind of an
 event (violation, request, push, resolved, blocked, pop, goal): its first tick.
 \b
@@ -38,32 +37,26 @@ Exit codes:
   0  done   2  invalid trace or usage
 """
 
-
-_STILL = {"svg": "--svg", "png": "--png"}
-_FORMS = {
-    "motion": {"solid": "--3d"},
-    "width": {"png": "--png", "gif": "--gif"},
-    "ticks": {"gif": "--gif"},
-    "speed": {"gif": "--gif"},
-    "sight": {**_STILL, "gif": "--gif"},
-    "legend": _STILL,
-    "hidden": _STILL,
+_READ_BY = {
+    "motion": ("--3d",),
+    "width": ("--png", "--gif"),
+    "ticks": ("--gif",),
+    "speed": ("--gif",),
+    "sight": ("--svg", "--png", "--gif"),
+    "legend": ("--svg", "--png"),
+    "hidden": ("--svg", "--png"),
 }
-"""Options that only some forms of a replay read, by parameter."""
+"""The forms of a replay that read an option."""
 
 
-@click.command(epilog=EPILOG)
+@click.command(epilog=REPLAY_EPILOG)
 @click.argument("trace", type=options.INPUT)
 @options.output(help="File to write; - is standard output.")
 @click.option("--svg", metavar="TICK", help="Draw one moment as SVG.")
 @click.option("--png", metavar="TICK", help="Draw one moment as PNG.")
 @click.option("--gif", is_flag=True, help="Draw the run as an animated GIF.")
 @click.option("--3d", "solid", is_flag=True, help="One HTML file that shows the run in 3D.")
-@click.option(
-    "--motion",
-    type=options.INPUT,
-    help="The motion to show (3D); default: computed from the trace.",
-)
+@click.option("--motion", type=options.INPUT, help="The motion to show in 3D; else computed.")
 @click.option("--width", type=options.PIXELS, help="Width of PNG or GIF in pixels.")
 @click.option("--ticks", metavar="A-B", help="Only these ticks, or seconds (GIF).")
 @click.option(
@@ -71,12 +64,10 @@ _FORMS = {
     type=options.FiniteRange(0.1, 100),
     help="Ticks per second; for a run in seconds, the speed-up (GIF).  [4 or 12]",
 )
-@click.option(
-    "--sight", metavar="ROBOT", help="Shade what this robot sees and believes (SVG, PNG, GIF)."
-)
+@click.option("--sight", metavar="ROBOT", help="Shade what this robot sees and believes.")
 @click.option("--legend/--no-legend", default=True, help="Draw a legend (SVG, PNG).")
 @click.option("--hidden/--no-hidden", default=True, help="Show undiscovered obstacles (SVG, PNG).")
-def command(
+def replay(
     trace: Path,
     output: Path | None,
     svg: str | None,
@@ -91,16 +82,25 @@ def command(
     legend: bool,
     hidden: bool,
 ) -> int:
-    """Run TRACE, which `safenav run --trace` wrote: as one HTML file that needs no network
+    """Replay TRACE, which `safenav run --trace` wrote: as one HTML file that needs no network
     (the default), as a picture of one moment, or as an animated GIF."""
-    if sum((svg is not None, png is not None, gif, solid)) > 1:
+    given = {"--svg": svg is not None, "--png": png is not None, "--gif": gif, "--3d": solid}
+    chosen = [form for form, wanted in given.items() if wanted]
+    if len(chosen) > 1:
         raise UsageError("choose one of --svg, --png, --gif and --3d")
-    options.refuse_unread(click.get_current_context(), _FORMS)
-    form = next((f for f, chosen in (("svg", svg), ("png", png)) if chosen is not None), "html")
-    _refuse_ending(output, "gif" if gif else form)
+    form = chosen[0] if chosen else ""
+    unread = {name: readers for name, readers in _READ_BY.items() if form not in readers}
+    options.refuse({name: " or ".join(readers) for name, readers in unread.items()})
+    ending = {"": "html", "--3d": "html"}.get(form, form.removeprefix("--"))
+    _refuse_ending(output, ending)
     lines = read_trace(trace)
     if solid:
         write_out(output or trace.with_suffix(".3d.html"), _page3d(lines, trace, motion))
+        return ExitCode.OK
+    if not form:
+        from safenav.report.page.html import page_of_trace
+
+        write_out(output or trace.with_suffix(".html"), page_of_trace(lines, trace.name))
         return ExitCode.OK
     run = run_of(lines)
     if sight is not None:
@@ -108,22 +108,18 @@ def command(
     if gif:
         speed = speed or {"tick": 4.0, "second": 12.0}[run.unit]
         path, during = output or trace.with_suffix(".gif"), _ticks(run, ticks)
-        return _film(run, path, during, speed, width or 720, sight)
-    if form != "html":
-        tick, part = _moment(run, svg if svg is not None else png or "")
-        shading = None if sight is None else shading_of(run, sight, tick)
-        shown = Options(legend=legend, hidden=hidden, shading=shading)
-        picture = svg_of(run.at(tick, part), shown)
-        content = picture.encode() if form == "svg" else pixels_of(picture, width)
-        name = f"{trace.stem}-{run.when(tick).removeprefix('tick ')}.{form}"
-        write_out(output or trace.with_name(name), content)
+        _film(run, path, during, speed, width or 720, sight)
         return ExitCode.OK
-    write_out(output or trace.with_suffix(".html"), page_of_trace(lines, trace.name))
+    tick, part = _moment(run, svg if svg is not None else png or "")
+    shading = None if sight is None else shading_of(run, sight, tick)
+    picture = svg_of(run.at(tick, part), Options(legend=legend, hidden=hidden, shading=shading))
+    name = f"{trace.stem}-{run.when(tick).removeprefix('tick ')}.{ending}"
+    _write_picture(output or trace.with_name(name), picture, ending, width)
     return ExitCode.OK
 
 
 def _refuse_ending(output: Path | None, form: str) -> None:
-    """Raises UsageError if the file's ending is that of another form of a run."""
+    """Raises UsageError if the file's ending is that of another form of a replay."""
     ending = "" if output is None else output.suffix.lower().removeprefix(".")
     if output is not None and f".{ending}" in options.KINDS and ending != form:
         name = output.with_suffix(f".{form}").name
@@ -131,6 +127,30 @@ def _refuse_ending(output: Path | None, form: str) -> None:
         added = f", or add {wanted}" if form == "html" and wanted else ""
         problem = f"{output}: the replay is {form.upper()}; choose a name such as {name}{added}"
         raise UsageError(problem)
+
+
+def _write_picture(path: Path, picture: str, form: str, width: int | None) -> None:
+    """Write a vector picture, in pixels if ``form`` is ``png``. Raises UsageError without the extra
+    ``pictures``."""
+    content = picture.encode()
+    if form == "png":
+        from safenav.report.picture.raster import png_of
+
+        content = png_of(picture, width)
+        _warn_of_boxes(picture)
+    write_out(path, content)
+
+
+def _warn_of_boxes(picture: str) -> None:
+    """Warn about characters of a vector picture that its pixels show as boxes."""
+    from safenav.report.picture.raster import lacking
+
+    if letters := lacking(picture):
+        shown = letters if len(letters) <= 10 else f"{letters[:10]}..."
+        warn(
+            f"no font on this machine has {shown}: boxes take their place",
+            "    install a font for them (Debian: fonts-noto-cjk, fonts-symbola), or write SVG",
+        )
 
 
 def _page3d(lines: Trace, trace: Path, file: Path | None) -> str:
@@ -184,7 +204,7 @@ def _ticks(run: Run, written: str | None) -> range:
     return range(run.tick_at(int(found[1])), run.tick_at(int(found[2])) + 1)
 
 
-def _film(run: Run, path: Path, ticks: range, speed: float, width: int, sight: str | None) -> int:
+def _film(run: Run, path: Path, ticks: range, speed: float, width: int, sight: str | None) -> None:
     from safenav.report.picture.film import Film, write_gif
 
     steps = max(1, min(3, round(12 / speed)))
@@ -192,6 +212,69 @@ def _film(run: Run, path: Path, ticks: range, speed: float, width: int, sight: s
     count = len(film.moments(run))
     with click.progressbar(length=count, label="drawing", file=sys.stderr) as bar:
         write_whole(path, lambda part: write_gif(run, part, film, lambda: bar.update(1)))
-    warn_of_boxes(svg_of(run.at(film.first), Options(legend=False)))
+    _warn_of_boxes(svg_of(run.at(film.first), Options(legend=False)))
     tell(path)
+
+
+DRAW_EPILOG = """\b
+Examples:
+  safenav new lab.yaml && safenav draw lab.yaml
+  safenav draw lab.yaml -o lab.svg
+  safenav draw lab.yaml --sight walker -o sight.svg
+\b
+With the extra 'pictures', or with your own map (image, ROS, MovingAI):
+  safenav draw lab.yaml -o lab.png --width 1600
+  safenav draw floor.png --rows 20 --cols 30
+  safenav draw office.yaml --side 0.5
+\b
+Exit codes:
+  0  done   2  bad input or usage
+"""
+
+
+@click.command(epilog=DRAW_EPILOG)
+@click.argument("scenario", type=options.INPUT)
+@options.output(".svg", ".png", help="Picture: .svg or .png.")
+@click.option("--width", type=options.PIXELS, help="Width of the PNG in pixels.")
+@click.option("--sight", metavar="ROBOT", help="Shade what this robot sees from its start.")
+@options.division
+@click.option("--legend/--no-legend", default=True, help="Draw a legend (pictures).")
+def draw(
+    scenario: Path,
+    output: Path | None,
+    width: int | None,
+    sight: str | None,
+    rows: int | None,
+    cols: int | None,
+    side: float | None,
+    share: float | None,
+    legend: bool,
+) -> int:
+    """Draw SCENARIO before its run: region numbers, starts, objectives, hidden obstacles.
+    Without -o it is drawn as text. SCENARIO may be a map file alone."""
+    from safenav.report.picture.scenario import scenario_text, scene_of, sight_of
+    from safenav.scenario.model import Scenario
+    from safenav.scenario.reading.loader import load_scenario
+    from safenav.scenario.reading.maps.bare_map import Division, form_of, load_map
+
+    if form_of(scenario) is None:
+        options.refuse(dict.fromkeys(("rows", "cols", "side", "share"), "map files, not scenarios"))
+        plan = load_scenario(scenario)
+    else:
+        plan = Scenario(scenario.name, load_map(scenario, Division(rows, cols, side, share)), ())
+    for note in plan.map.notes:
+        warn(note)
+    options.check_robot(sight, plan, scenario)
+    shading = None if sight is None else sight_of(plan, sight)
+    if output is None:
+        for line in scenario_text(plan, shutil.get_terminal_size((120, 40)).columns):
+            click.echo(line)
+        for line in shading_lines(shading) if shading is not None else ():
+            click.echo(f"\n  {line}")
+        return ExitCode.OK
+    form = output.suffix.lower().removeprefix(".")
+    if form not in ("svg", "png"):
+        raise UsageError(f"{output}: the name of a picture ends in .svg or .png")
+    shown = Options(legend=legend, shading=shading, axes=True)
+    _write_picture(output, svg_of(scene_of(plan), shown), form, width)
     return ExitCode.OK

@@ -1,17 +1,18 @@
-"""``safenav run`` and ``safenav resume``: run a scenario, or the rest of a run."""
+"""``safenav run``, ``resume`` and ``drive``: run a scenario, or the rest of a run."""
 
 from __future__ import annotations
 
+import signal
+from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
-from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.cli import options, warn
-from safenav.cli.run_session import MakeMission, RunSession, attendant, limited
+from safenav.cli.session import Files, MakeMission, attendant, carried_out, limited
 from safenav.errors import ExitCode, UsageError
 from safenav.outfile import write_out
 from safenav.report.terminal.synthesis_progress import WaitingLine
@@ -19,15 +20,15 @@ from safenav.runtime.run.mission import Mission, default_synthesizer
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.settings import Clock
-from safenav.trace.writing import next_part
 
 if TYPE_CHECKING:
+    from safenav.fleet.world import FleetWorld
     from safenav.runtime.run.checkpoint import Resumption
+    from safenav.trace.writing import Listener
 
 RUN_EPILOG = """\b
 Examples:
   safenav new lab.yaml && safenav run lab.yaml
-  safenav run lab.yaml -o out                    # out/lab.jsonl and out/lab.html
   safenav run lab.yaml --html lab.html --trace lab.jsonl
   safenav run lab.yaml --motion lab.motion.jsonl # extra 'motion'
   safenav run lab.yaml --live                    # extra 'studio'
@@ -41,92 +42,24 @@ Exit codes:
   130  interrupted
 """
 
-RESUME_EPILOG = """\b
-Examples:
-  safenav new lab.yaml && safenav run lab.yaml --trace lab.jsonl
-  head -120 lab.jsonl > part.jsonl               # as if that run had been killed
-  safenav resume part.jsonl lab.yaml --trace whole.jsonl
-  safenav resume part.jsonl lab.yaml -o out      # out/part-2.jsonl and out/part-2.html
-\b
-Exit codes: those of 'safenav run', for the resumed run
-"""
-
-
-output = options.output(
-    *(".jsonl", ".html"),
-    folder=True,
-    help="FILE.jsonl (trace), FILE.html (page), or a folder.",
-)
-motion_file = click.option(
-    "--motion", type=options.LINES, help="Write the run in metres and seconds."
-)
-
-
-class Outputs(Struct, frozen=True):
-    """The files that a run writes."""
-
-    trace: Path | None = None
-    html: Path | None = None
-    motion: Path | None = None
-
-    @classmethod
-    def of(
-        cls,
-        output: Path | None,
-        stem: str,
-        trace: Path | None,
-        html: Path | None,
-        motion: Path | None,
-    ) -> Outputs:
-        """Return the files of all options. ``stem``: name of the files in ``output``, if that is a
-        folder."""
-        if output is not None:
-            trace, html = _by_its_ending(output, stem, trace, html)
-            if motion is not None and motion.resolve() in [
-                p and p.resolve() for p in (trace, html)
-            ]:
-                raise UsageError(f"--motion {motion} would overwrite --output; give another file")
-        return cls(trace, html, motion)
-
-    def temporary(self, stem: str) -> str | None:
-        """Return the name of a temporary trace, if the page or the motion must be made from a
-        trace."""
-        return f"{stem}.jsonl" if self.html is not None or self.motion is not None else None
-
-    def write(self, trace: Path | None) -> list[str]:
-        """Write page and motion; return a message for each requirement that is not satisfied."""
-        _write_page(trace, self.html)
-        return [] if self.motion is None or trace is None else _write_motion(trace, self.motion)
-
 
 @click.command(epilog=RUN_EPILOG)
 @click.argument("scenario", type=options.INPUT)
-@output
 @options.trace
 @options.html
-@motion_file
-@options.result_as_json
+@options.motion
+@options.as_json
 @options.seed
 @options.max_ticks
 @options.time_limit
 @click.option(
-    "--clock",
-    type=click.Choice(["live", "lockstep"]),
-    help="In seconds (live) or ticks (lockstep).",
+    "--clock", type=click.Choice(["live", "lockstep"]), help="In seconds (live) or ticks."
 )
-@click.option("--lockstep", is_flag=True, help="Short for --clock lockstep.")
 @options.operator
-@options.verify
 @options.live
-@click.option(
-    "--map/--no-map",
-    "maps",
-    default=True,
-    help="Draw the map at the main events.",
-)
-def command(
+@options.maps
+def run(
     scenario: Path,
-    output: Path | None,
     trace: Path | None,
     html: Path | None,
     motion: Path | None,
@@ -135,72 +68,38 @@ def command(
     max_ticks: int | None,
     time_limit: float | None,
     clock: str | None,
-    lockstep: bool,
     operator: str | None,
-    verify: bool,
     live: bool,
     maps: bool,
 ) -> int:
     """Run SCENARIO: synthesize a controller for each robot, then execute them in a world
     with the scenario's hidden obstacles until every robot has met its objective."""
-    if lockstep and clock == "live":
-        raise UsageError("--clock live and --lockstep contradict each other: give one of them")
-    clock = "lockstep" if lockstep else clock
     if live:
         from safenav.studio.starting import start_live
 
-        _refuse_beside_live(click.get_current_context())
+        unread = ("html", "motion", "as_json", "max_ticks", "time_limit", "operator", "maps")
+        options.refuse(dict.fromkeys(unread, "runs at the terminal, not with --live"))
         start_live(scenario, seed=seed, trace=trace, clock=clock)
         return ExitCode.OK
     plan = load_scenario(scenario)
     for note in plan.map.notes:
         warn(note)
-    if seed is not None:
-        plan = replace(plan, seed=seed)
+    plan = plan if seed is None else replace(plan, seed=seed)
+    plan = plan if clock is None else replace(plan, clock=Clock(clock))
     plan = limited(plan, max_ticks, time_limit)
-    if clock is not None:
-        plan = replace(plan, clock=Clock(clock))
-    files = Outputs.of(output, scenario.stem, trace, html, motion)
     _check_movable(plan, motion)
-    operator = attendant(operator, plan.clock is Clock.LIVE, as_json)
-
-    with ExitStack() as stack:
-        needed = files.temporary(scenario.stem)
-        make = _simulated(verify, attended=operator is not None)
-        run = RunSession(make, stack, files.trace, temporary=needed, as_json=as_json, maps=maps)
-        run.begin(plan)
-        run.run(operator)
-        unmet = files.write(run.trace)
-    return run.report(scenario, files.html, unmet)
+    operator = attendant(operator, plan, as_json)
+    files = Files(scenario, trace, html, motion, as_json, maps)
+    make = _simulated(attended=operator is not None)
+    return carried_out(plan, make, files, operator, motion=_write_motion)
 
 
-def _refuse_beside_live(context: click.Context) -> None:
-    """Raises UsageError for options that a run in the browser does not read."""
-    unread = options.given(context) - {
-        "scenario",
-        "live",
-        "trace",
-        "seed",
-        "clock",
-        "lockstep",
-        "maps",
-    }
-    for option in context.command.params:
-        if option.name in unread:
-            off = context.params[option.name] is False
-            name = max(option.secondary_opts if off else option.opts, key=len)
-            raise UsageError(
-                f"{name} has no effect with --live\n"
-                "    control and save the run on its page; --trace writes its trace as it happens"
-            )
-
-
-def _simulated(verify: bool, *, attended: bool, begun: Resumption | None = None) -> MakeMission:
+def _simulated(*, attended: bool, begun: Resumption | None = None) -> MakeMission:
     """Return a function that makes missions in the scenario's own world. ``begun``: the run that
     they continue."""
     return lambda plan, listeners: Mission(
         plan,
-        default_synthesizer(plan, verify=verify),
+        default_synthesizer(plan),
         listeners=listeners,
         progress=WaitingLine(),
         attended=attended,
@@ -210,37 +109,11 @@ def _simulated(verify: bool, *, attended: bool, begun: Resumption | None = None)
 
 
 def _check_movable(plan: Scenario, motion: Path | None) -> None:
+    """Refuse what has no motion before a robot moves, not when the file is written."""
     if motion is not None:
         from safenav.motion.making import check_movable
 
         check_movable(plan)
-
-
-def _write_page(trace: Path | None, html: Path | None) -> None:
-    if html is not None and trace is not None:
-        from safenav.report.page.html import page_of_trace
-        from safenav.trace.reading import read_trace
-
-        write_out(html, page_of_trace(read_trace(trace), trace.name))
-
-
-def _by_its_ending(
-    output: Path, stem: str, trace: Path | None, html: Path | None
-) -> tuple[Path | None, Path | None]:
-    """Return the files of trace and page, where ``output`` sets one or both. Raises UsageError if
-    another option also sets it."""
-    writes_trace, writes_page = output.suffix != ".html", output.suffix != ".jsonl"
-    for option, given in (("--trace", writes_trace and trace), ("--html", writes_page and html)):
-        if given:
-            raise UsageError(
-                f"--output {output} and {option} {given} name the same output; give one"
-            )
-    if not writes_page:
-        return output, html
-    if not writes_trace:
-        return trace, output
-    file = options.made_folder(output) / (stem if stem != "-" else "scenario")
-    return file.with_name(f"{file.name}.jsonl"), file.with_name(f"{file.name}.html")
 
 
 def _write_motion(trace: Path, motion: Path) -> list[str]:
@@ -257,25 +130,31 @@ def _write_motion(trace: Path, motion: Path) -> list[str]:
     return [one.complaint for one in found if one.complaint]
 
 
+RESUME_EPILOG = """\b
+Examples:
+  safenav new lab.yaml && safenav run lab.yaml --trace lab.jsonl
+  head -120 lab.jsonl > part.jsonl               # as if that run had been killed
+  safenav resume part.jsonl lab.yaml --trace whole.jsonl
+\b
+Exit codes: those of 'safenav run', for the resumed run
+"""
+
+
 @click.command(epilog=RESUME_EPILOG)
 @click.argument("trace", type=options.INPUT)
 @click.argument("scenario", type=options.INPUT)
-@output
 @click.option("--trace", "own", type=options.LINES, help="Write the trace of the resumed run.")
 @options.html
-@motion_file
-@options.result_as_json
+@options.motion
+@options.as_json
 @options.seed
 @options.max_ticks
 @options.time_limit
 @options.operator
-@options.verify
-@click.option("--map/--no-map", "maps", default=True, help="Draw the map at the main events.")
-@click.option("--clock", "--lockstep", "--live", "clock", is_flag=True, hidden=True)
+@options.maps
 def resume(
     trace: Path,
     scenario: Path,
-    output: Path | None,
     own: Path | None,
     html: Path | None,
     motion: Path | None,
@@ -284,19 +163,14 @@ def resume(
     max_ticks: int | None,
     time_limit: float | None,
     operator: str | None,
-    verify: bool,
     maps: bool,
-    clock: bool,
 ) -> int:
     """Continue the run of TRACE, whose scenario is SCENARIO, from its last checkpoint. Strategies
     are synthesized again where the robots are. The trace of the resumed run begins with the lines
-    before that checkpoint, so it is the trace of one run."""
+    before that checkpoint, so it is the trace of one run. It has the clock of TRACE."""
     from safenav.runtime.run.checkpoint import resumption
     from safenav.trace.reading import read_trace
 
-    if clock:
-        raise UsageError("a resumed run has the clock of its trace, and no live page; see --html")
-    files = Outputs.of(output, next_part(trace).stem, own, html, motion)
     before = read_trace(trace)
     if before.header.scenario.world == "external":
         raise UsageError(f"{trace}: real robots have run it; safenav drive --resume continues it")
@@ -306,15 +180,152 @@ def resume(
     plan = plan if seed is None else replace(plan, seed=seed)
     begun = resumption(before, plan)
     _check_movable(plan, motion)
-    if operator is not None and plan.clock is not Clock.LIVE:
-        raise UsageError("--operator helps live runs only")
-    operator = attendant(operator, plan.clock is Clock.LIVE, as_json)
+    operator = attendant(operator, plan, as_json)
+    files = Files(trace, own, html, motion, as_json, maps)
+    make = _simulated(attended=operator is not None, begun=begun)
+    return carried_out(plan, make, files, operator, motion=_write_motion, advice=False)
+
+
+DRIVE_EPILOG = """\b
+Examples:
+  safenav new lab.yaml && safenav new fleet.yaml --fleet lab.yaml
+  safenav drive lab.yaml --fleet fleet.yaml --rehearse --trace lab.jsonl
+  safenav drive lab.yaml --fleet fleet.yaml --live   # extra 'studio'
+  head -120 lab.jsonl > part.jsonl                   # as if that drive had been killed
+  safenav drive lab.yaml --fleet fleet.yaml --rehearse --resume part.jsonl --trace b.jsonl
+Without --rehearse the robots of the fleet file move.
+\b
+Ctrl-C stops all robots, then ends the run; a second one ends it immediately.
+\b
+Exit codes:
+  0  the run ended as the scenario expects (without 'expect': completed)
+  1  operator needed, unrealizable, or not as expected
+  2  bad input, or robots that do not answer   3  tick, time or memory limit
+  4  internal error   130  interrupted
+"""
+
+
+@click.command(epilog=DRIVE_EPILOG)
+@click.argument("scenario", type=options.INPUT)
+@click.option(
+    "--fleet",
+    type=options.INPUT,
+    required=True,
+    help="How each robot is reached, senses and acts (docs/drive.md).",
+)
+@options.trace
+@click.option("--motion", type=options.LINES, help="Write the motion commanded and measured.")
+@click.option("--rehearse", is_flag=True, help="Simulate the run; no robot moves.")
+@click.option(
+    "--resume",
+    "begun",
+    type=options.INPUT,
+    metavar="TRACE",
+    help="Continue an interrupted drive of SCENARIO from its last checkpoint.",
+)
+@options.operator
+@options.live
+@options.as_json
+@options.time_limit
+@click.option(
+    "--patience",
+    type=options.SECONDS,
+    default=10.0,
+    metavar="S",
+    help="Seconds that each robot has to answer at the start.  [10]",
+)
+def drive(
+    scenario: Path,
+    fleet: Path,
+    trace: Path | None,
+    motion: Path | None,
+    rehearse: bool,
+    begun: Path | None,
+    operator: str | None,
+    live: bool,
+    as_json: bool,
+    time_limit: float | None,
+    patience: float,
+) -> int:
+    """Run SCENARIO with the robots of a fleet file. safenav decides where each robot goes next; the
+    robots' own navigation drives them there."""
+    from safenav.fleet.acting import unserved
+    from safenav.fleet.connection import fleet_world
+    from safenav.fleet.fleet_file import load_fleet
+    from safenav.fleet.transport import DriveRecording
+    from safenav.runtime.run.checkpoint import resumption
+    from safenav.scenario.lint import imprecise, oversized
+    from safenav.trace.reading import read_trace
+
+    plan = load_scenario(scenario)
+    plan = limited(replace(plan, clock=Clock.LIVE), None, time_limit)
+    first = None if begun is None else resumption(read_trace(begun), plan)
+    if motion is not None and rehearse:
+        hint = "use safenav export TRACE --motion FILE"
+        raise UsageError(f"--motion: no robot moves in a rehearsal\n    {hint}")
+    stations = load_fleet(fleet, plan)
+    tolerances = {
+        name: station.tolerance if station.follow is None else station.follow.tolerance
+        for name, station in stations.stations.items()
+    }
+    sizes = (*oversized(plan), *imprecise(plan, tolerances))
+    for warning in (*plan.map.notes, *sizes, *unserved(plan, stations)):
+        warn(warning)
+    _check_movable(plan, motion)
+    recording = None if motion is None else DriveRecording()
+    operator = attendant(operator, plan, as_json)
+    driven: list[tuple[Mission, FleetWorld | None]] = []
+
+    def mission(plan: Scenario, listeners: list[Listener]) -> Mission:
+        """Return the mission, for real robots once each of them has answered."""
+        plan = replace(plan, failures=stations.failures)
+        world = None
+        if not rehearse:
+            world = fleet_world(plan, stations, recording)
+            connection.callback(world.close)
+            world.open(patience)
+            listeners = [*listeners, world.observe]
+        made = Mission(
+            plan,
+            default_synthesizer(plan),
+            world=world,
+            listeners=listeners,
+            attended=operator is not None,
+            begun=first,
+            checkpoints=True,
+        )
+        driven.append((made, world))
+        return made
+
+    def write_motion(trace: Path, file: Path) -> Sequence[str]:
+        from safenav.fleet.driven import driven_motion
+        from safenav.motion.file.reading import text_of
+
+        made, world = driven[0]
+        if world is not None:
+            run = read_trace(trace)
+            moved = driven_motion(run, world, stations.stations, made.began)
+            write_out(file, text_of(moved))
+        return ()
 
     with ExitStack() as stack:
-        needed = files.temporary(trace.stem)
-        make = _simulated(verify, attended=operator is not None, begun=begun)
-        run = RunSession(make, stack, files.trace, temporary=needed, as_json=as_json, maps=maps)
-        run.begin(plan)
-        run.run(operator)
-        unmet = files.write(run.trace)
-    return run.report(None, files.html, unmet)
+        view = None
+        if live:
+            from safenav.studio.watching import LiveView
+
+            view = stack.enter_context(LiveView(plan))
+            click.echo(f"live: {view.address}", err=True)
+        connection = stack.enter_context(ExitStack())
+        status = carried_out(
+            plan,
+            mission,
+            Files(scenario, trace, None, motion, as_json),
+            operator,
+            motion=write_motion,
+            views=() if view is None else (view,),
+            ended=connection.close,
+        )
+        if view is not None:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+            view.wait()
+    return status

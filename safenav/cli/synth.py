@@ -1,50 +1,63 @@
-"""``safenav synth``: synthesize the controllers of a scenario and write them to files."""
+"""``safenav synth``, ``verify`` and ``explain``: strategies, of scenarios and of specifications."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import click
-from msgspec import Struct, to_builtins
+from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.cli import options, warn
-from safenav.cli.specification import (
-    decided,
-    is_proven,
-    is_specification,
-    listed,
-    opening_words,
-    too_large,
-    warn_of_vacuity,
+from safenav.errors import (
+    Diagnostic,
+    ExitCode,
+    InputError,
+    ResourceLimitError,
+    SynthesizerError,
+    UsageError,
+    exit_code_of,
 )
-from safenav.errors import ExitCode, UsageError
-from safenav.explain.summary import explain_unrealizable
-from safenav.explain.vacuity import vacuous_wins
-from safenav.lines import json_line
+from safenav.explain.vacuity import Cause, vacuous_wins
+from safenav.file_kind import kind_of
+from safenav.lines import json_flaw, json_line, read_file
 from safenav.outcome import Verdict
 from safenav.outfile import write_all, write_out
 from safenav.report.terminal.fold import echo_folded
-from safenav.report.terminal.specification_text import vacuity_data, vacuity_lines
+from safenav.report.terminal.specification_text import (
+    failure_lines,
+    line_explanation_data,
+    line_explanation_lines,
+    vacuity_data,
+    vacuity_lines,
+    verification_data,
+    win_lines,
+)
 from safenav.report.terminal.synthesis_progress import WaitingLine
 from safenav.report.terminal.table import table
-from safenav.runtime.control.tasks import Controller
 from safenav.runtime.run.mission import default_synthesizer, first_results
-from safenav.scenario.model import Scenario
+from safenav.scenario.yaml.source import MAX_BYTES
 from safenav.spec.compile import assumption_names, compile_task
-from safenav.spec.specification import Specification
-from safenav.synthesis.export import StrategySize, statistics_of, to_dot, to_graphml
+from safenav.spec.parsing import check_formulas, read_specification
+from safenav.spec.specification import Owner, Specification
+from safenav.strict_json import read_json
+from safenav.synthesis.export import size_of, to_dot, to_graphml
 from safenav.synthesis.request import SynthesisResult
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.specification_file import load_specification, slugsin_of
+from safenav.synthesis.strategy import Strategy
 from safenav.trace.words import shortened
+from safenav.verify.counterstrategy import lost_opening
 from safenav.verify.measures import counterstrategy_measures, strategy_measures
-from safenav.verify.verification import first_failure
+from safenav.verify.verification import first_failure, verify_counterstrategy, verify_strategy
 
-EPILOG = """\b
+WARNING_SECONDS, WARNING_MB = 5.0, 100
+"""Limits of the synthesis whose strategy is examined for warnings, after the verdict."""
+
+SYNTH_EPILOG = """\b
 Examples:
   safenav new lab.yaml && safenav synth lab.yaml
   safenav synth lab.yaml --robot walker -o out
@@ -64,8 +77,8 @@ Exit codes:
 
 
 class Synthesized(Struct, frozen=True):
-    """A specification with its result. ``shown``: the strategy to write, that of the environment
-    if it is unrealizable."""
+    """A specification with its result. ``shown``: the result with the strategy to write, that of
+    the environment if it is unrealizable."""
 
     name: str
     spec: Specification
@@ -76,16 +89,17 @@ class Synthesized(Struct, frozen=True):
     def realizable(self) -> bool:
         return self.result.verdict is Verdict.REALIZABLE
 
-    @property
-    def size(self) -> StrategySize:
-        return replace(statistics_of(self.spec, self.shown), seconds=self.result.seconds)
-
-    @property
-    def verified(self) -> bool:
-        return self.shown.strategy is not None and bool(self.shown.verified)
-
     def data(self) -> dict[str, Any]:
-        return {"robot": self.name, **to_builtins(self.size), "verified": self.verified}
+        checked = self.shown.strategy is not None and bool(self.shown.verified)
+        size = size_of(self.spec, self.shown) | {"seconds": self.result.seconds}
+        return {"robot": self.name, **size, "verified": checked}
+
+    def row(self) -> Sequence[object]:
+        """Return its line of the table."""
+        data = self.data()
+        verified = "yes" if data["verified"] else "-" if self.shown.strategy is None else "no"
+        size = [data[key] for key in ("robot", "verdict", "states", "edges", "goals", "bits")]
+        return [*size, round(self.result.seconds * 1000, 1), verified]
 
     def files(self, of_robot: bool) -> Iterator[tuple[str, str | bytes]]:
         """Yield names and contents of its files. ``of_robot``: also the specification."""
@@ -93,27 +107,26 @@ class Synthesized(Struct, frozen=True):
             yield f"{self.name}.structuredslugs", self.spec.to_structuredslugs()
             if (slugsin := slugsin_of(self.spec)) is not None:
                 yield f"{self.name}.slugsin", slugsin
-        strategy, stem = self.shown.strategy, self.name
-        if not self.realizable:
-            stem += ".counterstrategy"
-        if strategy is not None and self.shown.strategy_json is not None:
-            yield f"{stem}.json", self.shown.strategy_json
+        stem = self.name if self.realizable else f"{self.name}.counterstrategy"
+        strategy, printed = self.shown.strategy, self.shown.strategy_json
+        if strategy is not None and printed is not None:
+            yield f"{stem}.json", printed
             yield f"{stem}.dot", to_dot(strategy)
             yield f"{stem}.graphml", to_graphml(strategy)
 
 
-@click.command(epilog=EPILOG)
+@click.command(epilog=SYNTH_EPILOG)
 @click.argument("scenario", type=options.INPUT)
-@click.option("--robot", help="Only this robot.")
+@options.robot
 @options.output(
     folder=True, printed=True, help="Write into this folder; -: print the strategy of one robot."
 )
-@click.option("--measures", type=options.FILE, help="Write the measures of a specification.")
+@click.option("--measures", type=options.Output(), help="Write the measures of a specification.")
 @click.option("--avoiding", is_flag=True, help="Avoid the other robots (without coordination).")
 @click.option("--verify/--no-verify", default=True, help="Check each strategy independently.")
 @click.option("--strict", is_flag=True, help="Warnings count as unrealizable.")
-@click.option("--json", "as_json", is_flag=True, help="Print one summary as JSON.")
-def command(
+@options.as_json
+def synth(
     scenario: Path,
     robot: str | None,
     output: Path | None,
@@ -128,37 +141,24 @@ def command(
     if as_json and str(output) == "-":
         raise UsageError("--json and -o - both print to standard output: give one of them")
     if is_specification(scenario):
-        if robot is not None:
-            raise UsageError(f"{scenario} is a specification: without --robot")
-        if avoiding:
-            raise UsageError(f"{scenario} is a specification: without --avoiding")
+        options.refuse(dict.fromkeys(("robot", "avoiding"), "scenarios"))
         if measures is not None and not verify:
             raise UsageError("--measures are those of a verified strategy: without --no-verify")
-        return _specification(scenario, output, measures, verify, strict, as_json)
-    if measures is not None:
-        hint = "-o writes the specification of each robot"
-        raise UsageError(f"{scenario} is a scenario; --measures takes a specification: {hint}")
-    return _scenario(scenario, robot, output, avoiding, verify, strict, as_json)
-
-
-def _scenario(
-    file: Path,
-    robot: str | None,
-    output: Path | None,
-    avoiding: bool,
-    verify: bool,
-    strict: bool,
-    as_json: bool,
-) -> int:
-    plan, refused = options.loaded(file)
-    options.check_robot(robot, plan, file)
-    wanted = [robot] if robot is not None else [r.name for r in plan.robots]
+        one = _of_specification(scenario, verify)
+        _report([one], output, "file", {"specification": str(scenario), **one.data()}, as_json)
+        return _end_of_specification(one, scenario, measures, strict, as_json or str(output) == "-")
+    options.refuse({"measures": "a specification; -o writes that of each robot"})
+    plan, refused, wanted = options.loaded(scenario, robot)
     if str(output) == "-" and len(wanted) > 1:
         raise UsageError(f"-o - prints one strategy: add --robot NAME, one of {', '.join(wanted)}")
     synthesizer = default_synthesizer(plan, verify=verify)
     answers = first_results(plan, synthesizer, WaitingLine(), wanted)
-    if avoiding:
-        answers = {name: _avoiding(each, plan, synthesizer) for name, each in answers.items()}
+    if avoiding:  # observe which neighbouring regions its rivals occupy, and never enter one
+        for name, answer in answers.items():
+            rivals = tuple(other.name for other in plan.in_conflict(answer.task.robot))
+            task = replace(answer.task, avoids=rivals)
+            result = synthesizer.synthesize(compile_task(task, plan.map))
+            answers[name] = replace(answer, task=task, result=result)
     if refused is not None and all(answer.realizable for answer in answers.values()):
         raise refused  # for another reason than an unreachable target
     made, data, notes, warned = list[Synthesized](), list[dict[str, Any]](), list[str](), False
@@ -166,20 +166,22 @@ def _scenario(
         spec = compile_task(answer.task, plan.map)
         shown, strategy, why = answer.result, answer.result.strategy, None
         if not answer.realizable:
+            from safenav.explain.summary import explain_unrealizable
+
             why = explain_unrealizable(answer.task.robot, answer.task, plan.map)
             click.echo(f"{click.style('unrealizable:', fg='red', bold=True)} {why}", err=True)
             if output is not None:
                 shown = listed(synthesizer.counterstrategy, spec)
         made.append(one := Synthesized(name, spec, answer.result, shown))
+        found = vacuous_wins(strategy, synthesizer) if answer.realizable and strategy else ()
         vacuities = list[dict[str, Any]]()
-        if answer.realizable and strategy is not None:
-            for vacuity in vacuous_wins(strategy, synthesizer):
-                warn(*vacuity_lines(name, vacuity, strategy))
-                vacuities.append(vacuity_data(vacuity, strategy))
-        warned = warned or bool(vacuities)
-        allows = answer.allows(plan.map.word)
+        for vacuity in found:
+            assert strategy is not None
+            warn(*vacuity_lines(name, vacuity, strategy))
+            vacuities.append(vacuity_data(vacuity, strategy))
+        warned = warned or bool(found)
+        allows, rules = answer.allows(plan.map.word), assumption_names(answer.task, plan.map)
         notes += [f"{name}: {answer.words(plan.map.word)}"] if allows else []
-        rules = assumption_names(answer.task, plan.map)
         notes += [f"{name} assumes: {shortened(rule)}" for rule in rules]
         more = {"allows": allows, "assumptions": rules, "explanation": why, "warnings": vacuities}
         data.append(one.data() | more)
@@ -188,22 +190,9 @@ def _scenario(
     return ExitCode.NEGATIVE if bad else ExitCode.OK
 
 
-def _avoiding(answer: Controller, plan: Scenario, synthesizer: Synthesizer) -> Controller:
-    """Return the controller of a robot that observes which neighbouring regions robots in conflict
-    occupy, and never enters one of these."""
-    rivals = tuple(other.name for other in plan.in_conflict(answer.task.robot))
-    task = replace(answer.task, avoids=rivals)
-    return replace(answer, task=task, result=synthesizer.synthesize(compile_task(task, plan.map)))
-
-
-def _specification(
-    file: Path,
-    output: Path | None,
-    measures: Path | None,
-    verify: bool,
-    strict: bool,
-    as_json: bool,
-) -> int:
+def _of_specification(file: Path, verify: bool) -> Synthesized:
+    """Return the result for a specification, with a strategy or counterstrategy. Raises
+    ResourceLimitError if nothing is proven, or if what is proven is too large to list."""
     spec = load_specification(file)
     synthesizer = Synthesizer(verifier=first_failure if verify else None)
     result = listed(synthesizer.synthesize, spec)
@@ -216,51 +205,260 @@ def _specification(
     negative = result.verdict is Verdict.UNREALIZABLE
     shown = listed(synthesizer.counterstrategy, spec) if negative else result
     if not is_proven(shown):
-        found = too_large(file, "unrealizable, but the environment's strategy", shown)
-        click.echo(str(found), err=True)
-        return ExitCode.NEGATIVE
-    one = Synthesized(file.stem, spec, result, shown)
-    _report([one], output, "file", {"specification": str(file), **one.data()}, as_json)
+        error = too_large(file, "unrealizable, but the environment's strategy", shown)
+        error.exit_code = ExitCode.NEGATIVE  # the verdict is proven
+        raise error
+    return Synthesized(file.stem, spec, result, shown)
+
+
+def _end_of_specification(
+    one: Synthesized, file: Path, measures: Path | None, strict: bool, printed: bool
+) -> int:
+    """Write the measures, explain a negative or warn; return the exit code."""
+    strategy = one.shown.strategy
     if measures is not None:
-        assert shown.strategy is not None
-        made = (counterstrategy_measures if negative else strategy_measures)(spec, shown.strategy)
+        assert strategy is not None
+        made = (strategy_measures if one.realizable else counterstrategy_measures)(
+            one.spec, strategy
+        )
         write_out(measures, json_line(made))
-    if negative:
-        if not shown.states:
-            click.echo(f"it has no node: {opening_words(spec)}", err=as_json or str(output) == "-")
-        click.echo(f"the environment's strategy; to see why: safenav explain {file}", err=True)
-        return ExitCode.NEGATIVE
-    warned = warn_of_vacuity(file, result, synthesizer)
-    return ExitCode.NEGATIVE if warned and strict else ExitCode.OK
+    if one.realizable:
+        warned = warn_of_vacuity(file, one.result, Synthesizer(verifier=first_failure))
+        return ExitCode.NEGATIVE if warned and strict else ExitCode.OK
+    if not one.shown.states:
+        click.echo(f"it has no node: {opening_words(one.spec)}", err=printed)
+    click.echo(f"the environment's strategy; to see why: safenav explain {file}", err=True)
+    return ExitCode.NEGATIVE
 
 
 def _report(
     made: Sequence[Synthesized],
     output: Path | None,
     first: str,
-    data: dict[str, Any],
+    data: Mapping[str, Any],
     as_json: bool,
     notes: Sequence[str] = (),
 ) -> None:
     """Write the files, and print a table or the summary. ``first``: the heading of the names."""
     printed = str(output) == "-"
-    names = list[str]()
+    files = list[tuple[str, str | bytes]]()
     if printed:
         write_out(Path("-"), made[0].shown.strategy_json or b"")
     elif output is not None:
         files = [file for one in made for file in one.files(of_robot=first == "robot")]
-        names = [name for name, _ in files]
         write_all(output, files)
     if as_json:
         click.echo(json.dumps(data, indent=2))
         return
-    rows = []
-    for one in made:
-        size, verified = one.size, "-" if one.shown.strategy is None else "no"
-        figures = (size.robot, size.verdict, size.states, size.edges, size.goals, size.bits)
-        rows.append((*figures, round(size.seconds * 1000, 1), "yes" if one.verified else verified))
     headings = (first, "verdict", "states", "edges", "goals", "bits", "ms", "verified")
-    echo_folded([*table(headings, rows), *notes], err=printed)
-    if names:
-        listing = f": {', '.join(names)}" if len(made) == 1 else ""
+    echo_folded([*table(headings, [one.row() for one in made]), *notes], err=printed)
+    if files:
+        listing = f": {', '.join(name for name, _ in files)}" if len(made) == 1 else ""
         click.echo(f"\nwritten to {output}{listing}")
+
+
+def is_specification(file: Path) -> bool:
+    """Return whether a file contains a specification; False if it cannot be read."""
+    try:
+        with file.open(encoding="utf-8", errors="replace") as text:
+            return kind_of(text.read(MAX_BYTES)) == "specification"
+    except OSError:
+        return False
+
+
+def opening_words(spec: Specification) -> str:
+    """Return in words how the environment wins immediately, where its strategy has no node."""
+    row = lost_opening(spec) or ()
+    named = zip(spec.owned(Owner.INPUT), row, strict=False)
+    inputs = " ".join(f"{variable.name}={value}" for variable, value in named)
+    return f"the initial inputs {inputs} leave no output" if inputs else "no output may begin"
+
+
+def decided(file: Path, result: SynthesisResult) -> SynthesisResult:
+    if is_proven(result):
+        return result
+    raise ResourceLimitError(f"{file}: {result.verdict.value}: nothing is proven")
+
+
+def listed(ask: Callable[[Specification], SynthesisResult], spec: Specification) -> SynthesisResult:
+    """Return the result of a synthesis request; OUT_OF_MEMORY if its output exceeds a limit."""
+    try:
+        return ask(spec)
+    except ResourceLimitError as error:
+        nothing = Verdict.OUT_OF_MEMORY
+        return SynthesisResult(spec.robot, nothing, 0.0, False, "", detail=str(error))
+
+
+def is_proven(result: SynthesisResult) -> bool:
+    return result.verdict in (Verdict.REALIZABLE, Verdict.UNREALIZABLE)
+
+
+def too_large(file: Path, what: str, result: SynthesisResult) -> ResourceLimitError:
+    limit = (result.detail.splitlines() or [result.verdict.value.replace("_", " ")])[0]
+    hint = "`slugs --explicitStrategy FILE` has no limits; `safenav verify` checks what it prints"
+    return ResourceLimitError(f"{file}: {what} is too large to list ({limit})\n    {hint}")
+
+
+def warn_of_vacuity(file: Path, result: SynthesisResult, synthesizer: Synthesizer) -> bool:
+    """Warn about a system that wins by breaking its assumptions; return whether it does. A strategy
+    that is too large to list is not examined."""
+    if result.strategy is None:
+        return False
+    found = vacuous_wins(result.strategy, synthesizer)
+    for vacuity in found:
+        warn(*win_lines(vacuity, result.strategy, str(file)))
+    return bool(found)
+
+
+VERIFY_EPILOG = """\b
+Examples:
+  safenav new lab.yaml && safenav synth lab.yaml -o out
+  safenav verify out/walker.structuredslugs out/walker.json
+  safenav verify out/walker.structuredslugs - --json < out/walker.json
+\b
+Exit codes:
+  0  the strategy satisfies the specification   1  it does not
+  2  bad input: invalid specification or strategy, or they do not belong together
+"""
+
+
+@click.command(epilog=VERIFY_EPILOG)
+@click.argument("specification", type=click.Path())
+@click.argument("strategy", type=click.Path())
+@click.option(
+    "--counterstrategy",
+    is_flag=True,
+    help="STRATEGY is the environment's: the proof that SPECIFICATION is unrealizable.",
+)
+@options.as_json
+def verify(specification: str, strategy: str, counterstrategy: bool, as_json: bool) -> int:
+    """Check that the explicit STRATEGY (JSON, as slugs prints it) satisfies all guarantees of the
+    SPECIFICATION (structured slugs), whatever the environment does within the assumptions.
+    Either may be `-` for standard input.
+
+    The check covers the initial states, a successor for each allowed input, safety, and cycles
+    that starve a goal. A failure names the constraint, its origin, and a shortest path to it.
+    """
+    if specification == strategy == "-":
+        raise click.UsageError("only one of SPECIFICATION and STRATEGY can be standard input")
+    try:
+        text = _content(specification).decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise InputError([Diagnostic(specification, 0, 0, "not valid UTF-8 text")]) from error
+    spec = read_specification(text, specification)
+    check_formulas(spec, specification)
+    data = _content(strategy)
+    try:
+        read_json(data)
+        automaton = Strategy.parse(data, spec)
+    except (ValueError, SynthesizerError) as error:
+        flaw = str(error)
+        if isinstance(error, ValueError):
+            flaw = f"the strategy is not JSON: {json_flaw(error)}"
+        hint = "it must be the explicit strategy of this specification, as JSON"
+        raise InputError([Diagnostic(strategy, 0, 0, flaw, hint)]) from error
+    found = (verify_counterstrategy if counterstrategy else verify_strategy)(spec, automaton)
+    if as_json:
+        click.echo(json.dumps(verification_data(found, automaton), indent=2))
+    elif found.ok:
+        good = click.style("correct:", fg="green", bold=True)
+        what = "the environment wins with it" if counterstrategy else "all guarantees are satisfied"
+        if counterstrategy and not found.nodes:
+            what = f"the environment wins immediately, {opening_words(spec)}"
+        click.echo(f"{good} {what} ({found.nodes} nodes, {found.edges} transitions checked)")
+        if found.vacuous:
+            warn(f"{Cause.NO_BEGINNING} (ENV_INIT)")
+    for failure in () if as_json else found.failures:
+        first, *rest = failure_lines(failure, automaton)
+        click.echo(f"{click.style('wrong:', fg='red', bold=True)} {first}")
+        for line in rest:
+            click.echo(f"    {line}")
+    return ExitCode.OK if found.ok else ExitCode.NEGATIVE
+
+
+def _content(name: str) -> bytes:
+    try:
+        return read_file(None if name == "-" else name)
+    except OSError as error:
+        found = error.strerror or str(error)
+        raise InputError([Diagnostic(name, 0, 0, found)]) from error
+
+
+EXPLAIN_EPILOG = """\b
+Examples:
+  safenav new lab.yaml && safenav explain lab.yaml
+  safenav explain lab.yaml --robot walker --json
+  safenav synth lab.yaml -o out && safenav explain out/walker.structuredslugs
+\b
+Exit codes:
+  0  nothing to explain   1  a robot is unrealizable, or the run needs an operator
+  2  bad input   3  time or memory limit   4  synthesizer failure
+"""
+
+
+@click.command(epilog=EXPLAIN_EPILOG)
+@click.argument("scenario", type=options.INPUT)
+@options.robot
+@options.as_json
+def explain(scenario: Path, robot: str | None, as_json: bool) -> int:
+    """Explain why robots are unrealizable: a minimal unrealizable core, a losing play and
+    verified repairs. Scenarios with unreachable targets, which other commands refuse, are explained
+    as well. If all robots are realizable, the run is simulated. If it needs an operator, the proof
+    is shown step by step, with repairs that complete the run.
+
+    SCENARIO may be a specification of your own, in slugsin or structured slugs. Then the core
+    consists of its lines, and the repairs are assumptions."""
+    from safenav.report.terminal.explanation_text import explanation_data, explanation_lines
+    from safenav.review.team import explain_team
+
+    if is_specification(scenario):
+        options.refuse({"robot": "scenarios"})
+        return _explain_specification(scenario, as_json)
+    plan, refused, wanted = options.loaded(scenario, robot)
+    found = explain_team(plan, default_synthesizer(plan), wanted, WaitingLine())
+    data = list[dict[str, Any]]()
+    for explanation in found:
+        if not as_json:
+            echo_folded(["", *explanation_lines(explanation, plan)][not data :])
+        data.append(explanation_data(explanation, plan))
+    if refused is not None and not data and robot is None:
+        raise refused  # for another reason than an unreachable target
+    if not data and robot is None:
+        from safenav.report.terminal.postmortem_text import postmortem_data, postmortem_lines
+        from safenav.review.postmortem import explain_run
+
+        run = explain_run(plan, plan.catalogue.robots, lambda: default_synthesizer(plan))
+        if as_json:
+            click.echo(json.dumps(postmortem_data(run, plan), indent=2))
+        else:
+            echo_folded(postmortem_lines(run, plan.map.word))
+        return exit_code_of(run.result.outcome)
+    if as_json:
+        click.echo(json.dumps({"scenario": plan.name, "unrealizable": data}, indent=2))
+    elif not data:
+        click.echo(f"{robot} is {click.style('realizable', fg='green')}: nothing to explain")
+    return ExitCode.NEGATIVE if data else ExitCode.OK
+
+
+def _explain_specification(file: Path, as_json: bool) -> int:
+    """Print why a specification is unrealizable; return the exit code."""
+    from safenav.explain.lines import explain_lines
+
+    spec = load_specification(file)
+    synthesizer = Synthesizer(verifier=first_failure)
+    result = decided(file, synthesizer.synthesize(spec, strategy=False))
+    realizable = result.verdict is Verdict.REALIZABLE
+    if not as_json:
+        word = click.style(result.verdict.value, fg="green" if realizable else "red")
+        click.echo(f"{file} is {word}: nothing to explain" if realizable else f"{file}: {word}")
+    if realizable and not as_json:
+        brief = Synthesizer(seconds=WARNING_SECONDS, memory_mb=WARNING_MB)
+        warn_of_vacuity(file, listed(brief.synthesize, spec), synthesizer)
+    found = None if realizable else explain_lines(spec, synthesizer)
+    if as_json:
+        why = None if found is None else line_explanation_data(found)
+        click.echo(json.dumps({"specification": str(file), "unrealizable": why}, indent=2))
+    elif found is not None:
+        for line in line_explanation_lines(found, str(file)):
+            click.echo(line)
+    return ExitCode.OK if realizable else ExitCode.NEGATIVE

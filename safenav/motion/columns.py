@@ -18,7 +18,6 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from safenav.errors import UsageError
-from safenav.lines import csv_text
 from safenav.motion.file.records import (
     Curve,
     Flight,
@@ -235,13 +234,6 @@ def placed(columns: Mapping[str, Array], origin: tuple[float, float, float]) -> 
         elif x.endswith("yaw"):
             found[x] = columns[x] + yaw
     return found
-
-
-def as_csv(columns: Columns) -> str:
-    """A line for each sample, below a line of headings."""
-    table = np.column_stack([columns.times, *columns.columns.values()])
-    rows = ([f"{value:.6g}" for value in row] for row in table.tolist())
-    return csv_text(["t", *columns.columns], rows)
 
 
 def npz_bytes(motion: Motion, rate: float) -> bytes:

@@ -8,9 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
-
-from msgspec import Struct
+from typing import TYPE_CHECKING, Any
 
 from safenav.spec.specification import Owner, Section, Specification, Variable
 from safenav.synthesis.request import SynthesisResult
@@ -21,20 +19,6 @@ if TYPE_CHECKING:
     import networkx
 
 _NOT_XML = "[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]"  # compiled on use: that is slow
-
-
-class StrategySize(Struct, frozen=True):
-    """The size of a synthesis. ``goals`` of the specification; ``bits`` of a state;
-    ``seconds`` that the synthesizer took. None where there is no strategy."""
-
-    robot: str
-    verdict: str
-    states: int | None
-    edges: int | None
-    goals: int
-    variables: int
-    bits: int
-    seconds: float
 
 
 def to_dot(strategy: Strategy) -> str:
@@ -96,19 +80,19 @@ def in_words(strategy: Strategy, values: Mapping[str, int], owner: Owner) -> str
     return " ".join(_value_in_words(variable, values[variable.name]) for variable in owned)
 
 
-def statistics_of(spec: Specification, result: SynthesisResult) -> StrategySize:
-    """Return the figures of one synthesis, for a table."""
+def size_of(spec: Specification, result: SynthesisResult) -> dict[str, Any]:
+    """Return the figures of one synthesis as data: ``goals`` of the specification, ``bits`` of a
+    state, ``seconds`` that the synthesizer took; None where there is no strategy."""
     strategy = result.strategy
-    return StrategySize(
-        robot=result.robot,
-        verdict=result.verdict.value,
-        states=None if strategy is None else len(strategy.states),
-        edges=None if strategy is None else strategy.edges,
-        goals=max(1, len(spec.section(Section.SYS_LIVENESS))),
-        variables=len(spec.variables),
-        bits=sum(len(bit_names(variable)) for variable in spec.variables),
-        seconds=result.seconds,
-    )
+    return {
+        "verdict": result.verdict.value,
+        "states": None if strategy is None else len(strategy.states),
+        "edges": None if strategy is None else strategy.edges,
+        "goals": max(1, len(spec.section(Section.SYS_LIVENESS))),
+        "variables": len(spec.variables),
+        "bits": sum(len(bit_names(variable)) for variable in spec.variables),
+        "seconds": result.seconds,
+    }
 
 
 def _value_in_words(variable: Variable, value: int) -> str:

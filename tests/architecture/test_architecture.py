@@ -185,7 +185,7 @@ FORBIDDEN = {
 }
 OF_A_TABLE = {
     "safenav": "_HOMES[name]",
-    "safenav.cli": "f'safenav.cli.{ELSEWHERE.get(name, name)}'",
+    "safenav.cli": "f'safenav.cli.{COMMANDS[name][0]}'",
     "safenav.motion.mover": "module",
 }
 """Modules that import by a name: one of a table in the same module."""

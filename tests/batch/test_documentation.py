@@ -10,7 +10,7 @@ from batch.made_scenarios import Write
 from safenav.batch.case import CaseVerdict
 from safenav.batch.matrix import read_matrix
 from safenav.batch.results import NOISE_SECONDS, RATIO
-from safenav.cli.batch import command
+from safenav.cli.batch import batch as command
 from warm import safenav
 
 ROOT = Path(__file__).parents[2]

@@ -51,19 +51,6 @@ def test_a_broken_trace_exits_1_and_names_the_first_rule_or_all(bad: Path) -> No
     assert [told[key] for key in ("rule", "tick", "robot", "line")] == ["mobility", 8, "digit", 33]
 
 
-def test_a_file_that_is_not_a_trace_exits_2(tmp_path: Path) -> None:
-    file = tmp_path / "x.jsonl"
-    file.write_text("hello\n")
-    result = run(str(file))
-    assert result.returncode == 2
-    assert f"{file}:1:1: this line is not JSON" in result.stderr
-    assert result.stdout == ""
-
-
-def test_a_missing_file_exits_2() -> None:
-    assert run("nowhere.jsonl").returncode == 2
-
-
 def test_standard_input_is_read() -> None:
     result = run("-", stdin="\n".join(text(GOOD["nested"]())) + "\n")
     assert result.returncode == 0

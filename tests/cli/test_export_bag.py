@@ -42,7 +42,7 @@ def read(bag: Path) -> dict[str, list[tuple[float, Any]]]:
 
 
 def test_the_bag_tells_what_the_trace_tells(safenav: Command, trace: Path, tmp_path: Path) -> None:
-    done = safenav("export", trace, "--mcap", "run.mcap", "--side", "0.5")
+    done = safenav("export", trace, "-o", "run.mcap", "--side", "0.5")
     assert done.returncode == 0, done.stderr
     bag = read(tmp_path / "run.mcap")
     topics = " ".join(sorted(topic.removeprefix("/") for topic in bag))
@@ -83,7 +83,7 @@ def test_a_robot_named_map_has_another_frame_than_the_map(
 ) -> None:
     """Its frame was its own parent, so that no viewer could place any robot."""
     (tmp_path / "map.jsonl").write_text(trace.read_text().replace('"quad"', '"map"'))
-    assert safenav("export", "map.jsonl", "--mcap", "map.mcap", "--side", "1").returncode == 0
+    assert safenav("export", "map.jsonl", "-o", "map.mcap", "--side", "1").returncode == 0
     bag = read(tmp_path / "map.mcap")
     tree = {(t.header.frame_id, t.child_frame_id) for _, m in bag["/tf"] for t in m.transforms}
     assert tree == {("map", "map_2"), ("map", "digit")}
@@ -102,7 +102,7 @@ def test_the_height_of_an_obstacle_shows_its_status(tmp_path: Path) -> None:
 
 def test_foxglove_gets_bodies_names_and_the_plan(safenav: Command, tmp_path: Path) -> None:
     trace = clinic.run(tmp_path)
-    assert safenav("export", trace, "--mcap", "clinic.mcap").returncode == 0
+    assert safenav("export", trace, "-o", "clinic.mcap").returncode == 0
     bag = read(tmp_path / "clinic.mcap")
     ((_, robots),) = bag["/robots"]
     bodies = [marker for marker in robots.markers if marker.ns == "bodies"]
@@ -145,7 +145,7 @@ def test_the_definitions_are_those_of_ros(safenav: Command, trace: Path, tmp_pat
     from rosbags.highlevel import AnyReader
     from rosbags.typesys import Stores, get_typestore
 
-    assert safenav("export", trace, "--mcap", "run.mcap", "--side", "1").returncode == 0
+    assert safenav("export", trace, "-o", "run.mcap", "--side", "1").returncode == 0
     store = get_typestore(Stores.ROS2_HUMBLE)
     with AnyReader([tmp_path / "run.mcap"]) as reader:
         for connection, _, data in reader.messages():
@@ -156,7 +156,7 @@ def test_the_definitions_are_those_of_ros(safenav: Command, trace: Path, tmp_pat
 
 def test_the_times_can_be_those_of_a_motion(safenav: Command, trace: Path, tmp_path: Path) -> None:
     assert safenav("export", trace, "--motion", "motion.jsonl").returncode == 0
-    done = safenav("export", trace, "motion.jsonl", "--mcap", "run.mcap", "--side", "2.7")
+    done = safenav("export", trace, "motion.jsonl", "-o", "run.mcap", "--side", "2.7")
     assert done.returncode == 0, done.stderr
     makespan = json.loads((tmp_path / "motion.jsonl").read_text().splitlines()[-1])["makespan"]
     times = [seconds for seconds, _ in read(tmp_path / "run.mcap")["/tf"]]
@@ -168,8 +168,8 @@ def test_robots_are_where_the_motion_has_them(
     safenav: Command, trace: Path, tmp_path: Path
 ) -> None:
     assert safenav("export", trace, "--motion", "motion.jsonl").returncode == 0
-    export = ("export", trace, "motion.jsonl", "--mcap", "run.mcap")
-    done = safenav(*export, "--columns", "run.npz", "--rate", "20")
+    export = ("export", trace, "motion.jsonl", "-o", "run.mcap")
+    done = safenav(*export, "-o", "run.npz", "--rate", "20")
     assert done.returncode == 0, done.stderr
     told: dict[str, list[tuple[float, float]]] = {}
     for _, message in read(tmp_path / "run.mcap")["/tf"]:
@@ -184,19 +184,6 @@ def test_robots_are_where_the_motion_has_them(
                 assert found == pytest.approx(columns[f"{name}.{middle}{axis}"], abs=1e-9)
     found = safenav(*export, "--side", "0.5")
     assert found.returncode == 2 and "leave out --side" in found.stderr
-
-
-def test_a_bag_needs_to_know_how_large_a_region_is(safenav: Command, trace: Path) -> None:
-    found = safenav("export", trace, "--mcap", "run.mcap")
-    assert found.returncode == 2
-    assert "--side" in found.stderr
-
-
-def test_nothing_to_write_says_what_there_is(safenav: Command, trace: Path) -> None:
-    found = safenav("export", trace)
-    assert found.returncode == 2
-    for option in ("--waypoints", "--mcap", "--csv"):
-        assert option in found.stderr
 
 
 def test_tables_have_every_move_event_and_synthesis(

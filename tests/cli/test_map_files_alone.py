@@ -68,23 +68,6 @@ def test_the_suggested_obstacle_is_discovered_and_resolved(grid: list[str]) -> N
     assert sum(isinstance(each, Resolved) for each in records) == 1
 
 
-def test_a_map_that_is_not_divided_says_how(safenav: Command) -> None:
-    for name in ("rooms.png", "office.yaml"):
-        found = safenav("draw", MAPS / name)
-        assert found.returncode == 2
-        assert ("--rows 11 --cols 20" if name == "rooms.png" else "--side 0.5") in found.stderr
-        assert len(found.stderr.splitlines()) == 2
-
-
-def test_options_of_map_files_mean_nothing_to_a_scenario(safenav: Command, tmp_path: Path) -> None:
-    safenav("new", "s.yaml", "--template", "minimal")
-    assert "are for map files" in safenav("draw", "s.yaml", "--rows", "3").stderr
-    assert "go with --map" in safenav("new", "t.yaml", "--rows", "3").stderr
-    found = safenav("new", "t.yaml", "--map", "s.yaml")
-    assert found.returncode == 2 and "this is not a map file" in found.stderr
-    assert not (tmp_path / "t.yaml").exists()
-
-
 def test_a_name_with_quotes_stays_a_name() -> None:
     world = RegionMap.from_grid(["......"])
     text = scenario_on(world, ["grid: ['......']"], 'it\'s "here"')

@@ -50,30 +50,6 @@ def test_a_file_that_exists_is_replaced_only_by_force(safenav: Command, tmp_path
     assert [file.name for file in tmp_path.iterdir()] == ["mine.yaml"], "nothing is left behind"
 
 
-@pytest.mark.parametrize(
-    ("name", "words"),
-    [("nowhere/mine.yaml", "No such file or directory"), (".", "cannot write|already exists")],
-)
-def test_a_place_that_cannot_be_written(name: str, words: str, safenav: Command) -> None:
-    import re
-
-    refused = safenav("new", name)
-    assert refused.returncode == 2
-    assert re.search(words, refused.stderr)
-    assert "Traceback" not in refused.stderr
-
-
-def test_an_unknown_template_names_the_known_ones(safenav: Command) -> None:
-    refused = safenav("new", "--template", "dor")
-    assert refused.returncode == 2
-    assert all(name in refused.stderr for name in TEMPLATES)
-
-
-def test_a_dash_prints_the_scenario(safenav: Command, tmp_path: Path) -> None:
-    assert safenav("new", "-").stdout == template_text(DEFAULT)
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_the_schema_is_printed_and_written(safenav: Command, tmp_path: Path) -> None:
     assert safenav("new", "--schema").stdout == schema_text()
     assert safenav("new", "safenav.schema.json", "--schema").returncode == 0

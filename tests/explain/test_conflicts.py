@@ -11,7 +11,7 @@ import pytest
 
 from explain.conftest import Invoke
 from once import SCENARIOS, beside
-from safenav.cli import explain
+from safenav.cli.synth import explain
 
 TWO_CONFLICTS = """\
 [OUTPUT]
@@ -34,7 +34,7 @@ def test_without_time_only_what_is_proven_is_printed(
     monkeypatch.setattr("safenav.explain.realizability.BUDGET_SECONDS", 0.0)
     file = tmp_path / "s"
     file.write_text(TWO_CONFLICTS)
-    answer = invoke(explain.command, file)
+    answer = invoke(explain, file)
     assert answer.status == 1
     assert answer.output.splitlines()[1:] == [
         "These guarantees conflict:",
@@ -46,7 +46,7 @@ def test_without_time_only_what_is_proven_is_printed(
     ]
     file = tmp_path / "drop.yaml"
     file.write_text(DROP)
-    answer = invoke(explain.command, file)
+    answer = invoke(explain, file)
     assert answer.status == 1 and "because its guarantees conflict\n" in answer.output
     assert "What happens" not in answer.output and "cooperated" not in answer.output
 

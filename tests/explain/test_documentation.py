@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from explain.conftest import Invoke
-from safenav.cli import explain, synth, verify
+from safenav.cli.synth import explain, synth, verify
 from safenav.explain.explanation import NoStrategyCause
 
 ROOT = Path(__file__).parents[2]
@@ -23,7 +23,7 @@ def test_every_cause_is_explained() -> None:
 def test_its_commands_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, invoke: Invoke) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "scenarios").symlink_to(ROOT / "scenarios")
-    commands = {"explain": explain.command, "synth": synth.command, "verify": verify.command}
+    commands = {"explain": explain, "synth": synth, "verify": verify}
     expected = {"explain": 1, "synth": 0, "verify": 0}
     lines = re.findall(r"^    safenav (\w.*)$", TEXT, re.MULTILINE)
     assert {line.split()[0] for line in lines} == set(commands)

@@ -7,7 +7,7 @@ import pytest
 
 from explain.conftest import Invoke
 from once import SCENARIOS, beside
-from safenav.cli.explain import command
+from safenav.cli.synth import explain as command
 
 
 def test_a_realizable_scenario_needs_no_explanation(invoke: Invoke) -> None:

@@ -7,7 +7,8 @@ import pytest
 
 from explain.conftest import Invoke
 from once import beside
-from safenav.cli import check, explain
+from safenav.cli.check import check
+from safenav.cli.synth import explain
 from safenav.report.terminal.postmortem_text import postmortem_lines
 from safenav.review.postmortem import Postmortem, explain_run
 from safenav.runtime.run.mission import default_synthesizer
@@ -146,7 +147,7 @@ def test_missing_actions_are_named_with_the_models_that_have_them(
     )
     scenario = tmp_path / "s.yaml"
     scenario.write_text(ROW % (load, "lockstep"))
-    said = invoke(explain.command, scenario).output
+    said = invoke(explain, scenario).output
     assert (
         "in all, this team lacks:\n  - a robot with 'push' for door@gate; models: digit and spot\n"
         in said
@@ -175,11 +176,11 @@ def test_without_time_no_repair_is_run() -> None:
 def test_explain_prints_text_and_json(tmp_path: Path, invoke: Invoke) -> None:
     scenario = tmp_path / "s.yaml"
     scenario.write_text(LIFTER)
-    answer = invoke(explain.command, scenario)
+    answer = invoke(explain, scenario)
     assert answer.status == 1
     assert "2. crate@west needs two robots with 'lift'; this team has one: ben" in answer.output
     assert "With any one of these repairs, a run was completed:" in answer.output
-    told = json.loads(invoke(explain.command, scenario, "--json").output)
+    told = json.loads(invoke(explain, scenario, "--json").output)
     assert told["cause"] == "no_capable_robot"
     assert told["repairs"] and told["chain"]
 
@@ -201,6 +202,6 @@ def test_check_warns_of_infeasible_objectives_without_a_run(
 ) -> None:
     scenario = tmp_path / "s.yaml"
     scenario.write_text(text)
-    answer = invoke(check.command, scenario)
+    answer = invoke(check, scenario)
     for warning in warnings:
         assert warning in answer.error

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from explain.conftest import Invoke
-from safenav.cli import explain, specification, synth, verify
+from safenav.cli import synth as specification
+from safenav.cli.synth import explain, synth, verify
 from safenav.synthesis.binary import find_binary
 from safenav.synthesis.slugs import Synthesizer
 
@@ -72,7 +73,7 @@ def written(folder: Path, name: str, text: str) -> Path:
 
 def test_a_strategy_is_that_of_slugs_and_is_correct(tmp_path: Path, invoke: Invoke) -> None:
     file, out = written(tmp_path, "lift.spec", LIFT), tmp_path / "out"
-    answer = invoke(synth.command, file, "-o", out)
+    answer = invoke(synth, file, "-o", out)
     assert answer.status == 0
     heading, _, row, *_ = answer.output.splitlines()
     assert heading.split()[:3] == ["file", "verdict", "states"]
@@ -81,33 +82,33 @@ def test_a_strategy_is_that_of_slugs_and_is_correct(tmp_path: Path, invoke: Invo
     options = ["--explicitStrategy", "--jsonOutput"]
     slugs = subprocess.run([find_binary().path, *options, file], capture_output=True, check=True)
     assert (out / "lift.json").read_bytes() == slugs.stdout
-    assert invoke(verify.command, file, out / "lift.json").status == 0
-    assert "nothing to explain" in invoke(explain.command, file).output
+    assert invoke(verify, file, out / "lift.json").status == 0
+    assert "nothing to explain" in invoke(explain, file).output
 
 
 def test_an_unrealizable_one_gets_the_strategy_of_the_environment(
     tmp_path: Path, invoke: Invoke
 ) -> None:
     file = written(tmp_path, "door.structuredslugs", DOOR)
-    answer = invoke(synth.command, file, "-o", tmp_path)
+    answer = invoke(synth, file, "-o", tmp_path)
     assert answer.status == 1 and f"safenav explain {file}" in answer.error
     strategy = tmp_path / "door.counterstrategy.json"
-    assert invoke(verify.command, "--counterstrategy", file, strategy).status == 0
+    assert invoke(verify, "--counterstrategy", file, strategy).status == 0
 
 
 def test_initial_inputs_that_win_at_once_are_named(tmp_path: Path, invoke: Invoke) -> None:
     """The environment needs no strategy then: an automaton without nodes is one."""
     text = "[INPUT]\nz\nw\n[OUTPUT]\ny\n[SYS_INIT]\nz -> y\n!w -> !y\n[SYS_LIVENESS]\ny\n"
     file = written(tmp_path, "at_once.structuredslugs", text)
-    answer = invoke(synth.command, file, "-o", tmp_path)
+    answer = invoke(synth, file, "-o", tmp_path)
     said = "the initial inputs z=1 w=0 leave no output"
     assert answer.status == 1 and said in answer.output
     strategy = tmp_path / "at_once.counterstrategy.json"
-    answer = invoke(verify.command, "--counterstrategy", file, strategy)
+    answer = invoke(verify, "--counterstrategy", file, strategy)
     assert answer.status == 0 and said in answer.output
     possible = text.replace("!w -> !y", "!w -> y")
     file.write_text(possible)
-    assert invoke(verify.command, "--counterstrategy", file, strategy).status == 1
+    assert invoke(verify, "--counterstrategy", file, strategy).status == 1
 
 
 @pytest.mark.parametrize(
@@ -131,15 +132,15 @@ def test_a_verdict_is_given_where_the_strategy_is_too_large(
     lines += ["[INPUT]", "i", "[OUTPUT]", "o", "[SYS_LIVENESS]", "o" if owner == "INPUT" else "i"]
     file = tmp_path / "large.structuredslugs"
     file.write_text("\n".join(lines) + "\n")
-    found = invoke(synth.command, file)
+    found = invoke(synth, file)
     assert (found.status, said in found.error + found.output) == (status, True)
-    explained = invoke(explain.command, file)
+    explained = invoke(explain, file)
     assert explained.status == (0 if status == 3 else 1)
 
 
 def test_a_core_names_lines_and_assumptions_were_tried(tmp_path: Path, invoke: Invoke) -> None:
     file = written(tmp_path, "door.structuredslugs", DOOR)
-    answer = invoke(explain.command, file)
+    answer = invoke(explain, file)
     assert answer.status == 1
     assert [line for line in answer.output.splitlines() if line.startswith("  - ")] == [
         "  - line 6 [SYS_INIT] x = 0",
@@ -148,28 +149,28 @@ def test_a_core_names_lines_and_assumptions_were_tried(tmp_path: Path, invoke: I
         "  - line 12 [SYS_LIVENESS] x = 4",
         "  - [ENV_LIVENESS] open'",
     ]
-    told = json.loads(invoke(explain.command, file, "--json").output)["unrealizable"]
+    told = json.loads(invoke(explain, file, "--json").output)["unrealizable"]
     assert told["assumptions"] == ["open'"]
     assert told["play"]["goal"]["formula"] == "x = 4"
     mended = written(tmp_path, "mended", DOOR + "[ENV_LIVENESS]\nopen'\n")
-    assert invoke(explain.command, mended).status == 0
+    assert invoke(explain, mended).status == 0
 
 
 def test_inputs_that_leave_the_system_without_a_move_are_shown(
     tmp_path: Path, invoke: Invoke
 ) -> None:
-    answer = invoke(explain.command, written(tmp_path, "trap", TRAP))
+    answer = invoke(explain, written(tmp_path, "trap", TRAP))
     assert answer.status == 1
     assert "then the inputs a=0 leave no reply that keeps all guarantees" in answer.output
 
 
 def test_a_win_against_its_own_assumptions_is_a_warning(tmp_path: Path, invoke: Invoke) -> None:
     file = written(tmp_path, "lazy", LAZY)
-    answer = invoke(synth.command, file)
+    answer = invoke(synth, file)
     assert answer.status == 0
     assert "warning: the system may win by breaking its own assumptions" in answer.error
     assert "assumption: line 6 [ENV_LIVENESS] a & b" in answer.error
-    assert invoke(synth.command, file, "--strict").status == 1
+    assert invoke(synth, file, "--strict").status == 1
 
 
 @pytest.mark.parametrize(
@@ -188,20 +189,20 @@ def test_flaws_are_shown_at_their_places(
     text: str, said: str, tmp_path: Path, invoke: Invoke
 ) -> None:
     file = written(tmp_path, "door", text)
-    for command in (synth.command, explain.command):
+    for command in (synth, explain):
         answer = invoke(command, file)
         assert answer.status == 2 and said in answer.error
 
 
 def test_options_of_scenarios_are_refused(tmp_path: Path, invoke: Invoke) -> None:
-    answer = invoke(synth.command, written(tmp_path, "door", DOOR), "--robot", "door")
-    assert answer.status == 2 and "is a specification" in answer.error
+    answer = invoke(synth, written(tmp_path, "door", DOOR), "--robot", "door")
+    assert answer.status == 2 and "--robot goes with scenarios" in answer.error
 
 
 def test_other_commands_name_those_that_take_it(tmp_path: Path, invoke: Invoke) -> None:
-    from safenav.cli import check
+    from safenav.cli.check import check
 
-    answer = invoke(check.command, written(tmp_path, "door", f"# a door\n\n{DOOR}"))
+    answer = invoke(check, written(tmp_path, "door", f"# a door\n\n{DOOR}"))
     assert answer.status == 2
     assert "this is a specification, not a scenario" in answer.error
     assert "safenav synth" in answer.error

@@ -9,7 +9,9 @@ import pytest
 
 from explain.conftest import Invoke
 from once import SCENARIOS
-from safenav.cli import check, run, synth
+from safenav.cli.check import check
+from safenav.cli.run import run
+from safenav.cli.synth import synth
 from safenav.explain.vacuity import Cause, can_force, vacuities, vacuous_wins
 from safenav.formula.evaluator import evaluate
 from safenav.formula.parser import parse
@@ -120,12 +122,12 @@ def test_commands_warn_and_strict_commands_refuse(tmp_path: Path, invoke: Invoke
     strategy = first_results(load_scenario(file), Synthesizer(), names=["hunter"])["hunter"]
     assert strategy.result.strategy is not None
     warned = bool(vacuous_wins(strategy.result.strategy, Synthesizer()))
-    for command in (check.command, synth.command):
+    for command in (check, synth):
         mild, strict = invoke(command, file), invoke(command, file, "--strict")
         assert mild.status == 0
         assert strict.status == int(warned)
         assert ("warning" in mild.error) == warned
-    robots = json.loads(invoke(check.command, file, "--json").output)["robots"]
+    robots = json.loads(invoke(check, file, "--json").output)["robots"]
     assert any(robot["warnings"] for robot in robots) == warned
-    cut = invoke(run.command, file, "--max-ticks", "2", "--no-map")
+    cut = invoke(run, file, "--max-ticks", "2", "--no-map")
     assert ("hunter may win by breaking assumptions" in cut.error) == warned

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from explain.conftest import Invoke
-from safenav.cli.verify import command
+from safenav.cli.synth import verify as command
 from safenav.spec.parsing import read_specification
 from safenav.synthesis.slugs import Synthesizer
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from once import beside
-from safenav.cli.run import command as run_command
+from safenav.cli.run import run as run_command
 from safenav.report.page.encode import encoded
 from safenav.report.page.live import LiveRun
 from safenav.run.reading import run_of

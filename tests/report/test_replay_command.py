@@ -44,7 +44,7 @@ def test_a_moment_is_named_by_number_or_event(
         (["--svg", "-1"], "no tick '-1'"),
         (["--svg", "1", "--gif"], "choose one of"),
         (["--speed", "3"], "--speed goes with --gif"),
-        (["--gif", "--no-legend"], "--legend goes with --svg or --png"),
+        (["--gif", "--no-legend"], "--no-legend goes with --svg or --png"),
         (["--gif", "-o", "x.html"], "the replay is GIF; choose a name such as x.gif"),
         (["--svg", "1", "-o", "x.PNG"], "the replay is SVG; choose a name such as x.svg"),
         (["-o", "x.gif"], "the replay is HTML; choose a name such as x.html, or add --gif"),
@@ -75,7 +75,7 @@ def test_a_bad_trace_is_refused_with_its_line(tmp_path: Path) -> None:
 def test_draw_knows_two_forms_of_picture(tmp_path: Path) -> None:
     scenario = ROOT / "scenarios" / "case_study_1.yaml"
     done = safenav("draw", scenario, "-o", tmp_path / "map.pdf")
-    assert done.returncode == 2 and "a name in .svg or a name in .png" in done.stderr
+    assert done.returncode == 2 and "a name in .svg or .png" in done.stderr
 
 
 def test_a_picture_in_pixels_warns_of_letters_without_a_font(tmp_path: Path) -> None:

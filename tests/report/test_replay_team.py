@@ -8,8 +8,8 @@ from click.testing import CliRunner
 
 from once import SCENARIOS
 from report import made_traces
-from safenav.cli.draw import command as draw_command
-from safenav.cli.replay import command as replay_command
+from safenav.cli.replay import draw as draw_command
+from safenav.cli.replay import replay as replay_command
 from safenav.errors import UsageError
 from safenav.report.page.html import page_of
 from safenav.report.picture.scene import Options, svg_of

@@ -15,7 +15,7 @@ from certify.mutants import lines_of, with_lines
 from runtime.continued import moves, rests
 from runtime.played import Line, Run, loaded, play, whole
 from safenav.checked_trace import check_trace
-from safenav.cli.check import command
+from safenav.cli.check import check as command
 from safenav.errors import InputError
 from safenav.report.terminal.story import Story
 from safenav.runtime.run.mission import Mission

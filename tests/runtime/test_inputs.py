@@ -19,7 +19,7 @@ from once import beside
 from runtime.facts import case
 from runtime.played import begin, completed, end, play
 from runtime.worlds import Bare, Driven
-from safenav.cli.check import command
+from safenav.cli.check import check as command
 from safenav.errors import UsageError
 from safenav.runtime.intervention.kinds import AssignObjective, SetInput
 from safenav.runtime.run.mission import default_synthesizer, first_results

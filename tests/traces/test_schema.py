@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 from jsonschema import Draft202012Validator
 
-from safenav.cli.new import command
+from safenav.cli.new import new as command
 from safenav.trace import records, setting, vocabulary
 from safenav.trace.fields import entries
 from safenav.trace.schema import schema_text, trace_schema

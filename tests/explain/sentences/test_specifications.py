@@ -27,7 +27,7 @@ from oracle.checker import check_strategy
 from oracle.formula import Atom, Not
 from oracle.game import Game, build_game
 from oracle.specification import Specification
-from safenav.cli import explain, synth
+from safenav.cli.synth import explain, synth
 
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) or 24
 SEEDS = range(COUNT)
@@ -44,9 +44,9 @@ def test_every_sentence_about_a_specification_is_true(
     text, places = text_of(spec, source)
     file = tmp_path / "s.structuredslugs"
     file.write_text(text)
-    answer = invoke(explain.command, file)
+    answer = invoke(explain, file)
     assert answer.status == 1, answer.error + text
-    data = json.loads(invoke(explain.command, file, "--json").output)["unrealizable"]
+    data = json.loads(invoke(explain, file, "--json").output)["unrealizable"]
     judge = Judge(spec, [places[int(c["item"].rpartition(":")[2])] for c in data["core"]])
     print(text, answer.output, sep="\n")
     check_text(answer, spec, judge, places)
@@ -164,10 +164,10 @@ def test_every_warning_about_a_realizable_specification_is_true(
     text, places = text_of(spec, source)
     file = tmp_path / "s.structuredslugs"
     file.write_text(text)
-    answer = invoke(explain.command, file)
+    answer = invoke(explain, file)
     assert answer.status == 0 and answer.output.endswith("is realizable: nothing to explain\n")
     print(text, answer.error, sep="\n")
-    assert invoke(synth.command, file, "-o", tmp_path).status == 0
+    assert invoke(synth, file, "-o", tmp_path).status == 0
     strategy = from_json(spec, (tmp_path / "s.json").read_text())
     assert not check_strategy(build_game(spec), strategy)
     for warning in answer.error.split("warning: ")[1:]:
