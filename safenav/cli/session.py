@@ -48,7 +48,7 @@ POLL = 0.05
 MakeMission = Callable[[Scenario, list[Listener]], Mission]
 """Makes the mission of a scenario with these listeners."""
 WriteMotion = Callable[[Path, Path], Sequence[str]]
-"""Writes the motion of a run, given its trace, into a file; returns the requirements that are not satisfied."""
+"""Writes the motion of a run, given its trace; returns the requirements that it violates."""
 
 
 class Files(Struct, frozen=True):
