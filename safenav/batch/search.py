@@ -24,10 +24,9 @@ from safenav.batch.matrix import Matrix, Named, is_matrix, read_matrix, varied
 from safenav.cached_method import cached_method
 from safenav.errors import UsageError
 from safenav.file_kind import kind_of
-from safenav.scenario.reading.references import referenced_files, root_of
 from safenav.scenario.yaml.document import DocumentError, Mapping, Node, read_document
 from safenav.scenario.yaml.findings import Findings
-from safenav.scenario.yaml.source import STDIN, read_bytes, read_source
+from safenav.scenario.yaml.source import STDIN, read_bytes, read_source, referenced_files, root_of
 from safenav.world.files.flaws import MAX_BYTES
 
 _NAMING = ("map", "catalogue")

@@ -14,8 +14,7 @@ from msgspec.structs import replace
 from safenav.errors import InputError
 from safenav.lines import json_line
 from safenav.scenario.reading.loader import load_scenario_text
-from safenav.scenario.reading.references import referenced_files, root_of
-from safenav.scenario.yaml.source import STDIN
+from safenav.scenario.yaml.source import STDIN, referenced_files, root_of
 from safenav.trace.fields import plain
 from safenav.trace.header import scenario_header
 

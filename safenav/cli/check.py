@@ -281,7 +281,7 @@ def _ahead(plan: Scenario, ahead: Rehearsal, warnings: Sequence[str]) -> list[st
 
 def _verdict(name: str, answer: Controller, plan: Scenario) -> dict[str, Any]:
     """Return the verdict on a robot as data."""
-    from safenav.scenario.objective_text import describe
+    from safenav.scenario.objective import describe
     from safenav.spec.compile import assumption_names
 
     return {

@@ -16,8 +16,7 @@ from safenav.explain.explanation import NoStrategyCause, Repair, RepairKind, Rep
 from safenav.explain.map_repair import open_walls, removed_walls
 from safenav.explain.undisturbed import play
 from safenav.scenario.model import Robot, Scenario
-from safenav.scenario.objective import Ltl, Objective, Word
-from safenav.scenario.objective_text import written
+from safenav.scenario.objective import Ltl, Objective, Word, written
 from safenav.scenario.reading.compatibility import conflicts
 from safenav.spec.objective import NO_MEMORY
 from safenav.world.map import Heading, Region, RegionMap

@@ -5,8 +5,7 @@ from __future__ import annotations
 from safenav.explain.diagnosis import diagnose
 from safenav.explain.explanation import Diagnosis, NoStrategyCause
 from safenav.scenario.model import Robot
-from safenav.scenario.objective import Ltl
-from safenav.scenario.objective_text import describe
+from safenav.scenario.objective import Ltl, describe
 from safenav.spec.forms import asked_of
 from safenav.spec.task import Task
 from safenav.trace.words import some

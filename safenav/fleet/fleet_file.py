@@ -24,10 +24,10 @@ from safenav.fleet.stations import (
     on_regions,
     side_of,
 )
+from safenav.scenario.language import RegionValue
 from safenav.scenario.model import Obstacle, ObstacleType, Scenario
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.settings import Failures
-from safenav.scenario.values import RegionValue
 from safenav.scenario.yaml.document import Node, Scalar, clipped
 from safenav.scenario.yaml.findings import Findings
 from safenav.scenario.yaml.json_schema import schema_text as schema_of

@@ -18,7 +18,7 @@ from safenav.plan.charged import ChargedSearch, Charges, charged_plan
 from safenav.plan.order import preview
 from safenav.plan.search import Answer, Exhausted, Guide, Search
 from safenav.plan.shorten import shortened
-from safenav.scenario.room import room_words, without_room
+from safenav.scenario.reachability import room_words, without_room
 from safenav.solve.duties import settle
 from safenav.solve.solve import Solver
 from safenav.team.floor import Floor, Joint, Stages, put

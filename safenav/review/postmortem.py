@@ -25,8 +25,7 @@ from safenav.scenario.model import (
     RobotModel,
     Scenario,
 )
-from safenav.scenario.objective import Target, staying, with_targets
-from safenav.scenario.objective_text import written
+from safenav.scenario.objective import Target, staying, with_targets, written
 from safenav.scenario.yaml.document import flow
 from safenav.solve.reasons import Hindrance, Shortfall
 from safenav.synthesis.slugs import Synthesizer

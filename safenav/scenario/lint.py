@@ -15,8 +15,8 @@ from typing import Any
 from safenav.pace.robot import least_side
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.motion import resolved
+from safenav.scenario.reachability import room_words, without_room
 from safenav.scenario.reading.catalogue import built_in
-from safenav.scenario.room import room_words, without_room
 from safenav.scenario.yaml.findings import closest
 
 _SLIP = 0.8

@@ -6,14 +6,15 @@ needs to check it again.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from enum import StrEnum
+from itertools import takewhile
 
 from msgspec import Struct, field
 from msgspec.structs import replace
 
 from safenav.bounds import Count, Positive
-from safenav.scenario import needs, settings
+from safenav.scenario import settings
 from safenav.scenario.objective import Objective, TargetObjective
 from safenav.world.map import Region, RegionMap
 from safenav.world.moves import Mobility, Pose
@@ -105,6 +106,19 @@ class Need(Struct, frozen=True):
     same: bool = False
 
 
+def actions_of(needs: Sequence[Need], number: int) -> frozenset[str]:
+    """Return the actions that a robot must have for a need: that of the need, and those of the
+    needs that the same robots must fulfil after it."""
+    chain = [needs[number], *takewhile(lambda need: need.same, needs[number + 1 :])]
+    return frozenset(need.action for need in chain)
+
+
+def takes(needs: Sequence[Need], number: int) -> bool:
+    """Return whether the robots that fulfil a need carry a load from then on: the same robots must
+    fulfil the next need, and others may have fulfilled the one before."""
+    return number + 1 < len(needs) and needs[number + 1].same and not needs[number].same
+
+
 class ObstacleType(Struct, frozen=True):
     """A type of resolvable obstacle: its action c_r, its resolution regions and the robots that it
     blocks.
@@ -129,13 +143,9 @@ class ObstacleType(Struct, frozen=True):
         """The needs that resolve it, in order."""
         return self.listed or (Need(self.action, at=self.resolve_at),)
 
-    def takes(self, number: int) -> bool:
-        """Return whether the robots that fulfil need ``number`` carry a load from then on."""
-        return needs.takes(self.needs, number)
-
     def actions(self, number: int) -> frozenset[str]:
         """Return the actions for need ``number`` and the needs that the same robot fulfils next."""
-        return needs.actions(self.needs, number)
+        return actions_of(self.needs, number)
 
 
 OPERATOR_ACTION = "operator"

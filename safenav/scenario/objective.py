@@ -2,25 +2,24 @@
 
 A target is a set of regions, any of which counts. A kind is its data, its words, and the moves that
 it forbids; the order in which its targets count is a ``Pursuit``. The specification states both in
-formulas (``spec.objective``); the runtime (``runtime.progress``) and joint plans
-(``runtime.traffic.joint_search.states``) count by the pursuit, and graph search plays it
-(``explain.undisturbed``). The judge has a class of its own
-(``judge.lines``), on purpose. All other code queries the kind and never names it
-(``tests/architecture/test_kinds.py``).
+formulas (``spec.objective``); the runtime, joint plans and graph searches count by the pursuit. The
+judge has a class of its own (``judge.lines``), on purpose. All other code queries the kind and
+never names it.
 
 Raw formulas (``ltl``) have no pursuit: the synthesizer makes their automaton.
 """
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from itertools import combinations, groupby
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from safenav.scenario.pursuit import Pursuit
+from safenav.scenario.yaml.document import flow
 from safenav.world.map import Region
 from safenav.world.poses import bits
 
@@ -38,6 +37,39 @@ def number_word(place: Region | Target) -> str:
 
 EMPTY = "is empty"
 """The error of an objective without targets."""
+
+
+class Pursuit(NamedTuple):
+    """The order in which ``targets`` targets count. Targets are numbers, sets of them masks with a
+    bit for each; the memory is the next target if they count in turn, else the set of those met in
+    this round. ``in_turn``: they count in their order only; ``settles``: it ends at the last one,
+    where each tick is a round."""
+
+    targets: int
+    in_turn: bool
+    settles: bool
+
+    def met(self, memory: int, here: int) -> int:
+        """Return which of the reached targets ``here`` count."""
+        return here & 1 << memory if self.in_turn else here
+
+    def awaited(self, memory: int) -> int:
+        """Return the targets, one of which must be reached next."""
+        return 1 << memory if self.in_turn else (1 << self.targets) - 1 & ~memory
+
+    def step(self, memory: int, here: int) -> tuple[int, int]:
+        """Return the memory after a turn in which the targets ``here`` are reached, and the number
+        of goals met if targets count in turn, else of rounds; where it settles, only the last
+        target is a goal."""
+        if not self.in_turn:
+            seen = memory | here
+            return (seen, 0) if seen + 1 < 1 << self.targets else (0, 1)
+        if not here >> memory & 1:
+            return memory, 0
+        last = memory == self.targets - 1
+        if self.settles:
+            return memory + (not last), int(last)
+        return 0 if last else memory + 1, 1
 
 
 class TargetObjective(Struct, frozen=True):
@@ -376,3 +408,65 @@ def on_steps(formula: str) -> str:
 def ruled(objective: TargetObjective, like: Objective) -> TargetObjective:
     """Return an objective with the rules (``avoid`` and ``always``) of another."""
     return replace(objective, avoid=like.avoid, always=like.always)
+
+
+def to_data(objective: Objective) -> dict[str, object]:
+    """Return the objective as it stands in a scenario or a trace, regions as numbers.
+
+    A target of one region is a number, a larger one a sorted list.
+    """
+    if isinstance(objective, Ltl):
+        memory = {n: list(b) if b else "bool" for n, b in objective.memory.items()}
+        parts = {
+            "init": list(objective.init),
+            "safety": list(objective.safety),
+            "liveness": list(objective.liveness),
+            "memory": memory,
+            "inputs": list(objective.inputs),
+        }
+        return {"ltl": {key: value for key, value in parts.items() if value}}
+    regions = [sorted(target) for target in objective.targets]
+    listed = [each[0] if len(each) == 1 else each for each in regions]
+    rules = {
+        "form": "literal" if objective.literal else None,
+        "avoid": sorted(objective.avoid),
+        "always": list(objective.always),
+    }
+    given = {key: value for key, value in rules.items() if value}
+    return {objective.kind: listed[0] if objective.one else listed, **given}
+
+
+_SHOWN = 2
+"""The most formulas of ``always`` that ``describe`` lists."""
+
+
+def describe(objective: Objective, word: Word = number_word) -> str:
+    """Return the objective in a few words, for people: ``patrol 58 <-> 28``, or with
+    ``RegionMap.word`` ``patrol dock <-> ward_a``."""
+    if isinstance(objective, Ltl):
+        safety, liveness = len(objective.safety), len(objective.liveness)
+        return f"meet its formulas ({safety} safety, {liveness} liveness)"
+    text = objective.words(word)
+    if objective.avoid:
+        text += f", never in {word(objective.avoid).replace('|', ', ')}"
+    if len(objective.always) > _SHOWN:
+        return f"{text}, always its {len(objective.always)} formulas"
+    return text + "".join(f", always {formula}" for formula in objective.always)
+
+
+def written(objective: Objective, word: Word = number_word) -> str:
+    """Return the objective in the notation of scenarios: ``{patrol: [dock, shelf]}``."""
+
+    def target(regions: Target) -> object:
+        words = word(regions).split("|")
+        return words[0] if len(words) == 1 else {"any": words}
+
+    if isinstance(objective, Ltl):
+        return json.dumps(to_data(replace(objective, inputs=())))  # the formulas name their inputs
+    listed = [target(regions) for regions in objective.targets]
+    rules = {
+        "form": "literal" if objective.literal else None,
+        "avoid": [word(region) for region in sorted(objective.avoid)] or None,
+        "always": json.dumps(objective.always) if objective.always else None,
+    }
+    return flow({objective.kind: listed[0] if objective.one else listed, **rules})

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from safenav.scenario.objective_text import describe
+from safenav.scenario.objective import describe
 from safenav.spec import assignable
 from safenav.spec.movement import heading_rules, stepping, walls
 from safenav.spec.objective import encode

@@ -13,8 +13,7 @@ from collections.abc import Iterator, Mapping
 
 from msgspec import Struct, field
 
-from safenav.scenario.objective import Ltl, Objective, Patrol, TargetObjective, on_steps
-from safenav.scenario.objective_text import describe
+from safenav.scenario.objective import Ltl, Objective, Patrol, TargetObjective, describe, on_steps
 from safenav.spec.movement import one_of
 from safenav.spec.specification import Constraint, Origin, Owner, Section, Variable
 from safenav.world.map import Region

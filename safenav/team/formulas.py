@@ -20,12 +20,12 @@ from safenav.scenario.model import Robot
 from safenav.scenario.objective import (
     Ltl,
     Objective,
+    Pursuit,
     Target,
     alternation,
     formulas_in,
     staying,
 )
-from safenav.scenario.pursuit import Pursuit
 from safenav.spec.movement import one_of
 from safenav.world.map import RegionMap
 from safenav.world.moves import Mobility, Pose

@@ -12,9 +12,8 @@ from itertools import takewhile
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.scenario import model, needs
-from safenav.scenario.objective import Objective
-from safenav.scenario.pursuit import Pursuit
+from safenav.scenario import model
+from safenav.scenario.objective import Objective, Pursuit
 from safenav.scenario.settings import Failures
 from safenav.team.battery import Energy
 from safenav.team.formulas import StateGraph, graph_of, pursuit_of, targets_of
@@ -275,7 +274,7 @@ def _obstacle(source: model.Obstacle, scenario: model.Scenario) -> Obstacle:
     found = []
     for k, need in enumerate(listed):
         regions = source.resolution_regions(scenario.map, k)
-        skills = needs.actions(listed, k)
+        skills = model.actions_of(listed, k)
         found.append(
             Need(
                 need.action,
@@ -284,7 +283,7 @@ def _obstacle(source: model.Obstacle, scenario: model.Scenario) -> Obstacle:
                 need.together,
                 need.same,
                 skills,
-                needs.takes(listed, k),
+                model.takes(listed, k),
             )
         )
     return Obstacle(

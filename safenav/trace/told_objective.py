@@ -8,8 +8,7 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from safenav.scenario.objective import KINDS, Ltl, Objective
-from safenav.scenario.objective_text import to_data
+from safenav.scenario.objective import KINDS, Ltl, Objective, to_data
 from safenav.trace.objective import Objective as TracedObjective
 
 

@@ -13,8 +13,7 @@ from msgspec import Struct, field
 
 from safenav.outcome import Verdict
 from safenav.scenario.model import OPERATOR_ACTION
-from safenav.scenario.objective import Objective, Word, number_word
-from safenav.scenario.objective_text import describe
+from safenav.scenario.objective import Objective, Word, describe, number_word
 from safenav.trace import records, vocabulary
 from safenav.trace.objective import Objective as TracedObjective
 from safenav.trace.told_objective import objective_of

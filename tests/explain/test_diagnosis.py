@@ -18,8 +18,7 @@ from safenav.explain.undisturbed import play
 from safenav.outcome import Verdict
 from safenav.report.terminal.explanation_text import cause_words
 from safenav.scenario.model import Robot, RobotModel, Scenario
-from safenav.scenario.objective import Cover, Hold, Ltl, Objective, Once, Patrol, Visit
-from safenav.scenario.objective_text import describe
+from safenav.scenario.objective import Cover, Hold, Ltl, Objective, Once, Patrol, Visit, describe
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.compile import compile_task
 from safenav.spec.objective import NO_MEMORY

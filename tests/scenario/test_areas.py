@@ -7,8 +7,7 @@ import pytest
 
 from safenav.errors import InputError
 from safenav.scenario.model import Scenario
-from safenav.scenario.objective import Hold, Patrol, Visit
-from safenav.scenario.objective_text import describe, written
+from safenav.scenario.objective import Hold, Patrol, Visit, describe, written
 from safenav.scenario.reading.loader import load_scenario_text
 from scenario.rooms import ROOMS
 from scenario.rooms import load as load_rooms

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from safenav.errors import InputError
 from safenav.scenario.model import Scenario
-from safenav.scenario.objective_text import to_data
+from safenav.scenario.objective import to_data
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.yaml.document import plain, read_document
 from safenav.world.map import RegionMap

@@ -9,8 +9,7 @@ from safenav.run.reading import run_of
 from safenav.run.sight import Shading
 from safenav.run.values import ObstacleStatus, Scene
 from safenav.scenario.model import Obstacle, Scenario
-from safenav.scenario.objective import target_regions
-from safenav.scenario.objective_text import describe
+from safenav.scenario.objective import describe, target_regions
 from safenav.trace.header import unstarted
 from safenav.trace.looks import labels
 from safenav.trace.words import listed, obstacle_words, regions_words

@@ -25,7 +25,7 @@ from safenav.explain.summary import why_words
 from safenav.report.terminal.core_text import core_heading, core_notes
 from safenav.report.terminal.map import MapPicture, Marker, draw
 from safenav.scenario.model import Scenario
-from safenav.scenario.objective_text import describe
+from safenav.scenario.objective import describe
 from safenav.spec.forms import asked_of
 from safenav.spec.specification import Constraint, Owner
 from safenav.trace.looks import labels

@@ -10,8 +10,7 @@ from msgspec.structs import replace
 from safenav.runtime.control.because import left_words
 from safenav.runtime.control.roles import Role
 from safenav.runtime.control.tasks import Controller, walls_of
-from safenav.scenario.objective import Ltl, Word
-from safenav.scenario.objective_text import describe
+from safenav.scenario.objective import Ltl, Word, describe
 from safenav.solve.duties import Settlement
 from safenav.solve.proof import Closure, Refutation, closure_of, stated
 from safenav.solve.reasons import (

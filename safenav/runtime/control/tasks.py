@@ -11,8 +11,7 @@ from safenav.runtime.control.answers import Answers, Pending
 from safenav.runtime.control.observing import observed, standing
 from safenav.runtime.control.roles import Role
 from safenav.scenario.guarantees import values_of
-from safenav.scenario.objective import Ltl, Objective, Word, formulas_in
-from safenav.scenario.objective_text import describe
+from safenav.scenario.objective import Ltl, Objective, Word, describe, formulas_in
 from safenav.scenario.settings import Clock, Coordination
 from safenav.spec.compile import compile_task
 from safenav.spec.forms import ObjectiveForm, Weakening, concession, forms

@@ -11,7 +11,7 @@ from safenav.runtime.worlds.reports import misfit
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.model import FAILURES, Obstacle, ObstacleType, ResolveAt, Scenario
 from safenav.scenario.objective import Ltl, Objective, formulas_in
-from safenav.scenario.yaml.fields import NAME
+from safenav.scenario.yaml.findings import NAME
 
 
 def wrong_type(kind: ObstacleType, scenario: Scenario) -> str | None:

@@ -21,8 +21,7 @@ from safenav.runtime.control.roles import Role
 from safenav.runtime.run.deadlines import LedgerKept
 from safenav.runtime.worlds.truth import Truth
 from safenav.scenario.model import Obstacle, Scenario
-from safenav.scenario.objective import Ltl, Objective, TargetObjective
-from safenav.scenario.objective_text import to_data
+from safenav.scenario.objective import Ltl, Objective, TargetObjective, to_data
 from safenav.team.apply import initial
 from safenav.team.state import Is, Plan, RobotNow, State
 from safenav.team.team import Team, assigned, introduced, team_of

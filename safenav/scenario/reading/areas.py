@@ -12,7 +12,7 @@ from safenav.scenario.reading.regions import Reading
 from safenav.scenario.settings import Exclusion
 from safenav.scenario.yaml import document
 from safenav.scenario.yaml.document import Node, Scalar, clipped, items_of, plain
-from safenav.scenario.yaml.fields import wrong_type
+from safenav.scenario.yaml.findings import wrong_type
 from safenav.scenario.yaml.typed import Raw, read
 from safenav.world.map import Region, RegionMap
 from safenav.world.partition import tiles

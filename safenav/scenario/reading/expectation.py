@@ -11,8 +11,7 @@ from safenav.scenario import language
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.settings import Expect
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, clipped
-from safenav.scenario.yaml.fields import well_named
-from safenav.scenario.yaml.findings import Findings
+from safenav.scenario.yaml.findings import Findings, well_named
 from safenav.scenario.yaml.typed import Raw, read, sequence
 
 MISSION = "mission"

@@ -22,11 +22,15 @@ from safenav.scenario.reading.catalogue import (
     resolve_catalogue,
     type_named,
 )
-from safenav.scenario.reading.changes import resolve_changes, resolve_inputs
 from safenav.scenario.reading.compatibility import check_assignable, check_deadlines
+from safenav.scenario.reading.events import (
+    resolve_changes,
+    resolve_inputs,
+    resolve_obstacles,
+    resolve_orders,
+)
 from safenav.scenario.reading.expectation import resolve_expect, resolve_requirements
 from safenav.scenario.reading.maps.map import resolve_map
-from safenav.scenario.reading.obstacles import resolve_obstacles, resolve_orders
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.reading.robots import resolve_robots
 from safenav.scenario.settings import Coordination

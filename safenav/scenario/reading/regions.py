@@ -8,12 +8,11 @@ from collections.abc import Mapping as Names
 from collections.abc import Sequence as Nodes
 from pathlib import Path
 
+from safenav.scenario.language import AnyOf
 from safenav.scenario.model import Catalogue, Obstacle, ObstacleType, Robot, name_parts
 from safenav.scenario.objective import Target
-from safenav.scenario.values import AnyOf
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped, plain
-from safenav.scenario.yaml.fields import wrong_type
-from safenav.scenario.yaml.findings import Findings, ReadableFolder
+from safenav.scenario.yaml.findings import Findings, ReadableFolder, wrong_type
 from safenav.scenario.yaml.typed import Raw, read, sequence
 from safenav.world.map import Region, RegionMap
 

@@ -10,7 +10,15 @@ from pathlib import Path
 from typing import TypeVar
 
 from safenav.file_kind import another_kind
-from safenav.scenario.yaml.document import DocumentError, Mapping, Node, Place, read_document
+from safenav.scenario.yaml.document import (
+    DocumentError,
+    Mapping,
+    Node,
+    Place,
+    Scalar,
+    below,
+    read_document,
+)
 from safenav.scenario.yaml.findings import Findings
 
 T = TypeVar("T")
@@ -190,3 +198,37 @@ def _neighbours(path: Path) -> str:
     names = [file.name for file in files if file.stem in alike]
     close = get_close_matches(path.name, names, n=1, cutoff=0.6)
     return f"did you mean '{path.parent / close[0]}'?" if close else "check the path"
+
+
+_NAMED = (
+    ("catalogue",),
+    ("map", "image"),
+    ("map", "image", "file"),
+    ("map", "ros"),
+    ("map", "movingai"),
+)
+
+"""The keys of a scenario that name files."""
+
+
+def referenced_files(root: Node | None, folder: Path) -> list[Path]:
+    """Return the files that a scenario in ``folder`` names, existing or not, each once."""
+    found = [_file(below(root, *keys), folder) for keys in _NAMED]
+    ros = _file(below(root, "map", "ros"), folder)
+    if ros is not None:
+        text = read_source(ros, Findings(str(ros)))
+        found.append(_file(below(root_of(text or ""), "image"), ros.parent))
+    return list(dict.fromkeys(path for path in found if path is not None))
+
+
+def root_of(text: str) -> Node | None:
+    """Return the YAML document in a text; None if it is not valid."""
+    try:
+        return read_document(text).root
+    except DocumentError:
+        return None
+
+
+def _file(node: Node | None, folder: Path) -> Path | None:
+    """Return the path in a node; None if it is not text, such as a catalogue in place."""
+    return folder / node.value if isinstance(node, Scalar) and isinstance(node.value, str) else None

@@ -23,8 +23,15 @@ from msgspec.structs import replace
 
 from safenav.scenario.yaml import document
 from safenav.scenario.yaml.document import Node, Scalar, Sequence, clipped
-from safenav.scenario.yaml.fields import as_meant, is_nothing, well_named, wrong_type
-from safenav.scenario.yaml.findings import Findings, listed, suggestion
+from safenav.scenario.yaml.findings import (
+    Findings,
+    as_meant,
+    is_nothing,
+    listed,
+    suggestion,
+    well_named,
+    wrong_type,
+)
 
 MOST = 2**31 - 1
 """The largest whole number unless a key sets another limit."""

@@ -12,8 +12,8 @@ from msgspec.structs import replace
 from safenav.errors import Diagnostic, InputError
 from safenav.file_kind import ROS_MAP, kind_of
 from safenav.scenario.language import MapKeys
+from safenav.scenario.reading.maps.grid import NO_SIZE
 from safenav.scenario.reading.maps.map import resolve_map
-from safenav.scenario.reading.maps.origin import NO_SIZE
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.yaml.findings import Findings, ReadableFolder
 from safenav.scenario.yaml.source import FOREIGN, parsed, read_source

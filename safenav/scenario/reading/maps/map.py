@@ -9,12 +9,10 @@ from msgspec.structs import replace
 from safenav.extras import install_command
 from safenav.scenario import language
 from safenav.scenario.language import FORMS, OPTIONS
-from safenav.scenario.reading.maps.grid import read_grid
-from safenav.scenario.reading.maps.origin import read_origin
+from safenav.scenario.reading.maps.grid import read_grid, read_origin
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.yaml.document import Scalar, clipped
-from safenav.scenario.yaml.fields import wrong_type
-from safenav.scenario.yaml.findings import Findings, listed
+from safenav.scenario.yaml.findings import Findings, listed, wrong_type
 from safenav.scenario.yaml.typed import entries
 from safenav.world.map import Frame, RegionMap
 

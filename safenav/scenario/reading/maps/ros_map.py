@@ -18,7 +18,7 @@ from msgspec.structs import replace
 
 from safenav.file_kind import ROS_MAP
 from safenav.scenario.language import MapKeys
-from safenav.scenario.reading.maps.grid import too_large
+from safenav.scenario.reading.maps.grid import NO_SIZE, read_origin, too_large
 from safenav.scenario.reading.maps.map_file import (
     misread,
     named_path,
@@ -26,7 +26,6 @@ from safenav.scenario.reading.maps.map_file import (
     read_pixels,
     with_walls,
 )
-from safenav.scenario.reading.maps.origin import NO_SIZE, read_origin
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.yaml.document import Node, Scalar, clipped
 from safenav.scenario.yaml.findings import Findings, suggestion
