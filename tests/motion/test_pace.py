@@ -7,7 +7,8 @@ import sys
 import pytest
 
 from safenav.motion.geometry import MetricFloor
-from safenav.motion.mover import Crossing, mover
+from safenav.motion.making import mover
+from safenav.motion.mover import Crossing
 from safenav.pace.robot import Pace, acted_by, pace_of
 from safenav.scenario.motion import resolved
 

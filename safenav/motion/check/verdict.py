@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bisect import bisect_left
+from collections.abc import Mapping
 from functools import partial
 from itertools import pairwise
 
@@ -11,7 +11,7 @@ from safenav.motion.check.examination import NEAR, Examination, Finding
 from safenav.motion.check.execution import GOALS, check_execution
 from safenav.motion.check.joins import check_joins, check_path
 from safenav.motion.check.mismatch import mismatch
-from safenav.motion.check.order import check_clock, check_order, passages
+from safenav.motion.check.order import Passage, check_clock, check_order, passages
 from safenav.motion.check.room import (
     check_distances,
     check_never_together,
@@ -21,7 +21,7 @@ from safenav.motion.check.room import (
 )
 from safenav.motion.check.tracking import check_wind
 from safenav.motion.check.walking import check_segment
-from safenav.motion.file.records import Flight, Link, Motion, Moving, Reset, Segment
+from safenav.motion.file.records import Flight, Motion, Moving, Segment
 from safenav.trace.reading import Trace
 
 
@@ -63,7 +63,7 @@ def _paths(case: Examination) -> None:
     check_charge(case, steps)
     check_distances(case, {n: partial(case.places, n) for n, own in case.pieces.items() if own})
     check_execution(case)
-    _outcome(case)
+    _outcome(case, steps)
 
 
 def _dynamics(case: Examination, piece: Moving) -> None:
@@ -80,18 +80,18 @@ def _free(trace: Trace, region: int) -> bool:
     return trace.header.scenario.map.grid[row][col] != "#"
 
 
-def _outcome(case: Examination) -> None:
-    """Check that the makespan is the end of the last piece and the length of the recorded chain."""
+def _outcome(case: Examination, steps: Mapping[int, Passage]) -> None:
+    """Check that the makespan is the end of the last piece and the length of the recorded chain,
+    whose links are steps and actions of the motion."""
     makespan, chain = case.makespan, case.motion.outcome.chain
-    spans = {name: [(p.t0, p.t1) for p in own] for name, own in case.pieces.items() if own}
-    last = max((end for own in spans.values() for _, end in own), default=0.0)
+    ends = {name: own[-1].t1 for name, own in case.pieces.items() if own}
+    last = max(ends.values(), default=0.0)
 
     def wrong(what: str) -> None:
         case.wrong(makespan, "", "makespan", what)
 
-    resets = {(line.robot, line.t) for line in case.motion.of(Reset)}
-    given_up = any((name, own[-1][1]) in resets for name, own in spans.items())
-    if spans and abs(last - makespan) > NEAR and not (given_up and last < makespan):
+    given_up = any(end in case.resets for end in ends.items())
+    if ends and abs(last - makespan) > NEAR and not (given_up and last < makespan):
         wrong(f"the last piece of motion ends at {last:.3f} s, not at {makespan:.3f} s")
     length = sum(link.t1 - link.t0 for link in chain)
     if chain and abs(length - makespan) > 1e-6 * max(1, len(chain)):
@@ -99,16 +99,13 @@ def _outcome(case: Examination) -> None:
     for before, after in pairwise(chain):
         if abs(after.t0 - before.t1) > NEAR:
             wrong(f"the chain waits for {after.t0 - before.t1:.3f} s at {before.t1:.3f} s")
+    done = {(step.robot, f"{step.origin} -> {step.to}", step.end) for step in steps.values()}
+    done |= {(act.robot, f"{act.action} {act.obstacle}", act.t1) for act in case.actions}
+    done |= {(name, "stop", end) for name, end in ends.items()}
+    by_robot: dict[tuple[str, str], list[float]] = {}
+    for robot, what, end in done:
+        by_robot.setdefault((robot, what), []).append(end)
     for link in chain:
-        if not _done(link, spans.get(link.robot, [])):
-            wrong(f"{link.robot} does not do '{link.what}' at {link.t0:.3f} s")
-
-
-def _done(link: Link, spans: list[tuple[float, float]]) -> bool:
-    """Whether pieces of the robot, in order, fill the link."""
-    filled = 0.0
-    for begin, end in spans[max(0, bisect_left(spans, (link.t0, 0.0)) - 1) :]:
-        if begin >= link.t1:
-            break
-        filled += max(0.0, min(end, link.t1) - max(begin, link.t0))
-    return abs(filled - (link.t1 - link.t0)) < NEAR * 10
+        times = by_robot.get((link.robot, link.what), [])
+        if not any(abs(end - link.t1) < NEAR for end in times):
+            wrong(f"{link.robot} does not do '{link.what}' until {link.t1:.3f} s")

@@ -1,0 +1,538 @@
+"""The checker accepts correct motions, and refuses each kind of damage with its reason: of lines
+that are wrong, and of lines that are plausible each alone but endanger robots."""
+
+from collections.abc import Callable
+from functools import cache
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+
+from motion.runs import SHIPPED, motion, played, trace_of
+from once import beside, made_once
+from safenav.errors import UsageError
+from safenav.motion.check.examination import Finding
+from safenav.motion.check.mismatch import read_motion_of
+from safenav.motion.check.verdict import check_motion
+from safenav.motion.file.reading import parsed, text_of
+from safenav.motion.file.records import (
+    Action,
+    Curve,
+    Flight,
+    FlownTrack,
+    Line,
+    Motion,
+    MotionOutcome,
+    Moving,
+    Release,
+    Reserve,
+    Reset,
+    Segment,
+)
+from safenav.motion.making import Disturbances, motion_of
+from safenav.motion.walker.pendulum import advanced
+from safenav.trace.reading import read_bytes
+from safenav.trace.records import Service
+
+DOOR = "case_study_1"
+
+
+@cache
+def windy() -> Motion:
+    def make(folder: Path) -> None:
+        made = motion_of(trace_of(DOOR), None, Disturbances(1, gust=2.0))
+        (folder / "windy").write_bytes(text_of(made).encode())
+
+    return parsed((made_once("wind of 2.0", make) / "windy").read_bytes(), "windy")
+
+
+def damaged(found: Motion, pick: Callable[[Any], bool], forge: Callable[[Any], Any]) -> Motion:
+    """The motion with other lines in place of the first that is picked."""
+    lines: list[Line] = list(found.lines)
+    index = next(index for index, line in enumerate(lines) if pick(line))
+    made = forge(lines[index])
+    lines[index : index + 1] = made if isinstance(made, list) else [made]
+    return replace(found, lines=tuple(lines))
+
+
+def judged(found: Motion, name: str = DOOR) -> list[Finding]:
+    return check_motion(found, trace_of(name))
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_motion_of_a_shipped_scenario_is_accepted(name: str) -> None:
+    assert judged(motion(name), name) == []
+
+
+# Picks.
+
+
+def walks(line: Line) -> bool:
+    return isinstance(line, Segment) and line.primitive == "walk straight"
+
+
+def stops(line: Line) -> bool:
+    return isinstance(line, Segment) and line.primitive == "stop"
+
+
+def flies(line: Line) -> bool:
+    return isinstance(line, Flight) and line.tick == 5
+
+
+def of(kind: type[Line]) -> Callable[[Line], bool]:
+    return lambda line: isinstance(line, kind)
+
+
+def later(kind: type[Line]) -> Callable[[Any], bool]:
+    return lambda line: isinstance(line, kind) and line.t > 0
+
+
+# Damages.
+
+
+def curve(**changes: Callable[[tuple[float, ...], float], tuple[float, ...]]) -> Any:
+    """Change the polynomials of a flight of one curve, given its seconds."""
+
+    def change(line: Any) -> Any:
+        (only,) = line.parts
+        new = {axis: how(getattr(only, axis), only.seconds) for axis, how in changes.items()}
+        return replace(line, parts=(replace(only, **new),))
+
+    return change
+
+
+def by(metres: float) -> Callable[[tuple[float, ...], float], tuple[float, ...]]:
+    return lambda path, _: (path[0] + metres, *path[1:])
+
+
+def there_and_back(metres: float) -> Callable[[tuple[float, ...], float], tuple[float, ...]]:
+    """Rest where it is, but ``metres`` away half-way."""
+
+    def bump(path: tuple[float, ...], seconds: float) -> tuple[float, ...]:
+        k = metres / (seconds / 2) ** 4
+        return (path[0], 0.0, k * seconds**2, -2 * k * seconds, k)
+
+    return bump
+
+
+def into_the_door(line: Any) -> list[Line]:
+    """While it hovers beside the closed door, the flyer enters its region, which it reserves."""
+    return [
+        Reserve(line.robot, line.tick, 47, line.t0),
+        curve(x=there_and_back(2.7))(line),
+        Release(line.robot, line.tick, 47, line.t1),
+    ]
+
+
+def jump_by_reset(line: Any) -> list[Line]:
+    resets = [Reset(line.robot, line.tick, t, 0, 0, 0, "") for t in (line.t0, line.t1)]
+    return [*resets, curve(x=by(0.5))(line)]
+
+
+def longer(line: Any) -> Any:
+    (only,) = line.parts
+    return replace(line, t1=line.t1 + 0.01, parts=(replace(only, seconds=only.seconds + 0.01),))
+
+
+def part(field: str, index: int, **changes: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """Change one of the rows of a segment."""
+
+    def change(line: Any) -> Any:
+        rows = [*getattr(line, field)]
+        new = {name: how(getattr(rows[index], name)) for name, how in changes.items()}
+        rows[index] = replace(rows[index], **new)
+        return replace(line, **{field: tuple(rows)})
+
+    return change
+
+
+def plus(more: float) -> Callable[[float], float]:
+    return lambda value: value + more
+
+
+def at(index: int, value: float) -> Callable[[tuple[float, ...]], tuple[float, ...]]:
+    return lambda state: (*state[:index], value, *state[index + 1 :])
+
+
+def foot_and_pressure(line: Any) -> Any:
+    """The whole third step lands 5 cm ahead, so it does not carry the mass from start to goal."""
+    for index, ends in ((3, ("to_x",)), (4, ("x", "to_x")), (5, ("x",))):
+        line = part("phases", index, **dict.fromkeys(ends, plus(0.05)))(line)
+    return part("feet", 2, x=plus(0.05))(line)
+
+
+def carried(change: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """Change a segment, and let its mass end where that leads it."""
+
+    def changed(line: Any) -> Any:
+        line = change(line)
+        state = np.array(line.start)
+        omega = motion(DOOR).header.robots[line.robot]["omega"]
+        for phase in line.phases:
+            ends = np.array([phase.x, phase.y]), np.array([phase.to_x, phase.to_y])
+            state = advanced(state, *ends, phase.seconds, omega)
+        return replace(line, goal=tuple(state.tolist()))
+
+    return changed
+
+
+def hasty(line: Any) -> Any:
+    """Each foot leaves the ground as the other lands: the centre of pressure would have to jump."""
+    feet = [*line.feet]
+    for index, (one, other) in enumerate(pairwise(line.feet)):
+        feet[index] = replace(feet[index], up=(one.up + other.down) / 2)
+        feet[index + 1] = replace(other, down=(one.up + other.down) / 2)
+    return replace(line, feet=tuple(feet))
+
+
+def limited(**limits: float) -> Callable[[Motion], Motion]:
+    """Stricter limits of Digit in the header."""
+
+    def change(found: Motion) -> Motion:
+        robots = found.header.robots | {"digit": found.header.robots["digit"] | limits}
+        return replace(found, header=replace(found.header, robots=robots))
+
+    return change
+
+
+def thrust(row: tuple[float, ...]) -> tuple[float, ...]:
+    return (*row[:13], row[13] * 1.3, *row[14:])
+
+
+def rows(how: Callable[[tuple[float, ...]], tuple[float, ...]]) -> Callable[[Any], Any]:
+    return lambda line: replace(line, rows=tuple(map(how, line.rows)))
+
+
+DAMAGES: dict[str, tuple[Callable[[Any], bool], Callable[[Any], Any], str, str]] = {
+    "a foot": (walks, part("feet", 2, x=plus(0.05)), "feet", "0.050 m from its foothold"),
+    "a foot and its pressure": (walks, foot_and_pressure, "dynamics", "misses the"),
+    "no double support": (walks, hasty, "support", "no foot is on the ground"),
+    "a jump of the pressure": (
+        *(walks, carried(part("phases", 2, x=plus(0.01)))),
+        *("support", "the centre of pressure jumps"),
+    ),
+    "a jump of the pressure between moves": (
+        *(stops, carried(part("phases", -1, to_x=plus(0.02)))),
+        *("continuity", "its centre of pressure jumps by 0.0200 m"),
+    ),
+    "pressure beyond the sole": (
+        *(stops, carried(part("phases", -1, to_x=plus(0.1), to_y=plus(0.1)))),
+        *("support", "outside the feet on the ground"),
+    ),
+    "a foot that ends in the air": (
+        walks,
+        part("swings", 1, u1=lambda _: 0.9, goal=lambda goal: (goal[0] + 0.3, *goal[1:])),
+        *("feet", "in the air where its step begins or ends"),
+    ),
+    "a foot that slides as it lands": (
+        *(walks, part("swings", 0, goal=at(3, 0.3))),
+        *("feet", "as it moves"),
+    ),
+    "a body that turns at once": (
+        walks,
+        lambda line: replace(line, turning=(line.turning[0] + 1, line.turning[1] + 1, 0, 0)),
+        *("continuity", "its body jumps"),
+    ),
+    "a move in another tick": (
+        *(walks, lambda line: replace(line, tick=line.tick + 1)),
+        *("order", "where the trace moves"),
+    ),
+    "pieces of one robot that overlap by 10 ms": (
+        *(of(Flight), longer, "continuity", "overlap by 0.010 s"),
+    ),
+    "a jump between pieces": (of(Flight), curve(x=by(0.02)), "continuity", "jumps by 0.02"),
+    "a jump that a reset explains": (flies, jump_by_reset, "continuity", "jumps by 0.5"),
+    "a dive": (flies, curve(z=there_and_back(-2.0)), "altitude", "2.000 m off"),
+    "a flyer that faces another way at once": (
+        *(flies, curve(yaw=by(3.0)), "continuity", "jumps by"),
+    ),
+    "into a closed door": (
+        lambda line: isinstance(line, Flight) and line.primitive == "hover" and line.to == 46,
+        *(into_the_door, "room", "into region 47"),
+    ),
+    "a wall reserved": (
+        *(later(Reserve), lambda line: replace(line, region=0)),
+        *("wall", "region 0, a wall"),
+    ),
+    "a door in another region": (
+        *(of(Action), lambda line: replace(line, region=48), "action", "in region 48, not 47"),
+    ),
+    "a push of a door for 10 ms": (
+        *(of(Action), lambda line: replace(line, t1=line.t0 + 0.01), "action", "for 0.010 s"),
+    ),
+    "an action before its time": (
+        *(of(Action), lambda line: replace(line, t0=line.t0 - 3, t1=line.t1 - 3)),
+        *("action", "before it has arrived"),
+    ),
+    "a door entered before it is open": (
+        *(of(Action), lambda line: replace(line, t1=line.t1 + 0.5)),
+        *("obstacle", "0.500 s before door@47 is resolved"),
+    ),
+    "a track that is shifted": (
+        *(of(FlownTrack), rows(lambda row: (row[0] + 0.3, *row[1:])), "track", "off its reference"),
+    ),
+    "a thrust that does not explain the flight": (
+        *(of(FlownTrack), rows(thrust), "dynamics", "than its thrust explains"),
+    ),
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_a_damaged_line_is_refused(damage: str) -> None:
+    pick, forge, rule, words = DAMAGES[damage]
+    base = windy() if pick(next(iter(windy().of(FlownTrack)))) else motion(DOOR)
+    found = judged(damaged(base, pick, forge))
+    assert any(f.rule == rule and words in f.found for f in found), found[:3]
+
+
+@pytest.mark.parametrize(
+    ("limits", "rule"),
+    [
+        ({"step": 0.5}, "step"),
+        ({"aside": 0.34}, "feet"),
+        ({"friction": 0.2}, "friction"),
+        ({"swing": 2.0}, "swing"),
+        ({"stance": 0.3}, "stance"),
+        ({"least_double": 0.195}, "double support"),
+        ({"most_double": 0.19}, "double support"),
+        ({"sole_length": 0.01}, "support"),
+    ],
+    ids=str,
+)
+def test_each_limit_of_a_walker_is_checked(limits: dict[str, float], rule: str) -> None:
+    assert rule in {f.rule for f in judged(limited(**limits)(motion(DOOR)))}
+
+
+def outcome(change: Callable[[MotionOutcome], MotionOutcome]) -> list[str]:
+    """What is found in the outcome of a motion."""
+    found = motion(DOOR)
+    wrong = judged(replace(found, outcome=change(found.outcome)))
+    return [f.found for f in wrong if f.rule == "makespan"]
+
+
+def link(index: int, **changes: Callable[[Any], Any]) -> Callable[[MotionOutcome], MotionOutcome]:
+    return part("chain", index, **changes)
+
+
+OUTCOMES: dict[str, tuple[Callable[[MotionOutcome], MotionOutcome], tuple[str, ...]]] = {
+    "nothing": (lambda known: known, ()),
+    "shorter": (
+        lambda known: replace(known, makespan=known.makespan - 1),
+        ("the last piece of motion ends at", "the longest chain takes"),
+    ),
+    "longer": (
+        lambda known: replace(known, makespan=known.makespan + 1),
+        ("the last piece of motion ends at", "the longest chain takes"),
+    ),
+    "a chain without its last link": (
+        lambda known: replace(known, chain=known.chain[:-1]),
+        ("the longest chain takes",),
+    ),
+    "a chain with a gap": (
+        lambda known: link(4, t0=plus(0.25), t1=plus(0.25))(known),
+        ("the chain waits for 0.250 s", "the chain waits for -0.250 s"),
+    ),
+    "a chain of another robot's time": (
+        lambda known: replace(
+            known,
+            chain=tuple(
+                replace(each, robot="quad" if each.robot == "digit" else "digit")
+                for each in known.chain
+            ),
+        ),
+        ("does not do",),
+    ),
+    "no chain": (lambda known: replace(known, chain=()), ()),
+}
+
+
+@pytest.mark.parametrize("name", OUTCOMES)
+def test_the_outcome_is_that_of_the_motion(name: str) -> None:
+    change, words = OUTCOMES[name]
+    found = outcome(change)
+    assert bool(found) is bool(words)
+    for said in words:
+        assert any(said in each for each in found), found
+
+
+LOW = {"omega": (9.81 / 0.9) ** 0.5, "height": 0.9}
+
+
+@pytest.mark.parametrize(
+    ("robot", "limits", "rule", "words"),
+    [
+        ("digit", {"omega": (9.0 / 0.8) ** 0.5}, "gravity", "9.0000 m/s^2, not 9.81"),
+        ("digit", LOW, "dynamics", ""),
+        ("quad", {"speed": 0.7}, "speed", "m/s, more than 0.7"),
+        ("quad", {"tilt": 0.3}, "tilt", "m/s^2, more than 0.3"),
+    ],
+    ids=["gravity", "height", "speed", "tilt"],
+)
+def test_motion_beyond_the_limits_of_a_robot_is_refused(
+    robot: str, limits: dict[str, Any], rule: str, words: str
+) -> None:
+    header, trace = motion(DOOR).header, trace_of(DOOR)
+    robots = header.robots | {robot: header.robots[robot] | limits}
+    told = dict(trace.header.scenario.robots)
+    told[robot] = replace(told[robot], motion={**(told[robot].motion or {}), **limits})
+    scenario = replace(trace.header.scenario, robots=told)
+    changed_trace = replace(trace, header=replace(trace.header, scenario=scenario))
+    found = check_motion(
+        replace(motion(DOOR), header=replace(header, robots=robots)), changed_trace
+    )
+    assert found[0].rule == rule and words in found[0].found
+
+
+@pytest.mark.parametrize(
+    ("robot", "limits"),
+    [
+        ("digit", {"size": 0.01}),
+        ("digit", {"size": float("nan")}),
+        ("digit", {"friction": 5.0}),
+        ("digit", {"aside": 0.01}),
+        ("digit", {"stance": 1.0}),
+        ("digit", {"sole_width": 0.3}),
+        ("digit", {"least_double": 0.01}),
+        ("digit", {"most_double": 0.9}),
+        ("quad", {"kind": "disc"}),
+        ("quad", {"speed": 20.0}),
+        ("quad", {"driven": "goals", "tolerance": 0.3, "gap": 1e9}),
+    ],
+    ids=str,
+)
+def test_limits_that_the_robot_does_not_have_are_refused(
+    robot: str, limits: dict[str, object]
+) -> None:
+    header = motion(DOOR).header
+    robots = header.robots | {robot: header.robots[robot] | limits}
+    (found,) = judged(replace(motion(DOOR), header=replace(header, robots=robots)))
+    assert found.rule == "header" and robot in found.found
+
+
+def test_another_origin_than_that_of_the_trace_is_refused() -> None:
+    header = replace(motion(DOOR).header, origin=(1.0, 0.0, 0.0))
+    (found,) = judged(replace(motion(DOOR), header=header))
+    assert found.rule == "header" and "origin" in found.found
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('"kind":"walker",', "", "'kind' is missing"),
+        ('"clearance":', '"low":', "'clearance' is missing"),
+        ('"stance":', '"low":', "'stance' is missing"),
+        ('"type":"reserve","robot":"digit"', '"type":"reserve","robot":"d"', "d is not a robot"),
+        ('"phases":[[', '"phases":[],"more":[[', "a piece of motion without parts"),
+        ('"side":2.7', '"side":1e-9', "regions; expected less than 1000"),
+        ('"swings":[[', '"swings":[[1,0,1e9,0,1,STILL,STILL],[', "a piece of 1,000,000"),
+        ('"makespan":', '"makespan":1e12,"m":', "a makespan of 1e[+]12 s"),
+    ],
+    ids=[
+        *("kind", "clearance", "stance", "stranger", "no phases", "tiny regions"),
+        *("a foot in the air", "an eternity"),
+    ],
+)
+def test_a_contradictory_motion_file_is_refused(
+    old: str, new: str, said: str, tmp_path: Path
+) -> None:
+    """Pages and tables raised KeyError, ValueError, IndexError; the check filled the memory."""
+    text = text_of(motion(DOOR)).replace(old, new.replace("STILL", "[0,0,0,0,0,0,0,0,0]"), 1)
+    (path := tmp_path / "motion.jsonl").write_text(text)
+    with pytest.raises(UsageError, match=said):
+        judged(read_motion_of(path, trace_of(DOOR), path))
+
+
+def test_moves_that_overlap_by_10_ms_are_refused() -> None:
+    name = "two_digits"
+    ends = {(line.region, line.t) for line in motion(name).of(Release) if line.robot != "right"}
+
+    def tight(line: Line) -> bool:
+        """Another robot releases the region at exactly this time."""
+        mine = isinstance(line, Reserve) and line.robot == "right"
+        return mine and (line.region, line.t) in ends
+
+    early = damaged(motion(name), tight, lambda line: replace(line, t=line.t - 0.01))
+    assert any(f.rule == "overlap" and "for 0.010 s" in f.found for f in judged(early, name))
+
+
+def test_body_pushed_into_a_wall_by_5_cm_is_refused() -> None:
+    """A flight along the northern wall, shifted towards it."""
+    found, world = motion(DOOR), trace_of(DOOR).header.scenario.map
+    into = found.header.side / 2 - 0.25 + 0.05
+
+    def along(line: Line) -> bool:
+        if not isinstance(line, Flight) or abs(line.to - line.origin) != 1:
+            return False
+        row, col = divmod(line.to, world.cols)
+        (only,) = line.parts
+        return world.grid[row - 1][col] == "#" and not np.any(only.y[1:])
+
+    refused = judged(damaged(found, along, curve(y=by(into))))
+    assert any(f.rule == "room" and "reaches 0.050 m into region" in f.found for f in refused)
+
+
+def test_a_missing_end_is_found_and_findings_are_sorted_by_time() -> None:
+    lines = [line for line in motion(DOOR).lines if not (isinstance(line, Moving) and line.t0 > 50)]
+    found = judged(replace(motion(DOOR), lines=tuple(lines)))
+    assert any("is missing" in f.found for f in found)
+    assert [f.t for f in found] == sorted(f.t for f in found)
+
+
+def test_a_flight_in_wind_is_recorded_without_gaps() -> None:
+    first, *others = windy().of(FlownTrack)
+    single = replace(first, step=windy().outcome.makespan, rows=first.rows[:1], errors=(0.0,))
+    lines = (single, *(line for line in windy().lines if not isinstance(line, FlownTrack)))
+    (found,) = judged(replace(windy(), lines=lines))
+    assert found.rule == "track" and "at most 0.05 s apart" in found.found
+    assert others
+
+
+@pytest.mark.parametrize(
+    ("curves", "rule", "words"),
+    [
+        ((Curve(1.0, (), (), (0.0,), (0.0, 0.0, 0.0, 80.0, -60.0)),), "turning", "rad/s"),
+        (
+            (
+                Curve(1.0, (), (), (0.0,), (0.0, 0.0, 0.4)),
+                Curve(1.0, (0.0, 0.8), (), (0.0,), (0.4,)),
+            ),
+            *("continuity", "jumps by"),
+        ),
+        ((Curve(1.0, (0.0, 0.0, 0.1), (), (0.0,), (1.5,)),), "slip", "sideways at 0.199 m/s"),
+    ],
+    ids=["a spin", "from turning to driving at once", "sideways"],
+)
+def test_a_rover_neither_spins_nor_starts_at_once_nor_slips(
+    curves: tuple[Curve, ...], rule: str, words: str
+) -> None:
+    rovers = {n for n, own in motion("warehouse").header.robots.items() if own["kind"] == "rover"}
+
+    def drives(line: Line) -> bool:
+        return isinstance(line, Flight) and line.robot in rovers and line.tick > 3
+
+    def forged(line: Flight) -> Flight:
+        x, y = line.parts[0].x[0], line.parts[0].y[0]
+        parts = tuple(replace(each, x=(x, *each.x[1:]), y=(y,)) for each in curves)
+        return replace(line, parts=parts, t1=line.t0 + sum(each.seconds for each in curves))
+
+    found = judged(damaged(motion("warehouse"), drives, forged), "warehouse")
+    assert any(f.rule == rule and words in f.found for f in found)
+
+
+def test_a_robot_without_charge_that_moves_is_refused() -> None:
+    """It rolls by 0.3 m and back beside the drone that brings its battery."""
+    trace = read_bytes(played(beside(__file__, "scenarios/flat.yaml")))
+    good = motion_of(trace)
+    assert check_motion(good, trace) == []
+    flat = next(r.tick for r in trace.records if isinstance(r, Service))
+
+    def rests(line: Line) -> bool:
+        rest = isinstance(line, Flight) and line.primitive == "rest"
+        return rest and line.robot == "cart" and line.tick == flat + 1
+
+    (found,) = check_motion(damaged(good, rests, curve(x=there_and_back(0.3))), trace)
+    assert found.rule == "charge"
+    assert "cart: moves by 0.300 m without charge" in str(found)
