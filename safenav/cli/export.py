@@ -9,7 +9,7 @@ import click
 from safenav.cli import options
 from safenav.errors import ExitCode, UsageError
 from safenav.motion.file.records import Motion
-from safenav.motion.waypoints import as_csv, as_json, frame_of, waypoints
+from safenav.motion.waypoints import as_csv, as_json, frame_of, timed_waypoints, waypoints
 from safenav.outfile import tell, write_all, write_out, write_whole
 from safenav.report.bag.messages import Poses, messages
 from safenav.report.tables import tables
@@ -167,13 +167,10 @@ def _waypoints(
     origin: tuple[float, float] | None,
     ending: str,
 ) -> str:
-    if moved is not None:
-        from safenav.motion import timed
-
-        passed = timed.timed_waypoints(moved)
-        return timed.as_json(passed) if ending == ".json" else timed.as_csv(passed)
-    frame = frame_of(run, side, origin)
-    found = waypoints(run, frame)
+    if moved is None:
+        found = waypoints(run, frame := frame_of(run, side, origin))
+    else:
+        found, frame = timed_waypoints(moved), frame_of(run, moved.header.side, origin)
     return as_json(found, frame) if ending == ".json" else as_csv(found)
 
 

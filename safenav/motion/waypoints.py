@@ -1,20 +1,22 @@
-"""A run as waypoints in metres, for a robot stack to follow: read from the trace alone.
+"""A run as waypoints in metres, for a robot stack to follow.
 
-A waypoint is the centre of a robot's region at the end of a tick or, in a live run, of each of its
-steps, in the frame of ROS map_server: x grows east, y grows north, the origin is the south-western
-corner (docs/maps.md).
+A waypoint is where a robot is at the end of a tick or, with the motion of a run, of each piece that
+moves it or brings it to rest; in a live run, of each of its steps. It is in the frame of ROS
+map_server: x grows east, y grows north, the origin is the south-western corner (docs/maps.md);
+metres, seconds since the start, radians.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
-from math import remainder, tau
+from collections.abc import Iterator, Sequence
+from math import cos, hypot, remainder, sin, tau
 
 from msgspec import Struct
 
 from safenav.errors import Diagnostic, InputError, UsageError
 from safenav.lines import csv_text
+from safenav.motion.file.records import GoalLine, Motion, Moving, Piece, Segment
 from safenav.pace.robot import YAW
 from safenav.trace.reading import Trace
 from safenav.trace.records import Arrive, Move
@@ -24,16 +26,24 @@ _DECIMALS = 6
 
 
 class Waypoint(Struct, frozen=True):
-    """Position of a robot at the end of a tick (0: the start), or at a time ``t`` in seconds.
-    ``yaw`` is counterclockwise from the x axis, in radians; None for a robot without a heading."""
+    """``tick``: at whose end, 0 for the start; ``t``: seconds, of a run with a clock or a motion;
+    ``yaw``: None for a robot without a heading. Of a motion also the height ``z`` and the
+    ``speed`` with which the robot passes there, 0 where it comes to rest."""
 
     robot: str
     tick: int
+    t: float | None
     x: float
     y: float
+    z: float | None
     yaw: float | None
+    speed: float | None
     region: int
-    t: float | None = None
+
+
+TICKS = ("robot", "tick", "x", "y", "yaw", "region")
+CLOCKED = ("robot", "t", "x", "y", "yaw", "region")
+"""The columns of waypoints without a motion."""
 
 
 def frame_of(
@@ -76,7 +86,7 @@ def waypoints(trace: Trace, frame: Frame) -> list[Waypoint]:
         row, col = divmod(region, world.cols)
         x, y = (round(value, _DECIMALS) for value in frame.centre(row, col, world.rows))
         yaw = None if facing is None else round(remainder(YAW[facing] + frame.yaw, tau), _DECIMALS)
-        by_robot[robot].append(Waypoint(robot, tick, x, y, yaw, region, t))
+        by_robot[robot].append(Waypoint(robot, tick, t, x, y, None, yaw, None, region))
 
     start = None if header.clock is None else 0.0
     for name, robot in header.scenario.robots.items():
@@ -88,9 +98,54 @@ def waypoints(trace: Trace, frame: Frame) -> list[Waypoint]:
     return [waypoint for one in by_robot.values() for waypoint in one]
 
 
+def timed_waypoints(motion: Motion) -> list[Waypoint]:
+    """The same of a motion: the start, and the end of each piece that moves the robot or brings it
+    to rest. A goal without a heading faces east."""
+    x0, y0, turned = motion.header.origin
+
+    def placed(piece: Piece, t: float, pose: Sequence[float], region: int) -> Waypoint:
+        x = x0 + pose[0] * cos(turned) - pose[1] * sin(turned)
+        y = y0 + pose[0] * sin(turned) + pose[1] * cos(turned)
+        numbers = (t, x, y, pose[2], remainder(pose[3] + turned, tau), pose[4])
+        t, x, y, z, yaw, speed = (round(number, _DECIMALS) + 0.0 for number in numbers)
+        return Waypoint(piece.robot, piece.tick, t, x, y, z, yaw, speed, region)
+
+    found = []
+    for robot, limits in motion.header.robots.items():
+        height = float(str(limits.get("altitude", 0.0)))
+        for goal in motion.of(GoalLine, robot):
+            if goal.end == "succeeded":
+                pose = (goal.x, goal.y, height, goal.yaw or 0.0, 0.0)
+                found.append(placed(goal, goal.t1, pose, goal.to))
+        for piece, since, region in _ends(motion.of(Moving, robot)):
+            found.append(placed(piece, piece.t0 + since, _pose(motion, piece, since), region))
+    return found
+
+
+def _ends(pieces: Sequence[Moving]) -> Iterator[tuple[Moving, float, int]]:
+    """Yield pieces with the seconds since their start of a waypoint, and its region."""
+    if pieces:
+        yield pieces[0], 0.0, pieces[0].origin
+    for piece in pieces:
+        if piece.origin != piece.to or piece.primitive in ("stop", "turn"):
+            yield piece, piece.t1 - piece.t0, piece.to
+
+
+def _pose(motion: Motion, piece: Moving, since: float) -> tuple[float, ...]:
+    """Return x, y, z, yaw and speed in the frame of the map."""
+    import numpy as np
+
+    from safenav.motion.columns import sample  # waypoints of a trace need no numpy
+
+    row = sample(piece, np.array([since]), motion.header.robots[piece.robot])[0].tolist()
+    yaw = row[11] if isinstance(piece, Segment) else row[9]
+    return row[0], row[1], row[2], yaw, hypot(row[3], row[4])
+
+
 def _columns(found: Sequence[Waypoint]) -> tuple[str, ...]:
-    when = "t" if any(waypoint.t is not None for waypoint in found) else "tick"
-    return ("robot", when, "x", "y", "yaw", "region")
+    if any(waypoint.speed is not None for waypoint in found):
+        return Waypoint.__struct_fields__
+    return CLOCKED if any(waypoint.t is not None for waypoint in found) else TICKS
 
 
 def as_csv(found: Sequence[Waypoint]) -> str:

@@ -9,7 +9,7 @@ import pytest
 from msgspec.structs import replace
 
 from motion.runs import motion, played, trace_of
-from safenav.motion import timed
+from safenav.motion import waypoints
 from safenav.motion.check.verdict import check_motion
 from safenav.motion.columns import as_csv, columns_of, npz_bytes
 from safenav.motion.making import Disturbances, motion_of
@@ -55,7 +55,7 @@ def test_flight_in_wind_has_its_attitude_and_its_reference() -> None:
 
 
 def test_timed_waypoints_are_where_and_when_moves_end() -> None:
-    found = timed.timed_waypoints(motion(NAME))
+    found = waypoints.timed_waypoints(motion(NAME))
     quad = [waypoint for waypoint in found if waypoint.robot == "quad"]
     assert quad[0].t == 0
     assert (quad[0].x, quad[0].y) == (4.05, 14.85)
@@ -64,7 +64,7 @@ def test_timed_waypoints_are_where_and_when_moves_end() -> None:
     assert quad[-1].speed == 0
     walking = {round(w.speed, 3) for w in found if w.robot == "digit"}
     assert walking == {0.0, 0.45}
-    assert timed.as_csv(found).splitlines()[0] == "robot,tick,t,x,y,z,yaw,speed,region"
+    assert waypoints.as_csv(found).splitlines()[0] == "robot,tick,t,x,y,z,yaw,speed,region"
 
 
 def test_a_run_without_moves_still_has_all_poses() -> None:

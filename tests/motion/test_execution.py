@@ -24,7 +24,7 @@ from safenav.motion.file.records import (
     Reset,
     Segment,
 )
-from safenav.motion.timed import timed_waypoints
+from safenav.motion.waypoints import timed_waypoints
 from safenav.trace.records import Act, ActionEnd, Arrive, Depart, Discovered
 from safenav.trace.setting import ObstacleHeader
 from safenav.trace.vocabulary import MoveEnd

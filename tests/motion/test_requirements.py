@@ -14,12 +14,14 @@ from functools import cache
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motion.runs import motion, trace_of
 from safenav.formula.parser import FormulaError
 from safenav.motion.file.records import Action
 from safenav.motion.requirements import MotionRecording, curve, judged
+from safenav.report.page.html import curves_of
 from safenav.stl.parser import parse_requirement
 from safenav.stl.robustness import robustness
 from safenav.stl.syntax import (
@@ -350,3 +352,11 @@ def test_case_study_1_is_judged_on_its_motion() -> None:
     assert "raise the sampling rate: --rate" in advice["always(distance(quad, digit) >= 1.4)"]
     shown = curve(recording, "always(distance(quad, digit) >= 1.0)")
     assert shown.low.max() > 5 > 1 > shown.low.min()
+
+
+def test_a_page_says_why_a_requirement_is_not_evaluated() -> None:
+    """Its page had no curve, and no word about it."""
+    trace = trace_of("case_study_1")
+    scenario = replace(trace.header.scenario, requirements={"fast": "always(speed(nobody) > 1)"})
+    (found,) = curves_of(replace(trace, header=replace(trace.header, scenario=scenario)))
+    assert found["verdict"] == "undecided" and "'nobody' is not a robot" in str(found["told"])

@@ -9,13 +9,14 @@ Arnstroem et al. (2022) for the solver, DAQP.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from safenav.motion.solver import solution
+from safenav.extras import missing
 
 Array = NDArray[np.float64]
 
@@ -99,8 +100,21 @@ def programme() -> Programme:
     return Programme(free[:, 0], free[:, 1], *weighted, cost, rows)
 
 
+OPTIMAL = 1
+"""The solver's flag of a solution."""
 FAR = np.full(HORIZON, 1e30)
 """No bound."""
+
+
+@lru_cache(maxsize=1)
+def _solver() -> Callable[..., tuple[Array, float, int, object]]:
+    """The solver of quadratic programmes; it is loaded on first use."""
+    try:
+        from daqp import solve
+    except ImportError as error:
+        raise missing("the tracking of flights", "daqp", "motion") from error
+    found: Callable[..., tuple[Array, float, int, object]] = solve
+    return found
 
 
 class AxisTracker:
@@ -136,9 +150,8 @@ class AxisTracker:
         upper = np.concatenate((bound, high - position, FAR))
         bound[-1] = 0.0
         lower = np.concatenate((-bound, -FAR, low - position))
-        posed = plan.cost.copy(), slope, plan.rows.copy(), upper, lower
-        found = solution("flight in gusts", *posed)
-        if found is None:
+        found, _, flag, _ = _solver()(plan.cost.copy(), slope, plan.rows.copy(), upper, lower)
+        if flag != OPTIMAL:
             self.failed += 1
             found = usual
         given = min(max(float(found[0]), -self.limit), self.limit)

@@ -20,17 +20,25 @@ from safenav.trace.reading import Trace
 
 
 def curves_of(trace: Trace) -> list[dict[str, object]]:
-    """Return a curve for each requirement of a trace's scenario. They need the run's motion: there
-    are none without the extra ``motion``, or if the trace lacks the motion of its robots."""
-    if not trace.header.scenario.requirements:
+    """Return a curve for each requirement of a trace's scenario. They need the run's motion: where
+    there is none, or a requirement cannot be evaluated, all are undecided and give the reason."""
+    requirements = trace.header.scenario.requirements
+    if not requirements:
         return []
     try:
         from safenav.motion.making import motion_of
         from safenav.motion.requirements import curves
 
         return curves(motion_of(trace), trace)
-    except (ModuleNotFoundError, SafenavError):
-        return []
+    except ModuleNotFoundError as error:
+        why = f"it needs the extra 'motion' ({error.name} is not installed)"
+    except SafenavError as error:
+        why = str(error).partition("\n")[0]
+    return [
+        {"name": name, "told": f"{text}: not evaluated: {why}", "verdict": "undecided"}
+        | {"points": [[0, 0]]}
+        for name, text in requirements.items()
+    ]
 
 
 _DOCUMENT = """\
