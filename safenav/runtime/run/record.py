@@ -275,34 +275,42 @@ class Recorder:
         self.emit(records.ActionEnd(*who, results, left, event.why or None))
 
     def _acted(self, before: State, event: now.Acted) -> None:
-        """Needs that are met, then what is resolved."""
-        i, truths, name = event.robot, dict(event.truths), self._robot(event.robot)
-        at, self.why = (
-            before.robots[i].pose % self.team.size,
-            Reason.RESOLVED if event.truths else Reason.REQUEST,
-        )
-        for k, stage in event.stages:
-            needs = self.team.obstacles[k].needs
-            met = range(before.obstacles[k].stage.need, stage.need) if len(needs) > 1 else ()
-            for number in met:
-                if not needs[number].regions >> at & 1:
-                    continue  # it was met before the team knew of the obstacle
-                group = self._group(before, k, number, i)
-                self.emit(
-                    records.Met(
-                        self.tick, self._name(k), number, needs[number].action, name, at, group
-                    )
-                )
-        for k, truth in truths.items():
-            group = self._group(before, k, 0, i) if len(self.team.obstacles[k].needs) == 1 else None
-            asked = any(entry[0] == k for entry in self.stack)
-            self.emit(
-                records.Resolved(self.tick, self._name(k), name, at, asked, truth, robots=group)
-            )
-            if truth is False:
-                goes = self.team.obstacles[k].source.goes is not None
-                self.emit(self._blocked(k, BlockReason.UNTRAVERSABLE, None, goes or None))
-            self.helpers.pop(k, None)
+        """For each obstacle the needs that are met, and its resolution. Loads are put down first,
+        and taken last."""
+        truths, stages = dict(event.truths), dict(event.stages)
+        self.why = Reason.RESOLVED if truths else Reason.REQUEST
+
+        def takes(k: int) -> bool:
+            return any(self.team.obstacles[k].needs[n].takes for n in met(k))
+
+        def met(k: int) -> range:
+            needs, begun = self.team.obstacles[k].needs, before.obstacles[k].stage.need
+            return range(begun, stages[k].need if k in stages and len(needs) > 1 else 0)
+
+        for k in sorted({**stages, **truths}, key=takes):
+            self._met(before, event.robot, k, met(k))
+            if k in truths:
+                self._resolved(before, event.robot, k, truths[k])
+
+    def _met(self, before: State, i: int, k: int, numbers: range) -> None:
+        at, needs = before.robots[i].pose % self.team.size, self.team.obstacles[k].needs
+        for number in numbers:
+            if not needs[number].regions >> at & 1:
+                continue  # it was met before the team knew of the obstacle
+            what = self._name(k), number, needs[number].action
+            group = self._group(before, k, number, i)
+            self.emit(records.Met(self.tick, *what, self._robot(i), at, group))
+
+    def _resolved(self, before: State, i: int, k: int, truth: bool | None) -> None:
+        at, obstacle = before.robots[i].pose % self.team.size, self.team.obstacles[k]
+        group = self._group(before, k, 0, i) if len(obstacle.needs) == 1 else None
+        asked = any(entry[0] == k for entry in self.stack)
+        who = self._name(k), self._robot(i), at
+        self.emit(records.Resolved(self.tick, *who, asked, truth, robots=group))
+        if truth is False:
+            goes = obstacle.source.goes is not None
+            self.emit(self._blocked(k, BlockReason.UNTRAVERSABLE, None, goes or None))
+        self.helpers.pop(k, None)
 
     def _blocked(
         self,
