@@ -82,55 +82,34 @@ def find_binary() -> Binary:
 
 def find_own_binary() -> Binary | None:
     """Return safenav's own binary: in the installed package, else built in the source tree."""
-    found = (place for place in _own_places() if place is not None and _executable(place))
-    place = next(found, None)
-    return None if place is None else Binary(place, ours=True)
+    found = (Binary(place, ours=True) for place in _own_places() if _executable(place))
+    return next(found, None)
 
 
-def _own_places() -> Iterator[Path | None]:
+def _own_places() -> Iterator[Path]:
     yield _PACKAGE / _INSIDE_PACKAGE
     # Imported here, since it is slow: it reads Python's build configuration.
     import sysconfig
 
     for scheme in ("platlib", "purelib"):
         yield Path(sysconfig.get_path(scheme)) / _PACKAGE.name / _INSIDE_PACKAGE
-    yield _recorded_by_installer()
     yield _PACKAGE.parent / "slugs" / "build" / "slugs"
 
 
 def _named_by_environment(named: str) -> Binary:
     on_path = None if os.sep in named else which(named)
     path = Path(on_path or named).expanduser()
-    advice = f"    fix or unset {VARIABLE}, which selects this binary"
-    if not path.exists():
-        raise SynthesizerError(f"the synthesizer {named!r} does not exist\n{advice}")
-    if path.is_dir():
-        raise SynthesizerError(f"the synthesizer {named!r} is a directory\n{advice}")
-    if not os.access(path, os.X_OK):
-        raise SynthesizerError(f"the synthesizer {named!r} is not executable\n{advice}")
-    return Binary(path.resolve())
+    if _executable(path):
+        return Binary(path.resolve())
+    problem = "is not executable" if path.exists() else "does not exist"
+    raise SynthesizerError(
+        f"the synthesizer {named!r} {'is a directory' if path.is_dir() else problem}\n"
+        f"    fix or unset {VARIABLE}, which selects this binary"
+    )
 
 
 def _executable(path: Path) -> bool:
     return path.is_file() and os.access(path, os.X_OK)
-
-
-def _recorded_by_installer() -> Path | None:
-    """Return the path of the binary from an editable installation or an unusual prefix."""
-    # Imported here: it costs as much as a small synthesis and is rarely needed.
-    from importlib import metadata
-
-    try:
-        files = metadata.files(_PACKAGE.name) or []
-    except metadata.PackageNotFoundError:
-        return None
-    wanted = (_PACKAGE.name, *_INSIDE_PACKAGE.parts)
-    for file in files:
-        if file.parts[-len(wanted) :] == wanted:
-            path = Path(str(file.locate())).resolve()
-            if _executable(path):
-                return path
-    return None
 
 
 @lru_cache(maxsize=64)

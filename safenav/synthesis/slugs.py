@@ -28,8 +28,6 @@ from safenav.synthesis.process import (
     OVERTIME_SECONDS,
     Finished,
     ProcessGroup,
-    limited,
-    limits,
     orderly_termination,
 )
 from safenav.synthesis.request import Job, Listener, RequestKind, SynthesisProgress, SynthesisResult
@@ -186,9 +184,11 @@ class Synthesizer:
             command.append("--realizability")
         if job.kind is RequestKind.STRATEGY:
             command += ["--nodes", str(_MOST_STATES)]
-        command += [*limits(self.seconds, self.memory_mb), "-"]
+        command += [] if self.seconds is None else ["--timeout", f"{self.seconds:g}"]
+        command += [] if self.memory_mb is None else ["--memory", str(self.memory_mb)]
+        command.append("-")
         deadline = None if self.seconds is None else self.seconds + OVERTIME_SECONDS
-        return crew.run(command, job.text.encode(), deadline, self.memory_mb, self.binary.ours)
+        return crew.run(command, job.text.encode(), deadline, self.memory_mb, own=self.binary.ours)
 
     def _run_foreign(self, crew: ProcessGroup, job: Job) -> Finished:
         """Run upstream's program, which reads slugsin files only and has no limits."""
@@ -209,7 +209,7 @@ class Synthesizer:
             file = Path(directory) / f"specification{suffix}"
             file.write_bytes(text)
             command = [str(self.binary.path), *job.options, str(file)]
-            return crew.run(limited(command, self.memory_mb), b"", self.seconds, self.memory_mb)
+            return crew.run(command, b"", self.seconds, self.memory_mb, foreign=True)
 
     def _remembered(self, job: Job, report: Listener) -> SynthesisResult | None:
         """Return the cached result, if it exists and passes every check of a fresh one."""

@@ -1,7 +1,7 @@
 """Which slugs binary safenav uses, and its message when there is none."""
 
 from collections.abc import Callable
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 
 import pytest
 
@@ -16,7 +16,6 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     directory = tmp_path / "tree" / "safenav"
     directory.mkdir(parents=True)
     monkeypatch.setattr(module, "_PACKAGE", directory)
-    monkeypatch.setattr(module, "_recorded_by_installer", lambda: None)
     monkeypatch.setattr("sysconfig.get_path", lambda _: str(tmp_path / "site-packages"))
     monkeypatch.delenv(VARIABLE, raising=False)
     return directory
@@ -100,22 +99,3 @@ def test_a_binary_that_hangs_when_asked_is_foreign(
 def test_another_content_has_another_digest(script: Callable[[str], Binary]) -> None:
     assert script("exit 0").digest != script("exit 1").digest
     assert script("exit 0").digest == script("exit 0").digest
-
-
-def test_an_unusual_prefix_is_known_from_the_installers_record(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """What ``RECORD`` lists wins over guessing; another program of that name does not count."""
-    installed = _program(tmp_path / "elsewhere" / "safenav" / "_bin" / "slugs")
-    stray = _program(tmp_path / "elsewhere" / "bin" / "slugs")
-
-    class Recorded(PurePosixPath):
-        def locate(self) -> Path:
-            return tmp_path / "elsewhere" / self
-
-    names = ["bin/slugs", "safenav/_bin/slugs", "safenav/errors.py"]
-    monkeypatch.setattr("importlib.metadata.files", lambda _: [Recorded(n) for n in names])
-    assert module._recorded_by_installer() == installed
-    installed.unlink()
-    assert stray.exists()
-    assert module._recorded_by_installer() is None

@@ -139,7 +139,8 @@ def test_a_signal_ends_the_syntheses_before_the_caller_ends(
 _OWNER = """
 import sys, time
 from safenav.synthesis.process import ProcessGroup
-process = ProcessGroup().start(sys.argv[2:], own=sys.argv[1] == "own")
+with open("/dev/null", "wb") as out:
+    process = ProcessGroup().start(sys.argv[2:], sys.argv[1] == "own", out, out)
 process.stdin.write(sys.stdin.buffer.read())
 process.stdin.close()
 print(process.pid, flush=True)
