@@ -25,6 +25,7 @@ class Hindrance(Enum):
     INSIDE = "one robot alone cannot enter that region; 'at' of the need can name other regions"
     WALLS = "no path leads there"
     CUT_OFF = "no path leads to where the load is put down"
+    LADEN = "it carries a load that it cannot put down"
     OUT_OF_SERVICE = "it is out of service"
     FAILED = "too many attempts have failed"
 
@@ -93,6 +94,8 @@ def _helper(now: Sets, closure: Closure, g: int, i: int) -> Helper:
         return Helper(name, Hindrance.OUT_OF_SERVICE)
     if (i, floor.gates[g]) in floor.barred:
         return Helper(name, Hindrance.FAILED)
+    if gate.needs[number].takes and i in floor.carriers(closure.left):
+        return Helper(name, Hindrance.LADEN)
     if i in gate.strays[number]:
         return Helper(name, Hindrance.CUT_OFF)
     there = graph.poses_on(regions)

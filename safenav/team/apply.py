@@ -11,7 +11,7 @@ from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.objective import Ltl, Objective
 from safenav.team import state as now
 from safenav.team.failures import lost_type
-from safenav.team.floor import Floor, barred, floor_of, restarted
+from safenav.team.floor import Floor, barred, floor_of, laden, restarted
 from safenav.team.formulas import pursuit_of
 from safenav.team.state import Count, Is, ObstacleNow, RobotNow, State
 from safenav.team.team import Member, Team
@@ -510,7 +510,8 @@ def acting_floor(team: Team, state: State, among: Collection[int] | None = None)
     if among is None:
         among = [k for k, each in enumerate(state.obstacles) if each.known]
     gates = tuple(sorted(among))
-    return floor_of(team, gates, frozenset(), frozenset(), barred=barred(team, state))
+    others = barred(team, state), laden(team, state, gates)
+    return floor_of(team, gates, frozenset(), frozenset(), barred=others[0], laden=others[1])
 
 
 def participants(

@@ -8,7 +8,7 @@ simulated world and the execution all ask it the same questions. ``stages`` are 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Container, Iterable, Iterator, Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -45,7 +45,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     resolve one by entering it; ``inside``: of each robot where it is in obstacles closed to it;
     ``helping``: those that serve each gate already; ``rounds``: those to be completed, if not all
     of the mission; ``away``: poses that only robots out of service keep from each robot;
-    ``either``: strict objectives may begin with any target."""
+    ``either``: strict objectives may begin with any target; ``laden``: robots that carry loads of
+    other obstacles."""
 
     team: Team
     gates: tuple[int, ...]
@@ -59,6 +60,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     rounds: int | None = None
     away: tuple[Mask, ...] = ()
     either: bool = False
+    laden: frozenset[int] = frozenset()
 
     def gate(self, g: int) -> Obstacle:
         return self.team.obstacles[self.gates[g]]
@@ -123,7 +125,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     def carriers(self, stages: Stages) -> frozenset[int]:
         """The robots that carry a load, or have taken their part of one. Each carries one at
         most."""
-        found: set[int] = set()
+        found = {*self.laden}
         for g in self.open(stages):
             if self.need(g, stages).same:
                 found |= stages[g].group or frozenset()
@@ -394,7 +396,19 @@ def floor_now(team: Team, state: State, robots: tuple[int, ...] | None = None) -
     service."""
     out = frozenset((i, robot.next) for i, robot in enumerate(state.robots) if not robot.active)
     closed, within = barred(team, state), inside(team, state)
-    return floor_of(team, gates_of(state), state.sealed, within, robots, closed, out)
+    gates = gates_of(state)
+    full = laden(team, state, gates)
+    return floor_of(team, gates, state.sealed, within, robots, closed, out, full)
+
+
+def laden(team: Team, state: State, gates: Collection[int]) -> frozenset[int]:
+    """The robots that carry loads which are never put down: of no gate of a floor."""
+    found: set[int] = set()
+    for k in state.sealed.difference(gates):
+        stage, needs = state.obstacles[k].stage, team.obstacles[k].needs
+        if stage.need < len(needs) and (needs[stage.need].same or needs[stage.need].takes):
+            found |= stage.group or stage.done
+    return frozenset(found)
 
 
 def floor_of(
@@ -405,11 +419,12 @@ def floor_of(
     robots: tuple[int, ...] | None = None,
     barred: frozenset[tuple[int, int]] = frozenset(),
     out: frozenset[tuple[int, int]] = frozenset(),
+    laden: frozenset[int] = frozenset(),
 ) -> Floor:
     """Return the floor with these open and sealed obstacles. ``out``: the robots out of service."""
     away = {i for i, _ in out}
     chosen = tuple(i for i in robots or _all(team) if i not in away)
-    return _floor(team, gates, sealed, inside, chosen, barred, out)
+    return _floor(team, gates, sealed, inside, chosen, barred, out, laden)
 
 
 @lru_cache(maxsize=16)
@@ -426,6 +441,7 @@ def _floor(
     robots: tuple[int, ...],
     barred: frozenset[tuple[int, int]],
     out: frozenset[tuple[int, int]],
+    laden: frozenset[int],
 ) -> Floor:
     graphs, floors, within, standing, absent = [], [], [], dict(out), []
     for i, member in enumerate(team.members):
@@ -448,7 +464,7 @@ def _floor(
         within.append(there)
     away = tuple(absent) if out else ()
     poses, within_ = (tuple(graphs), tuple(floors)), tuple(within)
-    return Floor(team, gates, *poses, robots, barred, barred, within_, away=away)
+    return Floor(team, gates, *poses, robots, barred, barred, within_, away=away, laden=laden)
 
 
 def without_memory(team: Team, state: State) -> tuple[Team, State]:

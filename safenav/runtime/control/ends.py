@@ -24,7 +24,15 @@ from safenav.solve.solve import Sets, around
 from safenav.spec.objective import Memory
 from safenav.spec.task import Task
 from safenav.team.apply import done, rounds, stands
-from safenav.team.floor import barred, floor_of, gates_of, inside, stages_of, without_memory
+from safenav.team.floor import (
+    barred,
+    floor_of,
+    gates_of,
+    inside,
+    laden,
+    stages_of,
+    without_memory,
+)
 from safenav.team.state import Is, State
 from safenav.team.team import Team
 from safenav.trace.proofs import JointSearch, Proof
@@ -63,7 +71,8 @@ def hopeful(team: Team, state: State, *, given_up: bool = True, serving: bool = 
     sealed = state.sealed.difference(again)
     gates = (*gates_of(state), *again)
     active = tuple(i for i, robot in enumerate(state.robots) if robot.active or not serving)
-    floor = floor_of(team, gates, sealed, inside(team, state), active, barred(team, state))
+    loads, closed = laden(team, state, gates), barred(team, state)
+    floor = floor_of(team, gates, sealed, inside(team, state), active, closed, laden=loads)
     return around(floor, tuple(robot.next for robot in state.robots), stages_of(floor, state))
 
 
