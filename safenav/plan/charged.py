@@ -144,8 +144,10 @@ class ChargedSearch(Search):
         if poses == joint.poses and charges == [*joint.charges]:
             return None
         after = self.floor.moved(joint, poses, self.floor.robots)
-        if self.live and after.stages != joint.stages:
-            for i in self.charged:
+        acts = self.live and after.stages != joint.stages
+        acting = self.floor.acting(joint.stages) if acts else 0
+        for i in self.charged:
+            if acting >> poses[i] % self.team.size & 1:
                 charges[i] -= self._waits(i, poses[i], ACTING)
         after = after._replace(charges=tuple(charges))
         return after if self._fit(after) else None

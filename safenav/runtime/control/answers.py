@@ -106,6 +106,7 @@ class Answers:
             floor.barred,
             floor.inside,
             floor.helping,
+            floor.laden,
         )
         key = *known, joint, served, seed
         if charges:

@@ -17,7 +17,6 @@ from safenav.scenario.objective import (
     station,
 )
 from safenav.solve.duties import Settlement
-from safenav.solve.solve import fits
 from safenav.team.floor import Floor, Stages
 from safenav.team.formulas import alternating, waiting
 from safenav.team.state import State
@@ -136,8 +135,7 @@ class Roles:
         return self._toward(i, targets, other) if self._goes_between(i, targets) else None
 
     def _wait(self, i: int) -> Role:
-        """Pursue its objective for this time; else hold where it met the obstacle, or clear of a
-        helper's way."""
+        """Pursue its objective for this time; else hold where it met the obstacle."""
         other = self.meanwhile(i) if self.waits(i) else None
         if other is not None:
             return other
@@ -146,7 +144,7 @@ class Roles:
             self.team.members[i].objective,
             self.poses[i] % self.team.size,
         )
-        place = self._clear(i, next(iter(self._places(i)), here))
+        place = next(iter(self._places(i)), here)
         if place != here and self._goes_between(i, (graph.on({place}),)):
             return self._toward(i, (graph.on({place}),), waiting(frozenset({place}), rules))
         if not self._may_stay(i, 1 << self.poses[i]):
@@ -223,36 +221,3 @@ class Roles:
             own = targets == self.team.members[i].targets
             lost &= self.floor.live(i, allowed) if own else graph.live(targets, allowed)
         return graph.poses(lost)
-
-    def _clear(self, i: int, place: int) -> int:
-        """The place itself, or the nearest region in which a waiting robot hinders no helper."""
-        graph, allowed = self.floor.graphs[i], self.floor.allowed(i, self.stages)
-        if not self.waits(i) or not self._hinders(i, place):
-            return place
-        others = (r for j, r in enumerate(self.state.robots) if j in self.team.members[i].rivals)
-        taken = {
-            p % self.team.size for r in others if station(r.objective) for p in (r.pose, r.next)
-        }
-        found = frontier = 1 << self.poses[i]
-        while frontier:
-            for region in bits(graph.regions_of(frontier)):
-                if region not in taken and not self._hinders(i, region):
-                    return region
-            frontier = graph.forward(frontier) & allowed & ~found
-            found |= frontier
-        return place
-
-    def _hinders(self, i: int, region: int) -> bool:
-        """Whether a robot there keeps a helper, or a group, from its place."""
-        floor, rivals = self.floor, self.team.members[i].rivals
-        for helper in rivals & self.found.duties.keys():
-            duty, spots = self.found.duties[helper], {}
-            for one in duty.group:
-                shut = floor.graphs[one].poses_on(1 << region) if one in rivals else 0
-                allowed = floor.allowed(one, self.stages) & ~shut
-                goal = self.found.duties.get(one, duty).goal
-                spots[one] = floor.graphs[one].closure(1 << self.poses[one], allowed) & goal & ~shut
-            together = floor.gate(duty.g).needs[duty.need].together
-            if not all(spots.values()) or (together and not fits(floor, duty.group, spots)):
-                return True
-        return False

@@ -91,8 +91,7 @@ class Commands:
         self._posted: queue.SimpleQueue[protocol.WorldEvent] = queue.SimpleQueue()
         self._count = 0
         self._took: dict[str, deque[float]] = {}
-        self.zero = self._now = self._looked = self._steps = 0.0
-        self._all: deque[float] = deque(maxlen=KEPT)
+        self.zero = self._now = 0.0
 
     @property
     def idle(self) -> bool:
@@ -103,17 +102,6 @@ class Commands:
         """Seconds of the run; never less than before."""
         self._now = max(self._now, self._clock() - self.zero)
         return self._now
-
-    def steps(self) -> float:
-        """The time in durations of a step: in lockstep the ticks; in a live run, elapsed time
-        divided by the median duration of the last steps."""
-        now = self.now()
-        if self.live and self._all:
-            self._steps += (now - self._looked) / (_median(self._all) or 1.0)
-        elif not self.live:
-            self._steps = now
-        self._looked = now
-        return self._steps
 
     def post(self, event: protocol.WorldEvent) -> None:
         """Report an event, from any thread."""
@@ -319,7 +307,6 @@ class Commands:
         durations = self._took.setdefault(open_.robot.name, deque(maxlen=KEPT))
         if open_.target is not None and isinstance(event, protocol.Arrived):
             durations.append(took)
-            self._all.append(took)
         self._ended[open_.robot.name] = self._checked(event, open_, wrong) if self.live else event
 
     def _ended_by(self, event: protocol.WorldEvent) -> OpenCommand | None:
