@@ -1,0 +1,109 @@
+"""The gate: which small errors of safenav the tests find. ``python -m gate`` (in ``tests/``).
+
+For each mutant of ``mutants.txt``, runs the folders that should kill it, the cheapest first, and
+writes a line of ``--report``: killed by what, or survived. ``--draw`` draws the mutants anew;
+``--sample 40`` plays every so many of them; ``--only WORD`` those whose line has the word. Not part
+of ``make test``: it takes hours, and changes the modules of this tree while it runs.
+"""
+
+import argparse
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from gate.mutator import ROOT, Mutant, applied, drawn, read
+
+LIST = Path(__file__).with_name("mutants.txt")
+KILLERS = {
+    "batch": "batch cli",
+    "certify": "lies certify cli",
+    "cli": "cli batch documentation faults",
+    "explain": "explain campaigns/test_verdicts.py cli",
+    "fleet": "fleet campaigns/test_drives.py",
+    "formula": "formula spec synthesis runtime",
+    "installation": "cli install",
+    "judge": "judge lies traces certify campaigns",
+    "motion": "motion fleet cli",
+    "pace": "motion runtime/test_live.py fleet campaigns",
+    "plan": "team runtime campaigns",
+    "report": "report cli studio",
+    "review": "explain cli report",
+    "run": "report runtime studio cli",
+    "runtime": "runtime team campaigns fleet studio cli",
+    "scenario": "scenario spec runtime cli studio motion",
+    "solve": "runtime explain campaigns",
+    "spec": "spec runtime synthesis campaigns",
+    "stl": "motion formula cli",
+    "studio": "studio",
+    "synthesis": "synthesis cli faults certify",
+    "team": "team runtime campaigns",
+    "trace": "traces judge runtime cli report",
+    "verify": "synthesis certify hostile proof",
+    "world": "world scenario team runtime report",
+}
+OTHERS = "cli scenario traces judge hostile batch fleet runtime"
+"""Folders for modules beside the packages."""
+
+
+def killed(mutant: Mutant, workers: int, patience: float) -> str:
+    """Return what kills a mutant; empty if nothing does. Tests that do not end kill it, too."""
+    text = applied(mutant)
+    if text is None:
+        return "(stale: draw again)"
+    path = ROOT / mutant.path
+    honest = path.read_text(encoding="utf-8")
+    words = [sys.executable, "-m", "pytest", "-x", "-q", "-n", str(workers), "--no-header"]
+    words += ["-p", "no:cacheprovider", "--dist", "worksteal"]
+    try:
+        path.write_text(text, encoding="utf-8")
+        for folder in KILLERS.get(mutant.path.split("/")[1], OTHERS).split():
+            where = ROOT / "tests" / folder
+            if not where.exists():
+                continue
+            env = {**os.environ}
+            try:
+                done = subprocess.run(
+                    [*words, where], cwd=ROOT, env=env, capture_output=True, timeout=patience
+                )
+            except subprocess.TimeoutExpired:
+                return f"{folder}: does not end"
+            if done.returncode not in (0, 5):
+                failed = [line for line in done.stdout.decode().splitlines() if "FAILED" in line]
+                return f"{folder}: {(failed or ['an error'])[0][:160]}"
+    finally:
+        path.write_text(honest, encoding="utf-8")
+    return ""
+
+
+def main() -> int:
+    """Play the mutants; 1 if fewer than 85 % are killed."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--draw", action="store_true", help="draw the mutants anew")
+    parser.add_argument("--sample", type=int, help="play so many of them")
+    parser.add_argument("--only", default="", help="those whose line has this word")
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--patience", type=float, default=1200, help="seconds for a folder")
+    parser.add_argument("--report", type=Path, default=Path("gate.txt"))
+    asked = parser.parse_args()
+    if asked.draw:
+        LIST.write_text("".join(f"{each.text}\n" for each in drawn()), encoding="utf-8")
+        return 0
+    lines = LIST.read_text(encoding="utf-8").splitlines()
+    lines = [line for line in lines if asked.only in line]
+    lines = lines[:: max(1, len(lines) // asked.sample)][: asked.sample] if asked.sample else lines
+    survivors = 0
+    with asked.report.open("a", encoding="utf-8") as report:
+        for line in lines:
+            begun = time.monotonic()
+            by = killed(read(line), asked.workers, asked.patience)
+            survivors += not by
+            said = f"killed by {by}" if by else "SURVIVED"
+            print(f"{line}\t{said}\t{time.monotonic() - begun:.0f} s", file=report, flush=True)
+    print(f"{len(lines) - survivors} of {len(lines)} mutants are killed")
+    return int(survivors > 0.15 * len(lines))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
