@@ -6,8 +6,12 @@ writes a line of ``--report``: killed by what, or survived. ``--draw`` draws the
 of ``make test``: it takes hours, and changes the modules of this tree while it runs.
 """
 
+from __future__ import annotations
+
 import argparse
 import os
+import re
+import signal
 import subprocess
 import sys
 import time
@@ -47,34 +51,52 @@ OTHERS = "cli scenario traces judge hostile batch fleet runtime"
 """Folders for modules beside the packages."""
 
 
-def killed(mutant: Mutant, workers: int, patience: float) -> str:
+def killed(mutant: Mutant, run: Run) -> str:
     """Return what kills a mutant; empty if nothing does. Tests that do not end kill it, too."""
     text = applied(mutant)
     if text is None:
         return "(stale: draw again)"
     path = ROOT / mutant.path
     honest = path.read_text(encoding="utf-8")
-    words = [sys.executable, "-m", "pytest", "-x", "-q", "-n", str(workers), "--no-header"]
-    words += ["-p", "no:cacheprovider", "--dist", "worksteal"]
-    try:
+    folders = KILLERS.get(mutant.path.split("/")[1], OTHERS).split()
+    while folders:
         path.write_text(text, encoding="utf-8")
-        for folder in KILLERS.get(mutant.path.split("/")[1], OTHERS).split():
-            where = ROOT / "tests" / folder
-            if not where.exists():
-                continue
-            env = {**os.environ}
-            try:
-                done = subprocess.run(
-                    [*words, where], cwd=ROOT, env=env, capture_output=True, timeout=patience
-                )
-            except subprocess.TimeoutExpired:
-                return f"{folder}: does not end"
-            if done.returncode not in (0, 5):
-                failed = [line for line in done.stdout.decode().splitlines() if "FAILED" in line]
-                return f"{folder}: {(failed or ['an error'])[0][:160]}"
-    finally:
-        path.write_text(honest, encoding="utf-8")
+        try:
+            found = run(ROOT / "tests" / folders[0])
+        finally:
+            path.write_text(honest, encoding="utf-8")
+        if found and "::" in found and run(found):
+            run.broken.append(found)  # without the error as well: again, without this test
+        elif found:
+            return found
+        else:
+            folders.pop(0)
     return ""
+
+
+class Run:
+    """Runs tests until the first failure. ``broken``: tests that fail in an honest tree."""
+
+    def __init__(self, workers: int, patience: float) -> None:
+        self.workers, self.patience, self.broken = workers, patience, list[str]()
+
+    def __call__(self, tests: object) -> str:
+        """The test that fails first, or why there is none; empty if all pass."""
+        words = [sys.executable, "-m", "pytest", "-x", "-q", "-n", str(self.workers), str(tests)]
+        words += ["-p", "no:cacheprovider", "--dist", "worksteal"]
+        words += [word for each in self.broken for word in ("--deselect", each)]
+        with subprocess.Popen(
+            words, cwd=ROOT, stdout=subprocess.PIPE, text=True, start_new_session=True
+        ) as process:
+            try:
+                said, _ = process.communicate(timeout=self.patience)
+            except subprocess.TimeoutExpired:
+                os.killpg(process.pid, signal.SIGKILL)
+                return f"{tests} does not end"
+        if process.returncode in (0, 5):
+            return ""
+        failed = re.findall(r"^(?:FAILED|ERROR) (\S+::.*?)(?: - .*)?$", said, re.MULTILINE)
+        return failed[0] if failed else f"{tests} cannot be run"
 
 
 def main() -> int:
@@ -93,11 +115,11 @@ def main() -> int:
     lines = LIST.read_text(encoding="utf-8").splitlines()
     lines = [line for line in lines if asked.only in line]
     lines = lines[:: max(1, len(lines) // asked.sample)][: asked.sample] if asked.sample else lines
-    survivors = 0
+    survivors, run = 0, Run(asked.workers, asked.patience)
     with asked.report.open("a", encoding="utf-8") as report:
         for line in lines:
             begun = time.monotonic()
-            by = killed(read(line), asked.workers, asked.patience)
+            by = killed(read(line), run)
             survivors += not by
             said = f"killed by {by}" if by else "SURVIVED"
             print(f"{line}\t{said}\t{time.monotonic() - begun:.0f} s", file=report, flush=True)
