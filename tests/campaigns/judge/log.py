@@ -205,8 +205,8 @@ class Walk:
             self.known.discard(obstacle)
         self.stages.pop(obstacle, None)
         self._forgive(lambda _, other: other == obstacle)
-        for other, seen in self.visits.items():
-            self.visits[other] = seen[-1:]
+        if line["log"] == "resolved":  # rounds count from the last resolution
+            self.visits = {other: seen[-1:] for other, seen in self.visits.items()}
 
     def _told(self, line: Line, name: str) -> None:
         if line["event"] == "blocked":
