@@ -27,7 +27,7 @@ _DECIMALS = 6
 
 class Waypoint(Struct, frozen=True):
     """``tick``: at whose end, 0 for the start; ``t``: seconds, of a run with a clock or a motion;
-    ``yaw``: None for a robot without a heading. Of a motion also the height ``z`` and the
+    ``yaw``: None for a robot without a heading. A motion also gives the height ``z`` and the
     ``speed`` with which the robot passes there, 0 where it comes to rest."""
 
     robot: str
