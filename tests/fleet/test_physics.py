@@ -8,12 +8,14 @@ from msgspec.structs import replace
 
 pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
 
+from fleet.drives import driven
 from once import beside
 from safenav.fleet.lab.physics import FAR, Physics
 from safenav.fleet.place import Places
 from safenav.scenario.model import Need, Obstacle, ObstacleType
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_scenario_text
+from safenav.trace.records import Resolved
 from safenav.world.map import Heading
 from safenav.world.moves import Pose
 
@@ -270,3 +272,27 @@ def test_a_load_is_fetched_and_put_down_elsewhere() -> None:
         for done in ("done", "done", "nothing"):
             physics.perform(name, "lift")
             assert ended(physics, name, "acted") == done
+
+
+@pytest.mark.parametrize("side", [1.0, 2.0, 2.7])
+def test_a_robot_that_opens_a_door_stays_in_its_regions(side: float) -> None:
+    """On regions of 2.7 m a leaf pushed it 0.28 m into the next one."""
+    scenario = f"""
+safenav: 1
+map: {{resolution: {side}, grid: ["#######", "##.#.##", "#.....#", "##.#.##", "#######"]}}
+robots:
+  tug: {{model: tug, start: [2, 1], objective: {{visit: [[2, 5]]}}}}
+catalogue:
+  robots: {{tug: {{mobility: free, layer: ground, motion: rover, capabilities: [push]}}}}
+until: {{rounds: 1}}
+"""
+    fleet = """
+safenav-fleet: 1
+transport: simulation
+simulation: {pace: 1000, obstacles: [{type: door, region: [2, 3]}]}
+defaults: {follow: {}, scan: {obstacle: door}, act: {push: push}}
+"""
+    drive = driven(scenario, fleet)
+    assert drive.trace.outcome is not None and drive.trace.outcome.outcome == "completed"
+    assert any(isinstance(record, Resolved) for record in drive.trace.records)
+    assert drive.judged() == []

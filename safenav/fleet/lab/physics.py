@@ -35,6 +35,8 @@ PROGRESS = 0.02
 """Metres or radians that count as progress."""
 OPEN = 1.2
 """Angle in radians from which a leaf counts as open."""
+DEEP = 0.27
+"""Share of a region's side behind its middle up to which a robot walks to push a door open."""
 RAYS, FAR = 72, 8.0
 """Number of rays of a lidar, and their range in metres."""
 ACTING, WAITING = 2.0, 2.0
@@ -87,8 +89,9 @@ class Physics(Dynamics):
                 amid = far <= 0.3 * self._side
                 ux, uy = self._ahead(stands) if amid else ((cx - x) / far, (cy - y) / far)
                 scale = min(1.0, self._side)
-                deep = 0.5 * self._side - body.radius - 0.02 * scale
-                side = deep - 0.1 * scale  # a leaf that is wide open is between robot and wall
+                room = 0.5 * self._side - body.radius
+                deep = min(room - 0.02 * scale, DEEP * self._side)  # a leaf may push it onwards
+                side = room - 0.12 * scale  # a leaf that is wide open is between robot and wall
                 spots = [(0.0, 0.0), (deep, 0.0), (deep, side), (deep, -side), (deep, 0.0)]
                 path = [(cx + a * ux - b * uy, cy + a * uy + b * ux, None) for a, b in spots]
                 home = (x, y)
