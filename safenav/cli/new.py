@@ -7,6 +7,7 @@ from pathlib import Path
 from shlex import quote
 
 import click
+from msgspec import to_builtins
 
 from safenav.cli import options, warn
 from safenav.errors import ExitCode, UsageError
@@ -174,15 +175,17 @@ def doctor(as_json: bool) -> int:
     """List versions, extras and cache, and test the synthesizer."""
     from safenav.installation import examine
 
-    found = examine()
-    if as_json:
-        click.echo(json.dumps(found.data(), indent=2))
-        return ExitCode.OK if found.usable else ExitCode.INTERNAL
+    found = [*examine()]
+    usable = all(finding.good is not False for finding in found)
     marks = {True: ("ok", "green"), False: ("wrong", "red"), None: ("note", "yellow")}
-    for good, what, text in found.lines():
-        mark, colour = marks[good]
-        click.echo(f"{click.style(mark.ljust(6), fg=colour)} {what:<12} {text}")
-    return ExitCode.OK if found.usable else ExitCode.INTERNAL
+    if as_json:
+        data = {"usable": usable, "findings": to_builtins(found)}
+        click.echo(json.dumps(data, indent=2))
+    for finding in () if as_json else found:
+        mark, colour = marks[finding.good]
+        line = f"{click.style(mark.ljust(6), fg=colour)} {finding.subject:<12} {finding.text}"
+        click.echo(line)
+    return ExitCode.OK if usable else ExitCode.INTERNAL
 
 
 STUDIO_EPILOG = """\b

@@ -154,28 +154,10 @@ class Strategy(Struct, frozen=True, eq=False, dict=True):
         """Return the first initial node with these values (of any variables), or None."""
         return self._first(self.initial(), self._wanted(values))
 
-    def find(self, values: Mapping[str, int]) -> int | None:
-        """Return the first node with these values (of at least one variable), or None."""
-        name = next(iter(values))
-        return self._first(self._nodes(name).get(values[name], ()), self._wanted(values))
-
     def alike(self, node: int) -> tuple[int, ...]:
         """Return the other nodes with the same values, which pursue other goals first."""
         state = self.states[node]
         return tuple(n for n, other in enumerate(self.states) if n != node and other == state)
-
-    @cached_method
-    def _nodes(self, name: str) -> dict[int, list[int]]:
-        """Return the nodes by the value of a variable."""
-        found: dict[int, list[int]] = {}
-        for node, state in enumerate(self.states):
-            found.setdefault(self._field[name].decode(state), []).append(node)
-        return found
-
-    def step(self, node: int, inputs: Mapping[str, int]) -> int | None:
-        """Return the successor for these next inputs; None if there is none, which means that the
-        environment did what the assumptions exclude. Raises KeyError for unknown names."""
-        return self._first(self.transitions[node], self._wanted(inputs, Owner.INPUT))
 
     def successors_for(self, node: int, inputs: Mapping[str, int]) -> tuple[int, ...]:
         """Return all successors whose inputs agree with the given ones (some or all inputs)."""

@@ -10,7 +10,7 @@ import pytest
 
 from safenav.outcome import Verdict
 from safenav.spec.specification import Specification
-from safenav.synthesis.export import statistics_of, to_dot, to_graphml
+from safenav.synthesis.export import size_of, to_dot, to_graphml
 from safenav.synthesis.request import SynthesisResult
 from safenav.synthesis.strategy import Strategy
 
@@ -62,9 +62,7 @@ def test_strange_titles_do_no_harm(patrol: Specification, patrol_json: bytes) ->
 
 def test_figures(patrol: Specification, strategy: Strategy) -> None:
     found = SynthesisResult("carrier", Verdict.REALIZABLE, 0.25, False, "0", strategy)
-    figures = statistics_of(patrol, found)
-    assert (figures.states, figures.edges) == (9, 18)
-    assert (figures.goals, figures.variables, figures.bits) == (2, 2, 3)
-    assert (figures.robot, figures.verdict, figures.seconds) == ("carrier", "realizable", 0.25)
-    without = statistics_of(patrol, SynthesisResult("carrier", Verdict.TIMEOUT, 1.0, False, "0"))
-    assert (without.states, without.edges, without.bits) == (None, None, 3)
+    size = {"states": 9, "edges": 18, "goals": 2, "variables": 2, "bits": 3, "seconds": 0.25}
+    assert size_of(patrol, found) == {"verdict": "realizable", **size}
+    without = size_of(patrol, SynthesisResult("carrier", Verdict.TIMEOUT, 1.0, False, "0"))
+    assert (without["states"], without["edges"], without["bits"]) == (None, None, 3)

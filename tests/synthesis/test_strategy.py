@@ -27,7 +27,7 @@ def test_a_variable_with_one_value_has_no_bits_but_a_value() -> None:
 
 def test_stepping_by_something_that_is_no_input_is_a_mistake(strategy: Strategy) -> None:
     with pytest.raises(KeyError):
-        strategy.step(0, {"region": 4})
+        strategy.successors_for(0, {"region": 4})
     with pytest.raises(KeyError):
         strategy.find_initial({"nowhere": 4})
 
