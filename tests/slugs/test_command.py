@@ -4,24 +4,7 @@ import json
 import re
 from pathlib import Path
 
-import pytest
-
 from slugs.commands import FOLLOW, STRATEGY, failure, run
-
-OPTIONS = (
-    "--realizability",
-    "--explicitStrategy",
-    "--counterStrategy",
-    "--translate",
-    "--jsonOutput",
-    "--sysInitRoboticsSemantics",
-    "--biasForAction",
-    "--timeout",
-    "--memory",
-    "--nodes",
-    "--help",
-    "--version",
-)
 
 
 def test_version_is_the_one_of_the_build(own_slugs: Path, folder: Path) -> None:
@@ -31,38 +14,6 @@ def test_version_is_the_one_of_the_build(own_slugs: Path, folder: Path) -> None:
     assert declared is not None
     done = run(own_slugs, folder, "--version")
     assert (done.returncode, done.stdout, done.stderr) == (0, f"slugs {declared[1]}\n", "")
-
-
-def test_help_names_all_options_and_exit_statuses(own_slugs: Path, folder: Path) -> None:
-    """Grouped, with examples, on standard output, for any terminal."""
-    done = run(own_slugs, folder, "--help")
-    assert (done.returncode, done.stderr) == (0, "")
-    for option in OPTIONS:
-        assert f"\n  {option} " in done.stdout
-    for status in ("0 ", "2 ", "3 ", "4 ", "10"):
-        assert f"\n  {status} " in done.stdout
-    assert "Usage: slugs [options] FILE [OUTFILE]" in done.stdout
-    assert max(map(len, done.stdout.splitlines())) <= 90
-
-
-@pytest.mark.parametrize(
-    ("name", "status", "result"),
-    [
-        ("follow", 0, "RESULT: Specification is realizable."),
-        ("stuck", 10, "RESULT: Specification is unrealizable."),
-    ],
-)
-@pytest.mark.parametrize("option", [(), ("--realizability",), STRATEGY, ("--explicitStrategy",)])
-def test_the_verdict_is_a_line_and_an_exit_status(
-    own_slugs: Path, folder: Path, name: str, status: int, result: str, option: tuple[str, ...]
-) -> None:
-    """Banner and RESULT on standard error; standard output holds a strategy or nothing."""
-    done = run(own_slugs, folder, *option, f"{name}.structuredslugs")
-    assert done.returncode == status
-    banner, *lines = done.stderr.splitlines()
-    assert banner.startswith("slugs ")
-    assert lines == [result]
-    assert (done.stdout != "") == (status == 0 and "--explicitStrategy" in option)
 
 
 def test_strategy_goes_to_the_file_or_to_standard_output(own_slugs: Path, folder: Path) -> None:
@@ -119,43 +70,3 @@ def test_translation_keeps_the_order_of_declarations(own_slugs: Path, folder: Pa
     """In slugsin it is the order of the file, whoever owns the variables."""
     text = "[OUTPUT]\nb\n\n[INPUT]\na\n\n[OUTPUT]\nc\n\n[SYS_TRANS]\n| a c'\n"
     assert run(own_slugs, folder, "--translate", "-", text=text).stdout == text
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ((), "no input FILE given"),
-        (("--explicitStrateg", "x"), "unknown option '--explicitStrateg'\n  hint: did you mean"),
-        (("--symbolicStrategy", "x"), "--symbolicStrategy of SLUGS is not supported"),
-        (("--computeCNFFormOfTheSpecification", "x"), "of SLUGS is not supported"),
-        (("--timeout", "soon", "x"), "found 'soon' after --timeout, expected a positive number"),
-        (("--nodes", "1.5", "x"), "found '1.5' after --nodes, expected a positive whole number"),
-        (("--nodes", "9", "x"), "--nodes limits what --explicitStrategy lists"),
-        (("--timeout",), "option --timeout needs a value: SECONDS"),
-        (("--realizability=yes", "x"), "option --realizability takes no value"),
-        (("--jsonOutput", "x"), "--jsonOutput needs --explicitStrategy or --counterStrategy"),
-        (("--realizability", "--explicitStrategy", "x"), "exclude each other"),
-        (("x", "y"), "OUTFILE 'y' has no use here"),
-        (("--explicitStrategy", "x", "y", "z"), "found 'z', expected at most FILE and OUTFILE"),
-        (("nowhere",), "cannot read 'nowhere': No such file or directory"),
-        (("/",), "cannot read '/': Is a directory"),
-        (("broken.structuredslugs",), "broken.structuredslugs:2:8: error: found the end"),
-    ],
-)
-def test_bad_usage_is_explained(
-    own_slugs: Path, folder: Path, arguments: tuple[str, ...], message: str
-) -> None:
-    """Exit status 2, a message on standard error, and nothing else happens."""
-    before = sorted(folder.iterdir())
-    done = run(own_slugs, folder, *arguments)
-    assert done.returncode == 2
-    assert message in done.stderr
-    assert done.stdout == ""
-    assert "RESULT" not in done.stderr
-    assert sorted(folder.iterdir()) == before
-
-
-def test_two_dashes_end_the_options(own_slugs: Path, folder: Path) -> None:
-    """So that a file may have any name."""
-    (folder / "--odd").write_text(FOLLOW)
-    assert run(own_slugs, folder, "--realizability", "--", "--odd").returncode == 0

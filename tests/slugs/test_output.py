@@ -10,26 +10,6 @@ import pytest
 from slugs.commands import FOLLOW, STRATEGY, run
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (("--explicitStrategy", "follow.structuredslugs", "no/x"), "cannot write 'no/x'"),
-        (("--explicitStrategy", "follow.structuredslugs", "/"), "cannot write '/': Is a directory"),
-        (("--translate", "follow.structuredslugs", "no/x"), "cannot write 'no/x'"),
-    ],
-)
-def test_an_output_that_cannot_be_opened_costs_no_solution(
-    own_slugs: Path, folder: Path, arguments: tuple[str, ...], message: str
-) -> None:
-    """Exit status 4, as for output that cannot be written."""
-    before = sorted(folder.iterdir())
-    done = run(own_slugs, folder, *arguments)
-    assert done.returncode == 4
-    assert message in done.stderr
-    assert "RESULT" not in done.stderr
-    assert sorted(folder.iterdir()) == before
-
-
 @pytest.mark.parametrize("how", ["2>&-", "2>/dev/full"])
 def test_an_unwritten_verdict_is_an_error(own_slugs: Path, folder: Path, how: str) -> None:
     """Standard error is closed or full: exit status 4, and no file gets what it should say."""

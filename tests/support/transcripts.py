@@ -1,0 +1,61 @@
+"""Transcripts: what commands print and how they exit, word for word.
+
+A transcript writes files (``> NAME``, then ``| LINE``) and runs commands (``$``); the indented
+lines below a command are its output, and its exit status if that is not 0. ``make golden`` rewrites
+them: the review of a change is its diff.
+"""
+
+import os
+import re
+import shlex
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+Run = Callable[[list[str], Mapping[str, str]], tuple[int, str]]
+"""Runs a command with more variables; returns its exit status and all its output."""
+
+VARYING = (
+    (re.compile(r"(under )?\b[\d.]+ m?s(?=,| summed| total)"), "N ms"),
+    (re.compile(r"\b\d+ KiB"), "N KiB"),
+    (re.compile(r'(?<=seconds": )[\d.e-]+'), "N"),
+    (re.compile(r"(?<= )\d+\.\d(?= +(yes|no|-)$)", re.MULTILINE), "N"),
+)
+"""Times and sizes, and what a transcript has for them."""
+
+
+def played(script: str, folder: Path, run: Run) -> str:
+    """Return a transcript with the output that its commands give now, in a folder."""
+    lines, file = list[str](), folder
+    for line in script.splitlines():
+        if line.startswith("    "):
+            continue
+        lines.append(line)
+        if line.startswith("> "):
+            file = folder / line[2:]
+            file.write_text("")
+        elif line.startswith("|"):
+            with file.open("a", encoding="utf-8") as text:
+                text.write(line[2:] + "\n")
+        elif line.startswith("$ "):
+            words = shlex.split(line[2:])
+            variables = dict(word.split("=", 1) for word in words if re.match(r"[A-Z_]+=", word))
+            status, said = run(words[len(variables) :], variables)
+            said = said.replace(str(folder), ".")
+            for pattern, instead in VARYING:
+                said = pattern.sub(instead, said)
+            if "synth" in words:  # the widths of its columns depend on the times
+                said = re.sub(r"(?<=\S) {2,}", "  ", re.sub(r"-{2,}(?=\s)", "--", said))
+            said += f"exit {status}\n" if status else ""
+            lines += [f"    {each}".rstrip() or "    ." for each in said.splitlines()]
+    return "\n".join([*lines, ""])
+
+
+def check(file: Path, folder: Path, run: Run) -> None:
+    """Assert that the commands of a transcript print what it says, or rewrite it."""
+    script = file.read_text(encoding="utf-8")
+    found = played(script, folder, run)
+    assert "Traceback" not in found and "a defect of safenav" not in found
+    if os.environ.get("SAFENAV_GOLDEN"):
+        file.write_text(found, encoding="utf-8")
+    else:
+        assert found == script
