@@ -115,7 +115,7 @@ def export(
     run = read_trace(trace)
     moved = _computed(run, side, gust, seed, track=track) if computed else None
     if motion is not None:
-        from safenav.motion.check.mismatch import read_motion_of
+        from safenav.motion.file.mismatch import read_motion_of
 
         moved = read_motion_of(motion, run, trace)
         if side is not None and abs(moved.header.side - side) > 1e-6 * side:
@@ -179,7 +179,7 @@ def _bag(run: Trace, frame: Frame, path: Path, motion: Motion | None) -> None:
 
     poses = None
     if motion is not None:
-        from safenav.motion.in_time import in_time
+        from safenav.motion.timing.in_time import in_time
 
         run, poses = in_time(run, motion), _poses(motion, frame)
     try:

@@ -249,9 +249,9 @@ def drive(
 ) -> int:
     """Run SCENARIO with the robots of a fleet file. safenav decides where each robot goes next; the
     robots' own navigation drives them there."""
-    from safenav.fleet.acting import unserved
     from safenav.fleet.connection import fleet_world
-    from safenav.fleet.fleet_file import load_fleet
+    from safenav.fleet.file.reading import load_fleet
+    from safenav.fleet.robots.acting import unserved
     from safenav.fleet.transport import DriveRecording
     from safenav.runtime.run.checkpoint import resumption
     from safenav.scenario.lint import imprecise, oversized

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from safenav.extras import missing
+from safenav.fleet.file.stations import FleetFile, TransportKind
 from safenav.fleet.goals import FleetClock, frame_of
-from safenav.fleet.stations import FleetFile, TransportKind
 from safenav.fleet.transport import DriveRecording
 from safenav.fleet.world import FleetWorld
 from safenav.scenario.model import Scenario

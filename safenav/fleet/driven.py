@@ -13,9 +13,9 @@ from typing import TypeVar
 
 from msgspec.structs import replace
 
+from safenav.fleet.file.stations import Station
 from safenav.fleet.following import Follower
 from safenav.fleet.place import Places
-from safenav.fleet.stations import Station
 from safenav.fleet.transport import Located, SentGoal
 from safenav.fleet.world import FleetWorld
 from safenav.motion.file.records import (

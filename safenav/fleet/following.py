@@ -20,9 +20,9 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from safenav.errors import UsageError
+from safenav.fleet.file.stations import Station
 from safenav.fleet.place import Places
 from safenav.fleet.setpoints import YAW, Setpoints, sampled
-from safenav.fleet.stations import Station
 from safenav.fleet.transport import (
     GoalEnd,
     GoalEnded,

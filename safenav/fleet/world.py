@@ -15,12 +15,12 @@ from contextlib import suppress
 from math import inf
 
 from safenav.errors import UsageError
-from safenav.fleet.acting import FleetProgress, TeamAction
-from safenav.fleet.driven_robot import DrivenRobot, FleetTask, Phase, TrailPoint
+from safenav.fleet.file.stations import Station
 from safenav.fleet.goals import FRESH, LATE, REAL_TIME, SET_BACK, SETTLING, FleetClock, Goals
-from safenav.fleet.lookout import STALE, Lookout
-from safenav.fleet.sensing import PASSED, Sighting, View
-from safenav.fleet.stations import Station
+from safenav.fleet.robots.acting import FleetProgress, TeamAction
+from safenav.fleet.robots.driven_robot import DrivenRobot, FleetTask, Phase, TrailPoint
+from safenav.fleet.robots.lookout import STALE, Lookout
+from safenav.fleet.robots.sensing import PASSED, Sighting, View
 from safenav.fleet.transport import (
     DriveRecording,
     GoalEnded,

@@ -5,8 +5,8 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from safenav.fleet import transport
+from safenav.fleet.file.stations import Station
 from safenav.fleet.goals import FleetClock
-from safenav.fleet.stations import Station
 from safenav.fleet.world import FleetWorld
 from safenav.runtime.worlds.protocol import WorldEvent
 from safenav.scenario.model import Obstacle, Scenario

@@ -4,8 +4,8 @@ import pytest
 from msgspec.structs import replace
 
 from once import beside
-from safenav.fleet.acting import FleetProgress, TeamAction, unserved
-from safenav.fleet.stations import FleetFile, Network, SimulationUse, Station, TransportKind
+from safenav.fleet.file.stations import FleetFile, Network, SimulationUse, Station, TransportKind
+from safenav.fleet.robots.acting import FleetProgress, TeamAction, unserved
 from safenav.scenario.model import Need, Obstacle, ObstacleType, Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.vocabulary import ActResult

@@ -10,8 +10,9 @@ import pytest
 import yaml
 
 from safenav.errors import Diagnostic, InputError
-from safenav.fleet import fleet_file, stations
-from safenav.fleet.template import template_text
+from safenav.fleet.file import reading as fleet_file
+from safenav.fleet.file import stations
+from safenav.fleet.file.template import template_text
 from safenav.scenario.lint import imprecise
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.scenario.settings import Failures

@@ -6,8 +6,8 @@ from motion.runs import motion, played, trace_of
 from safenav.motion.check.examination import Examination
 from safenav.motion.check.room import holdings
 from safenav.motion.file.records import Action, Moving
-from safenav.motion.in_time import in_time
 from safenav.motion.making import motion_of
+from safenav.motion.timing.in_time import in_time
 from safenav.run.reading import run_of
 from safenav.trace import records
 from safenav.trace.reading import read_bytes

@@ -13,10 +13,10 @@ from safenav.motion.check.verdict import check_motion
 from safenav.motion.file.records import Action, Line, Moving, Release, Reserve
 from safenav.motion.geometry import MetricFloor
 from safenav.motion.glider import Glider
-from safenav.motion.in_time import in_time
 from safenav.motion.making import motion_of
 from safenav.motion.mover import Crossing, Mover
 from safenav.motion.timing.execution import when
+from safenav.motion.timing.in_time import in_time
 from safenav.motion.timing.schedule import motion_at_earliest_times
 from safenav.trace.reading import Trace, read_bytes
 from safenav.trace.records import Met, Move, Resolved, Service

@@ -9,8 +9,8 @@ import pytest
 from once import SCENARIOS, beside
 from report.browser import Browser
 from safenav.cli import group
-from safenav.motion.in_time import in_time
 from safenav.motion.making import motion_of
+from safenav.motion.timing.in_time import in_time
 from safenav.report.page.html import page_of
 from safenav.report.picture.glyphs import GLYPHS
 from safenav.report.picture.scene import svg_of

@@ -9,8 +9,8 @@ from typing import Any
 
 from safenav.extras import missing
 from safenav.fleet import transport
+from safenav.fleet.file.stations import SimulationUse, Station
 from safenav.fleet.place import Places
-from safenav.fleet.stations import SimulationUse, Station
 from safenav.scenario.model import Obstacle, Scenario, name_parts
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region

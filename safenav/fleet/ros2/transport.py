@@ -15,10 +15,10 @@ from uuid import uuid4
 
 from msgspec import Struct
 
+from safenav.fleet.file.stations import Network, Station
 from safenav.fleet.ros2 import messages as ros
 from safenav.fleet.ros2 import streams
 from safenav.fleet.ros2.node import LATCHED, RELIABLE, SENSOR, Client, Participant
-from safenav.fleet.stations import Network, Station
 from safenav.fleet.transport import (
     GoalEnd,
     GoalEnded,

@@ -10,7 +10,7 @@ import numpy as np
 from safenav.motion.check.examination import NEAR, Examination, Holding
 from safenav.motion.check.paths import Array, power_series
 from safenav.motion.check.room import TOUCH, outside
-from safenav.motion.file.records import Flight, FlownTrack
+from safenav.motion.file.records import TRACK_COLUMNS, Flight, FlownTrack
 
 MASS, GRAVITY, DRAG = 0.5, 9.81, 0.25
 PULL = 1.5
@@ -20,7 +20,6 @@ STEP = 0.05
 """The longest time between two samples, in seconds."""
 WAY = 0.01
 """Tolerance (m) of the path between two samples, computed from their mean speed."""
-COLUMNS = 16
 
 
 def check_wind(case: Examination) -> None:
@@ -52,8 +51,8 @@ def _rows(case: Examination, track: FlownTrack) -> None:
     def wrong(row: int, rule: str, found: str) -> None:
         case.wrong(track.t0 + row * track.step, track.robot, rule, found)
 
-    if not 0 < track.step <= STEP + NEAR or any(len(row) != COLUMNS for row in track.rows):
-        wrong(0, "track", f"expected rows of {COLUMNS} numbers, at most {STEP:g} s apart")
+    if not 0 < track.step <= STEP + NEAR or any(len(row) != TRACK_COLUMNS for row in track.rows):
+        wrong(0, "track", f"expected rows of {TRACK_COLUMNS} numbers, at most {STEP:g} s apart")
         return
     if len(track.rows) != len(track.errors):
         wrong(0, "track", "the numbers of rows and of errors differ")

@@ -6,12 +6,17 @@ from collections.abc import Mapping
 from functools import partial
 from itertools import pairwise
 
-from safenav.motion.check.actions import check_actions, check_charge
 from safenav.motion.check.examination import NEAR, Examination, Finding
 from safenav.motion.check.execution import GOALS, check_execution
 from safenav.motion.check.joins import check_joins, check_path
-from safenav.motion.check.mismatch import mismatch
-from safenav.motion.check.order import Passage, check_clock, check_order, passages
+from safenav.motion.check.order import (
+    Passage,
+    check_actions,
+    check_charge,
+    check_clock,
+    check_order,
+    passages,
+)
 from safenav.motion.check.room import (
     check_distances,
     check_never_together,
@@ -21,6 +26,7 @@ from safenav.motion.check.room import (
 )
 from safenav.motion.check.tracking import check_wind
 from safenav.motion.check.walking import check_segment
+from safenav.motion.file.mismatch import mismatch
 from safenav.motion.file.records import Flight, Motion, Moving, Segment
 from safenav.trace.reading import Trace
 

@@ -161,6 +161,9 @@ class Reset(Struct, frozen=True):
     reason: str
 
 
+TRACK_COLUMNS = 16
+
+
 class FlownTrack(Struct, frozen=True):
     """Flight of a flyer along its references in wind: rows of a simulated flight, every ``step``
     seconds from ``t0``: position, velocity, quaternion (w, x, y, z), body rates (rad/s), thrust

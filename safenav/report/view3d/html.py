@@ -26,8 +26,8 @@ from numpy.typing import NDArray
 from safenav.errors import UsageError
 from safenav.motion.columns import columns_of
 from safenav.motion.file import records
-from safenav.motion.in_time import in_time, turns_in_time
 from safenav.motion.requirements import curves
+from safenav.motion.timing.in_time import in_time, turns_in_time
 from safenav.report.page.encode import encoded
 from safenav.report.page.html import data_element, document
 from safenav.run.paths import SAME

@@ -16,8 +16,8 @@ from typing import Any
 from msgspec import Struct
 
 from safenav.fleet import transport
+from safenav.fleet.file.stations import SimulationUse, Station
 from safenav.fleet.lab.simulation import SimulationTransport
-from safenav.fleet.stations import SimulationUse, Station
 from safenav.scenario.model import Scenario
 from safenav.trace.vocabulary import ActResult
 

@@ -12,7 +12,7 @@ from typing import Annotated, Any, ClassVar
 
 from msgspec.structs import replace
 
-from safenav.fleet.stations import (
+from safenav.fleet.file.stations import (
     FleetFile,
     FollowUse,
     Network,

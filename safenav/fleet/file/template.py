@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import floor
 
-from safenav.fleet.stations import FollowUse, Station, on_regions, side_of
+from safenav.fleet.file.stations import FollowUse, Station, on_regions, side_of
 from safenav.scenario.lint import arrival_room
 from safenav.scenario.model import Scenario
 from safenav.trace.words import listed

@@ -12,8 +12,8 @@ from math import cos, inf, isfinite, isnan, pi, sin
 
 from msgspec import Struct
 
+from safenav.fleet.file.stations import ScanUse
 from safenav.fleet.place import Places, turned
-from safenav.fleet.stations import ScanUse
 from safenav.fleet.transport import Located, Reported, Scanned
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.world.map import Region

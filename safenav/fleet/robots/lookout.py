@@ -6,9 +6,9 @@ from collections.abc import Iterator, Mapping
 from functools import partial
 from math import hypot
 
-from safenav.fleet.driven_robot import DrivenRobot, HeardScan
 from safenav.fleet.place import Places
-from safenav.fleet.sensing import PASSED, ScanResult, Sensing, View
+from safenav.fleet.robots.driven_robot import DrivenRobot, HeardScan
+from safenav.fleet.robots.sensing import PASSED, ScanResult, Sensing, View
 from safenav.fleet.transport import Located, Scanned
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.team.failures import lost

@@ -9,10 +9,10 @@ from math import hypot, inf
 
 from msgspec import Struct, field
 
-from safenav.fleet.acting import TeamAction
+from safenav.fleet.file.stations import Station
 from safenav.fleet.place import turned
-from safenav.fleet.sensing import View
-from safenav.fleet.stations import Station
+from safenav.fleet.robots.acting import TeamAction
+from safenav.fleet.robots.sensing import View
 from safenav.fleet.transport import Located, Scanned
 from safenav.scenario.model import Obstacle, Robot
 from safenav.trace.vocabulary import ActResult

@@ -7,9 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from safenav.errors import UsageError
-from safenav.motion.check.tracking import COLUMNS
 from safenav.motion.file.reading import read_motion
-from safenav.motion.file.records import Flight, FlownTrack, Motion, Moving, Segment
+from safenav.motion.file.records import TRACK_COLUMNS, Flight, FlownTrack, Motion, Moving, Segment
 from safenav.trace.reading import Trace
 
 MOST = {
@@ -39,8 +38,8 @@ def read_motion_of(path: Path, trace: Trace, name: Path) -> Motion:
     """
     motion = read_motion(path)
     found = mismatch(motion, trace)
-    if any(len(row) != COLUMNS for track in motion.of(FlownTrack) for row in track.rows):
-        found = found or f"a row of a flight does not have {COLUMNS} numbers"
+    if any(len(row) != TRACK_COLUMNS for track in motion.of(FlownTrack) for row in track.rows):
+        found = found or f"a row of a flight does not have {TRACK_COLUMNS} numbers"
     if found:
         hint = f"recompute it: safenav export {name} --motion {path}"
         raise UsageError(f"{path}: {found}\n    {hint}")

@@ -1,0 +1,1 @@
+"""The fleet file: the connection, sensors and actions of each robot."""

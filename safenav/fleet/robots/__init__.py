@@ -1,0 +1,1 @@
+"""The robots of a fleet: their state, their sensors, their actions."""
