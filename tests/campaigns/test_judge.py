@@ -132,22 +132,6 @@ def test_an_untraversable_obstacle_stays_closed_to_robots_it_blocks() -> None:
         assert independent.can_complete(found, begin) is answer
 
 
-def test_rounds_restart_with_a_resolution() -> None:
-    opener = {"model": "digit", "start": 9, "heading": "east", "objective": {"hold": 9}}
-    robots = {"a": flyer(8, visit=[8, 9]), "b": opener}
-    found = corridor(5, robots, obstacles=[{"type": "door", "region": 10}])
-    game = joint.JointState(found, told(found))
-    (begun,) = game.starts()
-    assert begun[1] == ((1, 1), (0, 1))
-    (opened,) = (state for state in game.successors(begun) if not state[2])
-    assert opened[1] == ((1, 0), (0, 0))
-
-
-def test_an_exhausted_budget_gives_no_verdict() -> None:
-    found = read_mission(mission("crowd", 3))
-    assert joint.can_complete(found, at_start(found), budget=10) is Answer.OVER_BUDGET
-
-
 @pytest.mark.parametrize("family", ["apart", "apart_needs", "traps"])
 def test_both_searches_agree_without_collisions(family: str) -> None:
     """One reasons with sets of poses, the other tries every single move."""
@@ -214,12 +198,6 @@ def test_an_obstacle_that_is_resolved_too_early_is_noticed() -> None:
     found = corridor(5, {"a": flyer(8, hold=8)}, obstacles=[{"type": "uncertainty", "region": 11}])
     trace = [*moves(("a", 9)), {"type": "resolved", "obstacle": "uncertainty@11", "robot": "a"}]
     assert "before that is done" in replay(found, trace).problems[0]
-
-
-def test_a_goal_met_while_waiting_does_not_count_towards_a_round() -> None:
-    found = corridor(5, {"a": flyer(8, visit=[8, 9])})
-    goals = [{"type": "goal", "robot": "a", "goal": 0, "region": 8, "round": k} for k in (0, 1)]
-    assert replay(found, [*moves(("a", 8)), *goals]).situation.progress == {"a": (1, 0)}
 
 
 def test_a_goal_reached_elsewhere_while_waiting_does_not_count() -> None:
@@ -313,11 +291,3 @@ def test_entering_an_untraversable_or_permanent_obstacle_is_noticed() -> None:
     lines = [*moves(("p", 11)), found, {"type": "blocked", "tick": 1, "obstacle": "it@13"}]
     assert entries_of(data, lines) == []
     assert entries_of(data, [*lines, *moves(("p", 13))]) == ["tick 1: p is in it@13"]
-
-
-def test_a_robot_inside_a_permanent_obstacle_may_leave_but_not_return() -> None:
-    data = lab(PRESS, c="cart")
-    data["obstacles"][0]["from"] = 2
-    came, left = ({"type": kind, "obstacle": "it@13"} for kind in ("appeared", "blocked"))
-    steps = [*moves(("c", 13)), came, left, *moves(("c", 13), ("c", 14), ("c", 13))]
-    assert entries_of(data, steps) == ["tick 3: c is in it@13"]

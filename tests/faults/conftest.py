@@ -120,10 +120,6 @@ def small_files() -> None:
     resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
 
 
-def little_memory() -> None:
-    resource.setrlimit(resource.RLIMIT_AS, (1 << 30, 1 << 30))
-
-
 def no_privileges() -> None:
     """Let read-only files be read-only for root as well."""
     if os.geteuid() == 0:

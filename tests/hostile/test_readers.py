@@ -72,6 +72,13 @@ BITS = ["a@0.0.2147483647", *(f"a@{k}" for k in range(1, 31)), "b"]
 ZERO = {"rank": 0, "state": [0] * 32, "trans": [0]}
 WIDE_STRATEGY = json.dumps({"variables": BITS, "nodes": {"0": ZERO}})
 TWICE = NODES[:-1] + ", " + NODES[1:]
+TAGS = (
+    '!!python/object/apply:os.system ["touch pwned"]',
+    '!!python/object/new:subprocess.Popen [["touch", "pwned"]]',
+    "!!python/name:os.system",
+    '!!python/module:antigravity ""',
+    '!!map {? !!python/object/apply:os.system ["touch pwned"] : 1}',
+)
 Files = dict[str, str | bytes]
 
 BOMBS: dict[str, tuple[Files, tuple[str, ...]]] = {
@@ -114,7 +121,17 @@ BOMBS: dict[str, tuple[Files, tuple[str, ...]]] = {
     "merge keys": ({"s.yaml": merged()}, ("check", "s.yaml")),
     "nesting": ({"s.yaml": LAB + "x: " + "[" * 100_000}, ("check", "s.yaml")),
     "a long number": ({"s.yaml": LAB + "seed: " + "9" * 1_000_000}, ("check", "s.yaml")),
-    "a tag": ({"s.yaml": LAB + "x: !!python/object/apply:os.system [ls]\n"}, ("check", "s.yaml")),
+    **{
+        f"tag {number}": (
+            {"s.yaml": LAB.replace("safenav: 1", f"safenav: {tag}")},
+            ("run", "s.yaml"),
+        )
+        for number, tag in enumerate(TAGS)
+    },
+    **{
+        f"tag {number} in a place": ({"s.yaml": LAB + f"x: {tag}\n"}, ("check", "s.yaml"))
+        for number, tag in enumerate(TAGS)
+    },
     "a matrix": (
         {"s.yaml": LAB, "m.yaml": f"scenarios: [s.yaml]\nmatrix:\n{AXES}"},
         ("batch", "m.yaml"),
@@ -148,6 +165,19 @@ BOMBS: dict[str, tuple[Files, tuple[str, ...]]] = {
     "a map header": (
         {"s.map": "type octile\nheight 999999\nwidth 999999\nmap\n....\n"},
         ("draw", "s.map"),
+    ),
+    "a huge grid": (
+        {
+            "s.yaml": LAB.replace(
+                '"#####", "#...#", "#####"', ", ".join(['"' + "." * 2000 + '"'] * 2000)
+            )
+        },
+        ("check", "s.yaml"),
+    ),
+    "a large image": (
+        {"s.yaml": image("s.pgm").replace("rows: 3, cols: 5", "rows: 10000, cols: 10000")}
+        | {"s.pgm": b"P5\n10000 10000\n255\n" + b"\xff" * 100},
+        ("check", "s.yaml"),
     ),
     "a large map": (
         {"s.map": "type octile\nheight 3000\nwidth 3000\nmap\n" + ("." * 3000 + "\n") * 3000},

@@ -12,7 +12,7 @@ from random import Random
 import yaml
 from msgspec import Struct
 
-from campaigns.drives.messages import Channel, Hand, LateTransport, RobotClock, channels, clocks
+from campaigns.drives.messages import Channel, LateTransport, RobotClock, channels, clocks
 from campaigns.drives.physics_judge import Judge, PhysicsLog
 from campaigns.drives.rooms import fleet_of, late_mission
 from safenav.checked_trace import check_trace
@@ -65,10 +65,7 @@ def late_drive(seed: int, *, late: bool = True) -> LateDrive:
             ways[name, "odometry"] = Channel((0.0, 0.05))
     if not late:
         ways, watches = {key: Channel() for key in ways}, {name: RobotClock() for name in names}
-    hand = None
-    if late and random.random() < 0.25:
-        hand = Hand(random.choice(names), random.uniform(2, 30))
-    given = (scenario, fleet.stations, fleet.simulation, random, ways, watches, hand)
+    given = (scenario, fleet.stations, fleet.simulation, random, ways, watches)
     try:
         robots = LateTransport(*given)
     except UsageError as error:
@@ -97,10 +94,7 @@ def late_drive(seed: int, *, late: bool = True) -> LateDrive:
     finally:
         world.close()
     text_lines = content.decode().splitlines()
-    moved = {} if hand is None or hand.to is None else {hand.robot: hand.at - mission.began}
-    judge = Judge(
-        scenario, fleet.stations, world.goals.places, log, lines, sensed, mission.began, moved
-    )
+    judge = Judge(scenario, fleet.stations, world.goals.places, log, lines, sensed, mission.began)
     defects = judge.defects
     defects += [f"trace: {finding}" for finding in check_trace(text_lines).findings]
     trace = read_bytes(content, "late.jsonl")
@@ -114,7 +108,7 @@ def late_drive(seed: int, *, late: bool = True) -> LateDrive:
     excused = {*TOLD_OF_TRANSPORT, *(["tracking"] if follow else [])}
     for one in found:
         acts = one.rule == "measured room" and _acts(lines, one.robot, one.t)
-        if one.rule not in excused and not acts and moved.get(one.robot, 1e9) > one.t:
+        if one.rule not in excused and not acts:
             defects.append(f"motion: {one}")
     said = str(result.explanation or "")
     return LateDrive(result.outcome.value, said, lines[-1].t or 0.0, text_lines, defects)

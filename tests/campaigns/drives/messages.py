@@ -9,7 +9,7 @@ from __future__ import annotations
 import heapq
 from collections.abc import Callable, Mapping
 from itertools import count
-from math import hypot, tau
+from math import tau
 from random import Random
 from typing import Any
 
@@ -70,14 +70,6 @@ class RobotClock(Struct):
         return self.offset + self.speed * now - self.back * (now >= self.set_at)
 
 
-class Hand(Struct):
-    """A person who carries a standing robot to an adjacent region at a time (``at``)."""
-
-    robot: str
-    at: float
-    to: tuple[float, float] | None = None
-
-
 class LateTransport(SimulationTransport):
     """The simulation, heard late. Lidars also look while their robot moves."""
 
@@ -89,10 +81,8 @@ class LateTransport(SimulationTransport):
         random: Random,
         channels: Mapping[tuple[str, str], Channel],
         clocks: Mapping[str, RobotClock],
-        hand: Hand | None = None,
     ) -> None:
         super().__init__(scenario, stations, use)
-        self._hand, self._world = hand, scenario.map
         self._random, self._channels, self._clocks = random, channels, clocks
         self._sent: list[tuple[float, int, transport.Message]] = []
         self._numbers = count()
@@ -101,33 +91,9 @@ class LateTransport(SimulationTransport):
     def step(self) -> None:
         self._due = 0.0
         super().step()
-        if self._hand is not None and self.physics.now >= self._hand.at:
-            self._carry(self._hand)
         self.watch()
         while self._sent and self._sent[0][0] <= self.physics.now:
             self._post(heapq.heappop(self._sent)[2])
-
-    def _carry(self, hand: Hand) -> None:
-        physics, places = self.physics, self.physics._places
-        body = physics._bodies[hand.robot]
-        x, y, _ = physics._at(body)
-        if hand.to is None:
-            here = places.region(x, y)
-            free = (
-                [] if here is None or physics._moves(hand.robot) else self._world.neighbours(here)
-            )
-            free = [r for r in free if not physics._busy(r)]
-            free = [r for r in free if all(o.region != r for o in physics._obstacles)]
-            if body.acts is not None or not free:
-                return
-            hand.to = places.centre(self._random.choice(free))
-        far = hypot(hand.to[0] - x, hand.to[1] - y)
-        if far < 0.05:
-            self._hand = None
-        share = min(1.0, 0.02 / max(far, 1e-9))
-        body.stay = x + share * (hand.to[0] - x), y + share * (hand.to[1] - y)
-        for dof, value in zip(body.dofs[:2], body.stay, strict=True):
-            physics._data.qpos[dof] = value
 
     def _send(self, name: str, message: transport.Message) -> None:
         now = self.physics.now

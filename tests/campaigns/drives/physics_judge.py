@@ -64,8 +64,7 @@ def close_to(places: Any, region: int, at: tuple[float, float, float]) -> float:
 
 
 class Judge:
-    """Compares a trace with the log of the physics. ``moved``: robots that a person moves by hand,
-    and since when, in seconds."""
+    """Compares a trace with the log of the physics."""
 
     def __init__(
         self,
@@ -76,10 +75,9 @@ class Judge:
         lines: list[records.Record],
         sensed: list[Sensed],
         zero: float,
-        moved: Mapping[str, float],
     ) -> None:
         self._scenario, self._stations, self._places = scenario, stations, places
-        self._log, self._lines, self._zero, self._moved = log.moments, lines, zero, moved
+        self._log, self._lines, self._zero = log.moments, lines, zero
         self._sensed = sensed
         self.defects: list[str] = []
         self._sightings()
@@ -114,8 +112,6 @@ class Judge:
             if name.startswith(("lost_", "unknown_")):
                 continue
             stood = [bool(one.stands.get(name)) for one in self._around(t, 3.0)]
-            if event.there and any(self._carried(one, event, t) for one in self._moved):
-                continue
             if event.there and not any(stood):
                 self._wrong(t, f"{event.by} has not seen {name}")
             elif (
@@ -138,9 +134,7 @@ class Judge:
     def _ends(self) -> None:
         """Check that each step ends where the trace says."""
         for line in self._lines:
-            if not isinstance(line, records.Arrive) or self._by_hand(line.robot, line.t or 0.0):
-                continue
-            if self._bumped(line.robot, line.t or 0.0):
+            if not isinstance(line, records.Arrive) or self._bumped(line.robot, line.t or 0.0):
                 continue
             t, name = line.t or 0.0, line.robot
             now = [*self._around(t, 0.05)][-1].at[name]
@@ -163,24 +157,13 @@ class Judge:
             return station.tolerance + 0.05
         return float(max(self._places.frame.resolution)) / 2 + 0.05
 
-    def _carried(self, robot: str, event: Sensed, t: float) -> bool:
-        """Return whether a robot that a person carries may have been mistaken for an obstacle."""
-        region, reach = event.obstacle.region, max(self._places.frame.resolution) / 2
-        ats = (one.at[robot] for one in self._around(t, 3.0))
-        return self._by_hand(robot, t) and any(
-            self._places.outside(region, x, y) < reach for x, y, _ in ats
-        )
-
-    def _by_hand(self, name: str, t: float) -> bool:
-        return self._moved.get(name, 1e9) <= t
-
     def _contacts(self) -> None:
         """Check that no robot touches another one, or an obstacle on which it does not act."""
         for one in self._log:
             for pair in one.touches:
                 robots = [name for name in pair if name in one.at]
                 t = one.t - self._zero
-                if t < 0 or any(self._by_hand(name, t) for name in robots):
+                if t < 0:
                     continue
                 team = {robot.name: robot for robot in self._scenario.robots}
                 if len(robots) == 2 and team[robots[0]].conflicts(team[robots[1]]):
@@ -203,7 +186,7 @@ class Judge:
                 continue
             for name, held in spans.items():
                 regions = next((r for a, b, r in held if a <= t < b), frozenset())
-                if not regions or self._by_hand(name, t) or self._bumped(name, t):
+                if not regions or self._bumped(name, t):
                     continue
                 x, y, _ = one.at[name]
                 off = min(self._places.outside(region, x, y) for region in regions)
