@@ -47,7 +47,7 @@ PURPOSES = {
 _ANSWER_SECONDS = 10.0
 
 
-class Finding(Struct, frozen=True):
+class InstallationFinding(Struct, frozen=True):
     """One line of the report. ``good``: None for a note about something optional."""
 
     good: bool | None
@@ -55,13 +55,13 @@ class Finding(Struct, frozen=True):
     text: str
 
 
-def examine() -> Iterator[Finding]:
+def examine() -> Iterator[InstallationFinding]:
     """Examine packages, synthesizer and cache. Runs two syntheses, and creates and removes an empty
     file in the cache directory. Scenarios can be run unless a finding is bad."""
     location = Path(safenav.__file__).parent
-    yield Finding(True, "safenav", f"{safenav.__version__} in {location}")
+    yield InstallationFinding(True, "safenav", f"{safenav.__version__} in {location}")
     system = f"{platform.python_version()} ({sys.executable}) on {platform.platform()}"
-    yield Finding(True, "Python", system)
+    yield InstallationFinding(True, "Python", system)
     seen = set[str]()
     for extra in ("", *PURPOSES):
         for name in map(project, requirements(extra)):
@@ -72,29 +72,29 @@ def examine() -> Iterator[Finding]:
     yield _cache()
 
 
-def _package(name: str, extra: str) -> Finding:
+def _package(name: str, extra: str) -> InstallationFinding:
     try:
-        return Finding(True, name, metadata.version(name))
+        return InstallationFinding(True, name, metadata.version(name))
     except metadata.PackageNotFoundError:
         advice = install_command(extra)
     if not extra:
-        return Finding(False, name, f"missing: {advice}")
-    return Finding(None, name, f"not installed; for {PURPOSES[extra]}: {advice}")
+        return InstallationFinding(False, name, f"missing: {advice}")
+    return InstallationFinding(None, name, f"not installed; for {PURPOSES[extra]}: {advice}")
 
 
-def _synthesizer() -> Iterator[Finding]:
+def _synthesizer() -> Iterator[InstallationFinding]:
     try:
         binary = find_binary()
     except SafenavError as error:
-        yield Finding(False, "slugs", str(error))
+        yield InstallationFinding(False, "slugs", str(error))
         return
     by = SLUGS_VARIABLE if os.environ.get(SLUGS_VARIABLE) else "came with safenav"
     version = binary.version or "not safenav's own"
-    yield Finding(True, "slugs", f"{version}, {binary.path} ({by})")
+    yield InstallationFinding(True, "slugs", f"{version}, {binary.path} ({by})")
     begun = time.monotonic()
     problem = _wrong_answer(binary)
     good = f"synthesizes; its strategy passes the check ({time.monotonic() - begun:.2f} s)"
-    yield Finding(problem is None, "slugs", problem or good)
+    yield InstallationFinding(problem is None, "slugs", problem or good)
 
 
 def _wrong_answer(binary: Binary) -> str | None:
@@ -116,11 +116,11 @@ def _wrong_answer(binary: Binary) -> str | None:
     return None
 
 
-def _cache() -> Finding:
+def _cache() -> InstallationFinding:
     by = CACHE_VARIABLE if os.environ.get(CACHE_VARIABLE) else "default"
     directory = Cache.from_environment().directory
     if directory is None:
-        return Finding(None, "cache", f"off ({by})")
+        return InstallationFinding(None, "cache", f"off ({by})")
     try:
         directory.mkdir(parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile(dir=directory, prefix=".doctor-"):
@@ -128,6 +128,6 @@ def _cache() -> Finding:
         sizes = [path.stat().st_size for path in directory.glob("??/*.answer")]
     except OSError as error:
         problem = f"not writable: {error.strerror or error}"
-        return Finding(None, "cache", f"{directory} ({problem})")
+        return InstallationFinding(None, "cache", f"{directory} ({problem})")
     used = f"{len(sizes)} results, {sum(sizes) / 2**20:.1f} MiB"
-    return Finding(True, "cache", f"{directory} (writable, {used}; {by})")
+    return InstallationFinding(True, "cache", f"{directory} (writable, {used}; {by})")

@@ -20,14 +20,6 @@ from safenav.synthesis.cache import Cache
 pytestmark = pytest.mark.usefixtures("slugs")
 
 
-def test_all_as_expected_is_exit_0(write: Write) -> None:
-    write("a.yaml")
-    write("b/c.yaml")
-    done = safenav(".", "--jobs", "2")
-    assert (done.returncode, done.stderr) == (0, "")
-    assert "2 passed" in done.stdout
-
-
 def test_a_scenario_comes_from_standard_input(write: Write) -> None:
     write("a.yaml")
     done = ran([*SAFENAV, "batch", "-"], input=Path("a.yaml").read_text(), env=environment())
@@ -55,19 +47,6 @@ def test_times_are_those_of_the_run_and_not_those_that_the_cache_remembers(
     (case,) = ET.parse("now.xml").iter("testcase")
     assert float(case.get("time", "nan")) < 86_400
     assert "86400" not in done.stdout + done.stderr
-
-
-def test_a_wrong_expectation_is_exit_1_and_a_reason(write: Write) -> None:
-    write("good.yaml")
-    write("wrong.yaml", expect="{outcome: completed, ticks: 40}")
-    done = safenav("good.yaml", "wrong.yaml", "--out", "out", "--junit", "junit.xml")
-    assert done.returncode == 1
-    assert "  outcome: expected completed, got unrealizable\n" in done.stdout
-    assert "1 passed, 1 different" in done.stdout
-    assert "different wrong.yaml: outcome: expected completed" in done.stderr
-    failure = ET.parse("junit.xml").find(".//testcase[@name='wrong.yaml']/failure")
-    assert failure is not None
-    assert failure.get("message") == "outcome: expected completed, got unrealizable"
 
 
 def test_artifacts_of_failures_are_kept_and_nothing_else(write: Write) -> None:
@@ -147,51 +126,6 @@ def test_a_broken_scenario_a_crash_and_a_hang_do_not_take_the_batch_down(
     assert slugs.all_gone()
     kept = {path.parent.name.split("-")[0] for path in Path("out/failures").glob("*/trace.jsonl")}
     assert kept == {"crash.yaml", "hang.yaml"}
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["none.yaml"], "no such file or folder: none.yaml"),
-        (["a.yaml", "--resume"], "--resume needs --out"),
-        (["a.yaml", "--dask", "tcp://127.0.0.1:1", "--jobs", "2"], "--jobs is for this machine"),
-        (["a.yaml", "--baseline", "none.jsonl"], "cannot read the baseline"),
-        (["a.yaml", "--baseline", "a.yaml"], "a.yaml:1 is not a result of a batch"),
-        (["a.yaml", "--junit", "none/out.xml"], "cannot write none/out.xml"),
-        (["a.yaml", "--jobs", "0"], "invalid value"),
-        ([], "missing argument"),
-        (["m.yaml"], "m.yaml:3:10: 'sed' is not a path"),
-    ],
-)
-def test_bad_input_is_exit_2(write: Write, words: list[str], message: str) -> None:
-    write("a.yaml")
-    write("m.yaml", text="batch: 1\nscenarios: [a.yaml]\nmatrix: {sed: [1]}\n")
-    done = safenav(*words)
-    assert done.returncode == 2
-    assert message in done.stderr
-
-
-def test_a_matrix_runs_every_combination(write: Write) -> None:
-    write("a.yaml")
-    write(
-        "m.yaml",
-        text="batch: 1\nscenarios: [a.yaml]\nmatrix: {seed: [1, 2], limits.ticks: [5, 6]}\n"
-        "include: [{expect.outcome: completed}]\n",
-    )
-    done = safenav("m.yaml", "--json")
-    assert done.returncode == 1
-    names = [result["name"] for result in json.loads(done.stdout)["results"]]
-    assert sum(name.startswith("a.yaml [seed=") for name in names) == 4
-    assert "a.yaml [expect.outcome=completed]" in names
-    assert "4 passed, 1 different" in done.stderr
-
-
-def test_fail_fast(write: Write) -> None:
-    write("a.yaml", "broken")
-    write("b.yaml")
-    done = safenav("a.yaml", "b.yaml", "--jobs", "1", "--fail-fast")
-    assert done.returncode == 1
-    assert "1 error, 1 not run" in done.stdout
 
 
 def test_differences_from_a_baseline_are_reported(write: Write) -> None:

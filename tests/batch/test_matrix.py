@@ -5,7 +5,6 @@ from typing import Any
 import pytest
 
 from safenav.batch.matrix import read_matrix, varied
-from safenav.errors import InputError
 from safenav.scenario.reading.loader import load_scenario_text
 
 HEAD = "batch: 1\nscenarios: [a.yaml]\n"
@@ -46,46 +45,6 @@ def test_every_combination_but_the_excluded_and_the_included(
     assert settings(text) == expected
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("batch: 1\n", "1:1: the batch: the key 'scenarios' is missing"),
-        (
-            "scenarios: [s.yaml]\nmatrix: {seed: [0]}\n",
-            "1:1: the batch: the key 'batch' is missing\n(.*\n)*.*begin the file with 'batch: 1'",
-        ),
-        (
-            "batch: 1\nscenarios: [s.yaml]\nmatrix: {seed: 0-99}\n",
-            "found the text '0-99'(.*\n)*.*write {from: 0, to: 99}",
-        ),
-        ("batch: 1\nscenarios: []\n", "2:12: 'scenarios' is empty"),
-        (
-            HEAD + "matrix: {sed: [1]}\n",
-            "3:10: 'sed' is not a path into a scenario\n(.*\n)*.*'seed'",
-        ),
-        (HEAD + "matrix: {seed: 1}\n", "3:16: 'seed' of 'matrix': found the number 1"),
-        (HEAD + "matrix: {seed: []}\n", "3:16: 'seed' of 'matrix': a list of no values"),
-        (HEAD + "matrix: {seed: {from: 2, to: 1}}\n", "3:16: .*from 2 to 1 is empty"),
-        (HEAD + "matrix: {seed: {from: 0, to: 999999}}\n", "3:16: .*more than 100000"),
-        (
-            HEAD + "matrix: {seed: {from: 1, to: 999}, limits.ticks: {from: 1, to: 999}}\n",
-            "3:9: the matrix has 998001 combinations",
-        ),
-        (
-            HEAD + "matrix: {seed: [1]}\nexclude: [{seed: 2}]\n",
-            "4:11: .*2 is not a value of 'seed'",
-        ),
-        (HEAD + "matrix: {seed: [1]}\nexclude: [{limits: 2}]\n", "4:11: .*not in the matrix"),
-        (HEAD + "matrix: {seed: [1]}\nexclude: [{seed: 1}]\n", "every combination is excluded"),
-        (HEAD + "matrx: {seed: [1]}\n", "3:1: unknown key 'matrx'.*\n(.*\n)*.*'matrix'"),
-        ("batch: 1\nscenarios: [", "not YAML"),
-    ],
-)
-def test_mistakes_of_a_matrix_are_reported_at_their_place(text: str, message: str) -> None:
-    with pytest.raises(InputError, match=message):
-        read_matrix(text, "m.yaml")
-
-
 SCENARIO = """\
 safenav: 1
 map: {grid: ['#####', '#...#', '#####']}
@@ -115,20 +74,3 @@ def test_settings_reach_keys_items_and_what_is_not_there_yet() -> None:
     assert scenario.expect.outcome == "completed"
     assert scenario.coordination == "assignable"
     assert load({}).limits.ticks == 1000
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"robots.quad.start": 0}, "s.yaml:3:43: .*region 0.* is a wall"),
-        ({"obstacles.1.region": 7}, "4:12: 'obstacles.1.region' of the matrix leads nowhere"),
-        ({"robots.quad.start.x": 7}, "s.yaml:3:43: .*leads nowhere: there is no 'x' here"),
-        ({"limits.tics": 7}, "unknown key 'tics' in limits\n(.*\n)*.*'ticks'"),
-        ({"map.grid": "#####\n#..#\n"}, "s.yaml:2:"),
-    ],
-)
-def test_a_variation_is_checked_as_if_it_stood_in_the_file(
-    changes: dict[str, Any], message: str
-) -> None:
-    with pytest.raises(InputError, match=message):
-        load(changes)

@@ -17,6 +17,7 @@ Run = Callable[[list[str], Mapping[str, str]], tuple[int, str]]
 VARYING = (
     (re.compile(r"(under )?\b[\d.]+ m?s(?=,| summed| total)"), "N ms"),
     (re.compile(r"\b\d+ KiB"), "N KiB"),
+    (re.compile(r"(?<= in )[\d.]+ s(?=$|;)|(?<= )\d+\.\d\d$", re.MULTILINE), "N"),
     (re.compile(r'(?<=seconds": )[\d.e-]+'), "N"),
     (re.compile(r"(?<= )\d+\.\d(?= +(yes|no|-)$)", re.MULTILINE), "N"),
 )
@@ -32,6 +33,7 @@ def played(script: str, folder: Path, run: Run) -> str:
         lines.append(line)
         if line.startswith("> "):
             file = folder / line[2:]
+            file.parent.mkdir(exist_ok=True)
             file.write_text("")
         elif line.startswith("|"):
             with file.open("a", encoding="utf-8") as text:
@@ -45,6 +47,9 @@ def played(script: str, folder: Path, run: Run) -> str:
                 said = pattern.sub(instead, said)
             if "synth" in words:  # the widths of its columns depend on the times
                 said = re.sub(r"(?<=\S) {2,}", "  ", re.sub(r"-{2,}(?=\s)", "--", said))
+            if "batch" in words:  # cases that passed come the slowest first
+                rows = re.compile(r"(?:^.* passed  .*\n)+", re.MULTILINE)
+                said = rows.sub(lambda found: "".join(sorted(found[0].splitlines(True))), said)
             said += f"exit {status}\n" if status else ""
             lines += [f"    {each}".rstrip() or "    ." for each in said.splitlines()]
     return "\n".join([*lines, ""])
