@@ -9,10 +9,9 @@ from pathlib import Path
 
 from msgspec import Struct
 
-from safenav.errors import Diagnostic, InputError, ResourceLimitError
+from safenav.errors import Diagnostic, InputError
 from safenav.judge.engine import Finding, judge
 from safenav.judge.lines import NotATraceError
-from safenav.line_values import MOST_JUDGED_REGIONS
 from safenav.lines import json_line
 from safenav.trace.reading import Trace, read_bytes, read_content
 from safenav.trace.records import Arrive, Move, Push
@@ -42,7 +41,7 @@ class CheckedTrace(Struct, frozen=True):
 
 def check_trace(trace: str | Path | Trace | Iterable[str]) -> CheckedTrace:
     """Check a trace: a path, its lines, or one that has been read. Raises InputError if it is not
-    a trace, and ResourceLimitError if its map is too large."""
+    a trace."""
     if isinstance(trace, Trace):
         records = (trace.header, *trace.records)
         return checked("".join(json_line(as_data(r)) for r in records).encode(), trace.source)
@@ -54,7 +53,7 @@ def check_trace(trace: str | Path | Trace | Iterable[str]) -> CheckedTrace:
 
 def checked(content: bytes, source: str) -> CheckedTrace:
     """Check the content of a trace."""
-    trace = _of_bounded_size(read_bytes(content, source))
+    trace = read_bytes(content, source)
     try:
         found = judge(BytesIO(content))
     except NotATraceError as error:
@@ -62,14 +61,6 @@ def checked(content: bytes, source: str) -> CheckedTrace:
     complete = found.outcome is not None and not trace.cut_off
     counts = statistics(trace), tuple(found.notes), found.strays, found.hands
     return CheckedTrace(source, found.outcome, complete, tuple(found.findings), *counts)
-
-
-def _of_bounded_size(trace: Trace) -> Trace:
-    world = trace.header.scenario.map
-    if world.rows * world.cols > MOST_JUDGED_REGIONS:
-        what = f"{trace.source}: a map of {world.rows} x {world.cols} regions"
-        raise ResourceLimitError(f"{what}; traces of at most {MOST_JUDGED_REGIONS:,} can be judged")
-    return trace
 
 
 def statistics(trace: Trace) -> dict[str, int]:

@@ -15,8 +15,6 @@ MOST_LEVELS = 200
 """Deepest nesting of a line: a proof nests as deep as its choices."""
 MOST_ROBOTS = 1000
 MOST_REGIONS = 2**18
-MOST_JUDGED_REGIONS = 2**16
-"""Regions of the largest map whose trace is judged: that needs 500 MB at most."""
 NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.@#-]{0,199}")
 """Names of robots, obstacles, regions and variables, references to them, and checksums."""
 ROBOT = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,99}")

@@ -11,6 +11,8 @@ from safenav.judge.proofs.negatives import negative_problems, shut_problems
 from safenav.judge.rule import NotJudged, rule
 from safenav.judge.state import State
 
+MOST_PROVEN_REGIONS = 2**16
+
 
 @rule("header")
 def header(_: Line, s: State) -> Iterator[str]:
@@ -84,7 +86,7 @@ def deadline(e: Line, s: State) -> Iterator[str]:
     if s.scenario.promises is None:
         yield "the scenario has no deadline"
     elif e.verdict == "lost":
-        yield from lost_problems(e, s)
+        yield from _proof_problems(lost_problems(e, s), s)
     elif e.verdict == "late" and e.due >= e.tick:
         yield f"the deadline of {e.of} is in tick {e.due}, so it is not missed in tick {e.tick}"
     elif e.verdict == "kept" and e.tick > e.due:
@@ -103,7 +105,7 @@ def deadlines(e: Line, s: State) -> Iterator[str]:
     stops = s.scenario.promises is not None and s.scenario.promises.late == "stop"
     if e.outcome == "late" and not (stops and late):
         yield "no missed deadline ends the run"
-    yield from refused_problems(e, s) if e.refused else ()
+    yield from _proof_problems(refused_problems(e, s), s) if e.refused else ()
 
 
 @rule("outcome")
@@ -179,11 +181,19 @@ def negative(e: Line, s: State) -> Iterator[str]:
     if e.outcome == "operator_needed":
         if e.kind == "outcome" and e.tick > 0 and (later := later_change(e, s)) is not None:
             yield f"the run ends, but the scenario changes something at {later:g}"
-        yield from negative_problems(e, s)
+        yield from _proof_problems(negative_problems(e, s), s)
 
 
 @rule("blocked")
 def shut(e: Line, s: State) -> Iterator[str]:
     """An obstacle is given up only with a proof that no robot can ever resolve it."""
     if e.proof is not None:
-        yield from shut_problems(e, s)
+        yield from _proof_problems(shut_problems(e, s), s)
+
+
+def _proof_problems(problems: Iterator[str], s: State) -> Iterator[str]:
+    """Yield the errors of a proof, whose tables have all poses of the map."""
+    if s.world.size > MOST_PROVEN_REGIONS:
+        yield NotJudged(f"the proof: the map has more than {MOST_PROVEN_REGIONS} regions")
+    else:
+        yield from problems
