@@ -134,7 +134,7 @@ RESUME_EPILOG = """\b
 Examples:
   safenav new lab.yaml && safenav run lab.yaml --trace lab.jsonl
   head -120 lab.jsonl > part.jsonl               # as if that run had been killed
-  safenav resume part.jsonl lab.yaml --trace whole.jsonl
+  safenav resume part.jsonl --trace whole.jsonl
 \b
 Exit codes: those of 'safenav run', for the resumed run
 """
@@ -142,7 +142,6 @@ Exit codes: those of 'safenav run', for the resumed run
 
 @click.command(epilog=RESUME_EPILOG)
 @click.argument("trace", type=options.INPUT)
-@click.argument("scenario", type=options.INPUT)
 @click.option("--trace", "own", type=options.LINES, help="Write the trace of the resumed run.")
 @options.html
 @options.motion
@@ -154,7 +153,6 @@ Exit codes: those of 'safenav run', for the resumed run
 @options.maps
 def resume(
     trace: Path,
-    scenario: Path,
     own: Path | None,
     html: Path | None,
     motion: Path | None,
@@ -165,16 +163,16 @@ def resume(
     operator: str | None,
     maps: bool,
 ) -> int:
-    """Continue the run of TRACE, whose scenario is SCENARIO, from its last checkpoint. Strategies
-    are synthesized again where the robots are. The trace of the resumed run begins with the lines
+    """Continue the run of TRACE from its last checkpoint. Strategies are synthesized again where
+    the robots are. The trace of the resumed run begins with the lines
     before that checkpoint, so it is the trace of one run. It has the clock of TRACE."""
-    from safenav.runtime.run.checkpoint import resumption
+    from safenav.runtime.run.checkpoint import resumption, scenario_of
     from safenav.trace.reading import read_trace
 
     before = read_trace(trace)
     if before.header.scenario.world == "external":
         raise UsageError(f"{trace}: real robots have run it; safenav drive --resume continues it")
-    plan = load_scenario(scenario)
+    plan = scenario_of(before)
     live = Clock.LIVE if before.header.clock is not None else Clock.LOCKSTEP
     plan = limited(replace(plan, clock=live), max_ticks, time_limit)
     plan = plan if seed is None else replace(plan, seed=seed)

@@ -120,27 +120,10 @@ def _fewest_walls(world: RegionMap, task: Task, target: frozenset[Region]) -> li
 def without_walls(scenario: Scenario, walls: Sequence[Region]) -> Scenario:
     """Return the scenario with these walls taken away."""
     world = replace(scenario.map, walls=scenario.map.walls - {*walls})
-    cells = list(scenario.partition or ())
-    for wall, beside in _joined(scenario, walls):
-        index = next(i for i, cell in enumerate(cells) if beside in cell)
-        cells[index] |= {wall}
-    partition = None if scenario.partition is None else tuple(sorted(cells, key=min))
-    return replace(scenario, map=world, partition=partition)
+    return replace(scenario, map=world)
 
 
 def without_words(walls: Sequence[Region], words: str = "") -> tuple[tuple[str, str], ...]:
     """Return the item that taking these walls away changes. ``words``: the walls, if not their
     numbers."""
     return (("map", f"no wall at {words or ', '.join(map(str, walls))}"),)
-
-
-def _joined(scenario: Scenario, walls: Sequence[Region]) -> Iterator[tuple[Region, Region]]:
-    """Yield each of these walls with a region beside it whose cell of the partition it joins."""
-    known = frozenset().union(*scenario.partition or ())
-    left = [*walls] if known else []
-    while found := next(
-        ((wall, r) for wall in left for r in scenario.map.neighbours(wall) if r in known), None
-    ):
-        yield found
-        known |= {found[0]}
-        left.remove(found[0])

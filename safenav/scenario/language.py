@@ -167,6 +167,9 @@ def _of_form(kind: str) -> dict[str, object]:
     return {"required": [kind, *needed], **without, **(sized if kind == "ros" else {})}
 
 
+Metres = Annotated[float, Key(above=0)]
+
+
 class MapKeys(Item, frozen=True):
     """The known world: one of grid, image, ros and movingai (docs/maps.md)."""
 
@@ -187,7 +190,11 @@ class MapKeys(Item, frozen=True):
     share: float | None = key(
         "Blocked share of a region that makes it a wall. Default: 0, any of it.", least=0, most=1
     )
-    resolution: float | None = key("Size of a region in metres.", above=0)
+    resolution: float | tuple[Metres, Metres] | None = key(
+        "Size of a region in metres; of a grid also [from west to east, from south to north].",
+        above=0,
+        expected="a number",
+    )
     origin: MapOrigin | None = key(
         "[x, y] or [x, y, yaw] of the south-western corner, in metres, radians."
     )

@@ -18,6 +18,7 @@ from safenav.scenario import settings
 from safenav.scenario.objective import Objective, TargetObjective
 from safenav.world.map import Region, RegionMap
 from safenav.world.moves import Mobility, Pose
+from safenav.world.partition import tiles
 
 
 class Battery(Struct, frozen=True):
@@ -262,13 +263,14 @@ def name_parts(name: str) -> tuple[str, str, int]:
 class Scenario(Struct, frozen=True):
     """Complete input of a run. ``source`` is its file, for messages.
 
-    ``partition``: the cells of beliefs, None for the rooms of the map. ``changes``: the changes
-    for robots during the run, by tick (live: at this many seconds). ``catalogue``: all available
-    models and types, including its own. ``failures``: policies of a drive, from its fleet
-    file. ``requirements``: formulas over the motion, by name. ``never_together``: exclusions.
-    ``resolve_within``: the deadline of obstacles without their own; ``late``: whether a missed
-    deadline ends the run. ``chargers``: regions where batteries are charged; ``flat``: the obstacle
-    type that represents a robot without charge. ``inputs``: Booleans that the environment sets.
+    ``tiles``: rows and columns of the cells of beliefs, None for the rooms of the map.
+    ``changes``: the changes for robots during the run, by tick (live: at this many seconds).
+    ``catalogue``: all available models and types, including its own. ``failures``: policies of a
+    drive, from its fleet file. ``requirements``: formulas over the motion, by name.
+    ``never_together``: exclusions. ``resolve_within``: the deadline of obstacles without their
+    own; ``late``: whether a missed deadline ends the run. ``chargers``: regions where batteries are
+    charged; ``flat``: the obstacle type that represents a robot without charge. ``inputs``:
+    Booleans that the environment sets.
     """
 
     name: str
@@ -281,7 +283,7 @@ class Scenario(Struct, frozen=True):
     coordination: settings.Coordination = settings.Coordination.RESYNTHESIS
     expect: settings.Expect = settings.Expect()
     source: str = ""
-    partition: tuple[frozenset[Region], ...] | None = None
+    tiles: tuple[int, int] | None = None
     changes: tuple[settings.RobotChange, ...] = ()
     requirements: Mapping[str, str] = field(default_factory=dict)
     catalogue: Catalogue = Catalogue()
@@ -296,6 +298,11 @@ class Scenario(Struct, frozen=True):
 
     def __hash__(self) -> int:
         return hash((self.name, self.map, self.robots, self.obstacles))
+
+    @property
+    def partition(self) -> tuple[frozenset[Region], ...] | None:
+        """The cells of beliefs; None for the rooms of the map."""
+        return tiles(self.map, *self.tiles).cells if self.tiles else None
 
     @property
     def sets_deadlines(self) -> bool:

@@ -1,7 +1,6 @@
 """Cells of a map, by which robots estimate the position of one that is out of sight.
 
-A partition divides all free regions among cells. The scenario gives it (``given``), or it is
-derived from the map:
+A partition divides all free regions among cells, which are derived from the map:
 
 ``rooms``   Open floor: regions in a fully free 2 x 2 square. Rooms are its connected pieces. The
             rest is narrow. A narrow piece of at most two regions is a doorway (or a nook) and
@@ -32,33 +31,15 @@ DOORWAY = 2
 class Partition(Struct, frozen=True):
     """The cells of a map, numbered from 0 in the order of their lowest regions.
 
-    Every free region belongs to exactly one cell; ``given``, ``rooms`` and ``tiles`` ensure it.
+    Every free region belongs to exactly one cell.
     """
 
     cells: tuple[frozenset[Region], ...]
 
     @classmethod
-    def given(cls, cells: Iterable[Collection[Region]], world: RegionMap) -> Partition:
-        """The partition with these cells, walls among them left out.
-
-        Raises ValueError for a cell without a free region, and for free regions in no cell or
-        in more than one.
-        """
-        owner: dict[Region, int] = {}
-        found = [frozenset(r for r in cell if world.is_free(r)) for cell in cells]
-        for index, cell in enumerate(found):
-            if not cell:
-                raise ValueError(f"cell {index} has no free region")
-            for region in sorted(cell):
-                if region in owner:
-                    twice = f"{world.label(region)} is in cell {owner[region]} and in cell {index}"
-                    raise ValueError(f"region {twice}")
-                owner[region] = index
-        missing = [world.label(region) for region in world.free if region not in owner]
-        if missing:
-            more = f" and {len(missing) - 5} more" if len(missing) > 5 else ""
-            raise ValueError(f"free regions in no cell: {', '.join(missing[:5])}{more}")
-        return cls(tuple(sorted(found, key=min)))
+    def of(cls, cells: Iterable[Collection[Region]]) -> Partition:
+        """Return the partition with these cells."""
+        return cls(tuple(sorted(map(frozenset, cells), key=min)))
 
     def cell(self, region: Region) -> int:
         """The number of the cell that a free region belongs to. Raises KeyError for a wall."""
@@ -80,7 +61,7 @@ class Partition(Struct, frozen=True):
             beside = _beside(least, cells, world) or range(len(cells))
             joined = min(beside, key=lambda index: (len(cells[index]), min(cells[index])))
             cells[joined] |= least
-        return Partition(tuple(sorted(cells, key=min)))
+        return Partition.of(cells)
 
     def regions(self, cells: Iterable[int]) -> frozenset[Region]:
         """Return all regions of some cells."""
@@ -99,7 +80,7 @@ def rooms(world: RegionMap) -> Partition:
             cells[beside[0]] |= piece
         else:
             cells.append(set(piece))
-    return Partition.given(cells, world)
+    return Partition.of(cells)
 
 
 @lru_cache(maxsize=64)
@@ -112,7 +93,7 @@ def tiles(world: RegionMap, height: int, width: int) -> Partition:
         row, col = world.position(region)
         blocks.setdefault((row // height, col // width), set()).add(region)
     cells = [piece for block in blocks.values() for piece in pieces(block, world)]
-    return Partition.given(cells, world)
+    return Partition.of(cells)
 
 
 def _has_space(region: Region, world: RegionMap) -> bool:

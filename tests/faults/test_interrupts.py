@@ -27,7 +27,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "run": ("run", "big.yaml", "--trace", "out.jsonl"),
     "run with pages": ("run", "s.yaml", "--trace", "out.jsonl", "--html", "out.html"),
     "run live": ("run", "s.yaml", "--clock", "live", "--trace", "out.jsonl"),
-    "resume": ("resume", "cut.jsonl", "s.yaml", "--trace", "out.jsonl"),
+    "resume": ("resume", "cut.jsonl", "--trace", "out.jsonl"),
     "synth": ("synth", "big.yaml", "-o", "out"),
     "verify": ("verify", "quad.structuredslugs", "quad.json"),
     "check": ("check", "big.yaml"),

@@ -299,7 +299,7 @@ def test_a_drive_is_resumed_where_its_trace_ends(tmp_path: Path) -> None:
     assert ends[-1] == departures[0] > 8
     assert lines[-1]["outcome"] == "completed"
     assert safenav("check", rest).returncode == 0
-    assert "safenav drive --resume continues it" in safenav("resume", first, scenario).stderr
+    assert "safenav drive --resume continues it" in safenav("resume", first).stderr
 
 
 def test_robots_without_a_lidar_report_the_obstacles_beside_them(tmp_path: Path) -> None:

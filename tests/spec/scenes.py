@@ -32,7 +32,7 @@ def partitions(draw: st.DrawFn, world: RegionMap) -> Partition:
     cells: dict[int, list[Region]] = {}
     for region, label in zip(world.free, labels, strict=True):
         cells.setdefault(label, []).append(region)
-    return Partition.given(cells.values(), world)
+    return Partition.of(cells.values())
 
 
 @dataclass(frozen=True)

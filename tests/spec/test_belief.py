@@ -171,7 +171,7 @@ def test_too_many_beliefs_are_refused_with_advice(monkeypatch: pytest.MonkeyPatc
 
 def test_a_jump_out_of_sight_leaves_nothing_known() -> None:
     world = RegionMap.from_grid(["......"])
-    here = watch(world, Partition.given([[0, 1, 2], [3, 4, 5]], world), 2.0)
+    here = watch(world, Partition.of([[0, 1, 2], [3, 4, 5]]), 2.0)
     assert after_look(here, 1, 5, 1) == {0, 1}
     assert after_look(here, 1, 3, 1) == 3
 

@@ -130,5 +130,5 @@ def test_one_that_has_stepped_out_of_sight_may_be_far_in_a_live_run(
     live: bool, cells: set[int]
 ) -> None:
     world = RegionMap.from_grid(["...."])
-    partition = Partition.given([[0, 1], [2], [3]], world)
+    partition = Partition.of([[0, 1], [2], [3]])
     assert watch(world, partition, 1.0, frozenset(), live).update(0, 1).belief == cells

@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from safenav.world.map import RegionMap
-from safenav.world.partition import Partition, rooms, tiles
+from safenav.world.partition import rooms, tiles
 
 
 def drawn(text: str) -> tuple[RegionMap, list[set[int]]]:
@@ -86,29 +86,6 @@ def test_tiles_are_divided_by_walls() -> None:
         dddee
         """)
     assert [set(cell) for cell in tiles(world, 2, 3).cells] == sorted(cells, key=min)
-
-
-def test_given_cells_may_name_walls_and_come_in_any_order() -> None:
-    world = RegionMap.from_grid(["..#", "..."])
-    partition = Partition.given([[2, 4, 5], [0, 1, 3]], world)
-    assert partition.cells == (frozenset({0, 1, 3}), frozenset({4, 5}))
-    assert partition.cell(5) == 1
-    assert partition.regions([0, 1]) == {0, 1, 3, 4, 5}
-
-
-@pytest.mark.parametrize(
-    ("cells", "message"),
-    [
-        ([[0, 1], [3]], r"free regions in no cell: 4 \[1, 1\]"),
-        ([[0, 1, 3], [3, 4]], r"region 3 \[1, 0\] is in cell 0 and in cell 1"),
-        ([[0, 1, 3, 4], [2]], "cell 1 has no free region"),
-    ],
-    ids=["gap", "overlap", "only walls"],
-)
-def test_given_cells_must_divide_the_free_regions(cells: list[list[int]], message: str) -> None:
-    world = RegionMap.from_grid(["..#", "..#"])
-    with pytest.raises(ValueError, match=message):
-        Partition.given(cells, world)
 
 
 @settings(max_examples=150)

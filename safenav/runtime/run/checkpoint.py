@@ -7,6 +7,7 @@ are; commands under way in a live run have ended where they began.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from enum import Enum
 from types import UnionType
@@ -20,8 +21,11 @@ from safenav.errors import UsageError
 from safenav.runtime.control.roles import Role
 from safenav.runtime.run.deadlines import LedgerKept
 from safenav.runtime.worlds.truth import Truth
+from safenav.scenario.dump import dump
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.objective import Ltl, Objective, TargetObjective, to_data
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.scenario.yaml.findings import ReadableFolder
 from safenav.team.apply import initial
 from safenav.team.state import Is, Plan, RobotNow, State
 from safenav.team.team import Team, assigned, introduced, team_of
@@ -93,7 +97,7 @@ class Kept(Struct, frozen=True, forbid_unknown_fields=True):
     """A run before a pass. ``own``: the objective of each robot, with rounds of at most ``within``
     ticks; ``helps``: the obstacle that each robot serves; ``introduced``: the obstacles that the
     scenario does not list, each with the robot whose battery it is; ``due``: the ticks in which
-    steps under way end (lockstep)."""
+    steps under way end (lockstep). ``scenario``: its canonical form, in the first checkpoint."""
 
     state: Any
     own: tuple[dict[str, Any], ...]
@@ -103,6 +107,7 @@ class Kept(Struct, frozen=True, forbid_unknown_fields=True):
     introduced: tuple[tuple[Obstacle, int | None], ...] = ()
     due: dict[str, int] = field(default_factory=dict)
     truth: Truth | None = None
+    scenario: dict[str, Any] | None = None
 
 
 class Moment(NamedTuple):
@@ -140,6 +145,20 @@ class Resumption(Struct, frozen=True):
     lines: tuple[records.Record, ...]
 
 
+def scenario_of(trace: Trace) -> Scenario:
+    """Return the scenario of a run, which its first checkpoint holds. Raises UsageError if there is
+    none, InputError if it cannot be used."""
+    runs = (line.run for line in trace.records if isinstance(line, records.Checkpoint))
+    found = next(filter(None, (run.get("scenario") for run in runs)), None)
+    if found is None:
+        raise UsageError(f"{trace.source}: {_NONE}")
+    # Like an uploaded scenario, it may name no file.
+    return load_scenario_text(json.dumps(found), trace.source, reach=ReadableFolder(None))
+
+
+_NONE = "it has no checkpoint to continue from; a run with --trace writes them"
+
+
 def resumption(trace: Trace, scenario: Scenario) -> Resumption:
     """Return the run of a trace at its last checkpoint. ``scenario``: its scenario, perhaps with
     other limits. Raises UsageError if the run has ended, has no checkpoint, or does not fit the
@@ -148,9 +167,7 @@ def resumption(trace: Trace, scenario: Scenario) -> Resumption:
         raise UsageError(f"nothing to resume: the run ended ({trace.outcome.outcome.value})")
     found = [line for line in trace.records if isinstance(line, records.Checkpoint)]
     if not found:
-        raise UsageError(
-            f"{trace.source}: it has no checkpoint to continue from; a run with --trace writes them"
-        )
+        raise UsageError(f"{trace.source}: {_NONE}")
     limits = _compare(trace, scenario)
     try:
         kept = msgspec.convert(found[-1].run, Kept)
@@ -351,6 +368,8 @@ class Checkpoints:
         """Record the run as it was before the present pass."""
         if self._moment is not None and self._at > self._last:
             run = msgspec.to_builtins(self._moment.kept())
-            tick, self._last = self._moment.memory.tick, self._at
             self._size = len(msgspec.json.encode(run))
+            if not self._last:
+                run["scenario"] = dump(self._moment.team.scenario)
+            tick, self._last = self._moment.memory.tick, self._at
             self._emit(records.Checkpoint(tick, self._at, run))

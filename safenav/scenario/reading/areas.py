@@ -15,7 +15,6 @@ from safenav.scenario.yaml.document import Node, Scalar, clipped, items_of, plai
 from safenav.scenario.yaml.findings import wrong_type
 from safenav.scenario.yaml.typed import Raw, read
 from safenav.world.map import Region, RegionMap
-from safenav.world.partition import tiles
 
 _AREA = "a list of regions [[1, 1], [1, 2]], or {rows: 1-4, columns: 1-6}"
 _RANGE = re.compile(r"(\d{1,9})\s*-\s*(\d{1,9})", re.ASCII)
@@ -96,14 +95,6 @@ def _span(span: Raw | None, count: int | None, reading: Reading) -> range:
         reading.add(span.node, f"{span.what}: {first}-{last} {reason}", hint)
         return range(0)
     return range(first, last + 1)
-
-
-def cells_of(
-    partition: str | language.TileKeys | None, reading: Reading
-) -> tuple[frozenset[Region], ...] | None:
-    """Return the cells of a partition; None for the rooms of the map, or after an error."""
-    sides = partition.tiles if isinstance(partition, language.TileKeys) else None
-    return tiles(reading.world, *sides).cells if sides and reading.world is not None else None
 
 
 def resolve_exclusions(

@@ -103,7 +103,8 @@ def resolve_requirements(value: Raw | None, reading: Reading) -> dict[str, str]:
         label = text if name is None else name.text
         if label in found:
             reading.add(name or item, f"{_WHAT}: '{clipped(label)}' already exists")
-        found[label] = _formula(item, text, what, reading)
+        formula = _formula(item, text, what, reading)
+        found[formula if name is None else label] = formula
     return found
 
 

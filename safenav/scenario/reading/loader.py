@@ -15,7 +15,7 @@ from safenav.errors import Diagnostic, InputError
 from safenav.lines import printable
 from safenav.scenario import language
 from safenav.scenario.model import Catalogue, ObstacleType, Scenario
-from safenav.scenario.reading.areas import cells_of, resolve_areas, resolve_exclusions
+from safenav.scenario.reading.areas import resolve_areas, resolve_exclusions
 from safenav.scenario.reading.catalogue import (
     built_in,
     read_catalogue_file,
@@ -187,7 +187,7 @@ def _scenario(root: Node, reading: Reading) -> Scenario | None:
         coordination=item.coordination,
         expect=expect,
         source=reading.file,
-        partition=cells_of(item.partition, reading),
+        tiles=item.partition.tiles if isinstance(item.partition, language.TileKeys) else None,
         changes=changes,
         requirements=requirements,
         catalogue=reading.catalogue,

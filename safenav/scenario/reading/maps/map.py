@@ -59,6 +59,9 @@ def _read_form(form: str, item: language.MapKeys, reading: Reading) -> RegionMap
         hint = f"{install_command('maps')}\n    or draw the map with 'grid'"
         reading.add(node, "a map file needs numpy, which is not installed", hint)
         return None
+    if form != "grid" and isinstance(item.resolution, tuple):
+        wrong_type(item.at("resolution"), "'resolution' of map", "a number", reading)
+        return None
     # Only map files need numpy, whose import takes longer than reading a whole scenario.
     if form == "ros":
         from safenav.scenario.reading.maps.ros_map import read_ros
@@ -90,7 +93,9 @@ def _frame(item: language.MapKeys, findings: Findings) -> Frame | None:
         hint = "also write 'resolution', the side of a region in metres"
         findings.add(origin.node, "map: 'origin' without 'resolution'", hint)
     x, y, yaw = (origin and read_origin(origin.node, origin.what, findings)) or (0.0, 0.0, 0.0)
-    return None if side is None else Frame((side, side), (x, y), yaw)
+    if side is None:
+        return None
+    return Frame(side if isinstance(side, tuple) else (side, side), (x, y), yaw)
 
 
 def _resolve_names(item: language.MapKeys, reading: Reading) -> None:

@@ -108,7 +108,8 @@ def read_ros(node: Node, item: MapKeys, findings: Reading) -> RegionMap | None:
     """Return the map with its frame; None after an error was reported."""
     before = len(findings)
     count = read_count(item, findings)
-    side, share = item.resolution, item.share or 0.0
+    side = item.resolution if isinstance(item.resolution, float) else None
+    share = item.share or 0.0
     sized = [word for word, _ in item.node.entries if word.text in ("rows", "cols", "resolution")]
     if item.at("resolution") is not None and len(sized) > 1:
         extra = next(word for word in sized if word.text != "resolution")
