@@ -263,8 +263,9 @@ def _not_done(mission: Mission, walk: Walk) -> list[str]:
     found = []
     for robot in mission.robots:
         visits = walk.visits[robot.name]
-        if robot.formulas or (len(robot.targets) == 1 and robot.targets[0] & {*visits}):
-            continue  # it holds, or has a single target: staying there is enough
+        single = len(robot.targets) == 1 and robot.targets[0] & {*visits}
+        if robot.formulas or single or (robot.stays and visits[-1] in robot.targets[-1]):
+            continue  # staying at a single or last target is enough
         done = rounds_done(robot, visits)
         if done < mission.rounds:
             found.append(f"{robot.name} has done {done} rounds of {mission.rounds}")
