@@ -321,13 +321,16 @@ def _acted(team: Team, state: State, event: now.Acted) -> State:
             state = _robot(state, empty, charge=energy.battery.capacity)
     if any(team.obstacles[k].battery_of is None for k, _ in event.truths):
         pairs = [*zip(state.robots, team.members, strict=True)]
-        robots = tuple(
-            replace(r, own=restarted(m, _own(r, m)), task=r.task._replace(met=0), kept=None)
-            for r, m in pairs
-        )
+        robots = tuple(_restarted(robot, member) for robot, member in pairs)
         plan = state.plan if all(_own(r, m).memory == r.own.memory for r, m in pairs) else None
         state = replace(state, robots=robots, plan=plan)
     return state
+
+
+def _restarted(robot: RobotNow, member: Member) -> RobotNow:
+    own = restarted(member, _own(robot, member))
+    kept = None if robot.objective == member.objective else own
+    return replace(robot, own=own, task=robot.task._replace(met=0), kept=kept)
 
 
 def _own(robot: RobotNow, member: Member) -> Count:

@@ -81,8 +81,8 @@ class RobotNow(Struct, frozen=True):
     ``known``: where the robots that it tracks are: a region, or cells. ``mode``: the input that set
     its own objective; ``base``: what it had before that. ``charge``: of its
     battery; ``flat``: that was used up, and the robot waits for another one; ``cause``: who took
-    it out of service. ``kept``: progress with its own objective when it got another one, if nothing
-    has been resolved since. ``behind``: the region from which it entered its own; None if it was
+    it out of service. ``kept``: progress with its own objective when it got another one, or at a
+    resolution since. ``behind``: the region from which it entered its own; None if it was
     put there. ``broken``: the assumptions of its last strategy that did not hold."""
 
     pose: int

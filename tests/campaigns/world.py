@@ -20,13 +20,13 @@ from safenav.runtime.worlds.live_simulation import LiveSimulation
 from safenav.runtime.worlds.protocol import (
     Acted,
     Blocked,
+    Change,
     Elsewhere,
     Ended,
     Failed,
     Lost,
     WorldEvent,
 )
-from safenav.runtime.worlds.world import Change
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.team.state import Is
 from safenav.trace.vocabulary import ActResult

@@ -12,8 +12,8 @@ from runtime.played import Run, loaded
 from runtime.test_live import nth, play_faulty
 from safenav import Mission
 from safenav.errors import ExitCode
-from safenav.runtime.worlds.adapter import WorldError
 from safenav.runtime.worlds.live_simulation import LiveSimulation
+from safenav.runtime.worlds.lockstep import WorldError
 from safenav.runtime.worlds.protocol import (
     Arrived,
     Blocked,

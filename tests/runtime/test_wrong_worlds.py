@@ -10,9 +10,9 @@ from runtime.played import Run, loaded
 from runtime.worlds import Driven
 from safenav import Mission
 from safenav.errors import ExitCode
-from safenav.runtime.worlds.adapter import WorldError
+from safenav.runtime.worlds.lockstep import WorldError
+from safenav.runtime.worlds.protocol import Change
 from safenav.runtime.worlds.truth import SimulatedWorld
-from safenav.runtime.worlds.world import Change
 from safenav.scenario.model import Need, Obstacle, Robot, Scenario
 from safenav.scenario.reading.catalogue import built_in
 from safenav.world.map import Heading

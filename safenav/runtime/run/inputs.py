@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from safenav.runtime.worlds.adapter import inputs_of
-from safenav.runtime.worlds.world import InputWorld
+from safenav.runtime.worlds.lockstep import inputs_of
+from safenav.runtime.worlds.protocol import InputWorld
 from safenav.team import state as now
 from safenav.team.state import State
 from safenav.team.team import Team

@@ -30,6 +30,7 @@ from safenav.runtime.run.refusal import refusal_of
 from safenav.runtime.run.stop import Stop, Stopped
 from safenav.runtime.run.world import World
 from safenav.runtime.worlds import protocol
+from safenav.runtime.worlds.commands import Commands
 from safenav.runtime.worlds.live_simulation import LiveSimulation
 from safenav.runtime.worlds.protocol import BlockingWorld
 from safenav.runtime.worlds.truth import SimulatedWorld
@@ -151,7 +152,8 @@ class Mission:
             raise UsageError("start() or run() a second time: a Mission runs once; create another")
         self._started = True
         self._stop.begin()
-        self._world.commands.begin()
+        if isinstance(self._world.commands, Commands):
+            self._world.commands.begin()
         begun, run = self._begun, self._run
         self._guarded(run.begin if begun is None else lambda: run.resume(begun))
         self._run.answers.background = self._world.live and not self._world.commands.pauses
@@ -216,7 +218,8 @@ class Mission:
 
     def post(self, event: protocol.WorldEvent) -> None:
         """Report an event of the world to a live run, from any thread."""
-        self._world.commands.post(event)
+        if isinstance(self._world.commands, Commands):
+            self._world.commands.post(event)
 
     def listen(self, listener: Listener) -> None:
         """Add a listener, from now on."""

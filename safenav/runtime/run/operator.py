@@ -19,6 +19,7 @@ from safenav.runtime.intervention.wrong import wrong_objective, wrong_type
 from safenav.runtime.run.running import Running
 from safenav.runtime.run.stop import Stopped
 from safenav.runtime.worlds.commands import Commands
+from safenav.runtime.worlds.lockstep import Lockstep
 from safenav.runtime.worlds.truth import SimulatedWorld
 from safenav.scenario.model import Obstacle, ObstacleType, Scenario
 from safenav.scenario.reachability import Reachability
@@ -41,7 +42,7 @@ class Operator:
     set; ``truth``: the simulated world (None: there is none)."""
 
     def __init__(
-        self, scenario: Scenario, truth: SimulatedWorld | None, commands: Commands
+        self, scenario: Scenario, truth: SimulatedWorld | None, commands: Commands | Lockstep
     ) -> None:
         self.scenario, self.truth, self.commands = scenario, truth, commands
         self.asked: list[kinds.Intervention] = []
@@ -142,7 +143,7 @@ class Operator:
                 source = run.team.obstacles[k := _met(run, name)].source
                 yield now.Intervened(told.RESOLVED, obstacle=k)
                 there = self.truth is not None and self.truth.remove(name)
-                if not there:
+                if not there and isinstance(self.commands, Commands):
                     self.commands.cleared(source)
                 yield now.Gone(k, USER if there else "world")
             case kinds.MarkPermanent(name):
@@ -153,7 +154,8 @@ class Operator:
                 i = self._robot(name)
                 yield now.Intervened(told.PUT_BACK, i, pose=pose)
                 member, was = run.team.members[i], run.state.robots[i].active
-                self.commands.placed(member.robot, pose)
+                if isinstance(self.commands, Commands):
+                    self.commands.placed(member.robot, pose)
                 yield now.Placed(i, member.graph.moved(run.state.robots[i].pose, pose))
                 for k in _known(run):
                     if stands_for(run.team.obstacles[k].source, name):

@@ -20,11 +20,11 @@ from safenav.runtime.run.inputs import selected, values_of
 from safenav.runtime.run.operator import Operator
 from safenav.runtime.run.running import Running
 from safenav.runtime.worlds import protocol
-from safenav.runtime.worlds.adapter import BlockingAdapter
 from safenav.runtime.worlds.commands import Commands
 from safenav.runtime.worlds.live_simulation import LiveSimulation
+from safenav.runtime.worlds.lockstep import Lockstep
+from safenav.runtime.worlds.protocol import Change, InputWorld
 from safenav.runtime.worlds.truth import SimulatedWorld, Truth
-from safenav.runtime.worlds.world import Change, InputWorld
 from safenav.scenario import model
 from safenav.scenario.settings import switching
 from safenav.team import state as now
@@ -56,10 +56,11 @@ class World:
     ) -> None:
         truth = world.truth if isinstance(world, LiveSimulation) else world
         self._truth = truth if isinstance(truth, SimulatedWorld) else None
+        self.lockstep = None
         if not protocol.implements(world, protocol.World):
-            world = BlockingAdapter(world, scenario)  # type: ignore[arg-type]
-        self.commands, limits = Commands(world, scenario), scenario.limits
-        self.live = self.commands.live
+            self.lockstep = Lockstep(world, scenario)  # type: ignore[arg-type]
+        self.commands: Commands | Lockstep = self.lockstep or Commands(world, scenario)  # type: ignore[arg-type]
+        self.live, limits = self.commands.live, scenario.limits
         self.moving, self.ticks = not self.live, 0 if self.live else 1
         self.limit = (float(limits.ticks), Outcome.TICK_LIMIT)
         if self.live:
@@ -92,25 +93,26 @@ class World:
 
     def kept(self) -> tuple[dict[str, int], Truth | None]:
         """The state for a checkpoint: the ticks in which steps end, and the simulated world."""
-        world, truth = self.commands.world, self._truth
-        due = world.due() if isinstance(world, BlockingAdapter) else {}
-        return due, None if truth is None else truth.kept()
+        due = {} if self.lockstep is None else self.lockstep.due()
+        return due, None if self._truth is None else self._truth.kept()
 
     def resume(self, run: Running, due: Mapping[str, int], truth: Truth | None, last: int) -> bool:
         """Continue where a run was interrupted; return whether this state fits the run. ``last``:
         the number of the last command."""
         members, robots, poses = run.team.members, run.state.robots, dict[str, Pose]()
-        steps: dict[str, tuple[int, Pose]] = {}
+        steps: dict[str, tuple[int, Pose, Pose]] = {}
         for member, robot in zip(members, robots, strict=True):
             poses[member.name] = member.graph.pose(robot.pose)
             if member.name in due and robot.to is not None:
-                steps[member.name] = due[member.name], member.graph.pose(robot.to)
+                there = member.graph.pose(robot.to)
+                steps[member.name] = due[member.name], poses[member.name], there
         under_way = {m.name for m, r in zip(members, robots, strict=True) if r.to is not None}
         if not self.live and {*steps} != under_way:
             return False
-        if isinstance(self.commands.world, LiveSimulation):
-            self.commands.world.resume(run.state.time, poses)
-        self.commands.resume(run.state.time, poses, steps, last)
+        if isinstance(self.commands, Lockstep):
+            self.commands.resume(run.state.time, steps)
+        else:
+            self.commands.resume(run.state.time, poses, last)
         regions = [robot.pose % run.team.size for robot in robots]
         fits = self._truth is None or (truth is not None and self._truth.resume(truth, regions))
         self.follow(run.team)
@@ -192,8 +194,9 @@ class World:
         has ended there, or an obstacle is known."""
         robot, to = run.team.members[i].robot, run.state.robots[i].next
         taken = reserved(run.team, run.state, i) >> to % run.team.size & 1
-        if self._told_late and (taken or closing(run.team, run.state, i, to) is not None):
-            return self.commands.give_up(robot)
+        late = self.lockstep if self._told_late else None
+        if late is not None and (taken or closing(run.team, run.state, i, to) is not None):
+            return late.give_up(robot)
         return self.commands.ended(robot)
 
     def _on(self, run: Running) -> frozenset[str]:
@@ -267,11 +270,16 @@ class World:
         graph, robot = run.team.members[i].graph, run.team.members[i].robot
         here = graph.pose(run.state.robots[i].pose)
         ended = self.commands.start(robot, here, graph.pose(step.pose))
-        command, seconds = self.commands.number(robot.name), self.commands.expected(robot)
-        about = ended is None, command, seconds, step.values
+        about = ended is None, *self._number(robot), step.values
         yield now.Departed(i, step.pose, step.by, step.node, *about)
         if ended is not None:
             yield from self._arrived(run, i, ended)
+
+    def _number(self, robot: model.Robot) -> tuple[int, float | None]:
+        """The number of a robot's last command, and its expected duration; 0 in lockstep."""
+        if isinstance(self.commands, Lockstep):
+            return 0, None
+        return self.commands.number(robot.name), self.commands.expected(robot)
 
     def stay(self, run: Running, event: now.Stayed) -> Iterator[now.Event]:
         """Let a robot stay. In lockstep worlds other than the simulation may carry it meanwhile."""
@@ -305,8 +313,8 @@ class World:
         known = self._known(run, i)
         if self._changes(run, i):
             return True
-        if not self.live:
-            reached = self.commands.within_reach(robot, known)
+        if self.lockstep is not None:
+            reached = self.lockstep.within_reach(robot, known)
             if reached is not None:
                 return reached
         if i in self._asked or self._is_busy(run, i):
@@ -338,7 +346,7 @@ class World:
         self._works[i] = tuple(k for k, _ in self._changes(run, i)) if event is None else ()
         if event is None or self.live:
             obstacles = tuple(k for k, _ in self._changes(run, i))
-            command = self.commands.number(robot.name) if event is None else event.command or 0
+            command = self._number(robot)[0] if event is None else event.command or 0
             yield now.Acts(i, self._group(run, i), command, obstacles)
         if event is not None:
             yield from self._acted(run, i, event)

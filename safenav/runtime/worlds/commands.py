@@ -1,4 +1,5 @@
-"""The commands of a run to its world, and the events that end them, each checked before it is used.
+"""The commands of a live run to its world, and the events that end them, each checked before it is
+used.
 
 An event that cannot be true counts as a fatal failure of its robot; one that ends no open command
 is dropped. Both leave the run as it is.
@@ -15,8 +16,8 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.runtime.worlds import protocol
-from safenav.runtime.worlds.adapter import BlockingAdapter, WorldError, asked, checked, wrong
-from safenav.runtime.worlds.live_simulation import pace_on
+from safenav.runtime.worlds.live_simulation import LiveSimulation, pace_on
+from safenav.runtime.worlds.lockstep import WorldError, asked, sensed
 from safenav.runtime.worlds.reports import (
     claimed,
     is_time,
@@ -24,7 +25,6 @@ from safenav.runtime.worlds.reports import (
     wrong_result,
     wrong_step,
 )
-from safenav.runtime.worlds.world import Change, ChangingWorld
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.vocabulary import ActResult
 from safenav.trace.words import seconds_words
@@ -71,14 +71,15 @@ class Commands:
     """Gives commands to a world, and receives its reports. ``dropped`` (with the reason) and
     ``sensed``: reports that wait for their reader, who removes them."""
 
+    live = True
+
     def __init__(self, world: protocol.World, scenario: Scenario) -> None:
         self.world = world
         self.scenario = scenario
         self.dropped: list[tuple[protocol.WorldEvent, str]] = []
         self.sensed: list[protocol.Sensed] = []
-        self.live = not isinstance(world, BlockingAdapter)
         self._timed = world if protocol.implements(world, protocol.TimedWorld) else None
-        self._changing = world if protocol.implements(world, ChangingWorld) else None
+        self._changing = world if protocol.implements(world, protocol.ChangingWorld) else None
         self.simulated = self._timed is not None
         """Whether the world knows how long commands take."""
         self.pauses = self.simulated or (
@@ -109,25 +110,13 @@ class Commands:
 
     def begin(self) -> None:
         """Begin the run: its times count from ``zero`` on the world's clock."""
-        self.zero = self._clock() if self.live else 0.0
+        self.zero = self._clock()
 
-    def resume(
-        self, time: float, poses: Mapping[str, Pose], due: Mapping[str, tuple[int, Pose]], last: int
-    ) -> None:
-        """Continue at a time of the run, with robots in these poses. ``due``: the ticks in which
-        steps under way end, and where (lockstep); ``last``: the number of the last command."""
-        self._count = last
-        if isinstance(self.world, BlockingAdapter):
-            steps = []
-            for robot in self.scenario.robots:
-                if robot.name in due:
-                    tick, pose = due[robot.name]
-                    number = self._begin(robot, poses[robot.name], pose, ())
-                    steps.append((tick, robot, pose, number))
-            self.world.resume(int(time), poses, steps)
-            self._now = time
-        else:
-            self.zero = self._clock() - time
+    def resume(self, time: float, poses: Mapping[str, Pose], last: int) -> None:
+        """Continue at a time of the run. ``last``: the number of the last command."""
+        if isinstance(self.world, LiveSimulation):
+            self.world.resume(time, poses)
+        self._count, self.zero = last, self._clock() - time
 
     def at(self, event: protocol.WorldEvent) -> float:
         """The time of an event in seconds of the run."""
@@ -153,11 +142,7 @@ class Commands:
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
         """The obstacle in ``region``, according to the world's sensors. Raises WorldError."""
-        call = f"sense({robot.name!r}, {region})"
-        found = asked(call, lambda: self.world.sense(robot, region))
-        if found is not None and checked(call, found, self.scenario.map).region != region:
-            raise wrong(call, f"{found.name} is not in the requested region")
-        return found
+        return sensed(self.world, robot, region, self.scenario.map)
 
     def start(self, robot: Robot, here: Pose, pose: Pose) -> protocol.Ended | None:
         """Send a robot to ``pose``; return the end of its step, if it has already ended."""
@@ -167,35 +152,15 @@ class Commands:
 
     def ended(self, robot: Robot) -> protocol.Ended | None:
         """The end of a robot's step, taken in its turn; None while it is in transit."""
-        if isinstance(self.world, BlockingAdapter) and robot.name in self._open:
-            event = self.world.ended(robot.name)
-            if event is not None:
-                self._take(event)
         found = self._ended.pop(robot.name, None)
         assert isinstance(found, protocol.Ended | None)
         return found
 
-    def give_up(self, robot: Robot) -> protocol.Ended | None:
-        """Lockstep: end a robot's step where it began."""
-        open_ = self._open[robot.name]
-        self.world.cancel(robot)
-        number = open_.command
-        self._take(protocol.Elsewhere(self.now(), robot.name, open_.start, command=number))
-        return self.ended(robot)
-
     def act(self, robot: Robot, here: Pose, obstacles: Sequence[Obstacle]) -> protocol.Acted | None:
         """Let a robot act where it stands; return the results, if the action has already ended."""
-        if isinstance(self.world, BlockingAdapter):  # also while it is in transit
-            return self.world.act(robot, obstacles, self._count)
         number = self._begin(robot, here, None, obstacles)
         self._send(robot, here, "act", lambda: self.world.act(robot, obstacles, number))
         return self.acted(robot)
-
-    def within_reach(self, robot: Robot, cleared: Sequence[Obstacle]) -> bool | None:
-        """Lockstep: whether a robot can act on an obstacle where it stands; None if the world does
-        not report it before the action."""
-        assert isinstance(self.world, BlockingAdapter), "a live world is asked by a command"
-        return self.world.within_reach(robot, cleared)
 
     def acted(self, robot: Robot) -> protocol.Acted | None:
         """The end of a robot's action, taken in its turn; None until then."""
@@ -206,9 +171,6 @@ class Commands:
     def hear(self, due: float | None, changed: bool) -> bool:
         """Receive events. If there are none and nothing has ``changed``, wait for one until ``due``
         (None: no limit). Return whether there is something to do."""
-        if not self.live:
-            self.world.wait(None)
-            return True
         heard = self._drain() or changed
         times = [due, *(time for _, time in self._overdue())]
         due = min((time for time in times if time is not None), default=None)
@@ -227,11 +189,9 @@ class Commands:
 
     def times(self) -> Sequence[float]:
         """The future times at which a simulation changes something."""
-        if isinstance(self.world, BlockingAdapter):
-            return self.world.times()
         return () if self._timed is None else self._timed.times()
 
-    def changes(self, occupied: Collection[Region]) -> Sequence[Change]:
+    def changes(self, occupied: Collection[Region]) -> Sequence[protocol.Change]:
         """The obstacles that have appeared or disappeared."""
         if self._changing is None:
             return ()
@@ -271,7 +231,7 @@ class Commands:
             event = protocol.Failed(self.now(), robot.name, here, reason, True, command=number)
         if event is not None:
             self._take(event)
-        elif self.live:
+        else:
             command.limit = self._limit(command)
 
     def _drain(self) -> bool:
@@ -291,7 +251,7 @@ class Commands:
         return protocol.WorldEvent(now)
 
     def _take(self, event: protocol.WorldEvent) -> None:
-        wrong = malformed(event, self._names) if self.live else None
+        wrong = malformed(event, self._names)
         open_ = self._ended_by(event)
         if wrong is not None and open_ is None:
             self.dropped.append((self._recordable(event), wrong))
@@ -307,7 +267,7 @@ class Commands:
         durations = self._took.setdefault(open_.robot.name, deque(maxlen=KEPT))
         if open_.target is not None and isinstance(event, protocol.Arrived):
             durations.append(took)
-        self._ended[open_.robot.name] = self._checked(event, open_, wrong) if self.live else event
+        self._ended[open_.robot.name] = self._checked(event, open_, wrong)
 
     def _ended_by(self, event: protocol.WorldEvent) -> OpenCommand | None:
         """The open command that a report ends, if any."""

@@ -11,9 +11,8 @@ from itertools import count
 from msgspec.structs import replace
 
 from safenav.pace.robot import SIDE, Pace, acted_by, pace_of
-from safenav.runtime.worlds.protocol import Acted, Arrived, Blocked, Ended, WorldEvent
+from safenav.runtime.worlds.protocol import Acted, Arrived, Blocked, Change, Ended, WorldEvent
 from safenav.runtime.worlds.truth import SimulatedWorld
-from safenav.runtime.worlds.world import Change
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.motion import resolved
 from safenav.trace.vocabulary import ActResult

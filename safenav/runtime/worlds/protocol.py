@@ -8,7 +8,7 @@ regions that they do not name (docs/library.md).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import Protocol, TypeGuard, TypeVar
 
 from msgspec import Struct
@@ -169,6 +169,34 @@ class PausingWorld(Protocol):
     @property
     def pauses(self) -> bool:
         """Whether time passes in ``wait`` only."""
+
+
+class Change(Struct, frozen=True):
+    """An obstacle that appeared, or disappeared without being resolved. ``by_user``: a user who
+    watches the run caused it. ``truth``: revealed by resolving it; ``another``: it differs from
+    that of the last obstacle of this name."""
+
+    obstacle: Obstacle
+    appeared: bool
+    by_user: bool = False
+    truth: bool | None = None
+    another: bool = False
+
+
+class ChangingWorld(Protocol):
+    """A world in which obstacles appear and disappear."""
+
+    def changes(self, tick: int, occupied: Collection[Region]) -> Iterable[Change]:
+        """Return the obstacles that appeared or disappeared by the beginning of a tick.
+        ``occupied``: the regions in which robots stand or which they are entering; nothing may
+        appear there."""
+
+
+class InputWorld(Protocol):
+    """A world that sets the inputs of the scenario."""
+
+    def inputs(self, tick: int) -> Mapping[str, bool]:
+        """Return the inputs of a tick; those that are missing stay as they are."""
 
 
 class PlacingWorld(Protocol):

@@ -12,7 +12,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.runtime.worlds.world import Change
+from safenav.runtime.worlds.protocol import Change
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.team import state as now
 from safenav.team.apply import acts_on, apply, initial, participants, resolved

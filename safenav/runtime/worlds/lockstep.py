@@ -1,5 +1,4 @@
-"""A blocking world as one of commands and events: each command has ended when it returns
-(lockstep), except steps of several ticks."""
+"""The commands of a run to a blocking world, in ticks, and the checks of its results."""
 
 from __future__ import annotations
 
@@ -8,10 +7,9 @@ from typing import Any, TypeVar
 
 from safenav.errors import ExitCode, SafenavError
 from safenav.runtime.worlds import protocol
-from safenav.runtime.worlds.protocol import BlockingWorld
+from safenav.runtime.worlds.protocol import BlockingWorld, Change, ChangingWorld, InputWorld
 from safenav.runtime.worlds.reports import is_region, misfit
 from safenav.runtime.worlds.truth import SimulatedWorld
-from safenav.runtime.worlds.world import Change, ChangingWorld, InputWorld
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region, RegionMap
@@ -49,32 +47,29 @@ def inputs_of(world: InputWorld | None, tick: int) -> dict[str, bool]:
     return asked(f"inputs({tick})", read)
 
 
-class BlockingAdapter:
-    """Lockstep: ``wait`` begins the next tick. Raises WorldError for impossible results."""
+class Lockstep:
+    """The commands of a run to a blocking world: each has ended when it returns, except steps of
+    several ticks, of which the world learns when they end. ``dropped``, ``sensed``: no reports.
+    Raises WorldError for impossible results."""
+
+    live = simulated = pauses = idle = False
+    zero = 0.0
 
     def __init__(self, world: BlockingWorld, scenario: Scenario) -> None:
-        self._world = world
-        self._scenario = scenario
-        self._regions = {robot.name: robot.start.region for robot in scenario.robots}
+        self._world, self._scenario, self._tick = world, scenario, 0
         self._simulated = world if isinstance(world, SimulatedWorld) else None
         self._changing = world if protocol.implements(world, ChangingWorld) else None
-        self._tick = 0
-        self._open: dict[str, tuple[int, Robot, Pose, int]] = {}
+        self._steps: dict[str, tuple[int, Pose, Pose]] = {}
+        self.dropped: list[tuple[protocol.WorldEvent, str]] = []
+        self.sensed: list[protocol.Sensed] = []
 
     def due(self) -> dict[str, int]:
         """The ticks in which steps under way end."""
-        return {name: each[0] for name, each in self._open.items()}
+        return {name: step[0] for name, step in self._steps.items()}
 
-    def resume(
-        self,
-        tick: int,
-        poses: Mapping[str, Pose],
-        steps: Iterable[tuple[int, Robot, Pose, int]],
-    ) -> None:
-        """Continue after a tick, with robots in these poses and these steps under way."""
-        self._tick = tick
-        self._regions = {name: pose.region for name, pose in poses.items()}
-        self._open = {step[1].name: step for step in steps}
+    def resume(self, time: float, steps: Mapping[str, tuple[int, Pose, Pose]]) -> None:
+        """Continue after a tick, with these steps under way."""
+        self._tick, self._steps = int(time), dict(steps)
 
     def times(self) -> Sequence[float]:
         """The ticks at which a simulation changes something."""
@@ -83,37 +78,54 @@ class BlockingAdapter:
     def now(self) -> float:
         return float(self._tick)
 
-    def sense(self, robot: Robot, region: Region) -> Obstacle | None:
-        return self._world.sense(robot, region)
+    def at(self, event: protocol.WorldEvent) -> float:
+        return float(event.at)
 
-    def start(self, robot: Robot, pose: Pose, command: int) -> protocol.WorldEvent | None:
-        ticks = self._duration(robot, pose)
+    def hear(self, due: float | None, changed: bool) -> bool:
+        """Begin the next tick."""
+        del due, changed
+        self._tick += 1
+        return True
+
+    def sense(self, robot: Robot, region: Region) -> Obstacle | None:
+        """The obstacle in ``region``, according to the world's sensors. Raises WorldError."""
+        return sensed(self._world, robot, region, self._scenario.map)
+
+    def start(self, robot: Robot, here: Pose, pose: Pose) -> protocol.Ended | None:
+        """Send a robot to ``pose``; return the end of its step, if it has already ended."""
+        ticks = 1 if pose.region == here.region else robot.model.timing
         if ticks == 1:
-            return self._moved(robot, pose, command)
-        self._open[robot.name] = (self._tick + ticks - 1, robot, pose, command)
+            return self._moved(robot, pose)
+        self._steps[robot.name] = (self._tick + ticks - 1, here, pose)
         return None
 
-    def ended(self, name: str) -> protocol.Ended | None:
-        """Return the end of a robot's step, if it is due. Call in the robot's turn: the world
-        receives the step only then."""
-        due = self._open.get(name)
-        if due is None or self._tick < due[0]:
+    def ended(self, robot: Robot) -> protocol.Ended | None:
+        """The end of a robot's step, in its turn, if it is due."""
+        step = self._steps.get(robot.name)
+        if step is None or self._tick < step[0]:
             return None
-        del self._open[name]
-        return self._moved(*due[1:])
+        del self._steps[robot.name]
+        return self._moved(robot, step[2])
 
-    def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> protocol.Acted:
+    def give_up(self, robot: Robot) -> protocol.Ended:
+        """End a robot's step where it began: the world has not heard of it."""
+        return protocol.Elsewhere(self.now(), robot.name, self._steps.pop(robot.name)[1])
+
+    def act(self, robot: Robot, here: Pose, obstacles: Sequence[Obstacle]) -> protocol.Acted:
         """The obstacles that the robot has resolved, each checked to be one that it can."""
         if self._simulated is not None:  # other worlds do all that they can
             self._simulated.cleared = {obstacle.name for obstacle in obstacles}
         call = f"act({robot.name!r})"
         entries = asked(call, lambda: list(self._world.act(robot)))
-        results = [self._resolved(call, robot, entry) for entry in entries]
+        results = [self._resolved(call, robot, here.region, entry) for entry in entries]
         found = tuple(
             (obstacle, ActResult.UNTRAVERSABLE if truth is False else ActResult.DONE)
             for obstacle, truth in results
         )
-        return protocol.Acted(self.now(), robot.name, found, command=command)
+        return protocol.Acted(self.now(), robot.name, found)
+
+    def acted(self, robot: Robot) -> protocol.Acted | None:
+        """No action is under way."""
 
     def within_reach(self, robot: Robot, cleared: Sequence[Obstacle]) -> bool | None:
         """Whether the robot can act on an obstacle where it stands; None if only acting shows."""
@@ -122,18 +134,9 @@ class BlockingAdapter:
         self._simulated.cleared = {obstacle.name for obstacle in cleared}
         return bool(self._simulated.within_reach(robot))
 
-    def cancel(self, robot: Robot) -> None:
-        """Forget a step of several ticks, of which the world receives only the end."""
-        self._open.pop(robot.name, None)
-
-    def wait(self, timeout: float | None) -> Sequence[protocol.WorldEvent]:
-        del timeout
-        self._tick += 1
-        return ()
-
-    def changes(self, at: float, occupied: Collection[Region]) -> list[Change]:
+    def changes(self, occupied: Collection[Region]) -> list[Change]:
         """The obstacles that appeared or disappeared; none in a world without changes."""
-        world, tick = self._changing, int(at)
+        world, tick = self._changing, self._tick
         if world is None:
             return []
         call = f"changes({tick})"
@@ -148,32 +151,26 @@ class BlockingAdapter:
             changes.append(change)
         return changes
 
-    def _duration(self, robot: Robot, target: Pose) -> int:
-        """Ticks of a step; staying takes 1."""
-        return 1 if target.region == self._regions[robot.name] else robot.model.timing
-
-    def _moved(self, robot: Robot, pose: Pose, command: int) -> protocol.Ended:
+    def _moved(self, robot: Robot, pose: Pose) -> protocol.Ended:
         """The end of a step, with the pose that the world reports, checked to be possible."""
         call = f"move({robot.name!r}, {pose.region})"
         found = asked(call, lambda: self._world.move(robot, pose))
-        if found is None:
-            found = pose
+        found = pose if found is None else found
         if not isinstance(found, Pose):
             raise wrong(call, f"it returned {found!r}, which is neither a pose nor None")
-        if found == pose:
-            found = pose
         if not is_region(found.region):
             raise wrong(call, f"region {found.region!r} is not an int")
         if not self._scenario.map.is_free(found.region):
             raise wrong(call, f"region {found.region} is a wall or off the map")
         if (found.heading is None) != (robot.model.mobility is Mobility.FREE):
             raise wrong(call, f"{robot.name} is a robot of {robot.model.mobility} mobility")
-        self._regions[robot.name] = found.region
         if found == pose:
-            return protocol.Arrived(self.now(), robot.name, command=command)
-        return protocol.Elsewhere(self.now(), robot.name, found, command=command)
+            return protocol.Arrived(self.now(), robot.name)
+        return protocol.Elsewhere(self.now(), robot.name, found)
 
-    def _resolved(self, call: str, robot: Robot, entry: Any) -> tuple[Obstacle, bool | None]:
+    def _resolved(
+        self, call: str, robot: Robot, here: Region, entry: Any
+    ) -> tuple[Obstacle, bool | None]:
         if not isinstance(entry, tuple) or len(entry) != 2:
             raise wrong(call, f"{entry!r} is not a pair of an obstacle and its truth")
         obstacle, truth = checked(call, entry[0], self._scenario.map), entry[1]
@@ -187,13 +184,23 @@ class BlockingAdapter:
             action = obstacle.needs[last].action
             raise wrong(call, f"{robot.name} cannot '{action}' {obstacle.name}")
         places = obstacle.resolution_regions(self._scenario.map, last)
-        here = self._regions[robot.name]
         if here not in places:
             where = ", ".join(map(str, places)) or "nowhere"
             raise wrong(
                 call, f"{robot.name} is at {here}; {obstacle.name} can be resolved at {where}"
             )
         return obstacle, truth
+
+
+def sensed(
+    world: BlockingWorld | protocol.World, robot: Robot, region: Region, floor: RegionMap
+) -> Obstacle | None:
+    """The obstacle in ``region``, according to a world's sensors. Raises WorldError."""
+    call = f"sense({robot.name!r}, {region})"
+    found = asked(call, lambda: world.sense(robot, region))
+    if found is not None and checked(call, found, floor).region != region:
+        raise wrong(call, f"{found.name} is not in the requested region")
+    return found
 
 
 def checked(call: str, found: Any, world: RegionMap) -> Obstacle:
