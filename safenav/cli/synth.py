@@ -34,7 +34,6 @@ from safenav.report.terminal.specification_text import (
     vacuity_data,
     vacuity_lines,
     verification_data,
-    win_lines,
 )
 from safenav.report.terminal.synthesis_progress import WaitingLine
 from safenav.report.terminal.table import table
@@ -306,7 +305,7 @@ def warn_of_vacuity(file: Path, result: SynthesisResult, synthesizer: Synthesize
         return False
     found = vacuous_wins(result.strategy, synthesizer)
     for vacuity in found:
-        warn(*win_lines(vacuity, result.strategy, str(file)))
+        warn(*vacuity_lines("the system", vacuity, result.strategy, str(file)))
     return bool(found)
 
 

@@ -10,7 +10,6 @@ from itertools import islice
 
 from safenav.components import path_to, shortest_paths
 from safenav.explain.explanation import LosingPlay, PlayEnd, Values
-from safenav.explain.plans import ShortestPlans
 from safenav.explain.realizability import Questions
 from safenav.spec.specification import Constraint, Owner, Section, Specification
 from safenav.synthesis.strategy import Strategy
@@ -54,9 +53,8 @@ def losing_play(
     goals = arena.meet_goals(walk)
     nearness: Nearness = near(goals[0]) if goals else (lambda _: 0.0)
     passed = len(walk) - 1  # the last moment in which a goal was met
-    plans = ShortestPlans((whole, core), goals, ask)
     while arena.answers[walk[-1]]:
-        node = arena.pursue(walk[-1], plans, nearness)
+        node = arena.pursue(walk[-1], nearness)
         if node in walk[passed:]:
             cycle = walk[walk.index(node, passed) :]
             walk = walk[: walk.index(node, passed)]
@@ -120,21 +118,10 @@ class _Arena:
                 return [after for _, after in path_to((a, b), before)], met
         return [], None
 
-    def pursue(self, node: int, plans: ShortestPlans, near: Nearness) -> int:
-        """Return the successor on a plan to a goal, the nearest of equals. Without a plan, return
-        the nearest one, of equals the one from which a play can last longest."""
+    def pursue(self, node: int, near: Nearness) -> int:
+        """Return the successor nearest to a goal, of equals the one from which a play can last
+        longest."""
         values = self._strategy.values
-        every = self._strategy.transitions[node]
-        first = values(every[0])
-        planned = plans.next(values(node), {name: first[name] for name in self._inputs})
-        if planned is not None:
-            nearer = [n for n in self.answers[node] if near(values(n)) < near(planned)]
-            for after in sorted(nearer, key=lambda n: near(values(n))):
-                if plans.continues(values(after)):
-                    return after
-            for after in every:
-                if values(after) == planned:
-                    return after
         return min(self.answers[node], key=lambda n: (near(values(n)), -self._lasting[n]))
 
     def never_met(self, cycle: Sequence[int]) -> Constraint | None:

@@ -25,9 +25,9 @@ class Cause(StrEnum):
     """Causes for which a robot wins vacuously; the value states it in words."""
 
     NO_BEGINNING = "no initial state satisfies the assumptions, so nothing is guaranteed"
-    DEAD_END = "a state can occur in which the assumptions allow the other robots no move"
-    UNFAIR = "a state can occur from which the other robots cannot meet all these assumptions"
-    FORCED = "the robot could make the other robots break an assumption from the start"
+    DEAD_END = "a state can occur in which the assumptions allow no move"
+    UNFAIR = "a state can occur from which these assumptions cannot all be met"
+    FORCED = "it could make the environment break an assumption from the start"
 
 
 class Vacuity(Struct, frozen=True):

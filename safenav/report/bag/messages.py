@@ -16,24 +16,22 @@ from msgspec import Struct
 
 from safenav.report.picture.floor import INK
 from safenav.report.picture.glyphs import STATUS_MARKS
-from safenav.report.picture.names import AREA
 from safenav.run.run import Run
-from safenav.run.values import ObstacleStatus, StoryKind
+from safenav.run.values import Event, ObstacleStatus, StoryKind
 from safenav.scenario.motion import AIR
 from safenav.scenario.objective import Objective, target_regions
 from safenav.trace.looks import looks
-from safenav.world.map import Frame, Heading, Region
+from safenav.world.map import Frame, Region
 
 Message = Mapping[str, Any]
-_ARROW, _CUBE, _CYLINDER, _LINE, _LINES, _CUBES, _TEXT = 0, 1, 3, 4, 5, 6, 9
-_MARKERS = "visualization_msgs/msg/MarkerArray"
+_ARROW, _CUBE, _CYLINDER, _LINE, _CUBES, _TEXT = 0, 1, 3, 4, 6, 9
 _FLIES = 0.8
 """Height of the bodies of the layer ``air``, in regions."""
 _HEIGHTS = {ObstacleStatus.FOUND: 0.15, ObstacleStatus.BLOCKED: 0.8}
 """Heights of obstacles by status, in regions, for people who cannot tell the colours apart."""
 _COLOURS = {status: mark.colour for status, mark in STATUS_MARKS.items()}
-_UNSEEN = {ObstacleStatus.ABSENT, ObstacleStatus.HIDDEN, ObstacleStatus.RESOLVED}
-"""Statuses of obstacles that have no marker."""
+_SEEN = {ObstacleStatus.FOUND, ObstacleStatus.REQUESTED, ObstacleStatus.BLOCKED}
+"""Statuses of obstacles that have a marker."""
 TRAIL = 8
 """Most corners in a path: with all so far, bags would grow with the square of the ticks."""
 _ADD, _DELETE, _DELETE_ALL = 0, 2, 3
@@ -90,53 +88,35 @@ class _Messages:
         width, height = frame.resolution
         if abs(width - height) > 1e-6 * width:
             raise ValueError(f"regions of {width:g} x {height:g} m are not square")
-        self.run = run
-        self.frame = frame
+        self.run, self.frame, self.side = run, frame, width
         self.names = names_of(run)
-        self.looks = looks([track.name for track in run.robots])
+        self.styles = [*zip(run.robots, looks([track.name for track in run.robots]), strict=True)]
 
     def all(self) -> Iterator[Stamped]:
-        yield Stamped(self.run.time(0), "/map", "nav_msgs/msg/OccupancyGrid", self._map())
-        yield Stamped(self.run.time(0), "/places", _MARKERS, {"markers": [*self._places()]})
-        yield Stamped(self.run.time(0), "/robots", _MARKERS, {"markers": [*self._bodies()]})
-        planned: object = ({}, [None] * len(self.run.robots))
-        passed = {track.name: deque[Message](maxlen=TRAIL) for track in self.run.robots}
-        shown: dict[str, ObstacleStatus] = {}
-        for tick in range(self.run.last + 1):
-            seconds = self.run.time(tick)
-            poses = self._poses(tick)
+        """Yield the messages of what never changes, then of each tick what has changed."""
+        run, changes = self.run, _Latest()
+        yield Stamped(run.time(0), "/map", "nav_msgs/msg/OccupancyGrid", self._map())
+        yield self._markers(0, "/places", self._places())
+        yield self._markers(0, "/robots", self._bodies())
+        passed = {track.name: deque[Message](maxlen=TRAIL) for track in run.robots}
+        for tick in range(run.last + 1):
+            seconds, poses = run.time(tick), self._poses(tick)
             yield self._frames(seconds, poses)
-            for track in self.run.robots:
-                if tick and track.regions[tick] == track.regions[tick - 1]:
-                    continue
-                so_far, pose = passed[track.name], poses[track.name]
-                if len(so_far) > 1 and _straight(so_far[-2]["pose"], so_far[-1]["pose"], pose):
-                    so_far.pop()
-                so_far.append({"header": self._header(tick), "pose": pose})
-                path = {"header": self._header(tick), "poses": list(so_far)}
-                topic = f"/{self.names[track.name]}/path"
-                yield Stamped(seconds, topic, "nav_msgs/msg/Path", path)
-            if changed := [*self._obstacles(tick, shown)]:
-                yield Stamped(seconds, "/obstacles", _MARKERS, {"markers": changed})
-            objectives = [self.run.objectives[t.name].at(tick) for t in self.run.robots]
-            plan = self.run.plans.at(tick)
-            if (plan, objectives) != planned:
-                planned = plan, objectives
-                deleted = self._marker(tick, "plan", 0, _LINE, _DELETE_ALL)
-                drawn = [deleted, *self._plan(tick, plan, objectives)]
-                yield Stamped(seconds, "/plan", _MARKERS, {"markers": drawn})
-            if tick == 0 or self.run.stack.at(tick) != self.run.stack.at(tick - 1):
-                yield Stamped(seconds, "/requests", _MARKERS, {"markers": [*self._requests(tick)]})
-            for event in self.run.happened(tick):
-                log = {
-                    "stamp": stamp(seconds),
-                    "level": self._level(event.kind),
-                    "name": self.names.get(event.robot or "", "safenav"),
-                    "msg": event.told,
-                    "function": event.kind.value,
-                    "line": tick,
-                }
-                yield Stamped(seconds, "/rosout", "rcl_interfaces/msg/Log", log)
+            for track in run.robots:
+                if changes.new(track.name, track.regions[tick]):
+                    path = self._path(tick, passed[track.name], poses[track.name])
+                    topic = f"/{self.names[track.name]}/path"
+                    yield Stamped(seconds, topic, "nav_msgs/msg/Path", path)
+            statuses = {name: told.at(tick) for name, told in run.statuses.items()}
+            known = ((n, s if s in _SEEN else ObstacleStatus.ABSENT) for n, s in statuses.items())
+            shown = [pair for pair in known if changes.new(*pair, ObstacleStatus.ABSENT)]
+            if shown:
+                yield self._markers(tick, "/obstacles", (self._obstacle(tick, *s) for s in shown))
+            plan = run.plans.at(tick)
+            objectives = [run.objectives[track.name].at(tick) for track in run.robots]
+            if changes.new("plan", (plan, objectives)):
+                yield self._markers(tick, "/plan", self._plan(tick, plan, objectives))
+            yield from (self._log(seconds, tick, event) for event in run.happened(tick))
 
     def moved(self, motion: Poses) -> Iterator[Stamped]:
         """Yield the frames of the robots at the poses of a motion."""
@@ -156,22 +136,28 @@ class _Messages:
         ]
         return Stamped(seconds, "/tf", "tf2_msgs/msg/TFMessage", {"transforms": transforms})
 
-    def _level(self, kind: StoryKind) -> int:
-        if kind is StoryKind.OUTCOME and self.run.failed:
-            return _ERROR
-        return _LEVELS.get(kind, _INFO)
+    def _log(self, seconds: float, tick: int, event: Event) -> Stamped:
+        failed = event.kind is StoryKind.OUTCOME and self.run.failed
+        log = {
+            "stamp": stamp(seconds),
+            "level": _ERROR if failed else _LEVELS.get(event.kind, _INFO),
+            "name": self.names.get(event.robot or "", "safenav"),
+            "msg": event.told,
+            "function": event.kind.value,
+            "line": tick,
+        }
+        return Stamped(seconds, "/rosout", "rcl_interfaces/msg/Log", log)
 
     def _map(self) -> Message:
         world = self.run.map
         rows = (range(row * world.cols, (row + 1) * world.cols) for row in range(world.rows))
         data = [100 if region in world.walls else 0 for row in reversed([*rows]) for region in row]
-        x, y = self.frame.origin
         info = {
             "map_load_time": stamp(self.run.time(0)),
-            "resolution": self.frame.resolution[0],
+            "resolution": self.side,
             "width": world.cols,
             "height": world.rows,
-            "origin": _pose(x, y, self.frame.yaw),
+            "origin": _pose(*self.frame.origin, self.frame.yaw),
         }
         return {"header": self._header(0), "info": info, "data": data}
 
@@ -188,93 +174,54 @@ class _Messages:
             found[track.name] = _pose(x, y, self.frame.yaw + facing)
         return found
 
-    def _obstacles(self, tick: int, shown: dict[str, ObstacleStatus]) -> Iterator[Message]:
-        """Yield markers of obstacles whose status has changed; ``shown``: the sent statuses."""
-        for number, hidden in enumerate(self.run.hidden.values()):
-            status = self.run.statuses[hidden.name].at(tick)
-            if status in _UNSEEN:
-                status = ObstacleStatus.ABSENT
-            if status is not shown.get(hidden.name, ObstacleStatus.ABSENT):
-                shown[hidden.name] = status
-                action = _DELETE if status is ObstacleStatus.ABSENT else _ADD
-                yield self._marker(tick, "obstacles", number, _CUBE, action) | {
-                    "pose": self._at(hidden.region),
-                    "scale": self._size(0.9, _HEIGHTS.get(status, 0.4)),
-                    "color": _colour(_COLOURS.get(status, INK), 0.8),
-                    "text": hidden.label(self.run.map),
-                }
+    def _path(self, tick: int, passed: deque[Message], pose: Message) -> Message:
+        if len(passed) > 1 and _straight(passed[-2]["pose"], passed[-1]["pose"], pose):
+            passed.pop()
+        passed.append({"header": self._header(tick), "pose": pose})
+        return {"header": self._header(tick), "poses": list(passed)}
 
-    def _requests(self, tick: int) -> Iterator[Message]:
-        """Yield the deletion of former lines, and a line for each helper of a stack entry."""
-        regions = {name: hidden.region for name, hidden in self.run.hidden.items()}
-        scene = {track.name: track.regions[tick] for track in self.run.robots}
-        yield self._marker(tick, "requests", 0, _LINE, _DELETE_ALL)
-        frames = [f for f in self.run.stack.at(tick) if f.obstacle in regions]
-        helping = ((frame, helper) for frame in frames for helper in frame.helpers)
-        for number, (frame, helper) in enumerate(helping):
-            yield self._marker(tick, "requests", number, _LINE) | {
-                "points": self._points((scene[helper], regions[frame.obstacle or ""])),
-                "scale": self._size(0.08, 0.0),
-                "color": _colour(STATUS_MARKS[ObstacleStatus.REQUESTED].colour, 1.0),
-                "text": f"{frame.about(self.run.map.word)}: {frame.roles}",
-            }
+    def _obstacle(self, tick: int, name: str, status: ObstacleStatus) -> Message:
+        hidden, number = self.run.hidden[name], [*self.run.hidden].index(name)
+        action = _DELETE if status is ObstacleStatus.ABSENT else _ADD
+        look = {"scale": self._size(0.9, _HEIGHTS.get(status, 0.4))}
+        look |= {"color": _colour(_COLOURS.get(status, INK), 0.8)}
+        marker = self._marker(tick, "obstacles", number, _CUBE, action) | look
+        return marker | {"pose": self._at(hidden.region), "text": hidden.label(self.run.map)}
 
     def _places(self) -> Iterator[Message]:
-        """Yield names of regions and areas, and the borders of areas."""
+        """Yield names of regions and areas."""
         world = self.run.map
         named = [(name, [region]) for name, region in world.names.items()]
         named += [(name, sorted(area)) for name, area in world.areas.items()]
         for number, (name, regions) in enumerate(named):
             places = self._points(regions)
             middle = {axis: sum(p[axis] for p in places) / len(places) for axis in "xyz"}
-            yield self._marker(0, "places", number, _TEXT) | {
-                "pose": {**_pose(0.0, 0.0, 0.0), "position": middle},
-                "scale": self._size(0.4, 0.4),
-                "color": _colour(INK, 1.0),
-                "text": name,
-            }
-        for number, area in enumerate(world.areas.values()):
-            yield self._marker(0, "areas", number, _LINES) | {
-                "scale": self._size(0.06, 0.06),
-                "color": _colour(AREA, 1.0),
-                "points": [*self._border(area)],
-            }
-
-    def _border(self, area: frozenset[Region]) -> Iterator[Message]:
-        """Yield both ends of each side of a region on the area's border."""
-        world = self.run.map
-        for region in sorted(area):
-            row, col = world.position(region)
-            for heading in Heading:
-                if world.step(region, heading) in area:
-                    continue
-                down, right = heading.step
-                for along in (-0.5, 0.5):
-                    side = row + down / 2 + along * right, col + right / 2 + along * down
-                    x, y = self.frame.centre(*side, world.rows)
-                    yield {"x": x, "y": y, "z": 0.0}
+            look = {"scale": self._size(0.4, 0.4), "color": _colour(INK, 1.0), "text": name}
+            pose = {**_pose(0.0, 0.0, 0.0), "position": middle}
+            yield self._marker(0, "places", number, _TEXT) | look | {"pose": pose}
 
     def _bodies(self) -> Iterator[Message]:
         """Yield a body, a nose and a name in the frame of each robot, so that they move with it."""
-        side = self.frame.resolution[0]
-        for number, (track, look) in enumerate(zip(self.run.robots, self.looks, strict=True)):
+        side = self.side
+        for number, (track, look) in enumerate(self.styles):
             height = (_FLIES if track.layer == AIR else 0.15) * side
-            turns = any(heading is not None for heading in track.headings)
+            nose = {"x": 0.5 * side, "y": 0.12 * side, "z": 0.12 * side}
             parts = [("bodies", _CYLINDER, self._size(0.55, 0.3), height, look.colour, "")]
-            if turns:
-                nose = {"x": 0.5 * side, "y": 0.12 * side, "z": 0.12 * side}
+            if any(heading is not None for heading in track.headings):
                 parts.append(("headings", _ARROW, nose, height, INK, ""))
-            name = self._size(0.35, 0.35)
-            parts.append(("names", _TEXT, name, height + 0.5 * side, look.colour, track.name))
+            name = ("names", _TEXT, self._size(0.35, 0.35))
+            parts.append((*name, height + 0.5 * side, look.colour, track.name))
             for kind, shape, size, z, colour, text in parts:
-                yield self._marker(0, kind, number, shape) | {
-                    "header": {"stamp": stamp(0.0), "frame_id": self.names[track.name]},
-                    "frame_locked": True,
-                    "pose": {**_pose(0.0, 0.0, 0.0), "position": {"x": 0.0, "y": 0.0, "z": z}},
-                    "scale": size,
-                    "color": _colour(colour, 1.0),
-                    "text": text,
-                }
+                more = {"scale": size, "color": _colour(colour, 1.0), "text": text}
+                yield (
+                    self._marker(0, kind, number, shape)
+                    | more
+                    | {
+                        "header": {"stamp": stamp(0.0), "frame_id": self.names[track.name]},
+                        "frame_locked": True,
+                        "pose": {**_pose(0.0, 0.0, 0.0), "position": {"x": 0.0, "y": 0.0, "z": z}},
+                    }
+                )
 
     def _plan(
         self,
@@ -283,26 +230,21 @@ class _Messages:
         objectives: Sequence[Objective | None],
     ) -> Iterator[Message]:
         """Yield each robot's targets, and its path while a joint plan is carried out."""
-        for number, (track, look) in enumerate(zip(self.run.robots, self.looks, strict=True)):
+        yield self._marker(tick, "plan", 0, _LINE, _DELETE_ALL)
+        for number, (track, look) in enumerate(self.styles):
             if regions := sorted(target_regions(objectives[number])):
-                yield self._marker(tick, "targets", number, _CUBES) | {
-                    "scale": self._size(0.8, 0.02),
-                    "color": _colour(look.colour, 0.25),
-                    "points": self._points(regions),
-                    "text": track.name,
-                }
-            if len(plan.get(track.name, ())) > 1:
-                yield self._marker(tick, "ways", number, _LINE) | {
-                    "scale": self._size(0.1, 0.0),
-                    "color": _colour(look.colour, 0.8),
-                    "points": self._points(plan[track.name]),
-                    "text": track.name,
-                }
+                colour, size = _colour(look.colour, 0.25), self._size(0.8, 0.02)
+                more = {"scale": size, "color": colour, "points": self._points(regions)}
+                yield self._marker(tick, "targets", number, _CUBES) | more | {"text": track.name}
+            if len(way := plan.get(track.name, ())) > 1:
+                colour, size = _colour(look.colour, 0.8), self._size(0.1, 0.0)
+                more = {"scale": size, "color": colour, "points": self._points(way)}
+                yield self._marker(tick, "ways", number, _LINE) | more | {"text": track.name}
 
     def _marker(
         self, tick: int, kind: str, number: int, shape: int, action: int = _ADD
     ) -> dict[str, Any]:
-        """Return a marker without content; the MCAP writer adds the defaults of other fields."""
+        """Return a marker; the MCAP writer adds the defaults of other fields."""
         return {
             "header": self._header(tick),
             "ns": kind,
@@ -314,17 +256,29 @@ class _Messages:
             "color": _colour("#000000", 1.0),
         }
 
+    def _markers(self, tick: int, topic: str, markers: Iterable[Message]) -> Stamped:
+        kind = "visualization_msgs/msg/MarkerArray"
+        return Stamped(self.run.time(tick), topic, kind, {"markers": [*markers]})
+
     def _points(self, regions: Iterable[Region]) -> list[Message]:
         return [self._at(region)["position"] for region in regions]
 
     def _at(self, region: Region) -> Message:
         world = self.run.map
-        x, y = self.frame.centre(*world.position(region), world.rows)
-        return _pose(x, y, self.frame.yaw)
+        return _pose(*self.frame.centre(*world.position(region), world.rows), self.frame.yaw)
 
     def _size(self, wide: float, high: float) -> Message:
-        side = self.frame.resolution[0]
-        return {"x": wide * side, "y": wide * side, "z": high * side}
+        return {"x": wide * self.side, "y": wide * self.side, "z": high * self.side}
+
+
+class _Latest(dict[str, object]):
+    """The latest value of each thing that has a message when it changes."""
+
+    def new(self, key: str, value: object, first: object = None) -> bool:
+        """Return whether a value has changed, and keep it."""
+        before = self.get(key, first)
+        self[key] = value
+        return value != before
 
 
 def _straight(first: Message, middle: Message, last: Message) -> bool:

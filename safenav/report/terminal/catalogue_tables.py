@@ -4,7 +4,10 @@ types, and the source of each entry."""
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import partial
 from typing import Any
+
+from msgspec import to_builtins
 
 from safenav.report.terminal.table import table
 from safenav.scenario.model import Catalogue, Need, ResolveAt, RobotModel
@@ -14,57 +17,30 @@ from safenav.scenario.reading.catalogue import UNLIMITED
 def catalogue_data(catalogue: Catalogue) -> dict[str, Any]:
     """Return the catalogue as JSON data. ``capabilities`` lists the models that have each and the
     obstacle types that need it."""
+    robots, obstacles = catalogue.robots, catalogue.obstacles
+    written = partial(to_builtins, order="deterministic")
     return {
         "robots": {
-            name: {
-                "mobility": model.mobility.value,
-                "layer": model.layer,
-                "capabilities": sorted(model.capabilities),
-                "vision": model.vision,
-                "size": model.size,
-                "speed": model.speed,
-                "motion": model.motion,
-                "timing": model.timing,
-                "source": catalogue.sources[f"robots.{name}"],
-            }
-            for name, model in catalogue.robots.items()
+            name: {**written(model), "source": catalogue.sources[f"robots.{name}"]}
+            for name, model in robots.items()
         },
         "capabilities": {
             word: {
-                "robots": [m.name for m in catalogue.robots.values() if word in m.capabilities],
+                "robots": [m.name for m in robots.values() if word in m.capabilities],
                 "resolves": [
                     kind.name
-                    for kind in catalogue.obstacles.values()
+                    for kind in obstacles.values()
                     if any(need.action == word for need in kind.needs)
                 ],
             }
             for word in _capabilities(catalogue)
         },
         "obstacles": {
-            name: {
-                "action": kind.action,
-                "resolve_at": _at_data(kind.resolve_at),
-                "needs": [
-                    {
-                        "action": need.action,
-                        "robots": need.robots,
-                        "at": _at_data(need.at),
-                        "together": need.together,
-                        "same": need.same,
-                    }
-                    for need in kind.needs
-                ],
-                "blocks": None if kind.blocks is None else sorted(kind.blocks),
-                "has_truth": kind.has_truth,
-                "source": catalogue.sources[f"obstacles.{name}"],
-            }
-            for name, kind in catalogue.obstacles.items()
+            name: written(kind)
+            | {"needs": written(kind.needs), "source": catalogue.sources[f"obstacles.{name}"]}
+            for name, kind in obstacles.items()
         },
     }
-
-
-def _at_data(where: ResolveAt | frozenset[int]) -> str | list[int]:
-    return where.value if isinstance(where, ResolveAt) else sorted(where)
 
 
 def catalogue_lines(catalogue: Catalogue) -> list[str]:

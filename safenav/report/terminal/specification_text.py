@@ -21,7 +21,6 @@ from safenav.verify.failures import Failure, Verification
 _SHOWN = 24
 _LONGEST = 160
 """Maximum characters of a shown formula; the file has the rest."""
-_STEPS = 12
 
 
 def failure_lines(failure: Failure, strategy: Strategy) -> Iterator[str]:
@@ -93,14 +92,6 @@ def _failure_data(failure: Failure, strategy: Strategy) -> dict[str, object]:
     }
 
 
-_CAUSES = {
-    Cause.NO_BEGINNING: "no initial state satisfies the assumptions, so nothing is guaranteed",
-    Cause.DEAD_END: "a state can occur in which the assumptions allow no move",
-    Cause.UNFAIR: "a state can occur from which these assumptions cannot all be met",
-    Cause.FORCED: "it could make the environment break an assumption from the start",
-}
-
-
 def line_explanation_lines(found: LineExplanation, file: str) -> Iterator[str]:
     """Yield the explanation as text, without the verdict."""
     yield core_heading(found.core)
@@ -157,20 +148,6 @@ def line_explanation_data(found: LineExplanation) -> dict[str, Any]:
     }
 
 
-def win_lines(vacuity: Vacuity, strategy: Strategy, file: str) -> Iterator[str]:
-    """Yield a warning of a vacuous win; the first line is the warning itself."""
-    verb = "could win" if vacuity.cause is Cause.FORCED else "may win"
-    yield f"the system {verb} by breaking its own assumptions: {_CAUSES[vacuity.cause]}"
-    if vacuity.cause in (Cause.UNFAIR, Cause.NO_BEGINNING):
-        known = strategy.specification.constraints
-        failing = [c for c in known if c.origin in vacuity.origins]
-        yield from (f"  assumption: {line_words(c, file)}" for c in failing[:_SHOWN])
-    if vacuity.path:
-        yield f"  it happens after {counted(len(vacuity.path) - 1, 'step')}:"
-        moments = [strategy.values(node) for node in vacuity.path]
-        yield from (f"    {line}" for line in _moments(moments, strategy))
-
-
 def _play_lines(play: LosingPlay, strategy: Strategy, file: str) -> Iterator[str]:
     inputs = " ".join(f"{name}={value}" for name, value in play.pressure)
     yield from _moments(play.walk, strategy)
@@ -203,21 +180,22 @@ def _data(constraint: Constraint) -> dict[str, str]:
     }
 
 
-def vacuity_lines(robot: str, vacuity: Vacuity, strategy: Strategy) -> Iterator[str]:
-    """Yield a warning of a robot's vacuous win; the first line is the warning itself."""
+def vacuity_lines(
+    who: str, vacuity: Vacuity, strategy: Strategy, file: str | None = None
+) -> Iterator[str]:
+    """Yield a warning of a vacuous win of a robot or a system; the first line is the warning
+    itself. ``file``: that of its specification, if it is not made from a scenario."""
     verb = "could win" if vacuity.cause is Cause.FORCED else "may win"
-    yield f"{robot} {verb} by breaking its own assumptions: {vacuity.cause.value}"
+    yield f"{who} {verb} by breaking its own assumptions: {vacuity.cause.value}"
     if vacuity.cause in (Cause.UNFAIR, Cause.NO_BEGINNING):
-        for origin in vacuity.origins[:_STEPS]:
-            yield f"  assumption: {origin.item}: {origin.rule}"
+        failing = [c for c in strategy.specification.constraints if c.origin in vacuity.origins]
+        named = [f"{origin.item}: {origin.rule}" for origin in vacuity.origins]
+        shown = named if file is None else [line_words(c, file) for c in failing]
+        yield from (f"  assumption: {words}" for words in shown[:_SHOWN])
     if vacuity.path:
-        count = counted(len(vacuity.path) - 1, "step")
-        yield f"  it happens after {count}, if the other robots do this:"
-        skipped = max(0, len(vacuity.path) - _STEPS)
-        if skipped:
-            yield f"    ... {counted(skipped, 'step')} before"
-        for node in vacuity.path[skipped:]:
-            yield f"    {node_words(node, strategy)}"
+        yield f"  it happens after {counted(len(vacuity.path) - 1, 'step')}:"
+        moments = [strategy.values(node) for node in vacuity.path]
+        yield from (f"    {line}" for line in _moments(moments, strategy))
 
 
 def vacuity_data(vacuity: Vacuity, strategy: Strategy) -> dict[str, Any]:
