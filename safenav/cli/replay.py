@@ -137,20 +137,7 @@ def _write_picture(path: Path, picture: str, form: str, width: int | None) -> No
         from safenav.report.picture.raster import png_of
 
         content = png_of(picture, width)
-        _warn_of_boxes(picture)
     write_out(path, content)
-
-
-def _warn_of_boxes(picture: str) -> None:
-    """Warn about characters of a vector picture that its pixels show as boxes."""
-    from safenav.report.picture.raster import lacking
-
-    if letters := lacking(picture):
-        shown = letters if len(letters) <= 10 else f"{letters[:10]}..."
-        warn(
-            f"no font on this machine has {shown}: boxes take their place",
-            "    install a font for them (Debian: fonts-noto-cjk, fonts-symbola), or write SVG",
-        )
 
 
 def _page3d(lines: Trace, trace: Path, file: Path | None) -> str:
@@ -212,7 +199,6 @@ def _film(run: Run, path: Path, ticks: range, speed: float, width: int, sight: s
     count = len(film.moments(run))
     with click.progressbar(length=count, label="drawing", file=sys.stderr) as bar:
         write_whole(path, lambda part: write_gif(run, part, film, lambda: bar.update(1)))
-    _warn_of_boxes(svg_of(run.at(film.first), Options(legend=False)))
     tell(path)
 
 

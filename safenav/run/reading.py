@@ -351,26 +351,28 @@ class RunReader:
         self.run.events[-1] = replace(self.run.events[-1], **changes)
 
     def _stacked(self, line: records.Push | records.Pop) -> None:
-        rows = [*self.run.stack.now]
+        run, rows, helpers = self.run, [*self.run.stack.now], _helpers(line)
+        for name, traced in line.objectives.items():
+            self._set_objective(line.tick, name, traced)
+        mine = [n for n in (line.requester, *helpers) if n is not None and n in line.objectives]
         if isinstance(line, records.Push):
             # With another helper, the entry is pushed again at the same depth.
-            row = StackRow(line.obstacle, line.requester, _helpers(line))
-            rows = [*rows[: max(0, line.depth - 1)], row]
+            rows[max(0, line.depth - 1) :] = [StackRow(line.obstacle, line.requester, helpers)]
+            for name in mine:
+                if name not in helpers:
+                    run.waits.setdefault(name, []).append(run.objectives[name].now)
         else:
             own = [n for n, row in enumerate(rows) if row.obstacle == line.obstacle]
-            mine = [n for n in own if rows[n].requester == line.requester] or own
-            if mine:  # at any position of the stack
-                del rows[mine[-1]]
-            rows = rows[: max(0, line.depth)]
-        self.run.stack.append((line.tick, tuple(rows)))
-        for name, objective in line.objectives.items():
-            self._set_objective(line.tick, name, objective)
+            ended = [n for n in own if rows[n].requester == line.requester] or own
+            if ended:  # at any position of the stack
+                del rows[ended[-1]]
+            del rows[max(0, line.depth) :]
+        run.stack.append((line.tick, tuple(rows)))
         self._event(line, _KINDS[line.type])
-        doing = {n: self.run.doing(n, self.run.objectives[n].now) for n in line.objectives}
-        self._reword(pursued=tuple(doing.items()))
-        parts = [n for n in dict.fromkeys((line.requester, *_helpers(line))) if n in doing]
-        if parts and isinstance(line, records.Push):
-            self._reword(more=f" ({'; '.join(f'{name}: {doing[name]}' for name in parts if name)})")
+        doing = {name: run.doing(name, run.objectives[name].now) for name in line.objectives}
+        told = "; ".join(f"{name}: {doing[name]}" for name in dict.fromkeys(mine))
+        more = f" ({told})" if told and isinstance(line, records.Push) else ""
+        self._reword(pursued=tuple(doing.items()), more=more)
 
     def _synthesized(self, line: records.Synthesis, now: float) -> None:
         realizable = line.verdict is Verdict.REALIZABLE

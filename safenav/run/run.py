@@ -67,6 +67,8 @@ class Run(Struct):
     """The paths of the robots of a joint plan; none while there is no plan."""
     driven: set[str] = field(default_factory=set)
     """The robots that joint plans have moved so far."""
+    waits: dict[str, list[Objective | None]] = field(default_factory=dict)
+    """The objectives with which robots have waited for help."""
     beliefs: dict[tuple[str, str], Changes[RobotBelief | None]] = field(default_factory=dict)
     """Knowledge of a robot (first name) about another one (second); None until recorded."""
     deadlines: list[Slack] = field(default_factory=list)
@@ -259,7 +261,7 @@ class Run(Struct):
             return words
         if robot in self.charges and place <= {*self.chargers}:
             return f"{words}, to charge"
-        waits = objective != self.objectives[robot][0][1] and robot in self.driven
+        waits = robot in self.driven and objective in self.waits.get(robot, ())
         return f"{words}, unless its joint plan moves it" if waits else words
 
 

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from safenav.errors import UsageError
 from safenav.report.picture import film
 from safenav.report.picture.film import Film, write_gif
-from safenav.report.picture.raster import lacking, png_of
+from safenav.report.picture.raster import png_of
 from safenav.report.picture.scene import svg_of
 from safenav.run.run import Run
 from safenav.trace.looks import BLUE, ORANGE
@@ -51,13 +51,6 @@ def test_letters_that_our_fonts_lack_come_from_the_system(
     monkeypatch.setattr(resvg_py, "svg_to_bytes", watched)
     png_of(svg_of(replace(replays["door"].at(0), title=title)), width=200)
     assert asked == [own]
-
-
-def test_letters_that_no_font_has_are_named(replays: dict[str, Run]) -> None:
-    """They are boxes in the picture."""
-    private = "\U0010fffc"
-    for title, boxes in (("Übung → λ", ""), (f"a{private}b & c{private}", private)):
-        assert lacking(svg_of(replace(replays["door"].at(0), title=title))) == boxes
 
 
 def test_a_film_rests_where_something_happens(replays: dict[str, Run], tmp_path: Path) -> None:

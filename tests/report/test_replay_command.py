@@ -1,7 +1,6 @@
 """`safenav replay` and `safenav draw` as their users call them."""
 
 import os
-import re
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -76,13 +75,3 @@ def test_draw_knows_two_forms_of_picture(tmp_path: Path) -> None:
     scenario = ROOT / "scenarios" / "case_study_1.yaml"
     done = safenav("draw", scenario, "-o", tmp_path / "map.pdf")
     assert done.returncode == 2 and "a name in .svg or .png" in done.stderr
-
-
-def test_a_picture_in_pixels_warns_of_letters_without_a_font(tmp_path: Path) -> None:
-    pytest.importorskip("resvg_py", reason="PNG needs the extra `pictures` (resvg-py)")
-    text = (ROOT / "scenarios" / "case_study_1.yaml").read_text()
-    scenario = tmp_path / "private.yaml"
-    scenario.write_text(re.sub("^name: .*$", "name: \U0010fffc", text, flags=re.MULTILINE))
-    done = safenav("draw", scenario, "-o", tmp_path / "map.png")
-    assert done.returncode == 0 and "no font on this machine has" in done.stderr
-    assert "font" not in safenav("draw", scenario, "-o", tmp_path / "map.svg").stderr

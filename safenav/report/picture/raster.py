@@ -7,16 +7,11 @@ the system's fonts.
 
 from __future__ import annotations
 
-import io
 import re
-from typing import TYPE_CHECKING, Any
 
 from safenav.errors import UsageError
 from safenav.extras import missing
 from safenav.report.picture.svg import FONTS
-
-if TYPE_CHECKING:
-    from PIL import Image
 
 _SIZE = re.compile(r'viewBox="0 0 ([\d.]+) ([\d.]+)"')
 _FOREIGN = re.compile(
@@ -24,9 +19,6 @@ _FOREIGN = re.compile(
     "\u2208\u220b\u221e\u2264\u2265\u25a1\u25cb\u25cf\u2713\u2717]"
 )
 """A letter that the shipped fonts lack."""
-_CELL = 60
-_NOWHERE = "\U0010fffd"
-"""A private-use character that no font has; it is drawn like a missing letter."""
 MOST_PIXELS = 48_000_000
 """Limit of a picture: drawing takes about 17 bytes per pixel."""
 ZOOM, WIDE = 2.0, 2000
@@ -38,12 +30,25 @@ def png_of(svg: str, width: int | None = None) -> bytes:
     and at most ``WIDE`` pixels wide.
 
     Raises UsageError if the extra ``pictures`` is not installed, or for too many pixels."""
+    try:
+        import resvg_py
+    except ImportError as error:
+        raise missing("PNG (not SVG)", "resvg-py", "pictures") from error
     across, down = size_of(svg)
-    most = widest(across, down)
+    most = int((MOST_PIXELS * across / down) ** 0.5)
     if width is not None and width > most:
         what = f"--width {width} makes a picture of more than {MOST_PIXELS:,} pixels"
         raise UsageError(f"{what}; use at most --width {most}, or SVG")
-    return rendered(svg, width=width, zoom=None if width else min(ZOOM, min(most, WIDE) / across))
+    pixels = resvg_py.svg_to_bytes(
+        svg_string=svg,
+        width=width,
+        zoom=None if width else min(ZOOM, min(most, WIDE) / across),
+        skip_system_fonts=_FOREIGN.search(svg) is None,
+        font_files=[str(font) for font in sorted(FONTS.glob("*.ttf"))],
+        font_family="DejaVu Sans",
+        sans_serif_family="DejaVu Sans",
+    )
+    return bytes(pixels)
 
 
 def size_of(svg: str) -> tuple[float, float]:
@@ -51,49 +56,3 @@ def size_of(svg: str) -> tuple[float, float]:
     found = _SIZE.search(svg)
     assert found is not None
     return float(found[1]), float(found[2])
-
-
-def widest(across: float, down: float) -> int:
-    """Return the largest width in pixels of a picture with these proportions."""
-    return int((MOST_PIXELS * across / down) ** 0.5)
-
-
-def rendered(svg: str, **size: Any) -> bytes:
-    """Return a picture as PNG. Raises UsageError if the extra ``pictures`` is not installed."""
-    try:
-        import resvg_py
-    except ImportError as error:
-        raise missing("PNG (not SVG)", "resvg-py", "pictures") from error
-    pixels = resvg_py.svg_to_bytes(
-        svg_string=svg,
-        skip_system_fonts=_FOREIGN.search(svg) is None,
-        font_files=[str(font) for font in sorted(FONTS.glob("*.ttf"))],
-        font_family="DejaVu Sans",
-        sans_serif_family="DejaVu Sans",
-        **size,
-    )
-    return bytes(pixels)
-
-
-def lacking(svg: str) -> str:
-    """Return the letters of a picture that neither the shipped nor the system's fonts have; PNG
-    shows boxes. Raises UsageError if the extra ``pictures`` is not installed."""
-    letters = sorted({*_FOREIGN.findall(svg)})
-    if not letters:
-        return ""
-    cells = [
-        f'<text x="{_CELL * n + 20}" y="40" font-size="20">{letter}</text>'
-        for n, letter in enumerate((_NOWHERE, *letters))
-    ]
-    head = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {_CELL * len(cells)} {_CELL}">'
-    image = _opened(rendered(f"{head}{''.join(cells)}</svg>"))
-    box, *drawn = (
-        image.crop((_CELL * n, 0, _CELL * (n + 1), _CELL)).tobytes() for n in range(len(cells))
-    )
-    return "".join(c for c, pixels in zip(letters, drawn, strict=True) if pixels == box)
-
-
-def _opened(png: bytes) -> Image.Image:
-    from PIL import Image
-
-    return Image.open(io.BytesIO(png))
