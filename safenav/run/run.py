@@ -226,7 +226,7 @@ class Run(Struct):
                 return progress.reached, at
         there = track.regions[until]
         only = next(iter(targets)) if len(targets) == 1 else None
-        return there if there in targets else only, until
+        return there if there in targets and until > tick else only, until
 
     def place(
         self, track: RobotTrack, tick: int, fraction: float = 0.0

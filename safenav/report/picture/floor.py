@@ -84,11 +84,11 @@ def draw_axes(page: SvgWriter, world: RegionMap, cell: float) -> None:
     left, upper, width, height = window(world)
     page.open("g", font_size=number(_LEGIBLE), fill=MUTED)
     for row in range(0, world.rows, every):
-        if upper <= row + 0.5 <= upper + height:
+        if upper <= row <= upper + height - 1:
             y = (row + 0.5) * cell + 0.35 * _LEGIBLE
             page.element("text", str(row), x=left * cell - 2, y=y, text_anchor="end")
     for col in range(0, world.cols, every):
-        if left <= col + 0.5 <= left + width:
+        if left <= col <= left + width - 1:
             x, y = (col + 0.5) * cell, (upper + height) * cell + 1.2 * _LEGIBLE
             page.element("text", str(col), x=x, y=y, text_anchor="middle")
     page.close("g")
