@@ -202,7 +202,7 @@ class MapKeys(Item, frozen=True):
 
 
 _VISION = key(
-    "Radius of sight in regions.",
+    "Radius of sight in regions, from 1, or unlimited.",
     least=1,
     expected=f"a number of regions, or '{UNLIMITED}'",
     why="a robot sees at least the regions next to its own",
@@ -247,16 +247,28 @@ class ModelKeys(Item, frozen=True):
     one: ClassVar = "robot model {name}"
     elsewhere: ClassVar = {"carries": "each robot carries one load"}
     mobility: Mobility | None = key(
-        "free: any neighbour; heading: straight on or with a turn.",
+        "free: steps to any neighbour; heading: straight on, or after a turn of 90 degrees.",
         "'mobility: free' or 'mobility: heading'",
     )
     layer: str | None = key("Robots of one layer avoid each other.", "for example 'layer: ground'")
     capabilities: tuple[Action, ...] = key("Actions that it can perform.", default=())
     vision: float | Literal["unlimited"] | None = _VISION
-    size: float | None = key("Diameter of its body's bounding circle, in metres.", above=0)
-    speed: float | None = key("Metres per second.", above=0)
-    timing: int = key("Ticks of a step in lockstep.", least=1, most=1000, default=1)
-    motion: Scalar | None = key("The kind of its motion.", schema={"examples": [*MOTIONS]})
+    size: float | None = key(
+        "Diameter of its body's bounding circle in metres. Default: that of its motion.", above=0
+    )
+    speed: float | None = key(
+        "Metres per second (a walker: of each foot). Default: that of its motion.", above=0
+    )
+    timing: int = key(
+        "Ticks of a step in lockstep (live: the seconds of its motion).",
+        least=1,
+        most=1000,
+        default=1,
+    )
+    motion: Scalar | None = key(
+        f"Its motion in metres: {one_of([*MOTIONS])}. Default: a disc at its speed.",
+        schema={"examples": [*MOTIONS]},
+    )
     battery: BatteryKeys | None = None
 
 
@@ -266,7 +278,7 @@ class NeedKeys(Item, frozen=True):
     one: ClassVar = "need {name} {rest}"
     action: Action | None = key("The capability that resolves it.", "for example 'action: push'")
     robots: int = key("Number of distinct robots that perform it.", least=1, most=100, default=1)
-    at_: Where | None = key("Where the action works. Default: self.")
+    at_: Where | None = key("Where the action works: self, neighbours or regions. Default: self.")
     together: bool = key("Whether all perform it in the same tick.", default=False)
     same: bool = key(
         "Whether the robots that fulfilled the previous need must fulfil this one.", default=False
@@ -292,14 +304,16 @@ class TypeKeys(Item, frozen=True):
         ]
     }
     action: Action | None = key("The capability that resolves it.")
-    resolve_at: Where | None = key("Where the action works. Default: self.")
+    resolve_at: Where | None = key(
+        "Where the action works: self, neighbours or regions. Default: self."
+    )
     needs: tuple[NeedKeys, ...] | None = key(
         "Several actions that resolve it, in this order.",
         entries=1,
         why="list the actions that resolve it",
     )
     blocks: tuple[Scalar, ...] | None = key(
-        "Layers, models and robots that it stops. Default: all without the action."
+        "Layers, models and robots that it stops, whatever they can do. Default: all."
     )
     has_truth: bool = key(
         "Whether resolving it reveals if the region is traversable.", default=False
@@ -395,7 +409,7 @@ class RobotKeys(Item, frozen=True):
         "Where it starts.", "a region, for example 'start: 47' or 'start: [3, 8]'"
     )
     heading: Literal["north", "east", "south", "west"] | None = key(
-        "Its initial heading, if its mobility is heading."
+        "Its initial heading, for mobility heading."
     )
     objective: ObjectiveKeys | None = key("", f"its task, for example 'objective: {EXAMPLE}'")
     while_waiting: ObjectiveKeys | None = key(
@@ -438,7 +452,9 @@ class InputKeys(Item, frozen=True):
     example: ClassVar = "{at: 12-30}; {} for one that a program sets"
     elsewhere: ClassVar = {"probability": "list the ticks: at: [12, 20-30]"}
     at_: Spans | None = key("Ticks when a simulation has it on: 12, 20-30 or a list.")
-    always_eventually: Recurrence | None = key("Assumed infinitely often: off, on or both.")
+    always_eventually: Recurrence | None = key(
+        "Values that specifications assume infinitely often: off, on or both."
+    )
 
 
 _AT = "for example 'region: 47' or 'region: [3, 8]'"
@@ -453,9 +469,15 @@ class ObstacleKeys(Item, frozen=True):
     elsewhere: ClassVar = _NO_SWEEPS
     type: Scalar | None = key("An obstacle type of the catalogue.", "for example 'type: door'")
     region: RegionValue | None = key("Where it is.", _AT)
-    traversable: bool | None = key("What resolving it reveals. Default: true.")
-    from_: int | None = key("The tick at which it appears. Default: the first.", least=1)
-    until: int | None = key("The tick at which it disappears. Default: never.", least=1)
+    traversable: bool | None = key(
+        "What resolving it reveals, if its type has a truth. Default: true."
+    )
+    from_: int | None = key(
+        "The tick at which it appears, once no robot is there. Default: the first.", least=1
+    )
+    until: int | None = key(
+        "The tick at which it disappears, also if it is not resolved. Default: never.", least=1
+    )
     resolve_within: int | None = _WITHIN
 
 
@@ -512,7 +534,7 @@ class ExpectKeys(Item, frozen=True):
     elsewhere: ClassVar = dict.fromkeys(("order", "never"), _AS_REQUIREMENT)
     outcome: Ended | None = key("The outcome of the run.")
     late: tuple[Scalar, ...] | None = key(
-        "Exactly the missed deadlines: robots, obstacles, mission."
+        "Exactly the missed deadlines: robots, obstacles, mission. Default: none."
     )
     resolved: tuple[Scalar, ...] | None = key(
         "Exactly the obstacles that are resolved.", schema=_NAMES
@@ -523,9 +545,9 @@ class ExpectKeys(Item, frozen=True):
     helpers: dict[Scalar, Scalar] | None = key(
         "The helper of each obstacle.", schema={"propertyNames": {"pattern": "^.+@.+$"}}
     )
-    ticks: int | None = key("At most this many ticks.", least=1)
+    ticks: int | None = key("At most this many ticks (lockstep).", least=1)
     rounds: Annotated[int, Key(least=1)] | dict[Scalar, int] | None = key(
-        "At least this many rounds of every robot, or of each.",
+        "At least this many rounds, as in 'until': of every robot, or {quad: 3}.",
         expected="a whole number, or one for each robot",
     )
 
@@ -578,9 +600,11 @@ class ScenarioKeys(Item, frozen=True):
         "The obstacle type (with 'blocks: []') that represents a robot without charge."
     )
     seed: int = key("Seed of all random draws.", most=2**63 - 1, default=0)
-    coordination: Coordination = key("How robots are reassigned.", default=Coordination.RESYNTHESIS)
+    coordination: Coordination = key(
+        "How robots are reassigned: resynthesis or assignable.", default=Coordination.RESYNTHESIS
+    )
     partition: Literal["rooms"] | TileKeys | None = key(
-        "The cells in which a robot out of sight may be. Default: rooms.",
+        "The cells of beliefs: rooms, or {tiles: [rows, columns]}. Default: rooms.",
         expected="'rooms' or {tiles: [rows, columns]}",
     )
     requirements: Requirements | None = key(
