@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from safenav.errors import NotCertifiedError, ResourceLimitError
-from safenav.judge.bundle.evidence import proof_file, unseen
+from safenav.judge.bundle.evidence import proof_file
 from safenav.judge.bundle.strategies import BundleTooLargeError, Met, RefusedError
 from safenav.judge.bundle.tasks import Task
 from safenav.judge.engine import judge
@@ -40,7 +40,7 @@ def proofs_of(
         if name not in found:
             proof = _proof(e, s, strategies, counters)
             found.update({} if proof is None else {name: json_line(proof).encode()})
-            if e.verdict == "realizable" and e.strategy in strategies and not unseen(e, s):
+            if e.verdict == "realizable" and e.strategy in strategies and not s.rivals[e.robot]:
                 found[f"strategies/{e.strategy}.json"] = strategies[e.strategy]
         return iter(())
 
@@ -57,7 +57,7 @@ def _proof(
     e: Line, s: State, strategies: Mapping[str, bytes], counters: Counters
 ) -> dict[str, Any] | None:
     try:
-        if e.verdict == "realizable" and e.node is not None and not unseen(e, s):
+        if e.verdict == "realizable" and e.node is not None and not s.rivals[e.robot]:
             task = Task(json.loads(strategies[e.strategy]), e, s)
             return {"measures": _measures(task, task.graph.reach(task.begin(e.node)))}
         for automaton in counters(e.spec, e.robot) if e.verdict == "unrealizable" else ():
@@ -87,11 +87,10 @@ def counter_proof(automaton: Any, e: Line, s: State) -> dict[str, Any]:
 
 
 def _measures(task: Task, nodes: Sequence[int], *, counter: bool = False) -> list[Measure]:
-    """Return the measures for the edges of nodes, each as if it led to the first of equivalent
-    nodes. For a strategy a constant one stands for a measure that does not exist."""
+    """Return the measures for the edges of nodes. For a strategy a constant one stands for a
+    measure that does not exist."""
     graph = task.graph
     edges = graph.edges(nodes)
-    ends = edges[0], [graph.first[target] for target in edges[1]]
     goals, assumed = task.met(edges)
     wanted: list[tuple[Met, list[Met]]] = [(met, assumed) for met in goals]
     if counter:
@@ -99,7 +98,7 @@ def _measures(task: Task, nodes: Sequence[int], *, counter: bool = False) -> lis
     found = list[Measure]()
     for met, excuses in wanted:
         try:
-            found.append(measure(graph.count, ends, met, excuses))
+            found.append(measure(graph.count, edges, met, excuses))
         except NoMeasureError:
             if counter:
                 raise

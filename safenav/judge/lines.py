@@ -165,7 +165,7 @@ READS: dict[str, Read] = {
     **{"places": _by_name(_pair(_INT, _HEADING)), "refused": _by_name(_of(int, type(None)))},
 }
 READS["knowledge"] = _by_name(lambda one: _INT(one) if type(one) is int else _list(_INT)(one))
-READS |= {"beliefs": _by_name(READS["cells"]), "targets": _by_name(READS["cells"])}
+READS |= {"beliefs": _by_name(READS["cells"])}
 READS["areas"] = _by_name(READS["regions"])
 READS |= {"ways": _by_name(READS["way"]), "again_list": _list(_BOOL)}
 """The types of fields."""
@@ -291,16 +291,16 @@ KINDS = {
     kind: _object(text)
     for kind, text in {
         "header": "trace:int scenario:scenario clock?",
-        "move": f"{_MOVED} toward?:int by? result? signal?:signal busy?:regions",
-        "depart": f"{_MOVED} command:count by node?:count signal?:signal shown?:regions",
+        "move": f"{_MOVED} toward?:int by? result? signal?:signal",
+        "depart": f"{_MOVED} command:count by node?:count signal?:signal",
         "hold": "robot signal?:signal",
         "arrive": "robot at:int heading:heading result command:count regions?:regions",
         "act": "robot robots:names obstacles:names",
         "acted": "robot results:words reason? barred?:names",
         "synthesis": "robot verdict objective:objective spec node?:count memory?:ints"
-        " places?:regions strategy? region?:int heading?:heading form? fairness?"
-        " closed?:closed moving?:names knowledge?:knowledge beliefs?:beliefs neutral?:int"
-        " places_from?:command_list others_targets?:targets sight_closed?:regions inputs?:truths"
+        " places?:regions strategy? region?:int heading?:heading form?"
+        " closed?:closed knowledge?:knowledge beliefs?:beliefs neutral?:int"
+        " places_from?:command_list sight_closed?:regions inputs?:truths"
         " again?:again forbidden?:poses",
         "plan": "robots:ways orders:orders",
         "plan_end": "reason",

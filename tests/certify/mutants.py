@@ -211,7 +211,7 @@ def _begins_elsewhere(files: Files, source: Random) -> Files | None:
     before, line["node"] = line["node"], line["node"] + source.choice([1, 2, 3])
     one, other = (strategy["nodes"].get(str(node)) for node in (before, line["node"]))
     bits = enumerate(strategy["variables"])
-    kept = [k for k, name in bits if name != "wait" and not name.startswith("busy_")]
+    kept = [k for k, name in bits if name != "wait"]
     if other is not None and all(one["state"][k] == other["state"][k] for k in kept):
         return None
     return with_lines(files, lines)

@@ -118,10 +118,6 @@ def exclusion(lines: list[Line]) -> None:
     lines[0]["scenario"]["never_together"] = [zone]
 
 
-def unknown_assumption(lines: list[Line]) -> None:
-    nth(lines, "synthesis", robot="quad")["fairness"] = "nobody_is_there"
-
-
 def names_an_input(lines: list[Line]) -> None:
     nth(lines, "synthesis", robot="quad")["places"] = [22, 76]
 
@@ -134,7 +130,7 @@ CHAIN = [
     *(wall_left_out, other_node, other_start, wrong_memory, other_objective, forgotten_rule),
     *(false_wall, robot_as_wall, forbidden_pose, weaker_form, no_strategy, no_synthesis),
     *(another_way, staying_step, step_without_plan, backs_up_for_fun, unresolved, incapable),
-    *(one_round_more, observed_rivals, exclusion, unknown_assumption, names_an_input),
+    *(one_round_more, observed_rivals, exclusion, names_an_input),
     second_header,
 ]
 

@@ -39,7 +39,7 @@ class _Told:
         to = line.get("toward", line["to"])
         base = {"tick": line["tick"], "robot": name}
         step = {"from": here, "to": to, "heading": line["heading"]}
-        more = {"shown" if k == "busy" else k: line[k] for k in ("busy", "signal") if k in line}
+        more = {"signal": line["signal"]} if "signal" in line else {}
         if name not in self.under_way and to != here:
             number = self.numbers[name] = self.numbers[name] + 1
             if "toward" in line and line["heading"]:

@@ -9,7 +9,6 @@ from itertools import chain
 from typing import Any
 
 from safenav.judge.bundle import plans
-from safenav.judge.bundle.others import ASSUMED
 from safenav.judge.bundle.strategies import RefusedError, require
 from safenav.judge.bundle.tasks import TOLD, Task, formed
 from safenav.judge.bundle.wording import aims, outcome, word
@@ -23,12 +22,6 @@ from safenav.strict_json import read_json
 def proof_file(e: Line) -> str:
     """Return the file of the proof for a synthesis. Lines about the same task share one."""
     return f"proofs/{hashlib.sha256(e.text.encode()).hexdigest()}.json"
-
-
-def unseen(e: Line, s: State) -> set[str]:
-    """Return the rivals of a robot that its strategy does not observe. Such a strategy drives
-    nobody, and nothing is claimed of it."""
-    return {*s.rivals[e.robot]} - {*(e.moving or ())}
 
 
 @dataclass
@@ -45,10 +38,9 @@ class Drive:
         """Return the nodes with a pose. From each the strategy keeps its guarantees."""
         return {*self.task.of_pose.get(pose, ())}
 
-    def look(self, e: Line, s: State) -> tuple[int, ...]:
+    def look(self, s: State) -> tuple[int, ...]:
         """Return the inputs of the strategy now."""
-        shown = e.busy or e.shown or ()
-        seen = self.task.others.look(s, shown, self.known) | self.signal
+        seen = self.task.others.look(s, self.known) | self.signal
         seen |= {name: int(s.inputs[name]) for name in self.task.heard}
         return tuple(seen[name] for name in self.task.graph.names)
 
@@ -88,14 +80,14 @@ class Evidence:
         self.hopeless: set[tuple[str, str]] = set()  # robots without a strategy: specifications
         self.proven = set[int]()  # lines whose negatives follow from these
         self.plan: plans.Plan | None = None
-        self.moves = self.followed = self.plans = self.avoided = 0
+        self.moves = self.followed = self.plans = 0
         self.broken = False
 
     def rules(self) -> list[Rule]:
         """Return the rules, for one trace."""
         kinds = {
             self.keeps: ("synthesis",),
-            self.apart: ("synthesis", "plan", "plan_end"),
+            self.apart: ("plan", "plan_end"),
             self.follows: (*STEPS, "hold", "objective", "operator", "service", "assumption"),
             self.concludes: ("blocked", "deadline", "outcome", "waiting"),
         }
@@ -140,14 +132,14 @@ class Evidence:
                 self.tasks[proof].check_defeats(given)
             task = self.tasks[proof]
             self._fits(task, e, s)
-            alone = ", even without other robots" if len(s.robots) > 1 and not e.moving else ""
+            alone = ", even without other robots" if len(s.robots) > 1 else ""
             self.claim("unrealizable", e, f"No strategy exists for {text}{alone}.", proof)
             own = s.robots[e.robot].own
             if task.objective == formed(own, None if own.literal else "alternation"):
                 self.hopeless.add((e.robot, e.spec))
         if e.verdict != "realizable" or e.node is None:
             return
-        if unseen(e, s):
+        if s.rivals[e.robot]:  # its strategy does not observe them: it drives no robot
             self.drives.pop(e.robot, None)
             return
         require(e.strategy, "its strategy is not named: no proof of its moves")
@@ -157,9 +149,8 @@ class Evidence:
             task = Task(self.json(path), e, s)
             task.check_keeps(e.node, self.json(proof)["measures"])
             self.tasks[proof] = task
-            what = "obeys the scenario and meets that objective"
-            under = ASSUMED[e.fairness or "none"]
-            self.claim("keeps", e, f"The strategy of {text} {what}, {under}.", path, proof)
+            what = "obeys the scenario and meets that objective, whatever the other robots do"
+            self.claim("keeps", e, f"The strategy of {text} {what}.", path, proof)
         task = self.tasks[proof]
         self._fits(task, e, s)
         before = self.drives.get(e.robot)
@@ -199,16 +190,13 @@ class Evidence:
         task.others.check_known(s)
 
     def apart(self, e: Line, s: State) -> None:
-        """No two rivals ever meet by these strategies and plans: a strategy observes all rivals of
-        its robot, and the orders of a plan keep its robots apart."""
+        """No two rivals ever meet: they follow plans, whose orders keep them apart."""
         if e.kind == "plan":
             self.plan, self.plans = plans.begin(e, s), self.plans + 1
         elif e.kind == "plan_end":
             for name in self.drives.keys() & (self.plan.ways.keys() if self.plan else ()):
                 self.drives[name].nodes |= self.drives[name].at(s.destination(name))
             self.plan = None
-        elif e.verdict == "realizable" and e.node is not None:
-            self.avoided += bool(e.moving) and not unseen(e, s)
 
     def follows(self, e: Line, s: State) -> None:
         """Each step follows a strategy or a plan; otherwise the robot stays, or backs up from an
@@ -244,7 +232,7 @@ class Evidence:
         side = s.world.side(robot.pose[0], step.to) if robot.faces else None
         after = robot.pose if step.to == robot.pose[0] else (step.to, side)
         goes, self.moves = after != robot.pose, self.moves + 1
-        row = () if drive is None else drive.look(e, s)
+        row = () if drive is None else drive.look(s)
         if by == "plan" and goes:
             require(self.plan, f"{e.robot} moves by a plan, but none is in force")
             assert self.plan is not None
@@ -268,16 +256,12 @@ class Evidence:
         elif by == "strategy":
             if not fits and drive.task.told:
                 fits = {n for n in drive.after(drive.alike(), row) if drive.task.poses[n] == after}
-            fits = {n for n in fits if e.node is None or self._same(drive, n, e.node)}
+            fits = {n for n in fits if e.node in (None, n)}
             goals = sorted({str(drive.task.poses[n]) for n in answers})
             require(fits, f"{e.robot} goes to {after}, but its strategy goes to {goals}")
             self.followed += 1
         require(fits or by != "backtrack" or not goes, f"{e.robot} backs up against its strategy")
         drive.nodes = fits
-
-    def _same(self, drive: Drive, one: int, other: int) -> bool:
-        first = drive.task.graph.first
-        return other < len(first) and first[one] == first[other]
 
     def _kept(self, drive: Drive, s: State) -> set[int]:
         """Return the nodes in which a robot may be that stayed while others moved: those of its
@@ -313,11 +297,11 @@ class Evidence:
         rest = rest if self.followed < self.moves else ""
         counts = f"Of {self.moves} moves {self.followed} follow strategies{rest}."
         self.claim("moves", None, f"{what} {counts}")
-        parts = ["each strategy enters only regions that it observes as free"] * bool(self.avoided)
-        several = f"each of the {self.plans} joint plans" if self.plans > 1 else "the joint plan"
-        apart = f"{several} keeps its robots apart, however long their steps take"
-        parts += [apart] * bool(self.plans)
-        if parts:
-            self.claim("apart", None, f"Rivals never meet by them: {'; '.join(parts)}.")
+        if self.plans:
+            several = (
+                f"each of the {self.plans} joint plans" if self.plans > 1 else "the joint plan"
+            )
+            what = f"{several} keeps its robots apart, however long their steps take"
+            self.claim("apart", None, f"Rivals never meet: {what}.")
         if hands:
             self.claim("changed", None, f"A user, an operator or the world made {hands} changes.")

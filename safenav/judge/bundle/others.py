@@ -1,4 +1,4 @@
-"""Observations of other robots by a robot's strategy, and its assumptions about them."""
+"""Observations of other robots by a robot's strategy."""
 
 from __future__ import annotations
 
@@ -6,48 +6,27 @@ from collections.abc import Collection, Iterable, Mapping
 from itertools import product
 
 from safenav.judge.bundle.strategies import Row, require
-from safenav.judge.formulas import HEADINGS
 from safenav.judge.lines import Line
 from safenav.judge.state import State
 from safenav.judge.world import World, closure
 
-ASSUMED = {
-    "none": "whatever the other robots do",
-    "out_of_my_way": "if infinitely often no other robot is beside it",
-    "off_my_targets": "if infinitely often the other robots are off its targets",
-    "out_of_my_sight": "if infinitely often the other robots are out of its sight",
-    "at_its_targets": "if infinitely often the other robots are at their own targets",
-}
 Seen = Mapping[str, int]
 
 
 class Others:
-    """The other robots of a ``synthesis`` line, as its strategy knows them. An observed robot stays
-    or takes steps, but never onto this one if they are in conflict; then this one looks, and moves.
-    Knowledge of a robot is a region, or a belief: a set of cells, with a number above those of the
-    regions."""
+    """The robots that a robot tracks, as its strategy knows them. One stays or takes steps; then
+    this one looks, and moves. Knowledge of a robot is a region, or a belief: a set of cells, with a
+    number above those of the regions."""
 
     def __init__(self, e: Line, s: State) -> None:
         self.line, self.world, self.live = e, s.world, s.live
-        robot = s.robots[e.robot].data
-        self.radius = robot.vision
-        self.moving: tuple[str, ...] = e.moving or ()
+        self.radius = s.robots[e.robot].data.vision
         self.cells = s.scenario.partition or ()
-        self.nearby = not e.knowledge
-        slow = s.live and self.moving and not self.nearby
-        require(not slow, "in a live run it relies on the speed of robots in conflict with it")
-        known = {} if self.nearby else e.knowledge or {}
+        known = e.knowledge or {}
         require(set(known) <= {*s.robots} - {e.robot}, "it knows of robots that do not exist")
-        known_all = self.nearby or {*self.moving} <= {*known}
-        require(known_all, "it does not observe a robot that it must avoid")
         self.first = {name: self.number(name, what) for name, what in known.items()}
         self.names = {name: f"at_{name}" for name in self.first}
         self.values = {self.names[name]: value for name, value in self.first.items()}
-        rows, cols = s.scenario.map.rows, s.scenario.map.cols
-        many = {"north": rows, "east": cols, "south": rows, "west": cols}
-        sides = [side for side in HEADINGS if many[side] > 1] if self.nearby and self.moving else []
-        self.busy = {f"busy_{side}": side for side in sides}
-        self.zones = any(e.robot in who for who, _ in s.zones)
 
     def number(self, name: str, known: int | Iterable[int]) -> int:
         if isinstance(known, int):
@@ -63,11 +42,6 @@ class Others:
         cells = self.line.beliefs[name][value - self.world.size]
         return frozenset().union(*(self.cells[cell] for cell in cells))
 
-    def beside(self, region: int, side: str) -> int | None:
-        """Return the free region on that side."""
-        steps = self.world.steps(False, (region, None))
-        return next((to for to, _ in steps if self.world.side(region, to) == side), None)
-
     def later(self, regions: Iterable[int]) -> set[int]:
         """Return where a robot in one of the regions may be at the next look: at most one step
         away; in a live run, where nothing bounds the number of its steps, wherever it can go."""
@@ -82,38 +56,18 @@ class Others:
         """Return the possible next knowledge of another robot, given the present one, for a robot
         in a region."""
         reach = self.later(self.whereabouts(name, value))
-        reach -= {region} if name in self.moving else set()
         seen = {r for r in reach if self.sees(region, r)}
         hidden = [k for k, cell in enumerate(self.cells) if cell & (reach - seen)]
         return seen | ({self.number(name, hidden)} if seen != reach else set())
 
     def expected(self, region: int, values: Seen) -> Iterable[Collection[Row]]:
-        """Yield the possible next values of independent groups of inputs."""
-        if self.busy:
-            beside = (self.beside(region, side) for side in self.busy.values())
-            rows = product(*((0,) if to is None else (0, 1) for to in beside))
-            # In a zone, one other robot can close several regions.
-            yield [row for row in rows if self.zones or sum(row) <= len(self.moving)]
+        """Yield the possible next values of each input."""
         for name, key in self.names.items():
             yield [(value,) for value in self.after(name, region, values[key])]
 
-    def taken(self, region: int, seen: Seen) -> set[int | None]:
-        """Return the regions that a robot in a region observes as occupied before its move."""
-        if self.nearby:
-            return {self.beside(region, side) for busy, side in self.busy.items() if seen[busy]}
-        return {seen[f"at_{name}"] for name in self.moving if name in self.first}
-
-    def look(self, s: State, shown: Collection[int], known: dict[str, int]) -> dict[str, int]:
-        """Return the inputs of a robot now, and update what is ``known``. ``shown``: regions that
-        it observes as occupied although no robot is there."""
-        me = s.robots[self.line.robot]
-        here, near = me.pose[0], {*shown}
-        for other in self.moving if self.busy else ():
-            holds = s.robots[other].holds
-            near |= holds if other in s.rivals[me.name] else set()
-            pair = [regions for who, regions in s.zones if {me.name, other} <= who]
-            near = near.union(*(regions for regions in pair if regions & holds))
-        found = {busy: int(self.beside(here, side) in near) for busy, side in self.busy.items()}
+    def look(self, s: State, known: dict[str, int]) -> dict[str, int]:
+        """Return the inputs of a robot now, and update what is ``known``."""
+        here, found = s.robots[self.line.robot].pose[0], dict[str, int]()
         for name, key in self.names.items():
             there = s.robots[name].pose[0]
             if not self.sees(here, there):
@@ -122,23 +76,6 @@ class Others:
                 require(possible or s.external, f"{name} is outside every possible belief")
                 there = max(possible or hidden)
             found[key] = known[name] = there
-        return found
-
-    def assumed(self, region: int, seen: Seen, targets: Iterable[frozenset[int]]) -> list[bool]:
-        """Return for each assumption about other robots whether it is met at a step from a region.
-        A belief meets an assumption that it allows."""
-        found, fairness = [], self.line.fairness or "none"
-        if fairness == "out_of_my_way":
-            around = {region, *(to for to, _ in self.world.steps(False, (region, None)))}
-            found.append(not around & self.taken(region, seen))
-        for name in () if self.nearby or fairness == "none" else self.moving:
-            where = self.whereabouts(name, seen[f"at_{name}"])
-            if fairness == "out_of_my_sight" and (self.line.beliefs or {}).get(name):
-                found.append(seen[f"at_{name}"] >= self.world.size)
-            elif fairness == "off_my_targets":
-                found += [bool(where - target) for target in targets]
-            elif fairness == "at_its_targets":
-                found += [bool(where & aim) for aim in self.line.others_targets[name]]
         return found
 
     def sees(self, a: int, b: int) -> bool:

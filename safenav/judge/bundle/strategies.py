@@ -10,7 +10,7 @@ own. It keeps the demands if
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import chain
 from typing import Any
 
@@ -40,13 +40,9 @@ def require(holds: object, reason: str) -> None:
 
 class Strategy:
     """A strategy or counterstrategy. ``columns``: each variable's value in each node; ``next``: the
-    nodes that follow; ``inputs``: the values of ``names`` in each node.
+    nodes that follow; ``inputs``: the values of ``names`` in each node."""
 
-    *Equivalent nodes* are followed by the same nodes, and differ only in ``passing`` inputs, whose
-    present value nothing reads. Whatever holds for the edges of one holds for those of the other.
-    So only the ``first`` is examined, and edges lead to the first of the equivalent nodes there."""
-
-    def __init__(self, document: Any, names: Sequence[str], passing: Collection[str]) -> None:
+    def __init__(self, document: Any, names: Sequence[str]) -> None:
         nodes = [document["nodes"][str(k)] for k in range(len(document["nodes"]))]
         bits = [BIT.fullmatch(bit) for bit in document["variables"]]
         self.count, self.names, self.columns = len(nodes), names, dict[str, list[int]]()
@@ -70,13 +66,8 @@ class Strategy:
         if missing := {*names} - {*self.columns}:
             raise RefusedError(f"the strategy has no input {', '.join(sorted(missing))}")
         self.inputs = self.rows(names)
-        kept = self.rows(name for name in self.columns if name not in passing)
-        known: dict[Any, int] = {}
-        keys = ((row, *given["trans"]) for row, given in zip(kept, nodes, strict=True))
-        self.first = [known.setdefault(key, node) for node, key in enumerate(keys)]
-        own = {node: [*nodes[node]["trans"]] for node in known.values()}
-        self.next = [own[node] for node in self.first]
-        if (size := sum(map(len, own.values()))) > MOST_EDGES:
+        self.next = [[*given["trans"]] for given in nodes]
+        if (size := sum(map(len, self.next))) > MOST_EDGES:
             raise BundleTooLargeError(f"{size} edges; this checker accepts {MOST_EDGES}")
 
     def rows(self, names: Iterable[str]) -> list[Row]:
@@ -89,9 +80,8 @@ class Strategy:
         return {n: self.columns[n][node] if n in self.columns else None for n in names}
 
     def reach(self, begin: Iterable[int]) -> list[int]:
-        """Return the nodes that are reachable from some nodes, the first of each class."""
-        first, next_ = self.first, self.next
-        return sorted(closure({first[n] for n in begin}, lambda k: {first[n] for n in next_[k]}))
+        """Return the nodes that are reachable from some nodes."""
+        return sorted(closure({*begin}, lambda node: self.next[node]))
 
     def edges(self, nodes: Sequence[int]) -> Edges:
         sources = [node for node in nodes for _ in self.next[node]]
@@ -117,7 +107,7 @@ def check_strategy(task: Any, nodes: Sequence[int], measures: Any) -> None:
             raise RefusedError(f"{message}, observing {seen}")
     goals, assumed = task.met(edges)
     for k, (met, measure) in enumerate(zip(goals, measures, strict=True)):
-        check_measure(graph, edges, f"goal {k} of the scenario", met, assumed, measure)
+        check_measure(edges, f"goal {k} of the scenario", met, assumed, measure)
 
 
 def check_counterstrategy(task: Any, proof: Mapping[str, Any]) -> None:
@@ -142,14 +132,12 @@ def check_counterstrategy(task: Any, proof: Mapping[str, Any]) -> None:
     edges, (*each, last) = graph.edges(nodes), proof["measures"]
     goals, assumed = task.met(edges)
     for k, (met, measure) in enumerate(zip(assumed, each, strict=bool(edges[0]))):
-        check_measure(graph, edges, f"assumption {k}, infinitely often", met, [], measure)
+        check_measure(edges, f"assumption {k}, infinitely often", met, [], measure)
     never = [False] * len(edges[0])
-    check_measure(graph, edges, "a goal is missed forever", never, goals, last)
+    check_measure(edges, "a goal is missed forever", never, goals, last)
 
 
-def check_measure(
-    graph: Strategy, edges: Edges, what: str, met: Met, excuses: list[Met], given: Any
-) -> None:
+def check_measure(edges: Edges, what: str, met: Met, excuses: list[Met], given: Any) -> None:
     """Refuse unless each infinite path of these edges meets the goal infinitely often, or one of
     the ``excuses`` never again from some point on.
 
@@ -161,7 +149,7 @@ def check_measure(
     good = whole and all(a is None or 0 <= a < len(excuses) for a in which)
     require(good, f"{what}: the measure has a negative value or names an unknown assumption")
     for edge in (edge for edge, good in enumerate(met) if not good):
-        source, target = edges[0][edge], graph.first[edges[1][edge]]
+        source, target = edges[0][edge], edges[1][edge]
         excuse, stays = which[source], numbers[target] == numbers[source]
         stays = stays and excuse is not None and excuse == which[target]
         stays = stays and not excuses[excuse][edge]

@@ -1,5 +1,5 @@
-"""The demands of a scenario on a strategy: the robot, its objective, its assumptions about other
-robots, and the possible inputs. No specification is read."""
+"""The demands of a scenario on a strategy: the robot, its objective, the possible inputs and the
+assumptions about them. No specification is read."""
 
 from __future__ import annotations
 
@@ -54,8 +54,8 @@ class Task:
         self.memory: Mapping[str, int] = e.memory or {}
         self.told = TOLD if e.places is not None else ()
         others = [*self.others.names.values()]
-        inputs = [*self.told, *self.others.busy, *others, *self.heard]
-        self.graph = graph = Strategy(document, inputs, {*self.others.busy})
+        inputs = [*self.told, *others, *self.heard]
+        self.graph = graph = Strategy(document, inputs)
         known = ["region", "heading"] if self.faces else ["region"]
         missing = {*known, *names} - {*graph.columns}
         require(not missing, f"the strategy has no variable {', '.join(sorted(missing))}")
@@ -123,7 +123,7 @@ class Task:
         stays = held or seen.get("wait")
         moves = {pose} if stays else {pose, *self.world.steps(self.faces, pose)}
         left = {pose[0]} & {self.pose[0]}  # its start, if closed: it never returns
-        shut: set[int | None] = {*self.others.taken(pose[0], seen), *(self.closed - left)}
+        shut = {*(self.closed - left)}
         if own.strict:  # none of the targets whose turn it is not
             shut = shut.union(*(t for k, t in enumerate(own.targets) if k != awaited))
         free = self.world.free
@@ -204,7 +204,7 @@ class Task:
             goals = [[s or good for s, good in zip(sent, met, strict=True)] for met in goals]
             here = (wait[b] == 1 or place[b] == self.poses[b][0] for _, b in steps)
             goals.append([not s or there for s, there in zip(sent, here, strict=True)])
-        held = [self.assumed(self.poses[a][0], graph.inputs[b]) for a, b in steps]
+        held = [self.assumed(graph.inputs[b]) for _, b in steps]
         return goals, [list(each) for each in zip(*held, strict=True)]
 
     def _goals_met(self, before: Any, after: Any) -> list[bool]:
@@ -212,11 +212,10 @@ class Task:
         given = pose, own + heard, to, new + now
         return [] if self.formulas is None else self.formulas.holds("liveness", *given)
 
-    def _assumed(self, region: int, row: Row) -> list[bool]:
-        """Return for each assumption whether it is met at a step from a region. While the robot is
+    def _assumed(self, row: Row) -> list[bool]:
+        """Return for each assumption whether it is met at a step. While the robot is
         commanded to wait (assumed to end), no assumption is met."""
         seen, found = self._seen(row), [True] if self.told else []
-        found += self.others.assumed(region, seen, self.objective.targets)
         for name in self.heard:
             found += [seen[name] == value for value in (self.line.again or {}).get(name, ())]
         return [held and not seen.get("wait") for held in found]
