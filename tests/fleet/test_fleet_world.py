@@ -136,6 +136,8 @@ def test_a_lost_robot_reports_the_reason(case: str) -> None:
             robots.locate("digit")
     (event,) = events
     assert isinstance(event, Lost) and event.reason == reason
+    if case == "it returns too slowly":
+        assert robots.cancelled == ["digit"]
 
 
 @pytest.mark.parametrize("back", [False, True])

@@ -335,6 +335,10 @@ OUTCOMES: dict[str, tuple[Callable[[MotionOutcome], MotionOutcome], tuple[str, .
         lambda known: link(4, t0=plus(0.25), t1=plus(0.25))(known),
         ("the chain waits for 0.250 s", "the chain waits for -0.250 s"),
     ),
+    "a chain whose links meet at another time": (
+        lambda known: link(5, t0=plus(0.25))(link(4, t1=plus(0.25))(known)),
+        ("does not do",),
+    ),
     "a chain of another robot's time": (
         lambda known: replace(
             known,

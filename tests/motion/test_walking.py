@@ -9,10 +9,13 @@ import pytest
 
 from motion.walking import inside, lateral_order, longest_step, mass, swing_path
 from safenav.errors import UsageError
+from safenav.motion.columns import sample
 from safenav.motion.file.records import Segment
 from safenav.motion.geometry import HEADINGS, MetricFloor
 from safenav.motion.mover import Crossing
+from safenav.motion.walker import cutting, primitives
 from safenav.motion.walker.mover import WalkerMover
+from safenav.pace.gait import Walker, gait_on
 
 VALUES = {"size": 0.6, "speed": 0.45, "height": 0.8, "foot": 0.18, "clearance": 0.12}
 SIZE = 60
@@ -130,3 +133,21 @@ def test_swings_join_footholds_and_each_other() -> None:
 def test_small_regions_are_refused_with_the_reason(side: float, words: str) -> None:
     with pytest.raises(UsageError, match=words):
         walker(side)
+
+
+def test_both_feet_carry_it_long_enough_also_with_very_unequal_steps() -> None:
+    gait = gait_on(1.5, Walker(0.3, 0.3, 1.0))
+    for primitive in (primitives.walk(gait, turn, foot) for turn in (0, 1) for foot in (1, -1)):
+        carried = sum(hold.up - hold.down for hold in primitive.footholds)
+        assert 0.15 < carried / primitive.seconds - 1 < 0.25
+
+
+def test_a_step_that_is_cut_off_ends_in_the_state_that_the_mass_has_then() -> None:
+    mover = walker()
+    for segment in every_primitive(2.7):
+        for at in np.linspace(0.05, segment.t1 - segment.t0 - 0.05, 17):
+            cut = cutting.before(segment, float(at), mover.gait.omega)
+            row = sample(segment, np.array([at]), mover.limits())[0]
+            np.testing.assert_allclose(cut.goal, row[[0, 1, 3, 4]], atol=1e-4)
+            last = cut.phases[-1]
+            np.testing.assert_allclose((last.to_x, last.to_y), row[9:11], atol=1e-9)
