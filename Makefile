@@ -126,9 +126,8 @@ fuzz: install slugs-test ## long campaigns: games, proofs, missions; with clang 
 	  tests/hostile tests/campaigns tests/certify tests/proof tests/motion/test_random_missions.py \
 	  tests/motion/test_requirements.py \
 	  tests/slugs/test_random_games.py tests/slugs/test_sanitized.py \
-	  tests/runtime/test_beliefs.py tests/spec/test_belief.py \
-	  tests/runtime/test_rules_of_objectives.py tests/runtime/test_never_together.py tests/runtime/test_inputs.py \
-	  tests/runtime/test_loads.py \
+	  tests/spec/test_belief.py \
+	  tests/runtime/test_rules_of_objectives.py tests/runtime/test_inputs.py \
 	  tests/synthesis/test_reading.py \
 	  tests/synthesis/test_verify_random.py \
 	  tests/studio/test_editing.py tests/studio/test_random_sessions.py \

@@ -1,5 +1,6 @@
 """Facts about the run of a case file: the check that each key of its lines ``#:`` stands for."""
 
+from collections.abc import Sequence
 from copy import deepcopy
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -13,11 +14,12 @@ from click.testing import CliRunner
 from certify.making import bundle_at, certified, files_of, judged, rewrite
 from certify.mutants import lines_of, with_lines
 from runtime.continued import moves, rests
-from runtime.played import Line, Run, loaded, play, whole
+from runtime.played import Line, Run, begin, loaded, play, whole
 from safenav.checked_trace import check_trace
 from safenav.cli.check import check as command
 from safenav.errors import InputError
 from safenav.report.terminal.story import Story
+from safenav.runtime.intervention.reading import read_intervention
 from safenav.runtime.run.mission import Mission
 from safenav.trace.records import KINDS
 
@@ -45,7 +47,9 @@ def hold(text: str, facts: Facts) -> None:
             loaded(text)
         _has(str(error.value), facts["refused"])
         return
-    run, damages = play(text), facts.pop("damaged", ())
+    waits = facts.pop("waits", None)
+    run = play(text) if waits is None else attended(text, waits)
+    damages = facts.pop("damaged", ())
     cut = facts.pop("cut", None)
     forged, proven = facts.pop("forged", ()), facts.pop("certified", ())
     if said := facts.pop("notes", ()):
@@ -60,6 +64,20 @@ def hold(text: str, facts: Facts) -> None:
         _forged(bundle_at("plan", text), damage)
     if proven:
         _has(certified(text), () if proven is True else proven)
+
+
+def attended(text: str, waits: Sequence[Sequence[str]]) -> Run:
+    """Play a live run for which an operator intervenes with these words at each wait."""
+    left = list(waits)
+    mission, run = begin(text, attended=True)
+    while mission.result is None:
+        if mission.waiting is not None and mission.still:
+            for line in left.pop(0):
+                mission.intervene(read_intervention(line, mission.scenario))
+        mission.step()
+    assert not run.findings, run.findings
+    assert not left
+    return run
 
 
 def _has(text: str, words: list[str]) -> None:

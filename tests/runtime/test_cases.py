@@ -17,10 +17,12 @@ The first comment of a file is its story. Its lines ``#:`` are YAML:
 - ``forged``: likewise, the checker of bundles refuses the bundle with the damaged trace
 - ``cut``: from before each pass on, resumed, the run has the same ``outcome``, or even the same
   ``moves``
+- ``waits``: an operator attends the live run, and intervenes with these words at each wait
 - ``refused``: the scenario is not loaded; words of the message
 - ``clocks``: it is played on each of these
 - ``or``: it is also played with these words replaced
-- ``but``: it is also played with the words ``with`` replaced, where other facts hold; ``clocks``
+- ``but``: it is also played with the words ``with`` replaced (default: none), where other
+  facts hold; ``clocks``
 
 Unless it has another ``outcome``, the mission is completed. Each trace must pass the audit. An
 exhaustive search over joint states, which shares no code with safenav, has decided what the teams
@@ -40,7 +42,7 @@ def cases() -> Iterator[Any]:
         text, said = read_case(file)
         clocks, others = said.pop("clocks", [""]), said.pop("but", [])
         variants = [(change, clocks, said) for change in [{}, *said.pop("or", [])]]
-        variants += [(each.pop("with"), each.pop("clocks", clocks), each) for each in others]
+        variants += [(each.pop("with", {}), each.pop("clocks", clocks), each) for each in others]
         for change, played, facts in variants:
             for clock in played:
                 changed = f"{text}clock: {clock}\n" if clock else text

@@ -11,7 +11,7 @@ import pytest
 from msgspec.structs import replace
 
 import warm
-from once import beside
+from runtime.facts import case
 from runtime.played import Run, begin, end, loaded, whole
 from runtime.worlds import Clocked, Remote
 from safenav.errors import UsageError
@@ -26,68 +26,8 @@ from safenav.synthesis.slugs import Synthesizer
 from safenav.team.apply import rounds
 from safenav.world.moves import Pose
 
-GATE = beside(__file__, "scenarios/operator_gate.yaml")
+GATE = case("operator/gate")
 NAMED = GATE.replace("]}\ncatalogue", "], names: {doorway: [2, 5]}}\ncatalogue")
-PUSHER_OUT = GATE.replace("layer: air, capabilities: []", "layer: air, capabilities: [push]") + (
-    "changes: [{at: 1, robot: bee, service: out}]\n"
-)
-
-
-UNTIL = GATE.replace("region: [2, 5]", "region: [2, 5], until: 30")
-PARCEL = GATE.replace("gate: {", "parcel: {needs: [{action: lift}], blocks: []}\n    gate: {") + (
-    "orders: [{at: 1, type: parcel, region: [1, 3]}]\n"
-)
-BACK = PUSHER_OUT.replace("changes: [", "changes: [{at: 40, robot: bee, service: back}, ")
-BACK_AND_OUT = PUSHER_OUT.replace("out}]", "out}, {at: 30, robot: cart, service: back}]")
-
-
-def attended(text: str | Scenario, *waits: list[str]) -> Run:
-    """Play a scenario with the interventions of each wait; its trace must pass the audit."""
-    left = list(waits)
-    mission, run = begin(text, attended=True)
-    while mission.result is None:
-        if mission.waiting is not None and mission.still:
-            for line in left.pop(0) if left else ["give_up"]:
-                mission.intervene(read_intervention(line, mission.scenario))
-        mission.step()
-    assert not run.findings, run.findings
-    assert not left
-    return run
-
-
-@pytest.mark.parametrize(
-    ("text", "waits"),
-    [
-        (GATE, [["resolved gate@27"]]),
-        (GATE, [["resolved gate@[2, 5]"]]),
-        (NAMED, [["resolved gate@doorway"]]),
-        (GATE, [["permanent gate@27", "objective cart {visit: [[1, 1], [2, 1]]}"]]),
-        (GATE, [["put_back cart [2, 8]", "objective cart {visit: [[1, 9], [2, 8]]}"]]),
-        (GATE, [["service bee out"], ["resolved gate@27"], ["service bee back"]]),
-        (GATE, [["give_up"]]),
-        (PUSHER_OUT, [["service bee back"]]),
-        (PARCEL, [["permanent gate@27"], ["resolved parcel@14"], ["give_up"]]),
-    ],
-)
-def test_a_run_waits_for_an_operator_and_continues_after_interventions(
-    text: str, waits: list[list[str]]
-) -> None:
-    trace = attended(text, *waits)
-    given_up = waits[-1] == ["give_up"]
-    assert trace.outcome["outcome"] == ("operator_needed" if given_up else "completed")
-    told = trace.all("waiting")
-    assert len(told) == len(waits)
-    assert all(line["explanation"] for line in told)
-    given = [line["intervention"] for line in trace.all("operator")]
-    assert len(given) == sum(map(len, waits))
-
-
-def test_a_request_that_was_given_up_is_reopened_after_an_intervention() -> None:
-    trace = attended(GATE, ["service bee out"], ["resolved gate@27"], ["service bee back"])
-    first, second = trace.all("waiting")[:2]
-    assert first["cause"] == second["cause"] == "no_capable_robot"
-    assert [line["obstacle"] for line in trace.all("reopened")] == ["gate@27"]
-    assert trace.all("waiting")[2]["cause"] == "out_of_service"
 
 
 def test_a_request_given_up_and_resolved_is_not_reopened_when_its_obstacle_is_back() -> None:
@@ -208,33 +148,6 @@ def test_the_terminal_prints_the_interventions_that_would_help(tmp_path: Path) -
     assert "tried: catalogue.robots.cart.capabilities: [push]" in done.stderr
     assert "unknown intervention 'open'" in done.stderr
     assert "an operator intervenes: resolved gate@27" in done.stdout
-
-
-@pytest.mark.parametrize(
-    ("text", "waits", "outcome", "until"),
-    [
-        (UNTIL, [], "completed", [30]),
-        (BACK, [], "completed", [40]),
-        (BACK_AND_OUT, [["service bee back"]], "completed", [30, None]),
-        (BACK_AND_OUT, [["give_up"]], "operator_needed", [30, None]),
-    ],
-    ids=["it goes by itself", "the helper is back", "it does not help", "given up"],
-)
-def test_a_simulated_run_waits_for_an_operator_once_no_event_is_pending(
-    text: str, waits: list[list[str]], outcome: str, until: list[float | None]
-) -> None:
-    """What the scenario itself changes may help; an operator may still intervene before."""
-    run = attended(text, *waits)
-    assert run.outcome["outcome"] == outcome
-    assert [line.get("until") for line in run.all("waiting")] == until
-    mission, run = begin(text, attended=True)
-    while not run.all("waiting"):
-        mission.step()
-    assert mission.waiting is None
-    mission.intervene(read_intervention("resolved gate@27", mission.scenario))
-    mission.intervene(read_intervention("service bee back", mission.scenario))
-    mission.step()
-    assert len(run.all("waiting")) == 1 and run.all("gone")
 
 
 OPEN = GATE.replace("obstacles: [{type: gate, region: [2, 5]}]\n", "").replace("air", "ground")

@@ -1,10 +1,10 @@
-"""Orders: requests that no robot has made. Random ones: ``test_loads``."""
+"""Orders of a program, and in other worlds; others are ``cases/orders``."""
 
 from typing import Any
 
 import pytest
 
-from runtime.played import begin, completed, end, play
+from runtime.played import begin, completed, end
 from runtime.worlds import Driven
 from safenav.errors import UsageError
 from safenav.runtime.intervention.kinds import PlaceOrder
@@ -33,22 +33,6 @@ PLAN = {
     "orders": [{"at": 3, "type": "parcel", "region": 9}],
     "until": {"rounds": 1},
 }
-
-
-def test_the_same_work_is_ordered_twice() -> None:
-    """Each order has its own request, clock and end; nobody waits for the first to be done."""
-    orders = [
-        {"at": 2, "type": "parcel", "region": 9},
-        {"at": 3, "type": "parcel", "region": 9, "resolve_within": 30},
-        {"at": 3, "type": "photo", "region": 9},
-    ]
-    expect = {"outcome": "completed", "resolved": ["parcel@9", "parcel@9#2", "photo@9"]}
-    run = play(PLAN | {"orders": orders, "expect": expect})
-    came = {line["obstacle"]: line["tick"] for line in run.all("order")}
-    assert came == {"parcel@9": 2, "parcel@9#2": 3, "photo@9": 3}
-    kept = [(x["of"], x["verdict"]) for x in run.all("deadline")]
-    assert kept == [("parcel@9#2", "set"), ("parcel@9#2", "kept")]
-    assert {line["obstacle"] for line in run.all("resolved")} == set(came)
 
 
 def test_a_program_orders_during_a_run() -> None:

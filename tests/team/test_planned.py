@@ -5,6 +5,7 @@ import pytest
 from safenav.checked_trace import check_trace
 from safenav.outcome import Outcome
 from safenav.scenario.reading.loader import load_scenario_text
+from safenav.team.team import team_of
 from safenav.trace.records import Synthesis
 from team.playing import play, text_of
 
@@ -35,3 +36,13 @@ def test_a_plan_is_the_controller_of_robots_with_rivals(
     assert result.outcome is Outcome.COMPLETED
     assert [line.robot for line in lines if isinstance(line, Synthesis)] == synthesized
     assert not check_trace(text_of(lines)).findings
+
+
+def test_robots_that_share_only_a_zone_may_wait_for_each_other() -> None:
+    robot = "{model: quadcopter, start: %d, objective: {hold: %d}, avoids: []}"
+    team = "\n".join(f"  {name}: {robot % (k, k)}" for k, name in enumerate("abc"))
+    zone = "never_together: [{robots: [a, b], in: [3]}]"
+    scenario = load_scenario_text(f'safenav: 1\nmap: {{grid: ["...."]}}\nrobots:\n{team}\n{zone}\n')
+    a, b, c = scenario.robots
+    assert scenario.interfere(a, b) and not scenario.interfere(a, c)
+    assert [member.planned for member in team_of(scenario).members] == [True, True, False]
