@@ -4,17 +4,21 @@ nothing that it would not have printed, writes no half file, and leaves no proce
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
 from random import Random
+from typing import NamedTuple
 
 import pytest
 
+from children import ran
 from faults.conftest import CASE_STUDY, ROOT
 from warm import safenav
 
@@ -70,40 +74,32 @@ def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for number in (1, 2, 3):
         source = scenarios / f"case_study_{number}.yaml"
         (folder / "suite" / source.name).write_text(source.read_text())
-    environment = {**os.environ, "SAFENAV_CACHE": "off", "NO_COLOR": "1"}
     for command in (
         ("run", "s.yaml", "--trace", "t.jsonl", "--motion", "m.jsonl"),
         ("synth", "s.yaml", "-o", "."),
         ("certify", "s.yaml", "-o", "bundle"),
     ):
-        done = safenav(*command, cwd=folder, env=environment)
+        done = safenav(*command, cwd=folder, env=ENVIRONMENT)
         assert done.returncode == 0, done.stderr
     lines = (folder / "t.jsonl").read_text().splitlines(keepends=True)
     (folder / "cut.jsonl").write_text("".join(lines[: len(lines) // 2]))
     return folder
 
 
-class Finished:
-    """A command that ran to its end: its status, its lines and the files that it wrote."""
+class Finished(NamedTuple):
+    """A command that ran to its end: its seconds, its status, its lines, and all files then."""
 
-    def __init__(self, arguments: tuple[str, ...], folder: Path) -> None:
-        before = {*files(folder)}
-        begun = time.monotonic()
-        done = subprocess.run(
-            process(arguments), cwd=folder, env=environment(), capture_output=True, text=True
-        )
-        self.seconds = time.monotonic() - begun
-        self.status = done.returncode
-        self.lines = {*normal(done.stdout + done.stderr)}
-        self.files = {*files(folder)} - before
+    seconds: float
+    status: int
+    lines: set[str]
+    files: set[str]
 
 
-def environment() -> dict[str, str]:
-    return {**os.environ, "SAFENAV_CACHE": "off", "NO_COLOR": "1", "COLUMNS": "200"}
+ENVIRONMENT = {**os.environ, "SAFENAV_CACHE": "off", "NO_COLOR": "1", "COLUMNS": "200"}
 
 
-def process(arguments: tuple[str, ...]) -> list[str]:
-    return [sys.executable, "-m", "safenav", *arguments]
+def process(name: str) -> list[str]:
+    return [sys.executable, "-m", "safenav", *COMMANDS[name]]
 
 
 def normal(text: str) -> list[str]:
@@ -111,28 +107,22 @@ def normal(text: str) -> list[str]:
     return [_MEASURED.sub("N", line.strip()) for line in text.splitlines() if line.strip()]
 
 
-def files(folder: Path) -> list[str]:
-    return [str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()]
+def files(folder: Path) -> set[str]:
+    return {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()}
 
 
 @pytest.fixture(scope="module")
 def finished(inputs: Path, tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Finished]:
-    known: dict[str, Finished] = {}
-
+    @cache
     def of(name: str) -> Finished:
-        if name not in known:
-            folder = copied(inputs, tmp_path_factory.mktemp("finished"))
-            known[name] = Finished(COMMANDS[name], folder)
-        return known[name]
+        folder = tmp_path_factory.mktemp("finished") / "inputs"
+        shutil.copytree(inputs, folder)
+        begun = time.monotonic()
+        done = ran(process(name), cwd=folder, env=ENVIRONMENT)
+        lines = {*normal(done.stdout + done.stderr)}
+        return Finished(time.monotonic() - begun, done.returncode, lines, files(folder))
 
     return of
-
-
-def copied(inputs: Path, folder: Path) -> Path:
-    for name in files(inputs):
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        (folder / name).write_bytes((inputs / name).read_bytes())
-    return folder
 
 
 @pytest.mark.slow
@@ -142,13 +132,14 @@ def test_an_interrupted_command_says_nothing_false(
 ) -> None:
     random = Random(seed)
     name = [*COMMANDS][seed % len(COMMANDS)]
-    whole, folder = finished(name), copied(inputs, tmp_path)
-    before = {*files(folder)}
+    whole, folder = finished(name), tmp_path / "inputs"
+    shutil.copytree(inputs, folder)
+    before = files(folder)
     number = random.choice([signal.SIGINT, signal.SIGTERM])
     child = subprocess.Popen(
-        process(COMMANDS[name]),
+        process(name),
         cwd=folder,
-        env=environment(),
+        env=ENVIRONMENT,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -165,9 +156,9 @@ def test_an_interrupted_command_says_nothing_false(
     print(f"{name}: {number.name}, {child.returncode} after {time.monotonic() - sent:.2f} s")
     with pytest.raises(ProcessLookupError):
         os.killpg(child.pid, 0)
-    written = {*files(folder)} - before
+    written = files(folder) - before
     if child.returncode == whole.status:
-        assert written == whole.files
+        assert written == whole.files - before
         return
     killed = child.returncode in (-signal.SIGINT, -signal.SIGTERM)
     begun = not killed and "init_import_site" not in err  # else Python itself had not begun
