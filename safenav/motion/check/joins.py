@@ -101,10 +101,12 @@ def check_joins(case: Examination, robot: str) -> None:
         case.wrong(0.0, robot, "continuity", f"it starts with {speed:.3f} m/s")
     for before, after in pairwise(pieces):
         if after.t0 not in resets:
-            _joined(case, before, after)
+            joined(case, before, after)
 
 
-def _joined(case: Examination, before: Moving, after: Moving) -> None:
+def joined(case: Examination, before: Moving, after: Moving) -> None:
+    """Check that a piece continues the one before."""
+
     def wrong(found: str) -> None:
         case.wrong(before.t1, before.robot, "continuity", found)
 
