@@ -20,7 +20,7 @@ FILES = sorted(
 )
 
 
-def plain(scenario: Scenario) -> Scenario:
+def same(scenario: Scenario) -> Scenario:
     """The scenario without its file: its name, and warnings about a map that was an image."""
     catalogue = Catalogue(scenario.catalogue.robots, scenario.catalogue.obstacles)
     world = replace(scenario.map, notes=())
@@ -36,7 +36,7 @@ def test_every_scenario_of_the_tree_is_read_back_from_its_canonical_form() -> No
             continue  # a matrix, a map, a case of something else
         data = json.dumps(dump(scenario))
         again = load_scenario_text(data, str(path))
-        assert plain(again) == plain(scenario), path
+        assert same(again) == same(scenario), path
         assert json.dumps(dump(again)) == data, path
         read += 1
     assert read > 100
