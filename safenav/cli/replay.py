@@ -106,7 +106,7 @@ def replay(
     if sight is not None:
         _check_viewer(run, sight)
     if gif:
-        speed = speed or {"tick": 4.0, "second": 12.0}[run.unit]
+        speed = speed or run.clock.speed
         path, during = output or trace.with_suffix(".gif"), _ticks(run, ticks)
         _film(run, path, during, speed, width or 720, sight)
         return ExitCode.OK
@@ -161,14 +161,15 @@ def _moment(run: Run, written: str) -> tuple[int, float]:
         return run.last, 0.0
     if re.fullmatch(r"\d+(\.\d+)?", written):
         if float(written) > end:
-            raise UsageError(f"the run has {run.unit}s 0 to {int(end)}, not {written}")
+            raise UsageError(f"the run has {run.clock.unit}s 0 to {int(end)}, not {written}")
         return run.moment(float(written))
     for event in run.told:
         if event.kind.value == written:
             return event.tick, 0.0
     kinds = sorted({event.kind.value for event in run.told})
+    unit = run.clock.unit
     raise UsageError(
-        f"no {run.unit} {written!r}: give a number from 0 to {int(end)}, 'last', or the kind of "
+        f"no {unit} {written!r}: give a number from 0 to {int(end)}, 'last', or the kind of "
         f"an event of this run ({', '.join(kinds)})"
     )
 
@@ -185,17 +186,16 @@ def _ticks(run: Run, written: str | None) -> range:
     if written is None:
         return range(run.last + 1)
     found = re.fullmatch(r"(\d+)-(\d+)", written)
-    end = run.time(run.last)
+    end, unit = run.time(run.last), run.clock.unit
     if found is None or not int(found[1]) <= int(found[2]) <= end:
-        raise UsageError(f"--ticks {written}: give two {run.unit}s such as 0-{int(end)}, in order")
+        raise UsageError(f"--ticks {written}: give two {unit}s such as 0-{int(end)}, in order")
     return range(run.tick_at(int(found[1])), run.tick_at(int(found[2])) + 1)
 
 
 def _film(run: Run, path: Path, ticks: range, speed: float, width: int, sight: str | None) -> None:
     from safenav.report.picture.film import Film, write_gif
 
-    steps = max(1, min(3, round(12 / speed)))
-    film = Film(ticks.start, ticks.stop - 1, speed, steps, width, sight)
+    film = Film(ticks.start, ticks.stop - 1, speed, width, sight)
     count = len(film.moments(run))
     with click.progressbar(length=count, label="drawing", file=sys.stderr) as bar:
         write_whole(path, lambda part: write_gif(run, part, film, lambda: bar.update(1)))

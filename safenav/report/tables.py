@@ -15,7 +15,7 @@ Row = Iterable[object]
 
 def tables(run: Run) -> dict[str, str]:
     """Return the CSV text (RFC 4180, one heading line) of each table by its name."""
-    when = {"tick": "tick", "second": "t"}[run.unit]
+    when = run.clock.column
     moves = (when, "robot", "region", "row", "col", "name", "heading")
     events = (when, "kind", "robot", "region", "obstacle", "text")
     results = ("robot", "reason", "verdict", "seconds", "states", "cached", "verified")

@@ -106,6 +106,11 @@ class RobotPaths:
             del steps[-1]
         track.regions[-1], track.headings[-1] = self.on_map(at), facing(heading)
 
+    def put(self, robot: str, region: Region, heading: str | None) -> None:
+        """Place a robot that an operator has put into a region."""
+        track = self.robot(robot)
+        track.regions[-1], track.headings[-1] = self.on_map(region), facing(heading)
+
     def end(self, tick: int) -> bool:
         """Return whether the run ended within a tick; robots without a turn in it then stay."""
         tracks = self._tracks.values()

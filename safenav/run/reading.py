@@ -233,6 +233,7 @@ class RunReader:
             case records.Waiting(until=float()):
                 kind = StoryKind.PAUSED
             case records.Operator(robot=str() as robot, region=int() as region):
+                self._paths.put(robot, region, line.heading)
                 self._charges.placed(robot, region, now)
             case records.End():
                 self.run.ending = convert(line, Ending, from_attributes=True)

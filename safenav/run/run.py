@@ -40,6 +40,18 @@ TURNED_BACK = 0.4
 """The part of a failed step after which a robot turns back to its region."""
 
 
+class RunClock(Struct, frozen=True):
+    """The time of a run: its ``unit``, its ``column`` in tables, the speed of films in units per
+    second."""
+
+    unit: str
+    column: str
+    speed: float
+
+
+TICKS, SECONDS = RunClock("tick", "tick", 4.0), RunClock("second", "t", 12.0)
+
+
 class Run(Struct):
     """A run up to the last complete tick of its trace. ``ending`` is None until it ends, and for a
     trace that was cut off. Obstacles are by name; ``loads``: the robots that carry one, ``met``:
@@ -105,9 +117,8 @@ class Run(Struct):
     # Time.
 
     @property
-    def unit(self) -> str:
-        """The unit of time: ``tick`` or ``second``."""
-        return "tick" if self.seconds is None else "second"
+    def clock(self) -> RunClock:
+        return TICKS if self.seconds is None else SECONDS
 
     def time(self, tick: int) -> float:
         """Return the time of a tick: in seconds, or in ticks if the run has no clock."""
@@ -116,7 +127,7 @@ class Run(Struct):
     def tick_at(self, time: float) -> int:
         """Return the last tick that is not after a time."""
         if self.seconds is None:
-            return max(0, min(self.last, int(time)))
+            return max(0, min(self.last, int(time + 1e-9)))
         return max(0, bisect_right(self.seconds, time + 1e-9) - 1)
 
     def moment(self, time: float) -> tuple[int, float]:
@@ -124,15 +135,6 @@ class Run(Struct):
         tick = self.tick_at(time)
         span = self.time(min(tick + 1, self.last)) - self.time(tick)
         return tick, min(1.0, max(0.0, time - self.time(tick)) / span) if span > 0 else 0.0
-
-    def frames(self, first: int, last: int, pause: float, parts: int) -> list[tuple[int, float]]:
-        """Return the moments of a film: in ticks ``parts`` of each, in seconds one every ``pause``;
-        each as a tick and the elapsed part until the next."""
-        if self.seconds is None:
-            return [(tick, part / parts) for tick in range(first, last) for part in range(parts)]
-        begin = self.time(first)
-        count = int((self.time(last) - begin) / pause) + 1
-        return [self.moment(begin + pause * number) for number in range(count)]
 
     def when(self, tick: int) -> str:
         """Return a tick in words: ``tick 12``, or ``12.3 s`` if the run has a clock."""

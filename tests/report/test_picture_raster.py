@@ -56,7 +56,7 @@ def test_letters_that_our_fonts_lack_come_from_the_system(
 def test_a_film_rests_where_something_happens(replays: dict[str, Run], tmp_path: Path) -> None:
     path = tmp_path / "door.gif"
     frames: list[None] = []
-    some = Film(first=9, last=13, speed=4, steps=2, width=400)
+    some = Film(first=9, last=13, speed=4, width=400)
     write_gif(replays["door"], path, some, lambda: frames.append(None))
     assert len(frames) == len(some.moments(replays["door"]))
     durations = []
@@ -65,7 +65,7 @@ def test_a_film_rests_where_something_happens(replays: dict[str, Run], tmp_path:
         for i in range(gif.n_frames):
             gif.seek(i)
             durations.append(gif.info["duration"])
-    assert sum(durations) == 9 * 120 + 1200 + 2500  # frames, the violation, the end
+    assert sum(durations) == 13 * 80 + 1200 + 2500  # frames, the violation, the end
     assert max(durations[:-1]) >= 1200
     with Image.open(path) as gif:
         gif.seek(1)
@@ -77,7 +77,7 @@ def test_a_film_of_too_many_frames_is_refused(
 ) -> None:
     monkeypatch.setattr(film, "MOST_FRAMES", 3)
     with pytest.raises(UsageError, match="4 frames is too large: at most 3\n    choose"):
-        write_gif(replays["door"], tmp_path / "x.gif", Film(0, 3, steps=1))
+        write_gif(replays["door"], tmp_path / "x.gif", Film(0, 1))
     assert not [*tmp_path.iterdir()]
 
 

@@ -6,11 +6,17 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 
+from once import beside
 from report import made_traces
 from safenav.errors import InputError
-from safenav.run.reading import read_run
+from safenav.run.reading import RunReader, read_run
 from safenav.run.run import Run
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.trace.header import unstarted
+from safenav.trace.records import Operator
+from safenav.trace.vocabulary import OperatorIntervention
 
 Line = dict[str, Any]
 
@@ -119,3 +125,13 @@ def test_broken_traces_are_refused_with_file_and_line(breakage: str, tmp_path: P
     first = caught.value.diagnostics[0]
     assert message in first.found
     assert first.file == str(path) and first.line >= 1
+
+
+def test_a_robot_that_an_operator_puts_back_is_there() -> None:
+    """Pages drew it where it was lost until its next step."""
+    header = unstarted(load_scenario_text(beside(__file__, "scenarios/room.yaml"))).header
+    reader = RunReader(replace(header, clock="live"))
+    put = OperatorIntervention.PUT_BACK
+    reader.append(Operator(1, put, robot="quad", region=10, t=2.0))
+    assert reader.run.track("quad").regions == [7, 10]
+    assert reader.run.events[-1].text == "an operator intervenes: put back quad at 10"

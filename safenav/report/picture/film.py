@@ -32,8 +32,8 @@ _HALTS = {
     StoryKind.RESOLVED,
     StoryKind.BLOCKED,
 }
-PAUSE = 0.125
-"""Seconds between frames of a run with a clock."""
+PAUSE = 1 / 12
+"""Seconds between frames, except where the film rests."""
 MOST_FRAMES = 2000
 """Limit of a film, whose frames are in memory until it is written."""
 APART = 7
@@ -42,14 +42,13 @@ _CAPTIONS = _HALTS | {StoryKind.ASSUMPTION, StoryKind.OUTCOME}
 
 
 class Film(Struct, frozen=True):
-    """Options of a film of a run: first and last tick, speed, smoothness, width. ``speed``: ticks
-    per second, or a multiple of the speed of the run's clock. ``sight``: the robot whose sight and
-    beliefs are shaded."""
+    """Options of a film of a run: first and last tick, speed, width. ``speed``: ticks per second,
+    or a multiple of the speed of the run's clock. ``sight``: the robot whose sight and beliefs are
+    shaded."""
 
     first: int
     last: int
     speed: float = 4.0
-    steps: int = 3
     width: int = 720
     sight: str | None = None
 
@@ -60,7 +59,9 @@ class Film(Struct, frozen=True):
     def moments(self, run: Run) -> list[tuple[int, float]]:
         """Return the tick of each frame, and the elapsed part until the next tick; also each
         moment at which the film rests."""
-        found = {*run.frames(self.first, self.last, PAUSE * self.speed, self.steps)}
+        begin, pause = run.time(self.first), PAUSE * self.speed
+        count = int((run.time(self.last) - begin) / pause + 1e-9) + 1
+        found = {run.moment(begin + pause * number) for number in range(count)}
         halts = {(e.tick, 0.0) for e in run.events if e.kind in _HALTS and e.tick in self.ticks}
         return sorted(found | halts | {(self.last, 0.0)})
 
@@ -162,8 +163,7 @@ class _Stage:
 
 def _captioned(run: Run, film: Film) -> Iterable[tuple[int, float, str, int]]:
     """Yield the moments of the frames, with caption and duration in milliseconds."""
-    pause = {"tick": 1 / film.speed / film.steps, "second": PAUSE}[run.unit]
-    milliseconds = max(20, round(100 * pause) * 10)
+    milliseconds = round(100 * PAUSE) * 10
     caption, since, shown = "", film.first, film.first - 1
     for tick, part in film.moments(run):
         halt = 0

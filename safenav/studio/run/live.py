@@ -190,7 +190,7 @@ class StudioRun:
         self._shown = now
         if idle:
             return IDLE
-        timed = self._live is not None and self._live.run.unit == "second"
+        timed = self._live is not None and self._live.run.clock.unit == "second"
         took = now - before if timed else 1.0
         return took / self.speed
 
