@@ -11,7 +11,7 @@ import re
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable
 from datetime import UTC, datetime
-from pathlib import PurePath
+from pathlib import Path, PurePath
 
 from safenav.batch.case import Case, CaseVerdict, Result
 from safenav.batch.session import Report
@@ -29,10 +29,11 @@ def to_junit(report: Report, *, when: datetime | None = None) -> str:
         suites.setdefault(PurePath(case.file).parent.as_posix(), []).append(case)
     for folder, cases in suites.items():
         results = [report.results[case.name] for case in cases if case.name in report.results]
-        suite = ET.SubElement(root, "testsuite", name=_clean(folder), timestamp=stamp)
+        here = _clean(Path(folder).resolve().name if folder == "." else folder)
+        suite = ET.SubElement(root, "testsuite", name=here, timestamp=stamp)
         _count(suite, results, len(cases))
         for case in cases:
-            _testcase(suite, folder, case, report.results.get(case.name))
+            _testcase(suite, here, case, report.results.get(case.name))
     _count(root, report.in_order, len(report.cases))
     ET.indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
@@ -52,7 +53,7 @@ def _count(element: ET.Element, results: Iterable[Result], cases: int) -> None:
 
 def _testcase(suite: ET.Element, folder: str, case: Case, result: Result | None) -> None:
     name = case.name.removeprefix(f"{folder}/")
-    element = ET.SubElement(suite, "testcase", name=_clean(name), classname=_clean(folder))
+    element = ET.SubElement(suite, "testcase", name=_clean(name), classname=folder)
     if result is None:
         element.set("time", "0.000")
         ET.SubElement(element, "skipped", message="not run: the batch was stopped before")
