@@ -199,8 +199,8 @@ def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
     is unrealizable, a battery that runs empty, a deadlock. ``strict``: they count as
     unrealizable."""
     from safenav.explain.vacuity import vacuous_wins
+    from safenav.report.terminal.progress import WaitingLine
     from safenav.report.terminal.specification_text import vacuity_data, vacuity_lines
-    from safenav.report.terminal.synthesis_progress import WaitingLine
     from safenav.review.foresight import foreseen
     from safenav.review.rehearsal import rehearse
     from safenav.runtime.run.mission import Mission, default_synthesizer, first_results

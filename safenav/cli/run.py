@@ -15,7 +15,7 @@ from safenav.cli import options, warn
 from safenav.cli.session import Files, MakeMission, attendant, carried_out, limited
 from safenav.errors import ExitCode, UsageError
 from safenav.outfile import write_out
-from safenav.report.terminal.synthesis_progress import WaitingLine
+from safenav.report.terminal.progress import WaitingLine
 from safenav.runtime.run.mission import Mission, default_synthesizer
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario

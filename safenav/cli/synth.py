@@ -27,6 +27,7 @@ from safenav.lines import json_flaw, json_line, read_file
 from safenav.outcome import Verdict
 from safenav.outfile import write_all, write_out
 from safenav.report.terminal.fold import echo_folded
+from safenav.report.terminal.progress import WaitingLine
 from safenav.report.terminal.specification_text import (
     failure_lines,
     line_explanation_data,
@@ -35,7 +36,6 @@ from safenav.report.terminal.specification_text import (
     vacuity_lines,
     verification_data,
 )
-from safenav.report.terminal.synthesis_progress import WaitingLine
 from safenav.report.terminal.table import table
 from safenav.runtime.run.mission import default_synthesizer, first_results
 from safenav.scenario.yaml.source import MAX_BYTES

@@ -15,6 +15,8 @@ LINES = "#D5D9DF"
 
 _LEGIBLE = 8.0
 """Height of the smallest digits, in units of the picture."""
+LEAST_NUMBERED = 28.0
+"""Side of the smallest regions with a number."""
 
 
 def cell_size(world: RegionMap) -> float:
@@ -62,7 +64,7 @@ def draw_numbers(
     """Draw the number of each free region without one of the ``names`` in its corner; none where
     the numbers of neighbours would overlap."""
     size = max(_LEGIBLE, cell * 0.17)
-    if cell < text_width(f"{world.size - 1} ", size):
+    if cell < max(LEAST_NUMBERED, text_width(f"{world.size - 1} ", size)):
         return
     named = {world.names[name.text] for name in names if not name.area}
     page.open("g", font_size=number(size), fill="#7A818C")

@@ -167,7 +167,11 @@ def _stack(scene: Scene) -> Iterator[Row]:
 
 
 def _square(half: float, **style: Any) -> Icon:
-    return lambda page, x, y: page.rect(x - half, y - half, 2 * half, 2 * half, **style)
+    return _rect(half, half, **style)
+
+
+def _rect(wide: float, high: float, **style: Any) -> Icon:
+    return lambda page, x, y: page.rect(x - wide, y - high, 2 * wide, 2 * high, **style)
 
 
 def _glyph(path: str, radius: float, down: float = 0.0, **style: Any) -> Icon:
@@ -199,44 +203,23 @@ def _marks(
         dark = {"stroke": INK, "stroke_width": 0.22}
         page.glyph(style[0].path, x + 6, y - 6, 3.4, 0, fill=colour, **dark)
 
+    area = _square(8, stroke=AREA, stroke_dasharray="4 2", fill="none")
+    avoided = _square(9, stroke_dasharray="2 4", **own, **thin)
+    transit = _rect(12, 6, rx=4, **own, **thin)
+    refused = any(event.kind is StoryKind.VIOLATION for event in scene.happened)
+    faces = any(robot.heading is not None for robot in robots)
+    gone = any(len({*robot.trail}) > 1 for robot in robots)
+    goes = any(len(robot.ahead) > 1 for robot in robots)
     table: list[tuple[object, Icon, str]] = [
         (scene.map.walls, _square(8, fill=WALL, stroke=WALL_LINE), "wall"),
-        (
-            scene.map.areas,
-            _square(8, stroke=AREA, stroke_dasharray="4 2", fill="none"),
-            "area",
-        ),
+        (scene.map.areas, area, "area"),
         (style, target, "target of the robot with this shape; filled: the next one"),
-        (
-            any(len(robot.ahead) > 1 for robot in robots),
-            _line("h22", stroke_dasharray="3 3", **own),
-            "where the robot goes next",
-        ),
-        (
-            any(objective.avoid for objective in objectives),
-            _square(9, stroke_dasharray="2 4", **own, **thin),
-            "regions that the robot of this colour avoids",
-        ),
-        (
-            any(len({*robot.trail}) > 1 for robot in robots),
-            _line("h22", stroke_opacity=0.6, **own),
-            "path of a robot, newest part strongest",
-        ),
-        (
-            any(robot.heading is not None for robot in robots),
-            _glyph(GLYPHS.nose, 11, 15, fill=INK),
-            "where a robot faces",
-        ),
-        (
-            any(event.kind is StoryKind.VIOLATION for event in scene.happened),
-            _line("h19m-5,-4.5l5,4.5l-5,4.5", stroke=found),
-            "refused step",
-        ),
-        (
-            any(robot.taken for robot in robots),
-            lambda page, x, y: page.rect(x - 12, y - 6, 24, 12, rx=4, **own, **thin),
-            "in transit: occupies both regions",
-        ),
+        (goes, _line("h22", stroke_dasharray="3 3", **own), "where the robot goes next"),
+        (any(o.avoid for o in objectives), avoided, "regions that the robot of this colour avoids"),
+        (gone, _line("h22", stroke_opacity=0.6, **own), "path of a robot, newest part strongest"),
+        (faces, _glyph(GLYPHS.nose, 11, 15, fill=INK), "where a robot faces"),
+        (refused, _line("h19m-5,-4.5l5,4.5l-5,4.5", stroke=found), "refused step"),
+        (any(robot.taken for robot in robots), transit, "in transit: occupies both regions"),
         (any(robot.loads for robot in robots), _load, "load that the robot carries"),
         (scene.chargers, _glyph(GLYPHS.charger, 7, fill="#B87900"), "charger"),
     ]

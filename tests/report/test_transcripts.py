@@ -1,6 +1,5 @@
 """What people see of whole runs: the story on the terminal, the data of the page, the words of a
-picture. `SAFENAV_GOLDEN=1 pytest tests/report/test_golden.py` writes the files in `golden/` anew;
-the review of a change is their difference."""
+picture. ``make golden`` rewrites the files in ``transcripts/``: review the difference."""
 
 import json
 import os
@@ -25,8 +24,7 @@ from safenav.run.run import Run
 from safenav.run.values import StoryKind
 from safenav.trace.reading import Trace, read_lines
 
-GOLDEN = Path(__file__).parent / "golden"
-RENEW = bool(os.environ.get("SAFENAV_GOLDEN"))
+TRANSCRIPTS = Path(__file__).with_name("transcripts")
 
 
 def own(name: str) -> str:
@@ -125,8 +123,8 @@ def _words(run: Run) -> Iterator[str]:
 
 @pytest.mark.parametrize("name", CASES)
 def test_people_see_of_a_run_what_they_saw(name: str) -> None:
-    found, file = transcript(CASES[name]()), GOLDEN / f"{name}.txt"
-    if RENEW:
+    found, file = transcript(CASES[name]()), TRANSCRIPTS / f"{name}.txt"
+    if os.environ.get("SAFENAV_GOLDEN"):
         file.write_text(found, encoding="utf-8")
     assert found == file.read_text(encoding="utf-8")
 
