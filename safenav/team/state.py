@@ -482,39 +482,22 @@ Change = (
 Strayed = Elsewhere | Failed | Lost | Met
 """Ends of steps that are not as decided; more changes may follow from them."""
 
+Decision = GaveUp | Reopened | SetAside | Told | Turned | Planned
+"""Intentions of the team that become part of the state."""
+
 Event = (
-    Turn
+    Change
+    | Decision
+    | Ended
+    | Turn
     | Goes
-    | Time
     | Departed
-    | Arrived
-    | Elsewhere
-    | Astray
-    | Failed
-    | Lost
-    | Flat
-    | Served
-    | Placed
-    | Assigned
-    | Inputs
-    | Looked
-    | Declared
-    | Intervened
-    | Late
-    | Revealed
-    | Seen
     | Stayed
-    | Introduced
+    | Looked
+    | Astray
+    | Flat
     | Acts
     | Acted
     | Met
-    | Appeared
-    | Gone
     | Counted
-    | GaveUp
-    | Reopened
-    | SetAside
-    | Told
-    | Turned
-    | Planned
 )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
 
 from safenav.team import state as now
 from safenav.team.state import State
@@ -12,16 +11,6 @@ from safenav.trace import records
 from safenav.trace.vocabulary import HoldReason, MovedBy, MoveEnd
 
 Emit = Callable[[records.Record], None]
-
-
-class MoveLines(Protocol):
-    """The lines of one robot's turn."""
-
-    def departed(self, tick: int, event: now.Departed, before: State) -> None: ...
-    def continued(self, tick: int, i: int, state: State) -> None: ...
-    def ended(self, tick: int, i: int, before: State, after: State, end: now.Ended) -> None: ...
-    def stayed(self, tick: int, event: now.Stayed, state: State) -> None: ...
-    def resume(self, line: records.Record) -> None: ...
 
 
 class _Signals:

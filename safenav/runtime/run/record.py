@@ -21,7 +21,7 @@ from safenav.runtime.control.tasks import assignable, enough
 from safenav.runtime.run.checkpoint import Memory
 from safenav.runtime.run.command_times import CommandTimes
 from safenav.runtime.run.deadlines import Ledger
-from safenav.runtime.run.moves import CommandLines, MoveLines, TickLines
+from safenav.runtime.run.moves import CommandLines, TickLines
 from safenav.runtime.run.synthesis_line import synthesis_line
 from safenav.scenario.objective import Objective
 from safenav.scenario.settings import Clock
@@ -68,9 +68,7 @@ class Recorder:
         live: bool,
     ) -> None:
         self.team, self.truths, self._listen, self.live = team, truths, listener, live
-        self.moves: MoveLines = (
-            CommandLines(team, self.emit) if live else TickLines(team, self.emit)
-        )
+        self.moves = CommandLines(team, self.emit) if live else TickLines(team, self.emit)
         self.time = 0.0
         self.stack: list[Entry] = []
         self.helpers: dict[int, tuple[str, ...]] = {}
