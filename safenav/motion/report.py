@@ -113,6 +113,7 @@ def _disturbed(motion: Motion) -> list[str]:
     if tracks := motion.of(FlownTrack):
         errors = np.concatenate([np.array(track.errors) for track in tracks])
         rms, worst = float(np.sqrt((errors**2).mean())), float(errors.max())
-        found += ["", f"flight in gusts of {motion.header.gust:g} m/s: off its reference by"]
-        found[-1] += f" {rms:.3f} m (root mean square), {worst:.3f} m at most"
+        gust = motion.header.gust
+        found += ["", "simulated flights" + f" in gusts of {gust:g} m/s" * bool(gust)]
+        found[-1] += f": off by {rms:.3f} m (root mean square), {worst:.3f} m at most"
     return found
