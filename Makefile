@@ -54,7 +54,7 @@ quick: install lint ## lint, types and unit tests, in under a minute
 
 golden: install ## rewrite the transcripts of commands: review the diff
 	SAFENAV_GOLDEN=1 $(BIN)/pytest -q $(foreach at,cli report slugs,tests/$(at)/test_transcripts.py) \
-	  tests/scenario/test_documentation.py
+	  tests/scenario/test_documentation.py tests/traces/test_schema.py
 
 install: $(VENV)/.installed
 

@@ -78,17 +78,19 @@ class PlacesFrom(Struct, frozen=True, rename=without_underscore):
 
 
 class Synthesis(Record, frozen=True, tag="synthesis"):
-    """A robot was synthesized. For a strategy that was installed, ``node`` is where it begins.
+    """A robot was synthesized. ``verified``: null if it was not checked; ``spec``, ``strategy``:
+    sha256 of the text of the specification and of the strategy's JSON; ``assumptions``: in words;
+    ``node``: where an installed strategy begins.
 
-    What the specification was made from: pose (``region``, ``heading``), ``memory`` (variable:
-    value at the start), ``inputs`` that its formulas name and their values, ``again`` (the values
-    of these that are assumed infinitely often), ``closed`` (regions shut beyond the walls, and what
-    shuts each), ``tracked`` (robots that are inputs), ``knowledge`` of
-    others at the start (a region, or cells), ``beliefs`` (the numbering of belief values, for each
-    other robot), ``sight_closed`` (regions that block the view), ``places`` and ``neutral`` (what
-    can be assigned; ``places_from``: what only from some places), ``forbidden`` beyond the
-    objective, ``form``, what that ``allows`` and why no stronger one was asked for, and ``tried``
-    before.
+    The data of the specification: the pose (``region``, ``heading``); ``memory``: variable -> value
+    at the start; ``inputs`` that its formulas name, and ``again``: the values of these that are
+    assumed infinitely often; ``closed``: regions other than walls, each with the obstacle or rule;
+    ``tracked``: robots whose positions are inputs; ``knowledge``: robot -> its initial region, or
+    the cells that may hold it; ``beliefs``: robot -> lists of cells, value N + i of its input
+    stands for the i-th (N regions); ``sight_closed``: regions that block the view; ``places`` that
+    may be assigned, ``neutral``: the input without a request, ``places_from``: places that may be
+    assigned only from some poses; ``forbidden``: poses from which the team could not continue;
+    ``form`` of the objective, what it ``allows``, and the stronger forms ``tried`` before.
     """
 
     robot: str
@@ -123,7 +125,8 @@ class Synthesis(Record, frozen=True, tag="synthesis"):
 
 
 class Signal(Struct, frozen=True):
-    """The command inputs of an assignable strategy: a request to go to ``assigned``, or to wait."""
+    """The command inputs of an assignable strategy: a request to go to ``assigned``, or to ``wait``
+    (``assigned`` then has no meaning)."""
 
     request: bool
     assigned: int
@@ -131,10 +134,10 @@ class Signal(Struct, frozen=True):
 
 
 class Move(Record, frozen=True, tag="move"):
-    """One for each robot and tick. ``toward``: while a step takes several ticks, the region to
-    which the robot is in transit and which it also occupies. ``by``: what decided the move (None:
-    nothing was queried, the robot is in transit, or the trace does not record it). ``signal``: on
-    the first move after it changed. ``result``: if the step ended elsewhere than commanded."""
+    """One for each robot and tick, also if it stays. ``heading``: after the move. ``toward``: while
+    a step takes several ticks, the region to which the robot is in transit and which it also
+    occupies. ``by``: what decided the move (null in transit). ``signal``: on the first move after
+    it changed. ``result``: if the step ended elsewhere than commanded."""
 
     robot: str
     from_: Region
@@ -148,7 +151,7 @@ class Move(Record, frozen=True, tag="move"):
 
 class Depart(Record, frozen=True, tag="depart"):
     """Live: a robot begins a step, and occupies both regions until the ``arrive`` line with the
-    same ``command``. ``heading``: the one at its end. ``by`` as in ``Move``; ``node``: the
+    same ``command``. ``heading``: the one at its end. ``by`` as in ``move``; ``node``: the
     strategy's node after the step; ``seconds``: expected duration."""
 
     command: Count
@@ -199,7 +202,8 @@ class ActionEnd(Record, frozen=True, tag="acted"):
 
 
 class Held(Record, frozen=True, tag="hold"):
-    """Live: a robot stays where it is, from now on for another reason."""
+    """Live: a robot stays where it is, from now on for another reason (``held``: others go first,
+    or no step is permitted now)."""
 
     robot: str
     why: vocabulary.HoldReason
@@ -226,7 +230,7 @@ class Reopened(Record, frozen=True, tag="reopened"):
 class Waiting(Record, frozen=True, tag="waiting"):
     """The run waits instead of ending: live for an operator, or ``until`` the tick or second of a
     change in the scenario. ``outcome``: the end that it would have; the other fields as in
-    ``End``."""
+    ``outcome``."""
 
     outcome: Outcome
     explanation: str
@@ -260,7 +264,8 @@ class ObstacleChange(Record, frozen=True):
 
 
 class Appeared(ObstacleChange, frozen=True, tag="appeared"):
-    """An obstacle stands there from now on."""
+    """An obstacle is there from now on. ``cause``: ``user`` for a change of a running world,
+    ``battery`` for an empty one."""
 
 
 class Ordered(ObstacleChange, frozen=True, tag="order"):
@@ -330,12 +335,12 @@ class Backtrack(Record, frozen=True, tag="backtrack"):
 
 
 class Request(Record, frozen=True, tag="request"):
-    """``bids``: robots with the capability, and how far each has to go (None: it cannot get
-    there). ``helpers``: all requested helpers, where one is not enough. ``need``: which of the
-    obstacle's needs, where it has several. ``because``: in words, why no robot helps, or
-    not the nearest one, where the bids do not show it. No ``requester``: it is an order. ``aside``:
-    no joint state that the team can reach serves it; its obstacle is a wall until something
-    changes."""
+    """A request for help. ``bids``: robots with the action -> ticks, at their slowest step, until
+    they can be there (null: they cannot get there); ``helper``: null if none, or the requester
+    itself; ``helpers``: all, if there are several; ``regions``: where the action can be performed;
+    ``need``: which of the obstacle's needs, from 0, if it has several; ``because``: in words, why
+    no robot helps, or not the nearest one. No ``requester``: it is an order. ``aside``: no joint
+    state serves it; its obstacle is a wall until something changes."""
 
     obstacle: str
     requester: str | None
@@ -360,7 +365,7 @@ class StackEntry(Record, frozen=True):
 
 
 class Push(StackEntry, frozen=True, tag="push"):
-    """Objectives changed for a request. ``objectives``: those in force after it."""
+    """Objectives changed for a request. ``depth``, ``objectives``: those after it."""
 
 
 class Pop(StackEntry, frozen=True, tag="pop"):
@@ -368,8 +373,8 @@ class Pop(StackEntry, frozen=True, tag="pop"):
 
 
 class Told(Record, frozen=True, tag="told"):
-    """A robot with command inputs pursues ``objective`` from now on, where no push or pop records
-    it: for example, it has done its part of a need, or another need is next."""
+    """A robot pursues ``objective`` from now on, where no push, pop or synthesis records it: a
+    joint plan drives it, its goals are assignable, or it is out of service."""
 
     robot: str
     objective: Objective
@@ -389,8 +394,9 @@ class Met(Record, frozen=True, tag="met"):
 
 
 class Resolved(Record, frozen=True, tag="resolved"):
-    """An obstacle is resolved: its last need (or its only one) was met. ``robots``: all that took
-    part, where one is not enough."""
+    """An obstacle is resolved: its last need (or its only one) was met. ``requested``: whether a
+    request for it was open; ``traversable``: what that revealed; ``robots``: all that took part, if
+    there are several."""
 
     obstacle: str
     robot: str
@@ -401,8 +407,9 @@ class Resolved(Record, frozen=True, tag="resolved"):
 
 
 class KnownObstacle(Record, frozen=True, tag="blocked"):
-    """An obstacle joined the known ones for ``robots``. ``because``: what it lacks, in words;
-    ``for_now``: the scenario changes something later, or lets it disappear."""
+    """An obstacle became permanent for ``robots``. ``proof``: that it can never be resolved;
+    ``because``: the missing capability, in words; ``for_now``: the scenario changes something
+    later, or lets it disappear."""
 
     obstacle: str
     robots: frozenset[str]
@@ -413,8 +420,8 @@ class KnownObstacle(Record, frozen=True, tag="blocked"):
 
 
 class Goal(Record, frozen=True, tag="goal"):
-    """``goal``: index of the target in the objective; ``round``: number of completed rounds after
-    it."""
+    """An objective made progress. ``goal``: index of the target in it; ``round``: completed rounds
+    after it, since the count restarted."""
 
     robot: str
     goal: Count
@@ -423,7 +430,8 @@ class Goal(Record, frozen=True, tag="goal"):
 
 
 class Belief(Record, frozen=True, tag="belief"):
-    """``robot`` sees ``of`` in the only one of ``regions``, or believes it to be in any."""
+    """``robot`` sees ``of`` in the only one of ``regions``, or believes it to be in any. Written
+    after its move if that has changed."""
 
     robot: str
     of: str
@@ -480,12 +488,13 @@ class Resumed(Record, frozen=True, tag="resumed"):
 
 
 class End(Record, frozen=True, tag="outcome"):
-    """The last line. ``rounds`` of each robot. ``cause``: why an operator is needed. ``proof``: of
-    a negative outcome. ``unrealizable``: robot and spec of each synthesis that ended the run. Live:
-    ``makespan``, the time (seconds) of the last end of a command, and the seconds in which each
-    robot had a command (``busy``) and in which it had none before that (``waiting``). ``late``: the
-    missed deadlines, if the scenario has any; ``refused``: those that cannot be met from the start,
-    each with the least feasible value (None: there is none)."""
+    """The last line of a complete trace. ``rounds`` of each robot; ``syntheses``: calls of the
+    synthesizer. ``cause``: why an operator is needed. ``proof``: of a negative outcome.
+    ``unrealizable``: robot and spec of each synthesis that ended the run. Live: ``makespan``, the
+    time (seconds) of the last end of a command, and the seconds in which each robot had a command
+    (``busy``) and in which it had none before that (``waiting``). ``late``: the missed deadlines,
+    if the scenario has any; ``refused``: those that cannot be met from the start (``NAME.battery``
+    for a charge), each with the least feasible value (None: there is none)."""
 
     outcome: Outcome
     explanation: str
