@@ -28,6 +28,7 @@ from msgspec import Struct
 
 from safenav.errors import SafenavError, UsageError, file_words
 from safenav.report.page.html import framed
+from safenav.scenario.reading.loader import schema_text
 from safenav.studio.scenario_folder import ReplaceError
 from safenav.studio.session import Studio
 
@@ -285,7 +286,11 @@ def _allow_many_connections() -> None:
             resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
 
 
-FILES = {"studio.js": "text/javascript", "studio.css": "text/css"}
+FILES = {
+    "studio.js": "text/javascript",
+    "studio.css": "text/css",
+    "schema.json": "application/json",
+}
 
 
 def page(title: str) -> str:
@@ -296,5 +301,7 @@ def page(title: str) -> str:
 
 @cache
 def asset(name: str) -> str:
-    """Return the text of a file of the page."""
+    """Return the text of a file of the page, or of the schema of its editor."""
+    if name == "schema.json":
+        return schema_text()
     return files("safenav.studio").joinpath("assets", name).read_text(encoding="utf-8")

@@ -12,7 +12,7 @@ import click
 
 from safenav.extras import missing
 
-NEEDED = ("aiohttp", "ruamel.yaml")
+NEEDED = ("aiohttp",)
 
 
 def start_studio(

@@ -3,7 +3,7 @@
 import urllib.request
 
 from once import beside
-from report.browser import Browser, Select, WebElement
+from report.browser import Browser, Keys, Select, WebElement
 from safenav.scenario.reading.loader import load_scenario
 from studio.serving import MINUTES, SCENARIOS
 
@@ -90,7 +90,7 @@ class Board:
 
     @property
     def text(self) -> str:
-        return str(self.browser.run("return document.querySelector('.text textarea')?.value"))
+        return self.saved("scenario").decode()
 
     def until(self, words: str) -> None:
         self.browser.wait(lambda: words in self.text)
@@ -100,15 +100,10 @@ class Board:
             return bytes(response.read())
 
     def write(self, text: str) -> None:
-        """Put a text into the editor as if it were pasted."""
-        self.browser.run(
-            """
-            const area = document.querySelector(".text textarea");
-            area.value = arguments[0];
-            area.dispatchEvent(new Event("input", {bubbles: true}));
-            """,
-            text,
-        )
+        """Replace the text in the editor, as if it were pasted."""
+        self.browser.one(".cm-content").click()
+        self.browser.press(Keys.CONTROL, "a")
+        self.browser.driver.execute_cdp_cmd("Input.insertText", {"text": text})
 
 
 HOUSE = beside(__file__, "scenarios/house.yaml")

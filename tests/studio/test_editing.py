@@ -169,6 +169,73 @@ def test_random_edits_leave_a_text_that_reads_back(seed: int) -> None:
         assert draft.diagnostics
 
 
+COMMENTED = """\
+# a house
+safenav: 1
+name: commented   # its name
+map:
+  # north is up
+  grid: |
+    #########
+    #...#...#
+    #.......#
+    #...#...#
+    #########
+  names: {den: 10}  # where it sleeps
+robots:  # the team
+  # the first
+  quad:
+    model: quadcopter  # it flies
+    start: den         # above the bed
+    objective:         # round and round
+      # both rooms
+      patrol: [12, 15]  # in turn
+  digit: {model: digit, start: 30, heading: east, objective: {hold: 30}}
+# unknown to both
+obstacles:
+- {type: door, region: 22}   # the only door
+until: {rounds: 2}  # enough
+# the end
+"""
+
+
+def test_comments_stay_through_two_hundred_edits_of_the_map() -> None:
+    chance, text = random.Random(5), COMMENTED
+    for _ in range(200):
+        edit = something(text, chance)
+        if not edit["op"].startswith("remove"):
+            with suppress(UsageError):
+                text = edited(text, edit)
+    comments = [line.partition("# ")[2] for line in COMMENTED.splitlines() if "# " in line]
+    assert len(comments) == 15
+    assert all(f"# {comment}" in text for comment in comments), text
+    assert load_draft(text, "scenario.yaml").world is not None
+
+
+@pytest.mark.parametrize(
+    ("text", "edit", "after"),
+    [
+        ("robots: {}\n", {"op": "add_robot", "model": "digit", "region": 4}, "robots:\n  digit: {"),
+        ("robots:\n", {"op": "add_robot", "model": "digit", "region": 4}, "robots:\n  digit: {"),
+        ("robots: {}", {"op": "repair", "change": [["limits.ticks", "9"]]}, "limits: {ticks: 9}"),
+        ("obstacles: []", {"op": "add_obstacle", "type": "door", "region": 4}, "\n  - {type: door"),
+        ("obstacles: [{type: a, region: 4}, {type: b, region: 4}]\nlate: stop",
+         {"op": "remove_obstacle", "index": 0}, "obstacles: [{type: b, region: 4}]\nlate: stop"),
+        ("obstacles: [&o {type: a, region: 4}, *o]",
+         {"op": "move_obstacle", "index": 0, "region": 1}, "region: 1}, *o]"),
+    ],
+)  # fmt: skip
+def test_an_edit_fits_any_form_of_the_text(text: str, edit: dict[str, Any], after: str) -> None:
+    grid = 'safenav: 1\nmap:\n  grid: ["###", \'#.#\', "###"]\n'
+    assert after in edited(grid + text, edit)
+    assert '"#.#"' in edited(grid + text, edit).replace("'", '"')
+
+
+def test_rows_in_quotes_are_painted() -> None:
+    grid = 'safenav: 1\nmap: {grid: ["###", "#.#", \'###\']}\n'
+    assert "'##.'" in edited(grid, {"op": "paint", "regions": [8], "wall": False})
+
+
 def whatever(mission: Mission, world: SimulatedWorld, chance: random.Random) -> Intervention:
     """A change of a running world, possible or not."""
     kind = chance.choice(list(built_in().obstacles.values()))
@@ -227,7 +294,7 @@ def test_areas_are_drawn_and_used_as_targets() -> None:
     assert drawing["robots"][0]["targets"][0] == [16, 29]
     assert drawing["run"]["areas"]["hall"] == [16, 29]
     new = {"op": "set_objective", "robot": "quad", "kind": "patrol", "regions": ["hall", [58, 59]]}
-    assert "patrol: [hall, any: [58, 59]]" in edited(text, new)
+    assert "patrol: [hall, {any: [58, 59]}]" in edited(text, new)
 
 
 TIMED = DOOR.replace("{patrol: [58, 28]}", "{patrol: [58, 28], within: 40}") + (

@@ -1,5 +1,4 @@
-"""Operations of the drawing on the text: one function per operation, each on the data of the text;
-operations on robots and on the map have their own modules.
+"""Operations of the drawing on the text, one function each.
 
 An operation is an object with ``op`` and its arguments. Regions are given by number, robots by
 name, obstacles by index.
@@ -11,13 +10,18 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from ruamel.yaml.comments import CommentedMap, CommentedSeq
-
 from safenav.errors import UsageError
-from safenav.studio.editing import robots
-from safenav.studio.editing.places import LISTS, MapPlaces, any_of
-from safenav.studio.editing.round_trip import Operation, changed, inline, parsed, put
-from safenav.studio.editing.walls import paint
+from safenav.scenario.objective import KINDS, STAYING
+from safenav.scenario.reading.objective import FORM, RULES, STRICT, TIMED, WITHIN
+from safenav.scenario.reading.regions import place_of
+from safenav.scenario.yaml.document import plain, read_document
+from safenav.studio.editing.splice import YamlText, flow
+
+Operation = Mapping[str, Any]
+"""A request of a page: ``op`` and its arguments."""
+
+_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+_HEADINGS = ("north", "east", "south", "west")
 
 
 def edited(text: str, operation: Operation) -> str:
@@ -25,105 +29,252 @@ def edited(text: str, operation: Operation) -> str:
     does = OPERATIONS.get(str(operation.get("op")))
     if does is None:
         raise UsageError(f"unknown edit '{str(operation.get('op'))[:40]}'")
+    file = YamlText(text)
     try:
-        return changed(text, lambda data: does(data, operation))
+        does(file, operation)
     except (KeyError, TypeError, IndexError, AttributeError, ValueError) as error:
         raise UsageError(f"this edit does not fit the text ({type(error).__name__})") from error
+    return file.text
 
 
-def add_obstacle(data: Any, edit: Operation) -> None:
+class MapPlaces:
+    """The regions of one text, whose grid has ``rows`` x ``cols``."""
+
+    def __init__(self, file: YamlText) -> None:
+        self.grid = _grid_of(file)
+        self.rows, self.cols = len(self.grid), len(self.grid[0])
+        names = file.at("map", "names")
+        self.names: dict[str, Any] = names if isinstance(names, dict) else {}
+
+    def read(self, value: Any) -> int | None:
+        """Return the region that a value names; None if it names none."""
+        place = place_of(self.names.get(value) if isinstance(value, str) else value)
+        return place[0] * self.cols + place[1] if isinstance(place, tuple) else place
+
+    def written(self, region: int, like: Any = None) -> Any:
+        """Return a region in the notation of ``like``: its name if ``like`` is a text or None and
+        it has one, a number, else [row, column]. Raises UsageError for one off the map."""
+        if not 0 <= region < self.rows * self.cols:
+            raise UsageError(f"{region} is not a region of the map")
+        if isinstance(like, str) or like is None:
+            for name, value in self.names.items():
+                if self.read(value) == region:
+                    return name
+        return region if isinstance(like, int) else [*divmod(region, self.cols)]
+
+
+def _grid_of(file: YamlText) -> list[str]:
+    """Return the rows of the grid. Raises UsageError for a map file or an invalid grid."""
+    grid = file.at("map", "grid")
+    if isinstance(grid, str):
+        rows = [line.rstrip() for line in grid.splitlines() if line.strip()]
+    elif isinstance(grid, list):
+        rows = [str(line).rstrip() for line in grid]
+    else:
+        raise UsageError("the map comes from a file: copy it into the scenario to edit it")
+    if not rows or len({len(row) for row in rows}) != 1 or set("".join(rows)) - set("#."):
+        raise UsageError("fix the grid in the text first")
+    return rows
+
+
+def paint(file: YamlText, edit: Operation) -> None:
+    """Make ``regions`` walls, or floor (``wall`` false)."""
+    places = MapPlaces(file)
+    spot = file.spot("map", "grid")
+    assert spot is not None
+    # Comments have no row of the grid on a line of their own: '#' walls touch no other character.
+    starts = [
+        spot.start + found.start(1)
+        for found in re.finditer(r"(?m)(?:^|[\s\"'])([#.]+)(?=[\s\"',\]]|$)", _part(file, spot))
+    ]
+    rows = [file.text[start : start + places.cols] for start in starts]
+    if rows != places.grid:
+        raise UsageError("paint this grid in the text: each of its rows needs a line of its own")
+    letters = {}
+    for region in edit["regions"]:
+        places.written(region, 0)
+        row, col = divmod(region, places.cols)
+        letters[starts[row] + col] = "#" if edit["wall"] else "."
+    file.redraw(letters)
+
+
+def _part(file: YamlText, spot: Any) -> str:
+    return file.text[spot.start : spot.end]
+
+
+def _start_of_any(file: YamlText) -> Any:
+    """Return how the first robot writes its start; a list if there is none."""
+    robots = file.at("robots")
+    found = robots.values() if isinstance(robots, dict) else ()
+    return next((r["start"] for r in found if isinstance(r, dict) and "start" in r), [])
+
+
+def add_robot(file: YamlText, edit: Operation) -> None:
+    """Add a robot of ``model`` that holds ``region`` until it is assigned an objective."""
+    robots = file.at("robots")
+    robots = robots if isinstance(robots, dict) else {}
+    name = str(edit.get("name") or _new_name(str(edit["model"]), robots))
+    if not _NAME.fullmatch(name):
+        raise UsageError("a robot's name has letters, digits and '_', and begins with a letter")
+    if name in robots:
+        raise UsageError(f"a robot '{name}' already exists")
+    start = MapPlaces(file).written(edit["region"], _start_of_any(file))
+    heading = {"heading": edit["heading"]} if edit.get("heading") else {}
+    objective = {"objective": {STAYING.kind: start}}
+    robot = {"model": edit["model"], "start": start} | heading | objective
+    file.put(("robots", name), flow(robot))
+
+
+def move_robot(file: YamlText, edit: Operation) -> None:
+    robot, places = _robot(file, edit), MapPlaces(file)
+    before = places.read(robot.get("start"))
+    way = ("robots", edit["robot"])
+    file.put((*way, "start"), flow(places.written(edit["region"], robot.get("start"))))
+    held = file.at(*way, "objective", STAYING.kind)
+    if held is not None and places.read(held) == before:  # it held its start
+        file.put((*way, "objective", STAYING.kind), flow(places.written(edit["region"], held)))
+
+
+def set_heading(file: YamlText, edit: Operation) -> None:
+    if edit["heading"] not in _HEADINGS:
+        raise UsageError("a heading is north, east, south or west")
+    _robot(file, edit)
+    file.put(("robots", edit["robot"], "heading"), edit["heading"], after="start")
+
+
+def set_objective(file: YamlText, edit: Operation) -> None:
+    """Set the objective ``kind`` with ``regions`` in order: numbers, lists of numbers of which any
+    counts, or names of areas. Targets that stay keep their text."""
+    robot, places = _robot(file, edit), MapPlaces(file)
+    kind, regions = edit["kind"], list(edit["regions"])
+    if kind not in KINDS:
+        raise UsageError(f"an objective is one of {', '.join(KINDS)}")
+    if not regions:
+        raise UsageError("an objective needs a region")
+    like = robot.get("start", [])
+    written = [_target(file, target, places, like) for target in regions]
+    way = ("robots", edit["robot"], "objective")
+    before = robot.get("objective")
+    old = before.get(kind) if isinstance(before, dict) else None
+    if KINDS[kind].one and old is not None:
+        return file.put((*way, kind), flow(written[0]))
+    if isinstance(old, list) and len(old) == len(written):
+        for i, target in enumerate(written):
+            if old[i] != target:
+                file.put((*way, kind, i), flow(target))
+        return None
+    kept = (*((FORM,) * (kind in STRICT)), *((WITHIN,) * (kind in TIMED)), *RULES)
+    others = {k: v for k, v in before.items() if k in kept} if isinstance(before, dict) else {}
+    value = written[0] if KINDS[kind].one else written
+    return file.put(way, flow({kind: value} | others), after="heading")
+
+
+def _target(file: YamlText, target: Any, places: MapPlaces, like: Any) -> Any:
+    if isinstance(target, str) and file.at("areas", target) is not None:
+        return target
+    if isinstance(target, list):
+        return {"any": [_target(file, region, places, like) for region in target]}
+    name = places.written(target)
+    return name if isinstance(name, str) else places.written(target, like)
+
+
+def remove_robot(file: YamlText, edit: Operation) -> None:
+    _robot(file, edit)
+    file.remove("robots", edit["robot"])
+
+
+def _robot(file: YamlText, edit: Operation) -> Any:
+    robot = file.at("robots", str(edit.get("robot")))
+    if not isinstance(robot, dict):
+        raise UsageError(f"there is no robot '{str(edit.get('robot'))[:40]}'")
+    return robot
+
+
+def _new_name(model: str, robots: Any) -> str:
+    stem = re.sub(r"\W", "_", model)[:20]
+    stem = {"quadcopter": "quad"}.get(stem, stem)
+    stem = stem if _NAME.fullmatch(stem) else "robot"
+    if stem not in robots:
+        return stem
+    return next(f"{stem}_{n}" for n in range(2, 1000) if f"{stem}_{n}" not in robots)
+
+
+def add_obstacle(file: YamlText, edit: Operation) -> None:
     """Add an obstacle of ``type`` at ``region``; ``from``, ``until``, ``traversable`` if given."""
-    _add(data, "obstacles", "robots", ("type", "region", "traversable", "from", "until"), edit)
+    _add(file, "obstacles", "robots", ("type", "region", "traversable", "from", "until"), edit)
 
 
-def add_order(data: Any, edit: Operation) -> None:
+def add_order(file: YamlText, edit: Operation) -> None:
     """Add an order of ``type`` at ``region`` in tick ``at``."""
-    _add(data, "orders", "obstacles", ("at", "type", "region"), edit)
+    _add(file, "orders", "obstacles", ("at", "type", "region"), edit)
 
 
-def _add(data: Any, key: str, after: str, keys: Sequence[str], edit: Operation) -> None:
+def _add(file: YamlText, key: str, after: str, keys: Sequence[str], edit: Operation) -> None:
     """Add an entry to a list of the scenario, with its region in the notation of other entries."""
-    places = MapPlaces(data)
-    entries = _listed(data, key, after=after)
+    entries = file.at(key)
+    entries = entries if isinstance(entries, list) else []
     like = next((e["region"] for e in entries if isinstance(e, dict) and "region" in e), None)
-    if like is None:
-        like = next((r.get("start") for r in (data.get("robots") or {}).values()), [])
-    new = inline({each: edit[each] for each in keys if edit.get(each) is not None})
-    new["region"] = places.written(edit["region"], like)
-    entries.append(new)
+    like = _start_of_any(file) if like is None else like
+    new = {each: edit[each] for each in keys if edit.get(each) is not None}
+    new["region"] = MapPlaces(file).written(edit["region"], like)
+    file.append((key,), flow(new), after)
 
 
-def add_change(data: Any, edit: Operation) -> None:
+def add_change(file: YamlText, edit: Operation) -> None:
     """Add a change for ``robot`` at tick ``at``: an ``objective`` (kind and targets, each a region
     number or a list of them of which any counts), or ``service``."""
-    new = inline({"at": edit["at"], "robot": edit["robot"]})
+    new = {"at": edit["at"], "robot": edit["robot"]}
     if edit.get("objective") is not None:
         ((kind, body),) = edit["objective"].items()
-        targets = [any_of(target) for target in (body if kind in LISTS else [body])]
-        new["objective"] = inline({kind: inline(targets) if kind in LISTS else targets[0]})
+        targets = [body] if KINDS[kind].one else body
+        targets = [{"any": each} if isinstance(each, list) else each for each in targets]
+        new["objective"] = {kind: targets[0] if KINDS[kind].one else targets}
     else:
         new["service"] = edit["service"]
-    _listed(data, "changes", after="obstacles" if "obstacles" in data else "robots").append(new)
+    after = "obstacles" if "obstacles" in file.data else "robots"
+    file.append(("changes",), flow(new), after)
 
 
-def _listed(data: Any, key: str, *, after: str) -> Any:
-    """Return the list at a key; create it after another key if it is missing."""
-    listed = data.get(key)
-    if not isinstance(listed, list):
-        data.pop(key, None)
-        put(data, key, CommentedSeq(), after=after)
-        listed = data[key]
-    if len(listed) == 0:
-        listed.fa.set_block_style()
-    return listed
-
-
-def move_obstacle(data: Any, edit: Operation) -> None:
+def move_obstacle(file: YamlText, edit: Operation) -> None:
     """Move an obstacle to ``region``."""
-    obstacle, places = _obstacle(data, edit), MapPlaces(data)
-    obstacle["region"] = places.written(edit["region"], obstacle.get("region"))
+    obstacle, places = _obstacle(file, edit), MapPlaces(file)
+    new = places.written(edit["region"], obstacle.get("region"))
+    file.put(("obstacles", edit["index"], "region"), flow(new))
 
 
-def remove_obstacle(data: Any, edit: Operation) -> None:
-    _obstacle(data, edit)
-    del data["obstacles"][edit["index"]]
-    if not data["obstacles"]:
-        del data["obstacles"]
+def remove_obstacle(file: YamlText, edit: Operation) -> None:
+    _obstacle(file, edit)
+    if len(file.data["obstacles"]) == 1:
+        file.remove("obstacles")
+    else:
+        file.remove("obstacles", edit["index"])
 
 
-def repair(data: Any, edit: Operation) -> None:
+def _obstacle(file: YamlText, edit: Operation) -> Any:
+    index = edit.get("index")
+    obstacle = file.at("obstacles", index) if isinstance(index, int) and index >= 0 else None
+    if not isinstance(obstacle, dict):
+        raise UsageError("there is no such obstacle")
+    return obstacle
+
+
+def repair(file: YamlText, edit: Operation) -> None:
     """Apply the changes of a repair (``safenav explain``): items and their new values as YAML."""
     for item, value in edit["change"]:
         freed = re.fullmatch(r"no wall at ([\d, ]+)", value)
         if item == "map" and freed is not None:
-            paint(data, {"regions": [int(r) for r in freed[1].split(",")], "wall": False})
+            paint(file, {"regions": [int(r) for r in freed[1].split(",")], "wall": False})
         elif item == "obstacles":
-            told_obstacle = parsed(value)
-            place = {"region": MapPlaces(data).read(told_obstacle["region"])}
-            add_obstacle(data, {**told_obstacle, **place})
+            told = plain(read_document(value).root)
+            add_obstacle(file, {**told, "region": MapPlaces(file).read(told["region"])})
         else:
-            holder = data
-            *way, last = str(item).split(".")
-            for key in way:
-                if not isinstance(holder.get(key), dict):
-                    holder[key] = CommentedMap()
-                holder = holder[key]
-            holder[last] = parsed(value)
+            file.put(tuple(str(item).split(".")), value)
 
 
-def _obstacle(data: Any, edit: Operation) -> Any:
-    obstacles, index = data.get("obstacles"), edit.get("index")
-    known = isinstance(obstacles, list) and index in range(len(obstacles))
-    if not known or not isinstance(obstacles[index], dict):
-        raise UsageError("there is no such obstacle")
-    return obstacles[index]
-
-
-OPERATIONS: Mapping[str, Callable[[Any, Operation], None]] = {
+OPERATIONS: Mapping[str, Callable[[YamlText, Operation], None]] = {
     found.__name__: found
     for found in (
         *(paint, add_obstacle, move_obstacle, remove_obstacle, repair),
-        *(robots.add_robot, robots.move_robot, robots.remove_robot),
-        *(robots.set_heading, robots.set_objective),
+        *(add_robot, move_robot, remove_robot, set_heading, set_objective),
     )
 }

@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from safenav.scenario.model import name_parts
-from safenav.studio.editing.operations import add_change, add_obstacle, add_order
-from safenav.studio.editing.places import MapPlaces
-from safenav.studio.editing.round_trip import changed
+from safenav.studio.editing.operations import MapPlaces, add_change, add_obstacle, add_order
+from safenav.studio.editing.splice import YamlText, flow
 from safenav.trace.records import (
     Appeared,
     Discovered,
@@ -28,14 +27,16 @@ def played(text: str, records: Sequence[Record], seed: int | None) -> str:
     """Return the text with the user's changes during the run, and the seed of the run."""
     if not any(_by_user(record) for record in records) and seed is None:
         return text
-    return changed(text, lambda data: _replay(data, records, seed))
+    file = YamlText(text)
+    _replay(file, records, seed)
+    return file.text
 
 
 def _by_user(record: Record) -> bool:
     return getattr(record, "cause", None) is ChangeCause.USER
 
 
-def _replay(data: Any, records: Sequence[Record], seed: int | None) -> None:
+def _replay(file: YamlText, records: Sequence[Record], seed: int | None) -> None:
     known = {}
     truths: dict[str, bool] = {}
     standing: set[str] = set()
@@ -54,64 +55,70 @@ def _replay(data: Any, records: Sequence[Record], seed: int | None) -> None:
         elif isinstance(record, Appeared):
             kind, region, _ = name_parts(record.obstacle)
             if (record.tick, record.obstacle) in orders:
-                add_order(data, {"at": record.tick, "type": kind, "region": int(region)})
+                add_order(file, {"at": record.tick, "type": kind, "region": int(region)})
                 continue
-            earlier = _entries_in(data, int(region))
-            for entry in earlier:  # each was resolved before the next appeared
-                entry.setdefault("until", record.tick)
+            earlier = _entries_in(file, int(region))
+            for index in earlier:  # each was resolved before the next appeared
+                if file.at("obstacles", index, "until") is None:
+                    _set(file, index, "until", record.tick)
             header = known.get(record.obstacle)
             since = header.from_ if header is not None and not earlier else None
             new = {"type": kind, "region": int(region), "from": since or record.tick}
             truth = truths.get(record.obstacle, header.traversable if header else None)
             if truth is not None:
                 new["traversable"] = truth
-            add_obstacle(data, new)
+            add_obstacle(file, new)
         elif isinstance(record, Gone):
-            entry = _entry(data, record.obstacle, record.tick)
+            entry = _entry(file, record.obstacle, record.tick)
             if entry is not None:
-                entry["until"] = record.tick
+                _set(file, entry, "until", record.tick)
         elif isinstance(record, Truth):
             truths[record.obstacle] = record.traversable
-            entry = _entry(data, record.obstacle, record.tick)
+            entry = _entry(file, record.obstacle, record.tick)
             if entry is not None and record.obstacle in standing:
-                _settle_draws(data, records)
-                entry["traversable"] = record.traversable
+                _settle_draws(file, records)
+                _set(file, entry, "traversable", record.traversable)
         elif isinstance(record, NewObjective):
             change: dict[str, Any] = {"at": record.tick, "robot": record.robot}
-            add_change(data, change | {"objective": record.objective.data})
+            add_change(file, change | {"objective": record.objective.data})
         elif isinstance(record, Service):
             service = "back" if record.active else "out"
-            add_change(data, {"at": record.tick, "robot": record.robot, "service": service})
+            add_change(file, {"at": record.tick, "robot": record.robot, "service": service})
     if seed is not None:
-        data["seed"] = seed
+        file.put(("seed",), flow(seed))
 
 
-def _settle_draws(data: Any, records: Sequence[Record]) -> None:
+def _settle_draws(file: YamlText, records: Sequence[Record]) -> None:
     """Replace all probabilities by the values drawn from the seed: replacing only one would change
     the others' draws."""
     header = next(record for record in records if isinstance(record, Header))
-    entries = [entry for entry in data.get("obstacles") or () if isinstance(entry, dict)]
-    for entry, drawn in zip(entries, header.scenario.obstacles, strict=False):
-        if isinstance(entry.get("traversable"), dict) and drawn.traversable is not None:
-            entry["traversable"] = drawn.traversable
+    for entry, drawn in enumerate(header.scenario.obstacles):
+        probable = isinstance(file.at("obstacles", entry, "traversable"), dict)
+        if probable and drawn.traversable is not None:
+            _set(file, entry, "traversable", drawn.traversable)
 
 
-def _entry(data: Any, name: str, tick: int) -> Any:
-    """Return the entry of the last obstacle of that name that has appeared by a tick."""
+def _set(file: YamlText, entry: int, key: str, value: Any) -> None:
+    file.put(("obstacles", entry, key), flow(value))
+
+
+def _entry(file: YamlText, name: str, tick: int) -> int | None:
+    """Return the index of the last obstacle of that name that has appeared by a tick."""
     kind, region, _ = name_parts(name)
-    found = [
-        entry
-        for entry in _entries_in(data, int(region))
-        if entry.get("type") == kind and (entry.get("from") or 0) <= tick
-    ]
-    return max(found, key=lambda entry: entry.get("from") or 0, default=None)
+    since = {
+        entry: file.at("obstacles", entry, "from") or 0
+        for entry in _entries_in(file, int(region))
+        if file.at("obstacles", entry, "type") == kind
+    }
+    there = [entry for entry, begin in since.items() if begin <= tick]
+    return max(there, key=lambda entry: since[entry], default=None)
 
 
-def _entries_in(data: Any, region: int) -> list[Any]:
-    """Return the entries of obstacles in a region, in order."""
-    places = MapPlaces(data)
+def _entries_in(file: YamlText, region: int) -> list[int]:
+    """Return the indices of the obstacles in a region, in order."""
+    places = MapPlaces(file)
     return [
-        entry
-        for entry in data.get("obstacles") or ()
+        index
+        for index, entry in enumerate(file.at("obstacles") or ())
         if isinstance(entry, dict) and places.read(entry.get("region")) == region
     ]

@@ -20,13 +20,14 @@ const stamp = `/* sources ${hash.digest("hex")} */`;
 // A page carries its libraries to everybody who opens it, so it carries their licences too.
 const licence = (library) => readFileSync(new URL(`node_modules/${library}/LICENSE`, here), "utf8").trim();
 const preact = `Contains Preact:\n${licence("preact")}`;
+const editor = ["@codemirror/view", "@lezer/common"].map((name) => `Contains ${name.split("/")[0]} libraries:\n${licence(name)}`).join("\n");
 const three = `Contains three.js:\n${licence("three")}`;
 
 /** Each page: where it starts, where its files go, and what they contain by others. */
 const PAGES = [
   { name: "replay", entry: "src/main.tsx", assets: "../assets/", notice: `/* ${preact} */\n` },
   { name: "view3d", entry: "src/main3d.tsx", assets: "../../view3d/assets/", notice: `/* ${preact}\n${three} */\n` },
-  { name: "studio", entry: "src/studio/main.tsx", assets: "../../../studio/assets/", notice: `/* ${preact} */\n` },
+  { name: "studio", entry: "src/studio/main.tsx", assets: "../../../studio/assets/", notice: `/* ${preact}\n${editor} */\n` },
 ];
 
 const check = process.argv.includes("--check");

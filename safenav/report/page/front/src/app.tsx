@@ -10,7 +10,7 @@ import { KEYS, listen } from "./keyboard";
 import { Legend } from "./panels/legend";
 import { Obstacles, Robots, Stack } from "./panels/sidebar";
 import type { Player } from "./run/player";
-import { eventsAfter, STORY, when, type Ending, type EventKind, type Run } from "./run/run";
+import { eventsAfter, eventsAt, STORY, when, type Ending, type EventKind, type Run } from "./run/run";
 import { ALL, applyTheme, EVERYONE, nextTheme, storedTheme, useLow, useWindow, type Shown } from "./settings";
 import { viewersOf } from "./map/shading";
 import type { Hand } from "./map/hand";
@@ -73,6 +73,15 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
     () => listen(run, player, { eye, help: openHelp, theme: () => setTheme(nextTheme) }),
     [run, player, eye],
   );
+  const followed = useRef(eye.followed);
+  useLayoutEffect(
+    () =>
+      eye.onChange(() => {
+        if (followed.current !== eye.followed) redraw(0); // a zoom concerns the stage alone
+        followed.current = eye.followed;
+      }),
+    [eye],
+  );
   const tick = player.tick;
   const low = useLow();
   const size = useWindow();
@@ -102,6 +111,7 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
             tick={tick}
             shown={shown}
             pointed={pointed}
+            leader={leaderOf(run, tick)}
             theme={theme}
             hand={extras.hand}
           />
@@ -114,7 +124,7 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
             </Drawer>
           </div>
         </section>
-        {extras.controls ? extras.controls(tick) : <Controls run={run} player={player} tick={tick} />}
+        {extras.controls ? extras.controls(tick) : <Controls run={run} player={player} tick={tick} eye={eye} />}
         <aside aria-label="State of the run">
           <div class={`state ${close ? "close" : ""}`}>
             {extras.beside}
@@ -185,6 +195,12 @@ function Story({ run, tick, playing }: { run: Run; tick: number; playing: boolea
       )}
     </p>
   );
+}
+
+/** The region that the story of this tick is about, -1 for none. */
+function leaderOf(run: Run, tick: number): number {
+  const told = eventsAt(run, tick).filter((event) => TOLD.has(event[1]) && event[4] >= 0);
+  return told[told.length - 1]?.[4] ?? -1;
 }
 
 interface ChoicesProps {

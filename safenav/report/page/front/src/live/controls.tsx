@@ -3,6 +3,7 @@
 import { useState } from "preact/hooks";
 import { BackButtons, Button, Seconds, SpeedChoice, Timeline } from "../panels/controls";
 import { unless } from "../panels/notice";
+import type { Eye } from "../map/camera";
 import type { Run } from "../run/run";
 import { OVER } from "./changes";
 import type { LivePlayer, Say } from "./player";
@@ -11,17 +12,18 @@ interface LiveControlsProps {
   run: Run;
   player: LivePlayer;
   tick: number;
+  eye: Eye;
   /** Null where a program drives the run. */
   say: Say | null;
 }
 
-export function LiveControls({ run, player, tick, say }: LiveControlsProps) {
+export function LiveControls({ run, player, tick, eye, say }: LiveControlsProps) {
   const { phase } = player.state;
   const running = phase === "running";
   const ended = phase === "ended";
   return (
     <section class="controls live" aria-label="The run">
-      <Timeline run={run} player={player} tick={tick} />
+      <Timeline run={run} player={player} tick={tick} eye={eye} />
       <div class="buttons">
         <div class="group">
           <BackButtons player={player} />

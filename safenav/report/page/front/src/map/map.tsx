@@ -34,10 +34,12 @@ interface MapProps {
   shown: Shown;
   /** A recently highlighted region. */
   pointed: number | null;
+  /** The region that the words below the map are about, -1 for none. */
+  leader?: number;
   hand?: Hand | undefined;
 }
 
-export function MapView({ run, player, camera, tick, shown, pointed, hand }: MapProps) {
+export function MapView({ run, player, camera, tick, shown, pointed, leader = -1, hand }: MapProps) {
   const [, redraw] = useReducer((count: number) => count + 1, 0);
   const room = useRef<HTMLDivElement>(null);
   const shades = viewersOf(run).length > 0;
@@ -80,7 +82,7 @@ export function MapView({ run, player, camera, tick, shown, pointed, hand }: Map
         </svg>
         {shades && (
           <svg class="shading">
-            <Shading run={run} tick={tick} shown={shown} cell={CELL} />
+            <Shading run={run} tick={tick} shown={shown} cell={CELL} selected={camera.followed} />
           </svg>
         )}
         <svg class="trails" style={{ "--trail": `${clamp(0.065 * camera.scale, LEAST_TRAIL, MOST_TRAIL)}px` }}>
@@ -88,6 +90,7 @@ export function MapView({ run, player, camera, tick, shown, pointed, hand }: Map
         </svg>
         <svg class="knowledge">
           <Knowledge run={run} tick={tick} shown={shown} grown={growth(camera, 8.8, 6)} />
+          {leader >= 0 && <Leader run={run} region={leader} />}
           {pointed !== null && <Pointed key={`${pointed}`} run={run} region={pointed} />}
         </svg>
         <svg class="words">
@@ -151,6 +154,12 @@ function listenToHand(room: HTMLElement, camera: Camera, hand: () => Hand | unde
     if (held === null) hand()?.leave();
   };
   return heard(room, { pointerdown: down, pointermove: move, pointerup: up, pointercancel: up, pointerleave: leave });
+}
+
+/** A line from the words below the map to the region that they are about. */
+function Leader({ run, region }: { run: Run; region: number }) {
+  const [x, y] = centreOf(run, region);
+  return <path class="leader" data-leader={region} d={`M${x} ${y + CELL / 2}V${run.rows * CELL}`} />;
 }
 
 /** Rings that highlight a region briefly. */

@@ -35,9 +35,11 @@ interface ShadingProps {
   tick: number;
   shown: Shown;
   cell: number;
+  /** The selected robot: what others believe of it, and what it believes, is hatched. */
+  selected: number | null;
 }
 
-export const Shading = memo(({ run, tick, shown, cell }: ShadingProps) => {
+export const Shading = memo(({ run, tick, shown, cell, selected }: ShadingProps) => {
   const viewers = viewersOf(run).filter((robot) => watched(run, robot, shown));
   return (
     <>
@@ -50,7 +52,7 @@ export const Shading = memo(({ run, tick, shown, cell }: ShadingProps) => {
       {shown.beliefs &&
         viewers.flatMap((robot) =>
           robot.view!.beliefs.map(([of, told]) => (
-            <Believed run={run} robot={robot} of={of} told={at(told, tick)} cell={cell} />
+            <Believed run={run} robot={robot} of={of} told={at(told, tick)} cell={cell} hatched={[of, run.robots.indexOf(robot)].includes(selected ?? -1)} />
           )),
         )}
     </>
@@ -78,9 +80,10 @@ interface BelievedProps {
   of: number;
   told: BeliefChange;
   cell: number;
+  hatched: boolean;
 }
 
-function Believed({ run, robot, of, told, cell }: BelievedProps) {
+function Believed({ run, robot, of, told, cell, hatched }: BelievedProps) {
   const [tick, seen, set] = told;
   if (set < 0 || tick < 0) return null;
   const { area, border } = shapeOf(run, set, cell);
@@ -92,7 +95,8 @@ function Believed({ run, robot, of, told, cell }: BelievedProps) {
       data-of={other.name}
       style={{ "--colour": other.look.colour }}
     >
-      {!seen && <path d={area} fill={`url(#hatch-${of})`} />}
+      {!seen && <path class="tint" d={area} />}
+      {!seen && hatched && <path d={area} fill={`url(#hatch-${of})`} />}
       <path class="border" d={border} />
     </g>
   );

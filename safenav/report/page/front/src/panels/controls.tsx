@@ -1,11 +1,12 @@
 /** Play, step, speed, and the timeline with its marks. */
 
-import { useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
+import { useCallback, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 import { Curves } from "./curves";
 import { Deadlines } from "./deadlines";
 import { EventSign, Icon, type ButtonIcon } from "./icons";
 import { Axis, Lanes } from "./lanes";
 import { resized } from "../listening";
+import type { Eye } from "../map/camera";
 import { unless } from "./notice";
 import { SPEEDS, type Player } from "../run/player";
 import { moment, OUTSIDE, REST, STORY, when, type EventKind, type Run, type RunEvent } from "../run/run";
@@ -14,12 +15,13 @@ interface ControlsProps {
   run: Run;
   player: Player;
   tick: number;
+  eye: Eye;
 }
 
-export function Controls({ run, player, tick }: ControlsProps) {
+export function Controls({ run, player, tick, eye }: ControlsProps) {
   return (
     <section class="controls" aria-label="Playback">
-      <Timeline run={run} player={player} tick={tick} />
+      <Timeline run={run} player={player} tick={tick} eye={eye} />
       <div class="buttons">
         <div class="group">
           <BackButtons player={player} />
@@ -149,7 +151,8 @@ export function marksOf(run: Run, player: Player, width: number): TimelineMark[]
   return marks.sort((a, b) => a.x - b.x || a.row - b.row);
 }
 
-export function Timeline({ run, player, tick }: ControlsProps) {
+export function Timeline({ run, player, tick, eye }: ControlsProps) {
+  const select = useCallback((robot: number) => eye.follow(robot === eye.followed ? null : robot), [eye]);
   const track = useRef<HTMLDivElement>(null);
   const slider = useRef<HTMLInputElement>(null);
   const [width, setWidth] = useState(800);
@@ -203,7 +206,7 @@ export function Timeline({ run, player, tick }: ControlsProps) {
       <svg class="goals" viewBox="0 0 1000 6" preserveAspectRatio="none" aria-hidden="true">
         <path d={goals} />
       </svg>
-      <Lanes run={run} player={player} />
+      <Lanes run={run} player={player} selected={eye.followed} select={select} />
       <Deadlines run={run} player={player} />
       <Curves run={run} end={player.end} />
       <Axis last={player.end} width={width} />

@@ -35,7 +35,7 @@ export function Events({ run, player, tick, point }: EventsProps) {
   });
   const events = useMemo(() => {
     const kinds = new Set(GROUPS.filter(([name]) => shown[name]).flatMap(([, kinds]) => kinds));
-    return run.events.filter((event) => kinds.has(event[1]));
+    return folded(run.events.filter((event) => kinds.has(event[1])));
   }, [run, shown]);
   const list = useRef<HTMLOListElement>(null);
   useLayoutEffect(() => mark(list.current!, events, tick), [events, tick]);
@@ -68,6 +68,20 @@ export function Events({ run, player, tick, point }: EventsProps) {
       </ol>
     </section>
   );
+}
+
+/** The syntheses of a tick in one row. */
+function folded(events: RunEvent[]): RunEvent[] {
+  const rows: RunEvent[] = [];
+  let count = 1;
+  for (const event of events) {
+    const last = rows[rows.length - 1];
+    if (event[1] !== "synthesis" || last?.[1] !== "synthesis" || last[0] !== event[0]) {
+      rows.push(event);
+      count = 1;
+    } else rows[rows.length - 1] = [event[0], "synthesis", `${++count} syntheses`, -1, -1];
+  }
+  return rows;
 }
 
 type RowsProps = Omit<EventsProps, "tick"> & { events: RunEvent[] };

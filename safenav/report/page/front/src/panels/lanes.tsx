@@ -3,7 +3,7 @@
 import { memo } from "preact/compat";
 import { useMemo } from "preact/hooks";
 import type { Player } from "../run/player";
-import { at, transitAt, type Robot, type Run } from "../run/run";
+import { at, moment, tickAt, transitAt, when, type Robot, type Run } from "../run/run";
 
 export type Doing = "moving" | "waiting" | "helping" | "still";
 
@@ -58,15 +58,33 @@ function stretchesOf(run: Run, robot: Robot): Stretch[] {
   return found.filter((stretch) => stretch.doing !== "still");
 }
 
-export const Lanes = memo(({ run, player }: { run: Run; player: Player }) => (
+interface LanesProps {
+  run: Run;
+  player: Player;
+  /** The selected robot, or null. */
+  selected: number | null;
+  select(robot: number): void;
+}
+
+export const Lanes = memo(({ run, player, selected, select }: LanesProps) => (
   <ol class="lanes" aria-hidden="true" tabIndex={-1}>
     {run.robots.map((robot, i) => (
-      <Lane key={robot.name} run={run} player={player} index={i} />
+      <Lane key={robot.name} run={run} player={player} index={i} selected={selected === i} select={select} />
     ))}
   </ol>
 ));
 
-function Lane({ run, player, index }: { run: Run; player: Player; index: number }) {
+type LaneProps = Omit<LanesProps, "selected"> & { index: number; selected: boolean };
+
+/** `digit helps, 11 to 16`. */
+function activityAt(run: Run, robot: Robot, stretches: Stretch[], tick: number): string {
+  const found = stretches.find(({ first, last }) => first <= tick && tick < last);
+  if (found === undefined) return `${robot.name} stays, ${when(run, tick)}`;
+  const meaning = DOINGS.find(([kind]) => kind === found.doing)![1];
+  return `${robot.name} ${meaning}, ${moment(run, found.first)} to ${moment(run, found.last)}`;
+}
+
+function Lane({ run, player, index, selected, select }: LaneProps) {
   const robot = run.robots[index]!;
   const stretches = useMemo(() => stretchesOf(run, robot), [run, robot]);
   const syntheses = useMemo(
@@ -81,10 +99,19 @@ function Lane({ run, player, index }: { run: Run; player: Player; index: number 
       .map(({ first, last }) => bar(kind, x(first), x(last)))
       .join("");
   return (
-    <li data-robot={robot.name} style={{ "--colour": robot.look.colour }}>
+    <li
+      data-robot={robot.name}
+      class={selected ? "selected" : ""}
+      style={{ "--colour": robot.look.colour }}
+      onClick={() => select(index)}
+      onPointerMove={(event) => {
+        const box = event.currentTarget.getBoundingClientRect();
+        const time = ((event.clientX - box.left) / box.width) * player.end;
+        event.currentTarget.title = activityAt(run, robot, stretches, tickAt(run, time));
+      }}
+    >
       <span title={robot.name}>{robot.look.letters}</span>
       <svg viewBox={`0 0 ${most} 4`} preserveAspectRatio="none">
-        <title>{robot.name}</title>
         {DOINGS.map(([kind]) => (
           <path class={`doing ${kind}`} d={bars(kind)} />
         ))}

@@ -35,7 +35,9 @@ const KEYS: Keys = [
   ["1 2", "paint walls, or floor"],
   ["Esc", "close a menu; deselect the tool"],
   ["Delete", "remove what is selected"],
-  ["Tab", "focus the map, then the next control; in the text: indent while you write (Esc ends that)"],
+  ["Tab", "focus the map, then the next control"],
+  ["Ctrl+Space", "in the text: the keys and values that fit here; also Alt+Space"],
+  ["Ctrl+]", "in the text: indent; Ctrl+[ the reverse"],
   ["↑ ↓ ← →", "on the map: move the cursor; with Shift: drag an item, or paint"],
   ["Enter", "on the map: click at the cursor"],
   ["Ctrl+S", "save"],
@@ -56,7 +58,7 @@ export function Draw({ doc, verdicts, say, save, menus, run }: DrawProps) {
     const pressed = (event: KeyboardEvent): void => {
       if (document.querySelector("dialog[open]")) return;
       const control = event.ctrlKey || event.metaKey;
-      const typing = event.target instanceof HTMLElement && event.target.matches("input, textarea, select");
+      const typing = event.target instanceof HTMLElement && (event.target.isContentEditable || event.target.matches("input, select"));
       if (control && event.key.toLowerCase() === "s") save();
       else if (control && !typing && event.key.toLowerCase() === "z") say(event.shiftKey ? "redo" : "undo");
       else if (control && !typing && event.key.toLowerCase() === "y") say("redo");
@@ -129,7 +131,7 @@ export function Draw({ doc, verdicts, say, save, menus, run }: DrawProps) {
           </section>
         )}
         <aside class="writing" aria-label="Text">
-          <Text text={doc.text} revision={doc.revision} problems={problems} say={say} line={line} />
+          <Text text={doc.text} problems={problems} say={say} line={line} />
           <Problems
             problems={problems}
             verdicts={verdicts}

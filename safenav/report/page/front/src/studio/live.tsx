@@ -77,7 +77,7 @@ export function LiveView({ run, player, wire, palette, watches, bar, saving }: L
             over={over}
           />
         ),
-        controls: (now) => <LiveControls run={run} player={player} tick={now} say={watches ? null : wire.say} />,
+        controls: (now) => <LiveControls run={run} player={player} tick={now} eye={stage.eye} say={watches ? null : wire.say} />,
         hand: watches ? undefined : hand,
         keys: KEYS,
         about: <p>Click a robot to follow it, an event or a mark on the timeline to see that tick while the run continues.</p>,

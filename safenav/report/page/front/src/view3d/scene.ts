@@ -1,10 +1,13 @@
 /** The scene of a run; `update` draws a moment. */
 
 import {
+  BufferGeometry,
   Color,
   DirectionalLight,
   Group,
   HemisphereLight,
+  Line,
+  LineBasicMaterial,
   type Material,
   Mesh,
   MeshBasicMaterial,
@@ -44,6 +47,13 @@ function fade(group: Group): void {
     found.material = material;
   });
 }
+
+/** A vertical line down from the origin. */
+function stem(colour: string): Line {
+  const points = [new Vector3(), new Vector3(0, 0, -1)];
+  return new Line(new BufferGeometry().setFromPoints(points), new LineBasicMaterial({ color: new Color(colour) }));
+}
+
 /** The rate at which the camera turns to the action, per second. */
 const STORY_PACE = 0.9;
 
@@ -65,6 +75,8 @@ export class RunScene implements Lens {
   private readonly targets = new Group();
   private targetsKey = "";
   private readonly anchors: Group[];
+  /** A line of length 1 below each flyer, to the floor. */
+  private readonly stems: (Line | null)[];
   private view: View = "orbit";
   /** The height of the highest flight in metres. */
   private readonly altitude: number;
@@ -102,6 +114,8 @@ export class RunScene implements Lens {
     });
     this.places = new Places(run, motion.side);
     this.anchors = this.bodies.map(() => new Group());
+    this.stems = robots.map(({ track }, i) => (track.kind === "flyer" ? stem(run.robots[i]!.look.colour) : null));
+    this.stems.forEach((line, i) => line && this.anchors[i]!.add(line));
     this.notices = run.robots.map(
       (robot, i) =>
         new Notice(
@@ -229,6 +243,7 @@ export class RunScene implements Lens {
       if (ghost !== null) this.ghosts[i]!.pose(sampleAt(this.motion, { columns: ghost }, seconds), seconds, null);
       const base = this.robots[i]!.track.kind === "flyer" ? sample.z! : 0;
       this.anchors[i]!.position.set(sample.x!, sample.y!, base);
+      this.stems[i]?.scale.setZ(Math.max(1e-3, base));
     });
     this.obstacles.update(tick, seconds, shown.hidden);
     this.trails.group.visible = shown.trails;
