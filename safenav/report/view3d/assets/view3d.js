@@ -1,4 +1,4 @@
-/* sources 9894cafb92820e0d841bcedf9b89ff3965ba28462b5281a4115553dcf489fdc3 */
+/* sources e2fc6cbcdf1acb1fe4a2f2a4c4166d42edd461427b46b0fa99b1ae80a7f8799b */
 /* Contains Preact:
 The MIT License (MIT)
 

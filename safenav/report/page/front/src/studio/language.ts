@@ -42,7 +42,7 @@ function keysOf(forms: Schema[]): Map<string, Schema> {
   return new Map(forms.flatMap((form) => Object.entries(form.properties ?? {})));
 }
 
-/** What is known of a key: its own words, else those of its form. */
+/** The documentation of a key: its own words, else those of its form. */
 function wordsOf(root: Schema, schema: Schema): string {
   return formsOf(root, schema).find((form) => form.description)?.description ?? "";
 }
