@@ -12,6 +12,7 @@ import signal
 import stat
 import sys
 import warnings
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -204,6 +205,14 @@ def warn(message: Warning | str, *more: str) -> None:
     click.echo(f"{click.style('warning:', fg='yellow', bold=True)} {message}", err=True)
     for line in more:
         click.echo(line, err=True)
+
+
+def warn_of(lines: Iterable[str]) -> None:
+    """Print warnings, each with the indented lines that belong to it."""
+    from safenav.report.terminal.fold import echo_folded
+
+    for line in lines:
+        echo_folded([line], err=True) if line.startswith(" ") else warn(line)
 
 
 def report_error(message: str) -> None:

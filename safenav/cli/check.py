@@ -13,7 +13,7 @@ import click
 from msgspec import Struct, to_builtins
 from msgspec.structs import replace
 
-from safenav.cli import options, report_error, warn
+from safenav.cli import options, report_error, warn_of
 from safenav.errors import (
     Diagnostic,
     ExitCode,
@@ -30,7 +30,6 @@ from safenav.trace.words import counted, listed, shortened
 if TYPE_CHECKING:
     from safenav.checked_trace import CheckedTrace
     from safenav.review.rehearsal import Rehearsal
-    from safenav.runtime.control.tasks import Controller
     from safenav.scenario.model import Scenario
 
 EPILOG = """\b
@@ -149,8 +148,7 @@ def check(
             if several and file.kind == SCENARIO and judged.lines:
                 click.echo(f"{file.path}:")
             echo_folded(judged.lines)
-            for line in judged.warnings:
-                echo_folded([line], err=True) if line.startswith(" ") else warn(line)
+            warn_of(judged.warnings)
     if as_json:
         click.echo(json.dumps(data if several else data[0], indent=2))
     return status
@@ -198,13 +196,14 @@ def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
     that can win by breaking its assumptions about the other robots, an objective from an input that
     is unrealizable, a battery that runs empty, a deadlock. ``strict``: they count as
     unrealizable."""
-    from safenav.explain.vacuity import vacuous_wins
+    from safenav.cli.synth import examined
+    from safenav.explain.summary import explain_unrealizable
     from safenav.report.terminal.progress import WaitingLine
-    from safenav.report.terminal.specification_text import vacuity_data, vacuity_lines
     from safenav.review.foresight import foreseen
     from safenav.review.rehearsal import rehearse
     from safenav.runtime.run.mission import Mission, default_synthesizer, first_results
     from safenav.scenario.lint import lint
+    from safenav.scenario.objective import describe
     from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 
     if file.content is None:
@@ -224,19 +223,21 @@ def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
             then = replace(plan, robots=tuple(team))
             answer = first_results(then, synthesizer, WaitingLine(), [robot.name])[robot.name]
             if not answer.realizable:
-                of_plan.append(f"when {event} is on from the start, {_why(answer, plan)}")
+                why = explain_unrealizable(answer.task.robot, answer.task, plan.map)
+                of_plan.append(f"when {event} is on from the start, {why}")
     realizable = all(answer.realizable for answer in answers.values())
     refusal = Mission(plan, synthesizer).refusal() if realizable else None
     apart = "" if refusal is None else " apart from deadlines and batteries"
     verdicts, lines = list[dict[str, Any]](), list[str]()
     for name, answer in answers.items():
-        strategy = answer.result.strategy
-        vacuous = vacuous_wins(strategy, synthesizer) if answer.realizable and strategy else ()
-        data = _verdict(name, answer, plan) | {"warnings": []}
-        for vacuity in vacuous:
-            assert strategy is not None
-            of_robots += vacuity_lines(name, vacuity, strategy)
-            data["warnings"].append(vacuity_data(vacuity, strategy))
+        more, warned = examined(name, answer, plan, synthesizer)
+        data = {
+            "robot": name,
+            "objective": describe(answer.asked, plan.map.word),
+            "form": answer.form.value,
+            "verdict": answer.result.verdict.value,
+        } | more
+        of_robots += warned
         verdicts.append(data)
         word = click.style(data["verdict"], fg="green" if answer.realizable else "red")
         lines.append(f"{name}: {word}{apart}, {answer.words(plan.map.word)}")
@@ -277,28 +278,6 @@ def _ahead(plan: Scenario, ahead: Rehearsal, warnings: Sequence[str]) -> list[st
     if ahead.result.cause == "deadlock" and not known:
         found.append("no order of moves completes the mission: an operator will be needed")
     return found
-
-
-def _verdict(name: str, answer: Controller, plan: Scenario) -> dict[str, Any]:
-    """Return the verdict on a robot as data."""
-    from safenav.scenario.objective import describe
-    from safenav.spec.compile import assumption_names
-
-    return {
-        "robot": name,
-        "objective": describe(answer.asked, plan.map.word),
-        "form": answer.form.value,
-        "allows": answer.allows(plan.map.word),
-        "verdict": answer.result.verdict.value,
-        "assumptions": assumption_names(answer.task, plan.map),
-        "explanation": None if answer.realizable else _why(answer, plan),
-    }
-
-
-def _why(answer: Controller, plan: Scenario) -> str:
-    from safenav.explain.summary import explain_unrealizable
-
-    return explain_unrealizable(answer.task.robot, answer.task, plan.map)
 
 
 def of_trace(file: GivenFile, show_all: bool, partial: bool, with_motion: bool) -> JudgedFile:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.cli import options, warn
+from safenav.cli import options, warn, warn_of
 from safenav.errors import (
     Diagnostic,
     ExitCode,
@@ -52,6 +52,10 @@ from safenav.trace.words import shortened
 from safenav.verify.counterstrategy import lost_opening
 from safenav.verify.measures import counterstrategy_measures, strategy_measures
 from safenav.verify.verification import first_failure, verify_counterstrategy, verify_strategy
+
+if TYPE_CHECKING:
+    from safenav.runtime.control.tasks import Controller
+    from safenav.scenario.model import Scenario
 
 WARNING_SECONDS, WARNING_MB = 5.0, 100
 """Limits of the synthesis whose strategy is examined for warnings, after the verdict."""
@@ -162,31 +166,42 @@ def synth(
         raise refused  # for another reason than an unreachable target
     made, data, notes, warned = list[Synthesized](), list[dict[str, Any]](), list[str](), False
     for name, answer in answers.items():
-        spec = compile_task(answer.task, plan.map)
-        shown, strategy, why = answer.result, answer.result.strategy, None
+        spec, shown = compile_task(answer.task, plan.map), answer.result
+        more, lines = examined(name, answer, plan, synthesizer)
         if not answer.realizable:
-            from safenav.explain.summary import explain_unrealizable
-
-            why = explain_unrealizable(answer.task.robot, answer.task, plan.map)
-            click.echo(f"{click.style('unrealizable:', fg='red', bold=True)} {why}", err=True)
+            unrealizable = click.style("unrealizable:", fg="red", bold=True)
+            click.echo(f"{unrealizable} {more['explanation']}", err=True)
             if output is not None:
                 shown = listed(synthesizer.counterstrategy, spec)
         made.append(one := Synthesized(name, spec, answer.result, shown))
-        found = vacuous_wins(strategy, synthesizer) if answer.realizable and strategy else ()
-        vacuities = list[dict[str, Any]]()
-        for vacuity in found:
-            assert strategy is not None
-            warn(*vacuity_lines(name, vacuity, strategy))
-            vacuities.append(vacuity_data(vacuity, strategy))
-        warned = warned or bool(found)
-        allows, rules = answer.allows(plan.map.word), assumption_names(answer.task, plan.map)
-        notes += [f"{name}: {answer.words(plan.map.word)}"] if allows else []
-        notes += [f"{name} assumes: {shortened(rule)}" for rule in rules]
-        more = {"allows": allows, "assumptions": rules, "explanation": why, "warnings": vacuities}
+        warn_of(lines)
+        warned = warned or bool(lines)
+        notes += [f"{name}: {answer.words(plan.map.word)}"] if more["allows"] else []
+        notes += [f"{name} assumes: {shortened(rule)}" for rule in more["assumptions"]]
         data.append(one.data() | more)
     _report(made, output, "robot", {"scenario": plan.name, "robots": data}, as_json, notes)
     bad = not all(one.realizable for one in made) or (strict and warned)
     return ExitCode.NEGATIVE if bad else ExitCode.OK
+
+
+def examined(
+    name: str, answer: Controller, plan: Scenario, synthesizer: Synthesizer
+) -> tuple[dict[str, Any], list[str]]:
+    """Return what a robot's controller allows and assumes, why it is unrealizable and how it may
+    win by breaking its assumptions, as data; and lines of warnings about the latter."""
+    why, strategy = None, answer.result.strategy
+    if not answer.realizable:
+        from safenav.explain.summary import explain_unrealizable
+
+        why = explain_unrealizable(answer.task.robot, answer.task, plan.map)
+    data, lines = list[dict[str, Any]](), list[str]()
+    for vacuity in vacuous_wins(strategy, synthesizer) if strategy and why is None else ():
+        assert strategy is not None
+        lines += vacuity_lines(name, vacuity, strategy)
+        data.append(vacuity_data(vacuity, strategy))
+    rules = assumption_names(answer.task, plan.map)
+    allows = answer.allows(plan.map.word)
+    return {"allows": allows, "assumptions": rules, "explanation": why, "warnings": data}, lines
 
 
 def _of_specification(file: Path, verify: bool) -> Synthesized:

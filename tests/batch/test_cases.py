@@ -75,6 +75,15 @@ def test_a_worker_is_used_again_and_keeps_nothing_of_the_case_before() -> None:
     worker.end()
 
 
+@pytest.mark.usefixtures("slugs")
+def test_a_process_that_does_not_react_is_killed() -> None:
+    worker = Worker()
+    assert worker.run(case("quick"), Conditions(), None).passed
+    os.kill(worker.pid, signal.SIGSTOP)
+    worker.end()
+    assert not worker.alive
+
+
 def test_an_environment_in_which_no_worker_starts_is_an_error(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
