@@ -28,7 +28,7 @@ from safenav.runtime.control.tasks import Controller, outdated, pursues, synthes
 from safenav.scenario.objective import Ltl
 from safenav.scenario.settings import Clock
 from safenav.solve.duties import Settlement, settle
-from safenav.solve.proof import closure_of, refute, stated
+from safenav.solve.proof import Closure, closure_of, refute, stated
 from safenav.solve.solve import BudgetError, Solver, around
 from safenav.team import state as now
 from safenav.team.apply import apply, charged, done, initial, stands
@@ -237,6 +237,8 @@ def _settled(
             never = infeasible(plain, here, around(floor, poses, stages), found.proof)
         elif len(out) == len(poses) or any(Solver(n.floor).feasible(n) for n in (all_, rest)):
             never = _without(team, state, out)  # only its absence stops the others
+        elif isinstance(lame := refute(all_), Closure):  # whoever is in service
+            never = infeasible(plain, here, all_, lame)
         else:
             never = infeasible(plain, here, rest, refute(rest))
     roles = before.roles or tuple(Role(member.objective) for member in team.members)
