@@ -30,7 +30,9 @@ from safenav.trace.words import counted, listed, shortened
 if TYPE_CHECKING:
     from safenav.checked_trace import CheckedTrace
     from safenav.review.rehearsal import Rehearsal
+    from safenav.runtime.control.tasks import Controller
     from safenav.scenario.model import Scenario
+    from safenav.synthesis.slugs import Synthesizer
 
 EPILOG = """\b
 Examples:
@@ -196,7 +198,6 @@ def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
     that can win by breaking its assumptions about the other robots, an objective from an input that
     is unrealizable, a battery that runs empty, a deadlock. ``strict``: they count as
     unrealizable."""
-    from safenav.cli.synth import examined
     from safenav.explain.summary import explain_unrealizable
     from safenav.report.terminal.progress import WaitingLine
     from safenav.review.foresight import foreseen
@@ -265,6 +266,29 @@ def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
     warnings = [*of_plan, *of_robots]
     good = realizable and refusal is None and not (strict and warnings)
     return JudgedFile(good, whole, lines, warnings)
+
+
+def examined(
+    name: str, answer: Controller, plan: Scenario, synthesizer: Synthesizer
+) -> tuple[dict[str, Any], list[str]]:
+    """Return what a robot's controller allows and assumes, why it is unrealizable and how it may
+    win by breaking its assumptions, as data; and lines of warnings about the latter."""
+    from safenav.explain.summary import explain_unrealizable
+    from safenav.explain.vacuity import vacuous_wins
+    from safenav.report.terminal.specification_text import vacuity_data, vacuity_lines
+    from safenav.spec.compile import assumption_names
+
+    why, strategy = None, answer.result.strategy
+    if not answer.realizable:
+        why = explain_unrealizable(answer.task.robot, answer.task, plan.map)
+    data, lines = list[dict[str, Any]](), list[str]()
+    for vacuity in vacuous_wins(strategy, synthesizer) if strategy and why is None else ():
+        assert strategy is not None
+        lines += vacuity_lines(name, vacuity, strategy)
+        data.append(vacuity_data(vacuity, strategy))
+    rules = assumption_names(answer.task, plan.map)
+    allows = answer.allows(plan.map.word)
+    return {"allows": allows, "assumptions": rules, "explanation": why, "warnings": data}, lines
 
 
 def _ahead(plan: Scenario, ahead: Rehearsal, warnings: Sequence[str]) -> list[str]:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.cli import options, warn, warn_of
+from safenav.cli.check import examined
 from safenav.errors import (
     Diagnostic,
     ExitCode,
@@ -32,14 +33,13 @@ from safenav.report.terminal.specification_text import (
     failure_lines,
     line_explanation_data,
     line_explanation_lines,
-    vacuity_data,
     vacuity_lines,
     verification_data,
 )
 from safenav.report.terminal.table import table
 from safenav.runtime.run.mission import default_synthesizer, first_results
 from safenav.scenario.yaml.source import MAX_BYTES
-from safenav.spec.compile import assumption_names, compile_task
+from safenav.spec.compile import compile_task
 from safenav.spec.parsing import check_formulas, read_specification
 from safenav.spec.specification import Owner, Specification
 from safenav.strict_json import read_json
@@ -52,10 +52,6 @@ from safenav.trace.words import shortened
 from safenav.verify.counterstrategy import lost_opening
 from safenav.verify.measures import counterstrategy_measures, strategy_measures
 from safenav.verify.verification import first_failure, verify_counterstrategy, verify_strategy
-
-if TYPE_CHECKING:
-    from safenav.runtime.control.tasks import Controller
-    from safenav.scenario.model import Scenario
 
 WARNING_SECONDS, WARNING_MB = 5.0, 100
 """Limits of the synthesis whose strategy is examined for warnings, after the verdict."""
@@ -182,26 +178,6 @@ def synth(
     _report(made, output, "robot", {"scenario": plan.name, "robots": data}, as_json, notes)
     bad = not all(one.realizable for one in made) or (strict and warned)
     return ExitCode.NEGATIVE if bad else ExitCode.OK
-
-
-def examined(
-    name: str, answer: Controller, plan: Scenario, synthesizer: Synthesizer
-) -> tuple[dict[str, Any], list[str]]:
-    """Return what a robot's controller allows and assumes, why it is unrealizable and how it may
-    win by breaking its assumptions, as data; and lines of warnings about the latter."""
-    why, strategy = None, answer.result.strategy
-    if not answer.realizable:
-        from safenav.explain.summary import explain_unrealizable
-
-        why = explain_unrealizable(answer.task.robot, answer.task, plan.map)
-    data, lines = list[dict[str, Any]](), list[str]()
-    for vacuity in vacuous_wins(strategy, synthesizer) if strategy and why is None else ():
-        assert strategy is not None
-        lines += vacuity_lines(name, vacuity, strategy)
-        data.append(vacuity_data(vacuity, strategy))
-    rules = assumption_names(answer.task, plan.map)
-    allows = answer.allows(plan.map.word)
-    return {"allows": allows, "assumptions": rules, "explanation": why, "warnings": data}, lines
 
 
 def _of_specification(file: Path, verify: bool) -> Synthesized:
