@@ -328,6 +328,14 @@ def test_the_page_begins_with_a_summary_and_groups_the_claims() -> None:
         assert page.count(f'<li id="{claim["id"]}">') == 1
 
 
+@pytest.mark.parametrize(
+    ("name", "often"), [("case_study_1", "2 times after"), ("beam", "once after")]
+)
+def test_the_end_is_claimed_with_its_rounds(name: str, often: str) -> None:
+    (end,) = (c["text"] for c in checked(shipped(name)).claims if "completed" in c["text"])
+    assert f"every robot has met its objective {often} the last resolution" in end
+
+
 def test_the_page_says_names_and_draws_robots_as_the_replay() -> None:
     bundle = bundle_at("named", NAMED)
     assert run_checker(bundle)[0] == 0
