@@ -28,7 +28,7 @@ from safenav.runtime.control.tasks import Controller, outdated, pursues, synthes
 from safenav.scenario.objective import Ltl
 from safenav.scenario.settings import Clock
 from safenav.solve.duties import Settlement, settle
-from safenav.solve.proof import Closure, closure_of, refute, stated
+from safenav.solve.proof import Closure, Refutation, closure_of, refute, stated
 from safenav.solve.solve import BudgetError, Solver, around
 from safenav.team import state as now
 from safenav.team.apply import apply, charged, done, initial, stands
@@ -237,7 +237,7 @@ def _settled(
             never = infeasible(plain, here, around(floor, poses, stages), found.proof)
         elif len(out) == len(poses) or any(Solver(n.floor).feasible(n) for n in (all_, rest)):
             never = _without(team, state, out)  # only its absence stops the others
-        elif isinstance(lame := refute(all_), Closure):  # whoever is in service
+        elif (lame := _whoever(refute(all_), out)) is not None:
             never = infeasible(plain, here, all_, lame)
         else:
             never = infeasible(plain, here, rest, refute(rest))
@@ -283,6 +283,15 @@ def _settled(
                 links = (*end.links, *dead.links)
                 end = replace(dead, why="; ".join(links), links=links)
     return Control(None, found, roles, tuple(controllers), proofs, tuple(new), end)
+
+
+def _whoever(found: Refutation, out: Collection[int]) -> Closure | None:
+    """The closure of the whole team, if a robot in service cannot continue whoever is in service;
+    those that are ``out`` need not."""
+    if not isinstance(found, Closure):
+        return None
+    live = tuple(live or i in out for i, live in enumerate(found.live))
+    return None if all(live) else replace(found, live=live)
 
 
 def _is_a_game(failed: tuple[int, Controller]) -> bool:
