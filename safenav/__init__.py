@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from safenav.runtime.intervention.kinds import SetTruth as SetTruth
     from safenav.runtime.intervention.reading import read_intervention as read_intervention
     from safenav.runtime.run.checkpoint import resumption as resumption
+    from safenav.runtime.run.checkpoint import scenario_of as scenario_of
     from safenav.runtime.run.mission import Mission as Mission
     from safenav.runtime.run.mission import RunResult as RunResult
     from safenav.runtime.worlds.protocol import Acted as Acted
@@ -70,7 +71,7 @@ _MODULES = {
     "safenav.runtime.intervention.kinds": "AddObstacle AssignObjective GiveUp MarkPermanent "
     "MarkResolved PlaceOrder PutBack RemoveObstacle SetInput SetService SetTruth",
     "safenav.runtime.intervention.reading": "read_intervention",
-    "safenav.runtime.run.checkpoint": "resumption",
+    "safenav.runtime.run.checkpoint": "resumption scenario_of",
     "safenav.runtime.run.mission": "Mission RunResult",
     "safenav.runtime.worlds.protocol": "Acted Arrived Blocked BlockingWorld Elsewhere Failed Lost "
     "PausingWorld PlacingWorld RememberingWorld Sensed TimedWorld World WorldEvent",
