@@ -37,7 +37,6 @@ PURPOSES = {
     "pictures": "PNG pictures and GIFs",
     "motion": "motion in metres and 3D pages",
     "mcap": "runs as MCAP files for Foxglove and ROS 2",
-    "studio": "the studio and live runs",
     "dask": "batches on a cluster",
     "ros2": "robots with ROS 2",
     "simulation": "robots in a physics simulation",

@@ -52,7 +52,6 @@ EXTRAS = {
     "numpy": "motion",
     "daqp": "motion",
     "PIL": "pictures",
-    "aiohttp": "studio",
     "cyclonedds": "ros2",
 }
 """The extra of each package that only some commands need, by its import name."""

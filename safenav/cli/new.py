@@ -198,7 +198,7 @@ The page is served to this machine only, at an address with a token. Ctrl-C ends
 also ends a minute after its last page was closed.
 \b
 Exit codes:
-  0  ended   2  bad usage, or the extra 'studio' is not installed
+  0  ended   2  bad usage
 """
 
 

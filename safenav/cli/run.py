@@ -31,7 +31,7 @@ Examples:
   safenav new lab.yaml && safenav run lab.yaml
   safenav run lab.yaml --html lab.html --trace lab.jsonl
   safenav run lab.yaml --motion lab.motion.jsonl # extra 'motion'
-  safenav run lab.yaml --live                    # extra 'studio'
+  safenav run lab.yaml --live
   safenav run lab.yaml --clock live              # robots move at the same time
   echo give_up > fixes.txt && safenav run lab.yaml --clock live --operator fixes.txt
 \b
@@ -188,7 +188,7 @@ DRIVE_EPILOG = """\b
 Examples:
   safenav new lab.yaml && safenav new fleet.yaml --fleet lab.yaml
   safenav drive lab.yaml --fleet fleet.yaml --rehearse --trace lab.jsonl
-  safenav drive lab.yaml --fleet fleet.yaml --live   # extra 'studio'
+  safenav drive lab.yaml --fleet fleet.yaml --live
   head -120 lab.jsonl > part.jsonl                   # as if that drive had been killed
   safenav drive lab.yaml --fleet fleet.yaml --rehearse --resume part.jsonl --trace b.jsonl
 Without --rehearse the robots of the fleet file move.

@@ -1,4 +1,5 @@
-"""The web server of the studio: files of the page, one web socket for each page, downloads.
+"""The web server of the studio: files of the page, one stream of events for each page, its requests
+as POST, downloads. Each connection serves one request.
 
 It listens on the loopback interface, which every program and every web page in a browser of this
 machine can reach. So each request must contain the token of the address, use an address of this
@@ -16,14 +17,17 @@ import resource
 import secrets
 import socket
 import webbrowser
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import cache
+from http import HTTPStatus
+from http.client import HTTPException, parse_headers
 from importlib.resources import files
+from io import BytesIO
 from pathlib import PurePath
 from typing import Any
+from urllib.parse import parse_qs, unquote, urlsplit
 
-from aiohttp import WSMsgType, web
 from msgspec import Struct
 
 from safenav.errors import SafenavError, UsageError, file_words
@@ -80,7 +84,9 @@ class Guard(Struct, frozen=True):
         token = path.split("/", 2)[1] if path.startswith("/") else ""
         if not hmac.compare_digest(token.encode(), self.token.encode()):
             return 404, "open the address that 'safenav studio' printed: it holds a token"
-        length = headers.get("Content-Length", "0")
+        length = (
+            "unknown" if headers.get("Transfer-Encoding") else headers.get("Content-Length", "0")
+        )
         if not length.isdigit() or int(length) > UPLOAD:
             return 413, f"that is too large: at most {UPLOAD // 1_000_000} MB"
         return None
@@ -101,7 +107,33 @@ ABANDONED = 60.0
 BEHIND = 2000
 """Unsent messages after which a page is disconnected; it then reconnects."""
 
-Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
+HEARTBEAT = 20.0
+"""Seconds between signs of life to a page without news."""
+
+PATIENCE = 30.0
+"""Seconds until a connection has to have sent its request."""
+
+
+class Answer(Struct, frozen=True):
+    """The answer to a request; ``headers`` replace those of ``HEADERS``."""
+
+    status: int
+    content: bytes = b""
+    kind: str = "text/plain"
+    headers: Mapping[str, str] = {}
+
+    @property
+    def head(self) -> bytes:
+        kind = f"{self.kind}; charset=utf-8" if self.kind.startswith("text/") else self.kind
+        own = {"Content-Type": kind, "Connection": "close"}
+        if self.kind != EVENTS:
+            own["Content-Length"] = str(len(self.content))
+        lines = (f"{name}: {value}" for name, value in {**HEADERS, **own, **self.headers}.items())
+        status = HTTPStatus(self.status)
+        return "\r\n".join((f"HTTP/1.1 {status} {status.phrase}", *lines, "", "")).encode("latin-1")
+
+
+EVENTS = "text/event-stream"
 
 
 class Server:
@@ -117,20 +149,12 @@ class Server:
         self.guard = Guard(secrets.token_urlsafe(24), self._socket.getsockname()[1])
         self._over = asyncio.Event()
         self._had_pages = False
+        self._connections: set[asyncio.Task[None]] = set()
 
     async def serve(self, *, browser: bool, ready: Callable[[str], None]) -> None:
         """Serve until ``stop``, or until the last page has been closed for a while."""
         _allow_many_connections()
-        app = web.Application(middlewares=[self._guarded], client_max_size=UPLOAD)
-        base = f"/{self.guard.token}"
-        app.router.add_get(f"{base}/", self._page)
-        app.router.add_get(f"{base}/socket", self._socket_of)
-        app.router.add_get(f"{base}/save/{{name}}", self._download)
-        app.router.add_post(f"{base}/upload", self._upload)
-        app.router.add_get(f"{base}/{{name}}", self._file)
-        runner = web.AppRunner(app, access_log=None, handle_signals=False, shutdown_timeout=1.0)
-        await runner.setup()
-        await web.SockSite(runner, self._socket, backlog=BACKLOG).start()
+        serving = await asyncio.start_server(self._connected, sock=self._socket, backlog=BACKLOG)
         ready(self.guard.address)
         if browser:
             with suppress(Exception):
@@ -141,7 +165,11 @@ class Server:
         finally:
             watch.cancel()
             await self.studio.close()
-            await runner.cleanup()
+            serving.close()
+            if self._connections:
+                await asyncio.wait(self._connections, timeout=1.0)
+            for connection in self._connections:
+                connection.cancel()
 
     def stop(self) -> None:
         """End the server."""
@@ -161,100 +189,118 @@ class Server:
                 self.stop()
                 return
 
-    @web.middleware
-    async def _guarded(self, request: web.Request, handler: Handler) -> web.StreamResponse:
-        refusal = self.guard.refusal(request.path, request.headers)
-        if refusal is not None:
-            status, why = refusal
-            response = web.Response(status=status, text=why + "\n", headers=HEADERS)
-            response.force_close()
-            return response
+    async def _connected(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        """Serve the request of a connection."""
+        task = asyncio.current_task()
+        assert task is not None
+        self._connections.add(task)
         try:
-            response_ = await handler(request)
-        except web.HTTPException as error:
-            error.headers.update(HEADERS)
-            raise
+            with suppress(ConnectionError, asyncio.IncompleteReadError, TimeoutError):
+                async with asyncio.timeout(PATIENCE):
+                    answer = await self._request(reader)
+                writer.write(answer.head + answer.content)
+                await writer.drain()
+                if answer.kind == EVENTS:
+                    await self._stream(reader, writer)
+        finally:
+            self._connections.discard(task)
+            writer.close()
+
+    async def _request(self, reader: asyncio.StreamReader) -> Answer:
+        """Read a request and return its answer."""
+        try:
+            head = await reader.readuntil(b"\r\n\r\n")
+            first, _, rest = head.partition(b"\r\n")
+            method, target, _ = first.decode("ascii").split(" ")
+            headers: Mapping[str, str] = parse_headers(BytesIO(rest))  # type: ignore[assignment]
+        except (asyncio.LimitOverrunError, HTTPException, ValueError):
+            return Answer(400, b"that is no request\n")
+        address = urlsplit(target)
+        refusal = self.guard.refusal(address.path, headers)
+        if refusal is not None:
+            return Answer(refusal[0], (refusal[1] + "\n").encode())
+        body = await reader.readexactly(int(headers.get("Content-Length", "0")))
+        _, _, path = address.path[1:].partition("/")
+        try:
+            if method == "POST":
+                return await self._posted(path, parse_qs(address.query), body)
+            return await self._got(unquote(path))
         except SafenavError as error:
-            return web.Response(status=400, text=str(error), headers=HEADERS)
-        if not response_.prepared:
-            for header, value in HEADERS.items():
-                response_.headers.setdefault(header, value)
-        return response_
+            return Answer(400, str(error).encode())
 
-    async def _page(self, request: web.Request) -> web.StreamResponse:
-        del request
-        return web.Response(text=page(self.studio.title), content_type="text/html")
-
-    async def _file(self, request: web.Request) -> web.StreamResponse:
-        name = request.match_info["name"]
-        if name not in FILES:
-            raise web.HTTPNotFound(text="there is no such file\n")
-        return web.Response(text=asset(name), content_type=FILES[name])
-
-    async def _download(self, request: web.Request) -> web.StreamResponse:
-        name = request.match_info["name"]
-        made = await self.studio.made(name)
+    async def _got(self, path: str) -> Answer:
+        if path == "":
+            return Answer(200, page(self.studio.title).encode(), "text/html")
+        if path in FILES:
+            return Answer(200, asset(path).encode(), FILES[path])
+        if path == "events":
+            full = len(self.studio.pages) >= PAGES
+            words = f"{PAGES} pages are already open\n".encode()
+            return Answer(503, words) if full else Answer(200, kind=EVENTS)
+        if not path.startswith("save/"):
+            return Answer(404, b"there is no such file\n")
+        made = await self.studio.made(path.removeprefix("save/"))
         if made is None:
-            raise web.HTTPNotFound(text="nothing to save yet\n")
+            return Answer(404, b"nothing to save yet\n")
         file, content, kind = made
-        if name == "3d":  # shown as a page of its own
-            headers = {"Content-Security-Policy": APART}
-            return web.Response(body=content, content_type=kind, headers=headers)
-        disposition = f'attachment; filename="{PurePath(file).name}"'
-        headers = {"Content-Disposition": disposition}
-        return web.Response(body=content, content_type=kind, headers=headers)
+        if path == "save/3d":  # shown as a page of its own
+            return Answer(200, content, kind, {"Content-Security-Policy": APART})
+        name = PurePath(file).name.encode("ascii", "replace").decode().replace('"', "_")
+        headers = {"Content-Disposition": f'attachment; filename="{name}"'}
+        return Answer(200, content, kind, headers)
 
-    async def _upload(self, request: web.Request) -> web.StreamResponse:
-        name = PurePath(request.query.get("name", "upload")).name
-        content = await request.read()
-        await self.studio.uploaded(name, content)
-        return web.Response()
+    async def _posted(self, path: str, query: Mapping[str, list[str]], body: bytes) -> Answer:
+        if path == "upload":
+            name = PurePath(query.get("name", ["upload"])[0]).name
+            await self.studio.uploaded(name, body)
+            return Answer(200)
+        if path != "say":
+            return Answer(404, b"there is no such request\n")
+        refused = await self._take(body)
+        return Answer(200, json.dumps(refused).encode(), "application/json")
 
-    async def _socket_of(self, request: web.Request) -> web.StreamResponse:
-        if len(self.studio.pages) >= PAGES:
-            raise web.HTTPServiceUnavailable(text=f"{PAGES} pages are already open\n")
-        page_ = web.WebSocketResponse(max_msg_size=UPLOAD, heartbeat=20.0, compress=False)
-        await page_.prepare(request)
+    async def _stream(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        """Send the messages of the studio to a page until one of them ends."""
         queue: asyncio.Queue[str | None] = asyncio.Queue(BEHIND)
         self._had_pages = True
         self.studio.join(queue)
-        writer = asyncio.create_task(_write(page_, queue))
+        jobs = [asyncio.create_task(_write(writer, queue)), asyncio.create_task(reader.read())]
         try:
-            async for message in page_:
-                if message.type is not WSMsgType.TEXT:
-                    break
-                await self._take(message.data, queue)
+            await asyncio.wait(jobs, return_when=asyncio.FIRST_COMPLETED)
         finally:
             self.studio.leave(queue)
-            writer.cancel()
-        return page_
+            for job in jobs:
+                job.cancel()
+            await asyncio.gather(*jobs, return_exceptions=True)
 
-    async def _take(self, text: str, queue: asyncio.Queue[str | None]) -> None:
-        """Handle a message of a page; errors in it are sent to that page alone."""
+    async def _take(self, text: bytes) -> dict[str, Any] | None:
+        """Handle the request of a page; return the message that refuses it, for that page alone."""
+        data: Any = None
         try:
             data = json.loads(text)
             if not isinstance(data, dict):
                 raise UsageError("a message is an object")
             await self.studio.take(data)
         except ReplaceError as error:
-            _put(queue, {"is": "exists", "name": data.get("name"), "message": str(error)})
+            return {"is": "exists", "name": data.get("name"), "message": str(error)}
         except (SafenavError, ValueError, RecursionError) as error:
-            _put(queue, {"is": "refused", "message": str(error)})
+            return {"is": "refused", "message": str(error)}
         except OSError as error:  # a name that is too long, say
-            _put(queue, {"is": "refused", "message": file_words(error)})
+            return {"is": "refused", "message": file_words(error)}
+        return None
 
 
-async def _write(page_: web.WebSocketResponse, queue: asyncio.Queue[str | None]) -> None:
+async def _write(writer: asyncio.StreamWriter, queue: asyncio.Queue[str | None]) -> None:
     """Send queued messages, until the page falls too far behind."""
+    text: str | None = ""
     with suppress(ConnectionError):
-        while (text := await queue.get()) is not None:
-            await page_.send_str(text)
-        await page_.close()
-
-
-def _put(queue: asyncio.Queue[str | None], data: dict[str, Any]) -> None:
-    with suppress(asyncio.QueueFull):
-        queue.put_nowait(json.dumps(data))
+        while text is not None:
+            writer.write(f"data: {text}\n\n".encode() if text else b": still here\n\n")
+            await writer.drain()
+            try:
+                text = await asyncio.wait_for(queue.get(), HEARTBEAT)
+            except TimeoutError:
+                text = ""
 
 
 def listening(port: int | None) -> socket.socket:

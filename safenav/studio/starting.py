@@ -1,18 +1,13 @@
-"""Start of a studio, and reports of missing prerequisites."""
+"""Start of a studio."""
 
 from __future__ import annotations
 
 import asyncio
 import signal
 from contextlib import suppress
-from importlib.util import find_spec
 from pathlib import Path
 
 import click
-
-from safenav.extras import missing
-
-NEEDED = ("aiohttp",)
 
 
 def start_studio(
@@ -23,9 +18,8 @@ def start_studio(
     browser: bool = True,
     keep: bool = False,
 ) -> None:
-    """Serve the editor until Ctrl-C. Raises UsageError without the extra, or if ``file`` or the
-    port is not available."""
-    require_extra()
+    """Serve the editor until Ctrl-C. Raises UsageError if ``file`` or the port is not
+    available."""
     from safenav.studio.editor import Editor
 
     _serve(lambda: Editor.of_file(file, folder), port, browser, keep)
@@ -39,21 +33,9 @@ def start_live(
     clock: str | None = None,
 ) -> None:
     """Serve the run of a scenario, without the editor, until Ctrl-C. Raises UsageError."""
-    require_extra()
     from safenav.studio.session import Studio
 
     _serve(lambda: Studio.of_run(scenario, seed, trace, clock), None, True, False)
-
-
-def require_extra() -> None:
-    """Raise UsageError if a library of the extra ``studio`` is missing."""
-    for name in NEEDED:
-        try:
-            found = find_spec(name)
-        except (ImportError, ValueError):
-            found = None
-        if found is None:
-            raise missing("the studio", name, "studio")
 
 
 def _serve(make: object, port: int | None, browser: bool, keep: bool) -> None:

@@ -17,7 +17,6 @@ from safenav.scenario.model import Scenario
 from safenav.studio.run.live import StudioRun
 from safenav.studio.run.orders import RunOrder
 from safenav.studio.session import Studio
-from safenav.studio.starting import require_extra
 from safenav.trace.records import Header, Move, Record
 from safenav.trace.writing import as_data
 
@@ -32,7 +31,7 @@ _GONE = 2.0
 
 
 class LiveView:
-    """A listener that shows a running mission in a browser (extra ``studio``).
+    """A listener that shows a running mission in a browser.
 
     ::
 
@@ -41,13 +40,12 @@ class LiveView:
             view.wait()
 
     Pages follow the run and can step back in it; they change nothing. ``browser``: open one.
-    Raises UsageError without the extra, or, when entered, if the port is not available.
+    Raises UsageError, when entered, if the port is not available.
     """
 
     def __init__(
         self, scenario: Scenario, *, port: int | None = None, browser: bool = True
     ) -> None:
-        require_extra()
         self.address = ""
         """Address of the page, once the view has been entered."""
         self._scenario = scenario

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import os
 import re
 import signal
@@ -14,8 +15,7 @@ from pathlib import Path
 from threading import Timer
 from types import TracebackType
 from typing import Any
-
-import aiohttp
+from urllib.request import Request, urlopen
 
 from warm import started
 
@@ -92,19 +92,31 @@ class ServedAnew(Served):
 class Page:
     """What a page knows: the messages that it heard, in order."""
 
-    def __init__(self, socket: aiohttp.ClientWebSocketResponse, address: str) -> None:
-        self._socket = socket
+    def __init__(self, address: str) -> None:
         self.address = address
         self.heard: list[dict[str, Any]] = []
+        self._arrived: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
+
+    async def listen(self, reader: asyncio.StreamReader) -> None:
+        """Take the messages of the stream."""
+        while line := await reader.readline():
+            if line.startswith(b"data: "):
+                self._arrived.put_nowait(json.loads(line[6:]))
 
     async def say(self, does: str, **data: object) -> None:
-        await self._socket.send_json({"do": does, **data})
+        await self.post(json.dumps({"do": does, **data}).encode())
+
+    async def post(self, text: bytes) -> None:
+        """Send a request; the message that refuses it is heard after those before it."""
+        refused = json.loads(await self._ask("say", text))
+        if refused is not None:
+            self._arrived.put_nowait(refused)
 
     async def hear(self, wanted: Callable[[dict[str, Any]], object]) -> dict[str, Any]:
         """The next message that is wanted; all before it are kept in ``heard``."""
-        async with asyncio.timeout(MINUTES):  # pings would set a timeout of the socket back
+        async with asyncio.timeout(MINUTES):
             while True:
-                message = await self._socket.receive_json()
+                message = await self._arrived.get()
                 self.heard.append(message)
                 if wanted(message):
                     return message
@@ -123,29 +135,34 @@ class Page:
         await self.hear(lambda m: m["is"] == "news" and m["news"]["last"] >= number)
 
     async def get(self, path: str) -> bytes:
-        async with (
-            aiohttp.ClientSession() as session,
-            session.get(self.address + path) as response,
-        ):
-            assert response.status == 200, await response.text()
-            return await response.read()
+        return await self._ask(path)
 
     async def upload(self, name: str, text: str) -> None:
-        async with (
-            aiohttp.ClientSession() as session,
-            session.post(f"{self.address}upload?name={name}", data=text.encode()) as response,
-        ):
-            assert response.status < 300, await response.text()
+        await self._ask(f"upload?name={name}", text.encode())
+
+    async def _ask(self, path: str, body: bytes | None = None) -> bytes:
+        def answer() -> bytes:
+            with urlopen(Request(self.address + path, body), timeout=MINUTES) as response:
+                return bytes(response.read())
+
+        return await asyncio.to_thread(answer)
 
 
 @asynccontextmanager
 async def opened(address: str) -> AsyncIterator[Page]:
     """A page of the studio at an address."""
-    async with (
-        aiohttp.ClientSession() as session,
-        session.ws_connect(address + "socket", max_msg_size=0) as socket,
-    ):
-        yield Page(socket, address)
+    host, path = address.removeprefix("http://").split("/", 1)
+    name, port = host.split(":")
+    reader, writer = await asyncio.open_connection(name, int(port), limit=2**26)
+    writer.write(f"GET /{path}events HTTP/1.1\r\nHost: {host}\r\n\r\n".encode())
+    assert b" 200 " in await reader.readline()
+    page = Page(address)
+    listening = asyncio.create_task(page.listen(reader))
+    try:
+        yield page
+    finally:
+        listening.cancel()
+        writer.close()
 
 
 def visit(address: str, story: Callable[[Page], Awaitable[None]]) -> None:

@@ -1,4 +1,4 @@
-/* sources e2fc6cbcdf1acb1fe4a2f2a4c4166d42edd461427b46b0fa99b1ae80a7f8799b */
+/* sources a4fbea35dadf459b3bc1e3e8210404a079a170fabefc539ea7497929db2a5c00 */
 /* Contains Preact:
 The MIT License (MIT)
 

@@ -1,43 +1,35 @@
-/** Web socket to the studio, which reconnects after a loss. */
+/** The studio's messages as a stream of events, which reconnects after a loss; requests as POST, in their order. */
 
 export type Message = { is: string } & Record<string, any>;
 
 export class Wire {
   connected = false;
-  private socket: WebSocket | null = null;
-  private waiting: string[] = [];
-  private delay = 250;
+  private asked: Promise<unknown> = Promise.resolve();
 
   constructor(
     private readonly heard: (message: Message) => void,
     private readonly changed: (connected: boolean) => void,
   ) {
-    this.connect();
+    const events = new EventSource("events");
+    events.onmessage = (event) => heard(JSON.parse(event.data as string) as Message);
+    events.onopen = () => this.turn(true);
+    events.onerror = () => this.turn(false);
   }
 
-  /** Send a message to the studio; without a connection, after the next one. */
+  /** Send a request to the studio, after those before it. */
   say = (does: string, data: object = {}): void => {
-    const text = JSON.stringify({ do: does, ...data });
-    if (this.connected) this.socket!.send(text);
-    else if (this.waiting.length < 100) this.waiting.push(text);
+    const body = JSON.stringify({ do: does, ...data });
+    this.asked = this.asked.then(() => this.ask(body)).catch(() => this.turn(false));
   };
 
-  private connect(): void {
-    const address = new URL("socket", location.href.replace(/#.*$/, ""));
-    address.protocol = location.protocol === "https:" ? "wss:" : "ws:";
-    const socket = (this.socket = new WebSocket(address));
-    socket.onopen = () => {
-      this.connected = true;
-      this.delay = 250;
-      for (const text of this.waiting.splice(0)) socket.send(text);
-      this.changed(true);
-    };
-    socket.onmessage = (event) => this.heard(JSON.parse(event.data as string) as Message);
-    socket.onclose = () => {
-      this.connected = false;
-      this.changed(false);
-      setTimeout(() => this.connect(), this.delay);
-      this.delay = Math.min(5000, this.delay * 2);
-    };
+  private async ask(body: string): Promise<void> {
+    const answer = await fetch("say", { method: "POST", body });
+    const message = answer.ok ? ((await answer.json()) as Message | null) : { is: "refused", message: await answer.text() };
+    if (message !== null) this.heard(message);
+  }
+
+  private turn(connected: boolean): void {
+    this.connected = connected;
+    this.changed(connected);
   }
 }
