@@ -167,9 +167,10 @@ class Server:
             await self.studio.close()
             serving.close()
             if self._connections:
-                await asyncio.wait(self._connections, timeout=1.0)
+                await asyncio.wait(self._connections, timeout=0.5)
             for connection in self._connections:
                 connection.cancel()
+            await asyncio.gather(*self._connections, return_exceptions=True)
 
     def stop(self) -> None:
         """End the server."""
@@ -195,7 +196,11 @@ class Server:
         assert task is not None
         self._connections.add(task)
         try:
-            with suppress(ConnectionError, asyncio.IncompleteReadError, TimeoutError):
+            # A server that ends cancels connections.
+            with suppress(
+                *(ConnectionError, asyncio.IncompleteReadError),
+                *(TimeoutError, asyncio.CancelledError),
+            ):
                 async with asyncio.timeout(PATIENCE):
                     answer = await self._request(reader)
                 writer.write(answer.head + answer.content)
