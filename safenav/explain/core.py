@@ -48,7 +48,6 @@ def find_core(
     members = search.first_failing(_choices(every, task, world, found))
     walls = [m for m in members if _is_wall(m)]
     rest = search.minimal([m for m in members if not _is_wall(m)], walls)
-    walls = search.minimal(walls, rest)
     walls = search.minimal([part for m in walls for part in _split(m)], rest)
     return search.core([*rest, *walls], [part for m in every for part in _split(m)])
 
