@@ -44,16 +44,18 @@ def check_trace(trace: str | Path | Trace | Iterable[str]) -> CheckedTrace:
     a trace."""
     if isinstance(trace, Trace):
         records = (trace.header, *trace.records)
-        return checked("".join(json_line(as_data(r)) for r in records).encode(), trace.source)
+        return checked("".join(json_line(as_data(r)) for r in records).encode(), trace)
     if isinstance(trace, str | Path):
-        return checked(read_content(trace), str(trace))
-    lines = (each if each.endswith("\n") else f"{each}\n" for each in trace)
-    return checked("".join(lines).encode(), "<trace>")
+        content, source = read_content(trace), str(trace)
+    else:
+        lines = (each if each.endswith("\n") else f"{each}\n" for each in trace)
+        content, source = "".join(lines).encode(), "<trace>"
+    return checked(content, read_bytes(content, source))
 
 
-def checked(content: bytes, source: str) -> CheckedTrace:
-    """Check the content of a trace."""
-    trace = read_bytes(content, source)
+def checked(content: bytes, trace: Trace) -> CheckedTrace:
+    """Check the content of a trace that has been read."""
+    source = trace.source
     try:
         found = judge(BytesIO(content))
     except NotATraceError as error:

@@ -309,10 +309,10 @@ def of_trace(file: GivenFile, show_all: bool, partial: bool, with_motion: bool) 
     from safenav.checked_trace import checked
 
     content = file.bytes()
-    found = checked(content, file.source)
+    trace = read_bytes(content, file.source)
+    found = checked(content, trace)
     lines = [*trace_lines(found, show_all, partial)]
-    header = read_bytes(content.partition(b"\n")[0], file.source).header
-    if not with_motion and (formulas := header.scenario.requirements):
+    if not with_motion and (formulas := trace.header.scenario.requirements):
         what = counted(len(formulas), "requirement")
         lines.append(f"Not judged: {what}; give the motion of the run also.")
     good = not found.findings and (found.complete or partial)

@@ -34,7 +34,7 @@ def content(lines: list[Line]) -> bytes:
 def judged(data: bytes) -> CheckedTrace | None:
     """The verdict, or None if the trace was refused with a place that exists."""
     try:
-        return checked(data, "t.jsonl")
+        return checked(data, read_bytes(data, "t.jsonl"))
     except InputError as error:
         assert error.diagnostics
         lines = data.count(b"\n") + 1
