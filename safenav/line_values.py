@@ -26,6 +26,7 @@ _TEXTS = {
 """Keys of texts: for people, formulas, and the map."""
 _TRUTHS = {
     *("active", "again", "aside", "at_once", "cached", "for_now", "inputs", "live", "lossless"),
+    "note",
     *("ordered", "request", "requested", "same", "seen", "together", "traversable", "values"),
     *("verified", "wait"),
 }
@@ -82,6 +83,9 @@ WORDS_OF_LINES: dict[tuple[str, str], set[str]] = {
     ("deadline", "verdict"): {"set", "kept", "late", "excused", "lost"},
     ("outcome", "cause"): _NEEDED,
     ("waiting", "cause"): _NEEDED,
+    ("waiting", "outcome"): {
+        *("operator_needed", "assumption_violated", "search_limit", "time_limit"),
+    },
 }
 """The words of a key that depend on the type of the line."""
 _BY_NAME = {
@@ -130,6 +134,18 @@ def flaws(line: Any, kind: str) -> Iterator[str]:
         yield from _flaws_of_scenario(line.get("scenario"))
     elif kind == "discovered" and isinstance(line.get("obstacle"), dict):
         yield from _flaw_of_name(OBSTACLE, line["obstacle"].get("name"), "an obstacle")
+
+
+def note_flaw(line: dict[str, Any], kind: str, *, fact: bool) -> str:
+    """Return what is wrong with the mark of a line as a note. A fact that is marked would be
+    judged by nobody; a line that is neither might be a fact of another version."""
+    if fact:
+        return f"`{kind}` is a fact, but marked as a note" if "note" in line else ""
+    return (
+        ""
+        if line.get("note") is True
+        else f"`{kind}` is not a known fact, and not marked as a note"
+    )
 
 
 def _expected(key: str, value: Any, kind: str) -> str:

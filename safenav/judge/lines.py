@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 from safenav.judge.formulas import Formulas, UnreadError
-from safenav.line_values import flaws
+from safenav.line_values import flaws, note_flaw
 from safenav.strict_json import read_json
 
 VERSION = 3
@@ -325,12 +325,13 @@ KINDS = {
         "goal": "robot goal:count region:int round:count",
         "assumption": "robot",
         "deadline": "of due:count verdict earliest?:count",
+        "checkpoint": "lines:count",
         "waiting": f"{_ENDS} until?:number",
         "outcome": f"{_ENDS} rounds:counts ticks:count unrealizable?:words late?:names"
         " refused?:refused",
     }.items()
 }
-"""The types of lines that are judged; all others explain."""
+"""The types of facts, which are judged; all other lines are marked as notes, and explain."""
 
 
 class Reader:
@@ -369,7 +370,9 @@ class Reader:
         self.require(first == (kind == "header"), "the header must be the first line, and no other")
         for flaw in flaws(data, kind):
             self.require(False, flaw)
-        if kind not in KINDS:
+        wrong = note_flaw(data, kind, fact=kind in KINDS)
+        self.require(not wrong, wrong)
+        if kind not in KINDS or kind == "checkpoint":  # a state of earlier lines, for `resume`
             return None
         tick, t = data.get("tick", 0 if first else None), data.get("t")
         self.require(type(tick) is int and tick >= 0, "`tick` must be a number of at least 0")

@@ -17,7 +17,7 @@ from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError
 from safenav.file_kind import another_kind
-from safenav.line_values import flaws
+from safenav.line_values import flaws, note_flaw
 from safenav.lines import json_flaw, read_file
 from safenav.strict_json import read_json
 from safenav.trace.fields import WrongError, convert
@@ -39,7 +39,7 @@ from safenav.trace.setting import ObstacleHeader
 
 class Trace(Struct, frozen=True):
     """A whole trace. ``cut_off``: its last line was incomplete (the writer was killed).
-    ``ignored`` counts the lines of types that this version does not know; ``digest``: sha256 of
+    ``ignored`` counts the notes of types that this version does not know; ``digest``: sha256 of
     its file."""
 
     source: str
@@ -182,6 +182,8 @@ class _Reader:
             self._take_header(number, data)
         elif self._header is None and not self._diagnostics:
             self._refuse(number, "the first line must be the header")
+        elif found := note_flaw(data, kind, fact=kind in KINDS and not KINDS[kind].note):
+            self._report(number, found)
         elif kind in KINDS:
             record = self._convert(number, KINDS[kind], data)
             if isinstance(record, Discovered):

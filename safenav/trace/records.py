@@ -36,6 +36,7 @@ class Record(TickLine, frozen=True, kw_only=True):
     file it was read from, from 1 (0: it was not read); that is not part of the line."""
 
     type: ClassVar[str]
+    note: ClassVar[bool] = False
     t: Seconds | None = None
     line: int = 0
 
@@ -48,6 +49,12 @@ class Record(TickLine, frozen=True, kw_only=True):
 
     def __hash__(self) -> int:
         return hash((type(self), self.tick))
+
+
+class Note(Record, frozen=True):
+    """A line that explains: the judge skips it, and it changes nothing. All others are facts."""
+
+    note: ClassVar[bool] = True
 
 
 class Header(Record, frozen=True, tag="header"):
@@ -210,7 +217,7 @@ class Held(Record, frozen=True, tag="hold"):
     signal: Signal | None = None
 
 
-class Late(Record, frozen=True, tag="late"):
+class Late(Note, frozen=True, tag="late"):
     """A report of the world (live) or an intervention that was dropped, and why: ``event`` is its
     kind, ``at`` the time (live, seconds) that it is about."""
 
@@ -232,7 +239,7 @@ class Waiting(Record, frozen=True, tag="waiting"):
     change in the scenario. ``outcome``: the end that it would have; the other fields as in
     ``outcome``."""
 
-    outcome: Outcome
+    outcome: vocabulary.AvertedEnd
     explanation: str
     cause: vocabulary.OperatorCause | None = None
     proof: Proof | None = None
@@ -325,7 +332,7 @@ class Violation(Record, frozen=True, tag="violation"):
     action: str
 
 
-class Backtrack(Record, frozen=True, tag="backtrack"):
+class Backtrack(Note, frozen=True, tag="backtrack"):
     """The region kept or taken instead. ``node``: the strategy's other successor, None where the
     robot keeps the node that it was in."""
 
@@ -429,7 +436,7 @@ class Goal(Record, frozen=True, tag="goal"):
     round: Count
 
 
-class Belief(Record, frozen=True, tag="belief"):
+class Belief(Note, frozen=True, tag="belief"):
     """``robot`` sees ``of`` in the only one of ``regions``, or believes it to be in any. Written
     after its move if that has changed."""
 
@@ -483,7 +490,7 @@ class Checkpoint(Record, frozen=True, tag="checkpoint"):
     run: Mapping[str, object]
 
 
-class Resumed(Record, frozen=True, tag="resumed"):
+class Resumed(Note, frozen=True, tag="resumed"):
     """The run was interrupted, and continues from its last checkpoint."""
 
 

@@ -28,7 +28,7 @@ _OBJECTIVE: Schema = {
 def trace_schema() -> Schema:
     """The schema (draft 2020-12) that every line of a trace meets.
 
-    Lines of other types, and fields that are not named here, are to be ignored by readers; so
+    Notes of other types, and fields that are not named here, are to be ignored by readers; so
     the schema allows them.
     """
     _, definitions = msgspec.json.schema_components(
@@ -36,6 +36,9 @@ def trace_schema() -> Schema:
     )
     for kind in KINDS.values():
         del definitions[kind.__name__]["properties"]["line"]
+        about = definitions[kind.__name__]
+        about["properties"]["note"] = {"const": True} if kind.note else False
+        about["required"] += ["note"] if kind.note else []
     header = definitions["Header"]
     header["required"].remove("tick")
     del header["properties"]["tick"]
@@ -55,6 +58,8 @@ def trace_schema() -> Schema:
         "type": "object",
         "required": ["type"],
         "properties": {"type": {"type": "string"}},
+        "if": {"properties": {"type": {"enum": [*KINDS]}}},
+        "else": {"properties": {"note": {"const": True}}, "required": ["note"]},
         "allOf": lines,
         "$defs": dict(sorted(definitions.items())),
     }

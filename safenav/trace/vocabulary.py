@@ -135,3 +135,12 @@ class OperatorCause(StrEnum):
     """The closure of all that the team can do leaves a robot stuck: see ``proof``."""
     OUT_OF_SERVICE = "out_of_service"
     """Nothing is left to do while robots are out of service."""
+
+
+class AvertedEnd(StrEnum):
+    """An outcome that a change, or an operator, may avert, so that the run waits instead."""
+
+    OPERATOR_NEEDED = "operator_needed"
+    ASSUMPTION_VIOLATED = "assumption_violated"
+    SEARCH_LIMIT = "search_limit"
+    TIME_LIMIT = "time_limit"

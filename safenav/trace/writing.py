@@ -20,6 +20,8 @@ Listener = Callable[[Record], None]
 def as_data(record: Record) -> dict[str, Any]:
     """The record as one JSON object of the trace."""
     data = {"type": record.type, **plain(record)}
+    if record.note:
+        data["note"] = True
     if isinstance(record, Header):
         del data["tick"]
     return data

@@ -112,7 +112,7 @@ def lost() -> list[Line]:
     s.at(4).add("service", robot="a", active=False, cause="world")
     s.arrive("a", "lost", at=7, regions=[7, 8]).hold("a", "service").depart("b", 9)
     s.at(5).arrive("b").goal("b", 0, 1)
-    s.at(5).add("waiting", outcome="assumption_violated", explanation="a is out of service")
+    s.at(5).add("waiting", outcome="search_limit", explanation="a is out of service")
     s.hold("b", "operator")
     s.at(9).add("operator", intervention="put_back", robot="a", region=7, heading=None)
     s.add("service", robot="a", active=True, cause="user").at(9).depart("a", 8)
@@ -126,7 +126,7 @@ def put_on_target() -> list[Line]:
     a = robot("ground", [], 7, {"visit": [8]})
     s = Live({"a": a, "b": robot("ground", [], 10, {"visit": [10]})}, [], "external")
     s.at(0).hold("a", "strategy").hold("b", "strategy").goal("b", 0, 1)
-    s.at(1).add("waiting", outcome="assumption_violated", explanation="nobody can say why")
+    s.at(1).add("waiting", outcome="search_limit", explanation="nobody can say why")
     s.at(2).add("operator", intervention="put_back", robot="a", region=8, heading=None)
     s.position["a"] = 8
     s.synthesize("service", "b").goal("a", 0, 1)
@@ -277,7 +277,7 @@ def met_meanwhile() -> list[Line]:
 def met_while_waiting() -> list[Line]:
     """A robot meets an obstacle while the team waits; the request follows what an operator does."""
     s = _before_a_door().depart("cart", 14).at(1)
-    s.add("waiting", outcome="assumption_violated", explanation="nobody can say why")
+    s.add("waiting", outcome="search_limit", explanation="nobody can say why")
     s.hold("digit", "operator").at(2).arrive("quad", "blocked")
     _meets(s, "quad", 8)
     s.hold("quad", "operator").at(3).at(4).arrive("cart").at(5).hold("cart", "operator")

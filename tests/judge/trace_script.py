@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, Self
 
 Line = dict[str, Any]
+NOTES = {"late", "backtrack", "belief", "resumed"}
 WAYS = {"north": (-1, 0), "east": (0, 1), "south": (1, 0), "west": (0, -1)}
 
 
@@ -99,7 +100,8 @@ class Script:
         self.synthesize("initial", *robots)
 
     def add(self, kind: str, **fields: Any) -> Self:
-        self.lines.append({"type": kind, "tick": self.tick, **copy.deepcopy(fields)})
+        note = {"note": True} if kind in NOTES else {}
+        self.lines.append({"type": kind, "tick": self.tick, **note, **copy.deepcopy(fields)})
         return self
 
     def synthesize(

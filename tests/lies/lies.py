@@ -213,6 +213,28 @@ def perfect(lines: list[Line]) -> None:
     lines[-1]["outcome"] = "perfect"
 
 
+def unseen(lines: list[Line]) -> None:
+    """The goals are marked as notes, which no one judges."""
+    for line in lines:
+        if line["type"] == "goal":
+            line["note"] = True
+
+
+def unknown(lines: list[Line]) -> None:
+    lines.insert(-1, {"type": "teleport", "tick": lines[-1]["tick"], "robot": "q", "to": 9})
+
+
+def waits(outcome: str, **fields: str) -> Callable[[list[Line]], None]:
+    """A run that is completed in the end waits in its middle, with an outcome that is untrue."""
+
+    def forge(lines: list[Line]) -> None:
+        at = first(lines, "move")
+        about = {"tick": lines[at]["tick"], "outcome": outcome, "explanation": "it is so"}
+        lines.insert(at + 1, {"type": "waiting", **about, **fields})
+
+    return forge
+
+
 def corridor() -> Path:
     return bundle_at("corridor", CORRIDOR)
 
@@ -287,4 +309,13 @@ LIES: dict[str, Lie] = {
     ),
     "16": Lie("a robot that drives is a wall", one_alone, without_the_other, (BUNDLE,)),
     "17": Lie("a word of the forger's own", corridor, retold(perfect)),
+    "18": Lie("facts that are marked as notes", corridor, retold(unseen)),
+    "19": Lie("a fact that no rule knows", corridor, retold(unknown)),
+    "20": Lie("completed, and not yet", corridor, retold(waits("completed"))),
+    "21": Lie("others broke an assumption", corridor, retold(waits("assumption_violated"))),
+    "22": Lie(
+        "robots wait for an operator, and need none",
+        corridor,
+        retold(waits("operator_needed", cause="deadlock")),
+    ),
 }

@@ -115,7 +115,7 @@ def watched(lines: Lines, vision: float, side: int = 5) -> Lines:
             if other != robot and known.get((robot, other)) != belief:
                 known[robot, other] = belief
                 about = {"of": other, "seen": seen, "regions": belief[1]}
-                told.append({"type": "belief", "tick": tick, "robot": robot, **about})
+                told.append({"type": "belief", "note": True, "tick": tick, "robot": robot, **about})
     return told
 
 

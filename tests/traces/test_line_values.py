@@ -48,8 +48,8 @@ def test_the_words_are_those_of_the_records() -> None:
         assert (WORDS_OF_LINES.get((line, key)) or WORDS[key]) == words, f"{key} of {line}"
 
 
-OTHER_KEYS = {"always", "init", "liveness", "safety", "targets"}
-"""Keys of formulas, and the targets of an objective, whose key is its kind."""
+OTHER_KEYS = {"always", "init", "liveness", "note", "safety", "targets"}
+"""Keys of formulas, the mark of notes, and the targets of an objective, whose key is its kind."""
 
 
 def keys_of(kind: Any, seen: set[Any]) -> Iterator[str]:

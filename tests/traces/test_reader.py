@@ -46,9 +46,9 @@ def test_equal_objectives_are_equal_however_they_are_spelled() -> None:
     assert push.objectives == other.objectives
 
 
-def test_unknown_types_and_fields_are_ignored() -> None:
+def test_unknown_notes_and_fields_are_ignored() -> None:
     lines = GOOD["door"]()
-    insert_after("move", {}, type="battery", robot="quad", percent=[1])(lines)
+    insert_after("move", {}, type="battery", note=True, robot="quad", percent=[1])(lines)
     edit("move", {}, speed=3)(lines)
     trace = read_lines(text(lines))
     assert trace.ignored == 1

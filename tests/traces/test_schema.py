@@ -13,6 +13,7 @@ from click.testing import CliRunner
 from jsonschema import Draft202012Validator
 
 from safenav.cli.new import new as command
+from safenav.judge import lines
 from safenav.outcome import Outcome, Verdict
 from safenav.trace import records, setting, vocabulary
 from safenav.trace.fields import entries
@@ -86,7 +87,7 @@ def row(name: str, kind: Any) -> tuple[str, str, str]:
         .replace("None", "null")
         .replace(" (docs/motion.md)", "")
     )
-    return f"`{name}`", both, text
+    return f"`{name}`", both, "Note. " + text if getattr(kind, "note", False) else text
 
 
 def reference() -> dict[str, str]:
@@ -120,3 +121,16 @@ def test_the_reference_is_that_of_the_records() -> None:
         (DOCS / "trace.schema.json").write_text(schema_text())
     else:
         assert page == text, "make golden"
+
+
+def test_the_judge_judges_what_is_no_note() -> None:
+    facts = {name for name, kind in records.KINDS.items() if not kind.note}
+    assert facts == {*lines.KINDS} and len(facts) < len(records.KINDS)
+
+
+@pytest.mark.parametrize("kind", records.KINDS)
+def test_a_fact_with_the_mark_of_notes_violates_the_schema(kind: str) -> None:
+    validator = Draft202012Validator(trace_schema())
+    line = next(as_data(r) for r in examples(0) if r.type == kind)
+    note = line.pop("note", None)
+    assert list(validator.iter_errors(line if note else line | {"note": True}))

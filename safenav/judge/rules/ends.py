@@ -174,6 +174,13 @@ def later_change(e: Line, s: State) -> float | None:
     return None if s.external else min(times, default=None)
 
 
+@rule("waiting")
+def awaited(e: Line, s: State) -> Iterator[str]:
+    """A run that waits because others have violated an assumption records that."""
+    if e.outcome == "assumption_violated" and not s.assumptions:
+        yield "no line records a violated assumption"
+
+
 @rule("outcome", "waiting")
 def negative(e: Line, s: State) -> Iterator[str]:
     """A run that needs an operator proves that no sequence of moves completes the mission, and the

@@ -37,6 +37,7 @@ from safenav.trace.proofs import Proof
 from safenav.trace.told_objective import objective_in_trace
 from safenav.trace.vocabulary import (
     ActResult,
+    AvertedEnd,
     BlockReason,
     ChangeCause,
     OperatorCause,
@@ -549,7 +550,9 @@ class Recorder:
             self.waited = (until,)
             cause = None if end.cause is None else OperatorCause(end.cause)
             self.emit(
-                records.Waiting(self.tick, Outcome(end.outcome), end.why, cause, end.proof, until)
+                records.Waiting(
+                    self.tick, AvertedEnd(end.outcome), end.why, cause, end.proof, until
+                )
             )
 
     def ends(self, state: State, end: End, answers: Answers, seconds: float) -> records.End:
