@@ -286,8 +286,8 @@ def _settled(
 
 
 def _whoever(found: Refutation, out: Collection[int]) -> Closure | None:
-    """The closure of the whole team, if a robot in service cannot continue whoever is in service;
-    those that are ``out`` need not."""
+    """The closure of the whole team, if a robot in service cannot continue
+    with any robots in service; those that are ``out`` need not."""
     if not isinstance(found, Closure):
         return None
     live = tuple(live or i in out for i, live in enumerate(found.live))
