@@ -140,7 +140,8 @@ def test_a_hostile_checkpoint_is_refused_or_resumed(tmp_path: Path) -> None:
     lines = path.read_text().splitlines()
     at = next(n for n, line in enumerate(lines) if json.loads(line)["type"] == "checkpoint")
     draw, refused = random.Random(1), 0
-    every = [*places(json.loads(lines[at])["run"])]
+    run = json.loads(lines[at])["run"]
+    every = [place for place in places(run) if place[0] != "scenario"]  # the file's is resumed
     for place in draw.sample(every, 60):
         data = json.loads(lines[at])
         changed(data["run"], place, draw.choice([-1, 7, 10**30, None, "x", [], {}, True, 0.5]))
@@ -154,7 +155,7 @@ def test_a_hostile_checkpoint_is_refused_or_resumed(tmp_path: Path) -> None:
                     mission.step()
         except (UsageError, InputError):
             refused += 1
-    assert refused > 20
+    assert refused > 30
 
 
 def places(data: Any, before: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:

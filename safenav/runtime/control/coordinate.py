@@ -237,7 +237,7 @@ def _settled(
             never = infeasible(plain, here, around(floor, poses, stages), found.proof)
         elif len(out) == len(poses) or any(Solver(n.floor).feasible(n) for n in (all_, rest)):
             never = _without(team, state, out)  # only its absence stops the others
-        elif (lame := _whoever(refute(all_), out)) is not None:
+        elif (lame := _whole_team(refute(all_), out)) is not None:
             never = infeasible(plain, here, all_, lame)
         else:
             never = infeasible(plain, here, rest, refute(rest))
@@ -285,9 +285,9 @@ def _settled(
     return Control(None, found, roles, tuple(controllers), proofs, tuple(new), end)
 
 
-def _whoever(found: Refutation, out: Collection[int]) -> Closure | None:
-    """The closure of the whole team, if a robot in service cannot continue
-    with any robots in service; those that are ``out`` need not."""
+def _whole_team(found: Refutation, out: Collection[int]) -> Closure | None:
+    """The closure of the whole team, if a robot in service cannot continue with all of them;
+    those that are ``out`` need not."""
     if not isinstance(found, Closure):
         return None
     live = tuple(live or i in out for i, live in enumerate(found.live))
