@@ -272,7 +272,7 @@ class ObstacleChange(Record, frozen=True):
 
 class Appeared(ObstacleChange, frozen=True, tag="appeared"):
     """An obstacle is there from now on. ``cause``: ``user`` for a change of a running world,
-    ``battery`` for an empty one."""
+    ``battery`` for an empty one, ``world`` if a sensor shows a resolved one again."""
 
 
 class Ordered(ObstacleChange, frozen=True, tag="order"):
