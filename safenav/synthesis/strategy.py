@@ -166,6 +166,13 @@ class Strategy(Struct, frozen=True, eq=False, dict=True):
             return ()
         return tuple(n for n in self.transitions[node] if self._agrees(n, wanted))
 
+    def nodes_with(self, values: Mapping[str, int]) -> tuple[int, ...]:
+        """Return the nodes that agree with the given values of some or all variables."""
+        wanted = self._wanted(values)
+        if wanted is None:
+            return ()
+        return tuple(n for n in range(len(self.states)) if self._agrees(n, wanted))
+
     def _wanted(
         self, values: Mapping[str, int], owner: Owner | None = None
     ) -> list[tuple[int, int]] | None:

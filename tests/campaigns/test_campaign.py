@@ -6,7 +6,6 @@ take longer, a fifth), from ``SAFENAV_FUZZ_FIRST`` on. ``python -m campaigns`` s
 
 import os
 from collections.abc import Callable
-from typing import Any
 
 import pytest
 
@@ -44,20 +43,8 @@ BOUNDED: list[tuple[str, str, int]] = [
     ("mixed", "live kill", 6),
     ("mixed", "live certified", 6),
 ]
-OPEN = {
-    ("tracked", "", 21): "see the case acts_while_the_robot_that_it_tracks_moves",
-}
-"""Findings that are known and not mended."""
-
-
-def case(family: str, switches: str, seed: int) -> Any:
-    why = OPEN.get((family, switches, seed))
-    marks = [] if why is None else [pytest.mark.xfail(reason=why, strict=True)]
-    return pytest.param(family, switches, seed, marks=marks)
-
-
 ALL = [
-    case(family, switches, seed)
+    (family, switches, seed)
     for family, switches, bounded in BOUNDED
     for seed in range(FIRST, FIRST + (WANTED // (5 if "crowd" in family else 1) or bounded))
 ]

@@ -161,11 +161,14 @@ def test_without_numpy_a_map_file_is_refused_with_what_to_install(
     assert "pip install 'numpy>=1.26' 'pillow>=10'" in done.stderr
 
 
-def test_the_classifiers_are_the_pythons_that_the_workflow_tests() -> None:
+def test_the_classifiers_are_the_pythons_that_the_workflows_test() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     named = {text.rsplit(" ", 1)[1] for text in project["classifiers"] if ":: 3." in text}
-    workflow = yaml.safe_load((ROOT / ".github/workflows/test.yml").read_text(encoding="utf-8"))
-    assert named == set(workflow["jobs"]["test"]["strategy"]["matrix"]["python"])
+    every = (ROOT / ".github/workflows" / f"{name}.yml" for name in ("test", "nightly"))
+    test, nightly = (yaml.safe_load(file.read_text(encoding="utf-8"))["jobs"] for file in every)
+    setups = [step for step in test["test"]["steps"] if "python-version" in step.get("with", {})]
+    others = nightly["pythons"]["strategy"]["matrix"]["python"]
+    assert named == {*others, *(step["with"]["python-version"] for step in setups)}
 
 
 def test_the_citation_names_the_version_and_the_paper() -> None:

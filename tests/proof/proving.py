@@ -7,7 +7,6 @@ import subprocess
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -86,9 +85,8 @@ class Case:
             if self.counter:
                 never = bytes(count)
                 wanted = [*((met, []) for met in fair), (never, goals)]
-            graph: Any = SimpleNamespace(first=range(len(strategy.states)))
             for (met, excuses), each in zip(wanted, self.measures["measures"], strict=True):
-                check_measure(graph, edges, "a goal", [*met], [[*e] for e in excuses], each)
+                check_measure(edges, "a goal", [*met], [[*e] for e in excuses], each)
         except Exception as reason:  # as check.py does: a file is not as documented
             return str(reason) or repr(reason)
         return ""

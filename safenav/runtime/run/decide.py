@@ -104,6 +104,17 @@ def _successors(team: Team, state: State, control: Control, i: int) -> list[Prop
     return found
 
 
+def node_while_staying(team: Team, state: State, control: Control, i: int) -> int | None:
+    """The node of a strategy that tracks others, for a robot that stays although its strategy
+    decides nothing: as before, with what the robot observes now. None: the node before."""
+    controller, robot = (control.controllers or (None,) * (i + 1))[i], state.robots[i]
+    strategy = None if controller is None else controller.result.strategy
+    if strategy is None or controller is None or robot.node is None or not controller.task.observed:
+        return None
+    now = strategy.values(robot.node) | heard(team, state, i, controller.task)
+    return next(iter(strategy.nodes_with(now)), None)
+
+
 def broken(team: Team, state: State, control: Control, i: int) -> tuple[str, ...]:
     """The assumptions of a robot's strategy that its observations violate, if the strategy has no
     successor for them."""

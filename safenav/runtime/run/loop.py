@@ -26,7 +26,15 @@ from safenav.runtime.control.coordinate import Control, coordinate, is_complete
 from safenav.runtime.control.ends import End, completed, what_is_left
 from safenav.runtime.control.observing import looked
 from safenav.runtime.run.checkpoint import Moment, Resumption
-from safenav.runtime.run.decide import Proposal, broken, closing, continues, others, propose
+from safenav.runtime.run.decide import (
+    Proposal,
+    broken,
+    closing,
+    continues,
+    node_while_staying,
+    others,
+    propose,
+)
 from safenav.runtime.run.record import Recorder
 from safenav.runtime.run.refusal import refusal_of
 from safenav.runtime.run.world import World
@@ -202,7 +210,10 @@ class Run:
     def take(self, i: int, step: Proposal) -> None:
         if step.pose == self.state.robots[i].pose:
             why = "operator" if self.recorder.waited is not None else step.why
-            stays = now.Stayed(i, step.by, step.node, why, step.values, self.world.ticks)
+            node = step.node
+            if node is None:
+                node = node_while_staying(self.team, self.state, self.control, i)
+            stays = now.Stayed(i, step.by, node, why, step.values, self.world.ticks)
             events = self.world.stay(self, stays)
         else:
             events = self.world.start(self, i, step)
