@@ -1,10 +1,9 @@
-"""Running the checker as a reviewer would: separately, with only Python's standard library."""
+"""The verdict on a bundle: that of its checker, and the comparison of its source."""
 
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
+import zipfile
 from collections.abc import Mapping
 from enum import StrEnum
 from pathlib import Path
@@ -15,17 +14,7 @@ from msgspec.structs import replace
 
 from safenav.certify.sources import difference
 from safenav.errors import UsageError
-from safenav.judge.bundle.check import SOURCE, UNCOMPARED, open_bundle
-from safenav.synthesis.process import die_with_parent
-
-ROOT = Path(__file__).parents[2]
-PROGRAM = f"""
-import sys
-sys.dont_write_bytecode = True
-sys.path.insert(0, {str(ROOT)!r})
-from safenav.judge.bundle.check import main
-sys.exit(main())
-"""
+from safenav.judge.bundle.check import SOURCE, UNCOMPARED, check, open_bundle
 
 
 class Acceptance(StrEnum):
@@ -50,17 +39,15 @@ class BundleVerdict(Struct, frozen=True):
         return self.result is Acceptance.ACCEPTED
 
 
-_JUDGED = (0, 1, 3)
-
-
 def check_bundle(bundle: Path) -> BundleVerdict:
     """Check a bundle with the installed checker (not the copy in the bundle), and read its source
     again. Raises UsageError if it is not a bundle."""
-    command = [sys.executable, "-I", "-S", "-c", PROGRAM, str(bundle), "--json"]
-    done = subprocess.run(die_with_parent(command), capture_output=True, text=True, check=False)
-    if done.returncode not in _JUDGED:
-        raise UsageError((done.stdout + done.stderr).strip().splitlines()[-1])
-    return compared(bundle, verdict_of(json.loads(done.stdout)))
+    if not (bundle / "manifest.json").is_file() and not zipfile.is_zipfile(bundle):
+        what = "a folder with a manifest.json, or a .zip of one"
+        raise UsageError(f"{bundle} is not a bundle: {what}")
+    verdict, reason, claims, left = check(bundle)
+    found = BundleVerdict(Acceptance(verdict), reason, tuple(claims), tuple(left))
+    return compared(bundle, found)
 
 
 def compared(bundle: Path, verdict: BundleVerdict) -> BundleVerdict:
@@ -75,8 +62,3 @@ def compared(bundle: Path, verdict: BundleVerdict) -> BundleVerdict:
         return BundleVerdict(Acceptance.REFUSED, reason, ())
     left = tuple(each for each in verdict.not_compared if each != UNCOMPARED[SOURCE])
     return replace(verdict, not_compared=left)
-
-
-def verdict_of(said: Mapping[str, Any]) -> BundleVerdict:
-    claims, left = tuple(said["claims"]), tuple(said["not_compared"])
-    return BundleVerdict(Acceptance(said["verdict"]), said["reason"], claims, left)

@@ -15,7 +15,6 @@ from children import ran
 from once import SCENARIOS, made_once
 from runtime.played import whole
 from safenav.certify.bundle import programs, write_files
-from safenav.certify.check import BundleVerdict, compared, verdict_of
 from safenav.certify.evidence import proofs_of
 from safenav.certify.record import bundle_of_run
 from safenav.judge.bundle import check as checker
@@ -176,10 +175,3 @@ def judged(bundle: Path) -> tuple[int, str]:
             status = checker.main()
         out.flush()
         return status, out.buffer.getvalue().decode()  # type: ignore[attr-defined]
-
-
-def checked(bundle: Path) -> BundleVerdict:
-    """``check_bundle`` without a process of its own: bundles are made by the hundred."""
-    verdict, reason, claims, left = checker.check(bundle)
-    said = {"verdict": verdict, "reason": reason, "claims": claims, "not_compared": left}
-    return compared(bundle, verdict_of(json.loads(json.dumps(said))))

@@ -15,19 +15,10 @@ from typing import TYPE_CHECKING
 import pytest
 
 import warm
-from certify.making import (
-    SCENARIOS,
-    bundle_at,
-    checked,
-    files_of,
-    judged,
-    rewrite,
-    run_checker,
-    shipped,
-)
+from certify.making import SCENARIOS, bundle_at, files_of, judged, rewrite, run_checker, shipped
 from runtime.played import whole
 from safenav.certify import bundle as writing
-from safenav.certify.check import Acceptance
+from safenav.certify.check import Acceptance, check_bundle
 from safenav.certify.record import bundle_of_run
 from safenav.errors import UsageError
 from safenav.trace.looks import labels, looks
@@ -170,7 +161,7 @@ def test_a_file_that_no_claim_needs_is_refused(name: str, tmp_path: Path) -> Non
     with zipfile.ZipFile(packed, "w") as archive:
         for each, data in (files | {"manifest.json": json.dumps(manifest).encode()}).items():
             archive.writestr(each, data)
-    verdict = checked(packed)
+    verdict = check_bundle(packed)
     assert verdict.result is Acceptance.REFUSED
     assert f"{name} is not a file of this bundle" in verdict.reason
 
@@ -278,7 +269,7 @@ class Links(HTMLParser):
 def test_each_claim_leads_to_its_evidence_in_two_clicks() -> None:
     bundle = shipped("case_study_3")
     page = Links((bundle / "index.html").read_text())
-    assert {claim["id"] for claim in checked(bundle).claims} <= page.ids
+    assert {claim["id"] for claim in check_bundle(bundle).claims} <= page.ids
     for link in page.links:
         if link.startswith("#"):
             assert link[1:] in page.ids, link
@@ -323,7 +314,7 @@ def test_the_page_begins_with_a_summary_and_groups_the_claims() -> None:
     assert groups[:2] == ["Run", "Strategies"]
     assert len(set(groups)) == len(groups)
     assert "This page is outside the proof" in plain(page)
-    for claim in checked(shipped("case_study_3")).claims:
+    for claim in check_bundle(shipped("case_study_3")).claims:
         assert claim["id"] not in plain(page)
         assert page.count(f'<li id="{claim["id"]}">') == 1
 
@@ -332,7 +323,7 @@ def test_the_page_begins_with_a_summary_and_groups_the_claims() -> None:
     ("name", "often"), [("case_study_1", "2 times after"), ("beam", "once after")]
 )
 def test_the_end_is_claimed_with_its_rounds(name: str, often: str) -> None:
-    (end,) = (c["text"] for c in checked(shipped(name)).claims if "completed" in c["text"])
+    (end,) = (c["text"] for c in check_bundle(shipped(name)).claims if "completed" in c["text"])
     assert f"every robot has met its objective {often} the last resolution" in end
 
 

@@ -7,9 +7,10 @@ from typing import Any
 
 import pytest
 
-from certify.making import Files, checked, files_of, rewrite, shipped
+from certify.making import Files, files_of, rewrite, shipped
 from certify.mutants import lines_of, renamed, with_lines
 from lies.forging import ends, first
+from safenav.certify.check import check_bundle
 
 Line = dict[str, Any]
 Tamper = Callable[[list[Line]], None]
@@ -182,7 +183,7 @@ def test_what_is_tampered_with_is_refused(name: str, tamper: Tamper, tmp_path: P
     assert json.dumps(lines) != before
     files = with_lines(files_of(bundle), lines)
     files = {path: data for path, data in files.items() if not path.startswith("source/")}
-    verdict = checked(rewrite(bundle, files, tmp_path / "bundle"))
+    verdict = check_bundle(rewrite(bundle, files, tmp_path / "bundle"))
     assert not verdict.accepted
     assert verdict.reason and not verdict.claims
 
@@ -235,4 +236,4 @@ def test_a_file_that_was_tampered_with_is_refused(what: str, tmp_path: Path) -> 
     files = FILES[what](files_of(bundle))
     assert files != files_of(bundle)
     prove = what.startswith("a strategy")
-    assert not checked(rewrite(bundle, files, tmp_path / "bundle", prove=prove)).accepted
+    assert not check_bundle(rewrite(bundle, files, tmp_path / "bundle", prove=prove)).accepted

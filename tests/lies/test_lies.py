@@ -4,9 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from certify.making import Files, bundle_at, checked, files_of, rewrite, run_checker
+from certify.making import Files, bundle_at, files_of, rewrite, run_checker
 from lies.forging import retold
 from lies.lies import BUNDLE, FORMULAS, LIES, TRACE, code
+from safenav.certify.check import check_bundle
 from safenav.judge.engine import judge
 from safenav.judge.lines import NotATraceError
 
@@ -20,7 +21,7 @@ CASES = [
 def believed(who: str, bundle: Path, files: Files, target: Path) -> bool:
     """Whether a checker accepts these files, with the claims that it establishes itself."""
     if who == BUNDLE:
-        return checked(rewrite(bundle, files, target)).accepted
+        return check_bundle(rewrite(bundle, files, target)).accepted
     try:
         judged = judge(files["trace.jsonl"].splitlines(keepends=True))
     except NotATraceError:

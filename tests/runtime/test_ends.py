@@ -34,14 +34,13 @@ from safenav.runtime.worlds.truth import SimulatedWorld
 SimulatedWorld.move = lambda *_: pathlib.Path({!r}).touch() or time.sleep(900)
 """
 """A world in which the first move never ends; it leaves a file."""
-CHECKS = '''
-import safenav.certify.check
-safenav.certify.check.PROGRAM = """
+CHECKS = """
 import os, pathlib, time
-pathlib.Path({!r}).write_text(str(os.getpid()))
-time.sleep(900)
+import safenav.certify.check
+safenav.certify.check.check = lambda *_: (
+    pathlib.Path({!r}).write_text(str(os.getpid())) and time.sleep(900)
+)
 """
-'''
 """A check of a bundle that never ends; its process leaves its number."""
 UNSURE = """
 import time
