@@ -75,7 +75,7 @@ class Enemy:
         files = dict(files)
         traces = [name for name in files if name == "trace.jsonl"]
         others = [name for name in files if name.startswith(("strategies/", "proofs/"))]
-        name = self.rng.choice(traces * len(others) + others)
+        name = self.rng.choice(traces * max(1, len(others)) + others)
         if name == "trace.jsonl":
             files[name] = self.lines([json.loads(line) for line in files[name].splitlines()])
             return files
@@ -189,7 +189,7 @@ class Enemy:
         for hole, value in raw.items():
             shown = json.dumps(hole)
             text = text.replace(f"{shown}: 0", value) if ": " in value else text
-            text = text.replace(shown, value)
+            text = text.replace(shown, value, 1 + 5_000_000 // max(1, len(value)))
         return text
 
     def _bytes(self, lines: list[str]) -> bytes:
