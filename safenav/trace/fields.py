@@ -37,6 +37,8 @@ def convert(kind: Any, value: object) -> Any:
         return msgspec.convert(value, kind, dec_hook=_objective)
     except msgspec.ValidationError as error:
         raise WrongError(_sentence(str(error))) from None
+    except UnicodeEncodeError:
+        raise WrongError("a string has half of a character (a lone surrogate)") from None
 
 
 def _sentence(error: str) -> str:

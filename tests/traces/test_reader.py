@@ -8,8 +8,9 @@ from judge.good_traces import GOOD
 from judge.trace_script import Line, edit, find, insert_after, text
 from safenav.errors import Diagnostic, InputError
 from safenav.outcome import Outcome
+from safenav.trace.fields import WrongError, convert
 from safenav.trace.reading import read_bytes, read_lines, read_trace
-from safenav.trace.records import Move, Push, Resolved
+from safenav.trace.records import Move, Push, Reopened, Resolved
 
 
 def refused(lines: list[str]) -> tuple[Diagnostic, ...]:
@@ -161,3 +162,8 @@ def test_another_version_is_refused() -> None:
 def test_a_missing_trace_file_is_reported(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be read"):
         read_trace(tmp_path / "none.jsonl")
+
+
+def test_half_of_a_character_is_refused() -> None:
+    with pytest.raises(WrongError, match="half of a character"):
+        convert(Reopened, {"tick": 0, "obstacle": "\ud800"})

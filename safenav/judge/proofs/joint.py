@@ -272,6 +272,10 @@ def _performed(one: Open, at: dict[str, int], full: frozenset[str] | None) -> Op
 def _met(own: Goals, pose: Any, left: Left) -> Left:
     goals, covered = left  # in order: the next goal
     count = len(own.targets)
+    if goals and all(pose in target for target in own.targets):  # it meets all rounds here
+        after = max(covered, 0) + goals
+        then = min(after, count - 1) if own.ends else after % count
+        return 0, then if own.in_order else 0
     if own.in_order:
         if covered == EITHER:
             covered = next((k for k, t in enumerate(own.targets) if pose in t), EITHER)
