@@ -10,7 +10,7 @@ from safenav.errors import Diagnostic, InputError
 from safenav.outcome import Outcome
 from safenav.trace.fields import WrongError, convert
 from safenav.trace.reading import read_bytes, read_lines, read_trace
-from safenav.trace.records import Move, Push, Reopened, Resolved
+from safenav.trace.records import Gone, Move, Push, Resolved
 
 
 def refused(lines: list[str]) -> tuple[Diagnostic, ...]:
@@ -166,4 +166,4 @@ def test_a_missing_trace_file_is_reported(tmp_path: Path) -> None:
 
 def test_half_of_a_character_is_refused() -> None:
     with pytest.raises(WrongError, match="half of a character"):
-        convert(Reopened, {"tick": 0, "obstacle": "\ud800"})
+        convert(Gone, {"tick": 0, "obstacle": "door@1", "cause": "\ud800"})
