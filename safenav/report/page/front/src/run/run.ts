@@ -192,8 +192,8 @@ export function at<T extends [number, ...unknown[]]>(changes: readonly T[], tick
 export function aimAt(run: Run, robot: Robot, tick: number): { region: number; tick: number } {
   const until = robot.tasks.find(([from]) => from > tick)?.[0] ?? run.last;
   const targets = at(robot.tasks, tick)[2];
-  const next = robot.progress.find(([from, , reached]) => from > tick && targets.includes(reached));
-  if (next !== undefined) return { region: next[2], tick: Math.min(next[0], until) };
+  const next = robot.progress.find(([from, , reached]) => from > tick && from <= until && targets.includes(reached));
+  if (next !== undefined) return { region: next[2], tick: next[0] };
   const there = robot.path[until]!;
   return { region: targets.includes(there) ? there : targets.length === 1 ? targets[0]! : -1, tick: until };
 }
