@@ -59,7 +59,6 @@ class Pool:
         self._threads.shutdown(wait=False, cancel_futures=True)
         leave(self.batch)
         self._threads.shutdown()
-        leave(self.batch)
 
     def _begin(self, case: Case) -> Any:
         return self._threads.submit(run_case, self.batch, case, self.conditions)

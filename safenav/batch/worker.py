@@ -45,14 +45,18 @@ _lock = threading.Lock()
 _idle: dict[str, list[Worker]] = defaultdict(list)
 _busy: dict[str, set[Worker]] = defaultdict(set)
 """Workers on this machine by batch, since several batches may share a cluster."""
+_ended: set[str] = set()
+"""Batches that no longer get a worker here: a thread may take a case while its batch ends."""
 
 
 def run_case(batch: str, case: Case, conditions: Conditions) -> tuple[Result, bytes]:
     """Return the result of a case, and its trace if that is wanted and the case failed.
 
-    Raises SafenavError if no process can be started here.
+    Raises SafenavError if no process can be started here, or if the batch has ended here.
     """
     with _lock:
+        if batch in _ended:
+            raise SafenavError("the batch has ended")
         worker = _idle[batch].pop() if _idle[batch] else Worker()
         _busy[batch].add(worker)
     trace, content = None, b""
@@ -80,8 +84,9 @@ def running(batch: str) -> list[tuple[str, float]]:
 
 
 def leave(batch: str) -> None:
-    """End all processes of a batch that has ended."""
+    """End all processes of a batch that has ended, for good."""
     with _lock:
+        _ended.add(batch)
         workers = [*_idle.pop(batch, []), *_busy.pop(batch, ())]
     for worker in workers:
         worker.send(signal.SIGTERM)

@@ -14,7 +14,10 @@ from msgspec.structs import replace
 from batch.made_scenarios import SlugsLog, Write
 from batch.running import SAFENAV, environment, safenav, started, wait_until
 from children import ran
-from safenav.batch.case import file_name
+from safenav.batch.case import Conditions, file_name
+from safenav.batch.search import find_cases
+from safenav.batch.worker import leave, run_case
+from safenav.errors import SafenavError
 from safenav.synthesis.cache import Cache
 
 pytestmark = pytest.mark.usefixtures("slugs")
@@ -170,6 +173,17 @@ def test_an_interrupted_batch_is_resumed_where_it_was(
     )
     assert len(slugs.pids) == 8 - len(done)
     assert len(state.read_text().splitlines()) == 8
+
+
+def test_no_case_begins_in_a_batch_that_has_ended(write: Write, slugs: SlugsLog) -> None:
+    """A thread that had taken the next case started a new process for it, and the end of the batch
+    waited for that."""
+    write("a.yaml", "sleeper")
+    (case,) = find_cases(["a.yaml"]).cases
+    leave("interrupted")
+    with pytest.raises(SafenavError, match="the batch has ended"):
+        run_case("interrupted", case, Conditions(600.0, None, False))
+    assert not slugs.pids
 
 
 def test_a_terminal_shows_the_progress_of_a_batch(write: Write) -> None:
