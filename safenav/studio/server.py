@@ -13,6 +13,7 @@ from __future__ import annotations
 import asyncio
 import hmac
 import json
+import re
 import resource
 import secrets
 import socket
@@ -87,7 +88,7 @@ class Guard(Struct, frozen=True):
         length = (
             "unknown" if headers.get("Transfer-Encoding") else headers.get("Content-Length", "0")
         )
-        if not length.isdigit() or int(length) > UPLOAD:
+        if not re.fullmatch("[0-9]{1,18}", length) or int(length) > UPLOAD:
             return 413, f"that is too large: at most {UPLOAD // 1_000_000} MB"
         return None
 
@@ -250,7 +251,7 @@ class Server:
         file, content, kind = made
         if path == "save/3d":  # shown as a page of its own
             return Answer(200, content, kind, {"Content-Security-Policy": APART})
-        name = PurePath(file).name.encode("ascii", "replace").decode().replace('"', "_")
+        name = re.sub(r"[^ !#-~]", "_", PurePath(file).name)
         headers = {"Content-Disposition": f'attachment; filename="{name}"'}
         return Answer(200, content, kind, headers)
 

@@ -28,6 +28,8 @@ OURS = {"Host": "127.0.0.1:7246"}
         ("/secret/", {**OURS, "Sec-Fetch-Site": "cross-site"}, 403),
         ("/secret/upload", {**OURS, "Content-Length": str(UPLOAD + 1)}, 413),
         ("/secret/upload", {**OURS, "Content-Length": "many"}, 413),
+        ("/secret/upload", {**OURS, "Content-Length": "\xb2"}, 413),
+        ("/secret/upload", {**OURS, "Content-Length": "9" * 5000}, 413),
     ],
 )
 def test_a_request_passes_or_is_refused(
