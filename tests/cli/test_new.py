@@ -59,7 +59,7 @@ def test_the_schema_is_printed_and_written(safenav: Command, tmp_path: Path) -> 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_shells_complete_commands_as_documented(shell: str, environment: dict[str, str]) -> None:
-    documented = (DOCS / "editors.md").read_text(encoding="utf-8")
+    documented = (DOCS / "install.md").read_text(encoding="utf-8")
     assert f"_SAFENAV_COMPLETE={shell}_source safenav" in documented
     asked = {"COMP_WORDS": "safenav cer", "COMP_CWORD": "cer" if shell == "fish" else "1"}
     program = "import sys; sys.argv[0] = 'safenav'; from safenav.cli import main; main()"

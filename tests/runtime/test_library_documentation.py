@@ -1,4 +1,5 @@
-"""The programs in docs/library.md run as they are printed, and type checkers accept them."""
+"""The programs in docs/library.md and docs/tutorial.md run as they are printed, and type checkers
+accept them."""
 
 import json
 import os
@@ -9,13 +10,14 @@ from pathlib import Path
 import pytest
 
 import safenav
-import warm
 from children import ran
 
 ROOT = Path(__file__).parents[2]
-TEXT = (ROOT / "docs" / "library.md").read_text(encoding="utf-8")
+TEXT, TUTORIAL = (
+    (ROOT / "docs" / name).read_text(encoding="utf-8") for name in ("library.md", "tutorial.md")
+)
 PROGRAMS: list[str] = re.findall(r"^```python\n(.*?)^```", TEXT, re.MULTILINE | re.DOTALL)
-SHORTEST, BUILDING, SYNTHESIS = PROGRAMS
+FILES = dict(re.findall(r'^```\w+ title="(.+?)"\n(.*?)^```', TUTORIAL, re.MULTILINE | re.DOTALL))
 
 
 @pytest.fixture
@@ -33,48 +35,35 @@ def run(program: str, folder: Path, environment: dict[str, str]) -> str:
     return found.stdout
 
 
-def test_the_fleet_is_driven_through_the_door(tmp_path: Path, environment: dict[str, str]) -> None:
-    from safenav.checked_trace import check_trace
-
-    told = run(BUILDING, tmp_path, environment)
-    order = [line.split("(")[0] for line in told.splitlines()]
-    assert order[:4] == ["Violation", "Request", "Resolved", "End"]
-    assert told.splitlines()[-1] == "every robot has met its objective for 2 rounds"
-    lines = (tmp_path / "building.jsonl").read_text(encoding="utf-8").splitlines()
-    records = [json.loads(line) for line in lines]
-    assert records[-1]["outcome"] == "completed"
-    (resolved,) = [r for r in records if r["type"] == "resolved"]
-    assert (resolved["robot"], resolved["obstacle"]) == ("walker", "door@45")
-    assert check_trace(tmp_path / "building.jsonl").findings == ()
-
-
-def test_the_fleet_goes_one_region_at_a_time_and_never_where_a_door_is_closed(
+def test_a_world_moves_robots_one_region_at_a_time_and_never_into_what_is_closed(
     tmp_path: Path, environment: dict[str, str]
 ) -> None:
+    from safenav.checked_trace import check_trace
+
     probe = """
-class Watched(Fleet):
-    def drive(self, name, x, y):
-        assert (x, y) not in self.closed or name == "walker", "only the walker may push"
-        last = next((way for way in reversed(self.driven) if way[0] == name), None)
-        if last is not None:
-            assert abs(last[1] - x) + abs(last[2] - y) == 0.5, "a step is one region"
-        super().drive(name, x, y)
+class Watched(MyRobots):
+    def move(self, robot, pose):
+        before, after = divmod(self.at[robot.name], 11), divmod(pose.region, 11)
+        assert sum(abs(a - b) for a, b in zip(before, after)) <= 1, "a step is one region"
+        assert self.shutter is None or pose.region != self.shutter.region
+        super().move(robot, pose)
 
-Fleet = Watched
-if __name__"""
-    told = run(BUILDING.replace("if __name__", probe, 1), tmp_path, environment)
-    assert "End(" in told
+MyRobots = Watched
+plan = """
+    (tmp_path / "lab.yaml").write_text(FILES["lab.yaml"])
+    told = run(FILES["drive.py"].replace("\nplan = ", probe, 1), tmp_path, environment)
+    assert told.startswith("completed after")
+    lines = (tmp_path / "real.jsonl").read_text(encoding="utf-8").splitlines()
+    (resolved,) = [r for r in map(json.loads, lines) if r["type"] == "resolved"]
+    assert (resolved["robot"], resolved["obstacle"]) == ("pete", "shutter@38")
+    assert check_trace(tmp_path / "real.jsonl").findings == ()
 
 
-def test_the_page_runs_from_top_to_bottom(tmp_path: Path, environment: dict[str, str]) -> None:
-    """All programs in one folder, one after the other, and the commands about their traces."""
+def test_the_programs_of_the_page_run(tmp_path: Path, environment: dict[str, str]) -> None:
     (tmp_path / "scenarios").symlink_to(ROOT / "scenarios")
-    for program in (SHORTEST, BUILDING):
+    assert len(PROGRAMS) == 2
+    for program in PROGRAMS:
         run(program, tmp_path, environment)
-    run(SYNTHESIS, tmp_path, environment)
-    for command in re.findall(r"`safenav ((?:check|replay) \S+)`", TEXT):
-        done = warm.safenav(*command.split(), cwd=tmp_path, env=environment)
-        assert done.returncode == 0, done.stderr
 
 
 def test_what_the_page_shows_of_a_mission_exists() -> None:
@@ -92,8 +81,9 @@ def test_what_the_page_shows_of_a_mission_exists() -> None:
 def test_type_checkers_accept_the_programs(tmp_path: Path) -> None:
     from mypy import api
 
-    files = [tmp_path / f"program_{number}.py" for number in range(len(PROGRAMS))]
-    for file, program in zip(files, PROGRAMS, strict=True):
+    programs = [*PROGRAMS, FILES["drive.py"], FILES["together.py"]]
+    files = [tmp_path / f"program_{number}.py" for number in range(len(programs))]
+    for file, program in zip(files, programs, strict=True):
         file.write_text(program, encoding="utf-8")
     # The project's settings, so that `make lint` has checked all that the programs import.
     settings = ["--strict", "--config-file", str(ROOT / "pyproject.toml")]
