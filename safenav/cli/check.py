@@ -7,7 +7,6 @@ import shlex
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from zipfile import ZipFile, is_zipfile
 
 import click
 from msgspec import Struct, to_builtins
@@ -164,16 +163,6 @@ def recognized(path: Path) -> GivenFile:
             hint = f"a bundle has a manifest.json; to run scenarios: safenav batch {path}"
             raise InputError([Diagnostic(name, 0, 0, "this folder is not a bundle", hint)])
         return GivenFile(path, BUNDLE)
-    if path.is_file() and is_zipfile(path):
-        try:
-            with ZipFile(path) as archive:
-                names = archive.namelist()
-        except Exception:  # a broken archive, which the checker refuses
-            return GivenFile(path, BUNDLE)
-        if "manifest.json" in names:
-            return GivenFile(path, BUNDLE)
-        hint = "a bundle has a manifest.json: safenav certify writes one"
-        raise InputError([Diagnostic(name, 0, 0, "this archive is not a bundle", hint)])
     content, text = None, ""
     try:
         if path.is_file():
@@ -186,6 +175,19 @@ def recognized(path: Path) -> GivenFile:
         pass
     if (kind := kind_of(text)) in (SCENARIO, TRACE, MOTION):
         return GivenFile(path, str(kind), content)
+    if path.is_file():
+        from zipfile import ZipFile, is_zipfile
+
+        if is_zipfile(path):
+            try:
+                with ZipFile(path) as archive:
+                    names = archive.namelist()
+            except Exception:  # a broken archive, which the checker refuses
+                return GivenFile(path, BUNDLE)
+            if "manifest.json" in names:
+                return GivenFile(path, BUNDLE)
+            hint = "a bundle has a manifest.json: safenav certify writes one"
+            raise InputError([Diagnostic(name, 0, 0, "this archive is not a bundle", hint)])
     if wrong := another_kind(text, f"{SCENARIO}, {TRACE}, {BUNDLE} or {MOTION}", name):
         raise InputError([Diagnostic(name, 0, 0, *wrong)])
     lines = path.suffix == ".jsonl" or (name == "-" and text.lstrip().startswith("{"))
@@ -198,7 +200,6 @@ def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
     that can win by breaking its assumptions about the other robots, an objective from an input that
     is unrealizable, a battery that runs empty, a deadlock. ``strict``: they count as
     unrealizable."""
-    from safenav.explain.summary import explain_unrealizable
     from safenav.report.terminal.progress import WaitingLine
     from safenav.review.foresight import foreseen
     from safenav.review.rehearsal import rehearse
@@ -224,7 +225,7 @@ def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
             then = replace(plan, robots=tuple(team))
             answer = first_results(then, synthesizer, WaitingLine(), [robot.name])[robot.name]
             if not answer.realizable:
-                why = explain_unrealizable(answer.task.robot, answer.task, plan.map)
+                why = _why(answer, plan)
                 of_plan.append(f"when {event} is on from the start, {why}")
     realizable = all(answer.realizable for answer in answers.values())
     refusal = Mission(plan, synthesizer).refusal() if realizable else None
@@ -273,22 +274,27 @@ def examined(
 ) -> tuple[dict[str, Any], list[str]]:
     """Return what a robot's controller allows and assumes, why it is unrealizable and how it may
     win by breaking its assumptions, as data; and lines of warnings about the latter."""
-    from safenav.explain.summary import explain_unrealizable
     from safenav.explain.vacuity import vacuous_wins
-    from safenav.report.terminal.specification_text import vacuity_data, vacuity_lines
     from safenav.spec.compile import assumption_names
 
-    why, strategy = None, answer.result.strategy
-    if not answer.realizable:
-        why = explain_unrealizable(answer.task.robot, answer.task, plan.map)
+    why, strategy = None if answer.realizable else _why(answer, plan), answer.result.strategy
     data, lines = list[dict[str, Any]](), list[str]()
     for vacuity in vacuous_wins(strategy, synthesizer) if strategy and why is None else ():
+        from safenav.report.terminal.specification_text import vacuity_data, vacuity_lines
+
         assert strategy is not None
         lines += vacuity_lines(name, vacuity, strategy)
         data.append(vacuity_data(vacuity, strategy))
     rules = assumption_names(answer.task, plan.map)
     allows = answer.allows(plan.map.word)
     return {"allows": allows, "assumptions": rules, "explanation": why, "warnings": data}, lines
+
+
+def _why(answer: Controller, plan: Scenario) -> str:
+    """Return why a robot is unrealizable. Most have nothing to explain."""
+    from safenav.explain.summary import explain_unrealizable
+
+    return explain_unrealizable(answer.task.robot, answer.task, plan.map)
 
 
 def _ahead(plan: Scenario, ahead: Rehearsal, warnings: Sequence[str]) -> list[str]:
