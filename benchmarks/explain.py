@@ -15,7 +15,7 @@ from pathlib import Path
 
 from measuring import cpu_seconds
 
-from safenav.explain.summary import explain_unrealizable
+from safenav.explain.diagnosis import explain_unrealizable
 from safenav.report.terminal.table import table
 from safenav.review.team import explain_team
 from safenav.runtime.run.mission import first_results

@@ -27,7 +27,6 @@ from safenav.file_kind import kind_of
 from safenav.scenario.yaml.document import DocumentError, Mapping, Node, read_document
 from safenav.scenario.yaml.findings import Findings
 from safenav.scenario.yaml.source import STDIN, read_bytes, read_source, referenced_files, root_of
-from safenav.world.files.flaws import MAX_BYTES
 
 _NAMING = ("map", "catalogue")
 
@@ -56,7 +55,7 @@ class References:
 
     def _digest(self, path: Path, named_at: Node) -> str:
         if path not in self._digests:
-            data = read_bytes(path, Findings(str(path)), named_at, MAX_BYTES)
+            data = read_bytes(path, Findings(str(path)), named_at)
             self._digests[path] = "" if data is None else hashlib.sha256(data).hexdigest()
         return self._digests[path]
 

@@ -84,7 +84,7 @@ def running(batch: str) -> list[tuple[str, float]]:
 
 
 def leave(batch: str) -> None:
-    """End all processes of a batch that has ended, for good."""
+    """End all processes of a batch that has ended: none of its cases begins afterwards."""
     with _lock:
         _ended.add(batch)
         workers = [*_idle.pop(batch, []), *_busy.pop(batch, ())]

@@ -28,7 +28,7 @@ from safenav.trace.words import counted, listed, shortened
 
 if TYPE_CHECKING:
     from safenav.checked_trace import CheckedTrace
-    from safenav.review.rehearsal import Rehearsal
+    from safenav.review.foresight import Rehearsal
     from safenav.runtime.control.tasks import Controller
     from safenav.scenario.model import Scenario
     from safenav.synthesis.slugs import Synthesizer
@@ -201,8 +201,7 @@ def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
     is unrealizable, a battery that runs empty, a deadlock. ``strict``: they count as
     unrealizable."""
     from safenav.report.terminal.progress import WaitingLine
-    from safenav.review.foresight import foreseen
-    from safenav.review.rehearsal import rehearse
+    from safenav.review.foresight import foreseen, rehearse
     from safenav.runtime.run.mission import Mission, default_synthesizer, first_results
     from safenav.scenario.lint import lint
     from safenav.scenario.objective import describe
@@ -292,7 +291,7 @@ def examined(
 
 def _why(answer: Controller, plan: Scenario) -> str:
     """Return why a robot is unrealizable. Most have nothing to explain."""
-    from safenav.explain.summary import explain_unrealizable
+    from safenav.explain.diagnosis import explain_unrealizable
 
     return explain_unrealizable(answer.task.robot, answer.task, plan.map)
 

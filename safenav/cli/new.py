@@ -14,7 +14,7 @@ from safenav.errors import ExitCode, UsageError
 from safenav.outfile import write_out
 from safenav.scenario.beginning import DEFAULT, TEMPLATES, scenario_on, template_text
 from safenav.scenario.reading.loader import load_catalogue, load_scenario
-from safenav.scenario.reading.maps.bare_map import Division, load_map, map_lines
+from safenav.scenario.reading.map import Division, load_map, map_lines
 
 SCHEMAS = ("scenario", "trace", "fleet")
 

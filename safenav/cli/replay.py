@@ -241,7 +241,7 @@ def draw(
     from safenav.report.picture.scenario import scenario_text, scene_of, sight_of
     from safenav.scenario.model import Scenario
     from safenav.scenario.reading.loader import load_scenario
-    from safenav.scenario.reading.maps.bare_map import Division, form_of, load_map
+    from safenav.scenario.reading.map import Division, form_of, load_map
 
     if form_of(scenario) is None:
         options.refuse(dict.fromkeys(("rows", "cols", "side", "share"), "map files, not scenarios"))

@@ -1,4 +1,5 @@
-"""Foresight about a scenario before any run: robots that can never continue, and the reasons.
+"""Foresight about a scenario before any run: robots that can never continue, and the reasons; and
+a rehearsal without the hidden obstacles.
 
 It is the closure with every hidden obstacle known and the robots at their start. An obstacle blocks
 whether or not a robot has encountered it, so a robot that cannot continue here cannot in any run.
@@ -12,14 +13,18 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.runtime.control.ends import hopeful, infeasible
+from safenav.runtime.run.mission import Mission, RunResult, uninterrupted
 from safenav.scenario.model import Scenario
 from safenav.solve.proof import closure_of, refute
 from safenav.solve.reasons import Shortfall, shortfall_words, shortfalls
 from safenav.solve.solve import BudgetError, Solver
+from safenav.synthesis.slugs import Synthesizer
 from safenav.team import state as now
 from safenav.team.apply import apply, initial
 from safenav.team.state import State
 from safenav.team.team import Team, team_of
+from safenav.trace import records
+from safenav.trace.vocabulary import ChangeCause
 from safenav.trace.words import listed
 from safenav.world.poses import bits
 
@@ -90,3 +95,29 @@ def _unserved(scenario: Scenario) -> tuple[str, ...]:
         if not Solver(around.floor).feasible(around):
             return (f"{_NEEDED}: {infeasible(team, state, around, refute(around)).why}",)
     return ()
+
+
+class Rehearsal(Struct, frozen=True):
+    """The ``result`` of such a run; ``late``: the missed deadlines; ``flat``: the tick in which
+    each empty battery took its robot out of service."""
+
+    result: RunResult
+    late: tuple[str, ...]
+    flat: dict[str, int]
+
+
+def rehearse(scenario: Scenario, synthesizer: Synthesizer) -> Rehearsal:
+    """Run a scenario without hidden obstacles: only its orders remain."""
+    late, flat = tuple[str, ...](), dict[str, int]()
+
+    def heard(record: records.Record) -> None:
+        nonlocal late
+        if isinstance(record, records.End):
+            late = record.late or ()
+        elif isinstance(record, records.Service) and record.cause is ChangeCause.BATTERY:
+            flat.setdefault(record.robot, record.tick)
+
+    orders = tuple(obstacle for obstacle in scenario.obstacles if obstacle.ordered)
+    mission = Mission(replace(scenario, obstacles=orders), synthesizer, listeners=[heard])
+    result = uninterrupted(mission.run())
+    return Rehearsal(result, late, flat)

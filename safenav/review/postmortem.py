@@ -6,7 +6,7 @@ A repair is offered only if a run of the changed scenario was completed.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -17,7 +17,6 @@ from safenav.explain.map_repair import without_walls, without_words
 from safenav.explain.repair import nearest, offered, with_robots
 from safenav.outcome import Outcome
 from safenav.review.foresight import Foresight, foresee
-from safenav.review.missing import Missing, missing_actions
 from safenav.runtime.run.mission import Mission, RunResult, uninterrupted
 from safenav.scenario.model import (
     Obstacle,
@@ -32,6 +31,69 @@ from safenav.synthesis.slugs import Synthesizer
 from safenav.trace.records import Record
 from safenav.world.map import Heading, Region
 from safenav.world.moves import Mobility, Pose
+
+
+class Missing(Struct, frozen=True):
+    """``actions`` that one robot must have for needs of ``obstacles`` (``needs``: the number of the
+    first such need of each). The needs require up to ``robots`` robots, possibly ``together``;
+    ``have``: the robots of the team with these actions; ``models``: the models with them."""
+
+    actions: tuple[str, ...]
+    robots: int
+    together: bool
+    obstacles: tuple[Obstacle, ...]
+    needs: tuple[int, ...]
+    have: tuple[str, ...]
+    models: tuple[str, ...]
+
+
+def missing_actions(
+    scenario: Scenario, seen: Foresight, encountered: Collection[str], models: Iterable[RobotModel]
+) -> tuple[Missing, ...]:
+    """Return the missing actions for a minimal set of obstacles that must be resolved, with as many
+    ``encountered`` ones as possible, in the scenario's order. ``seen``: the scenario's
+    foresight."""
+    found: dict[tuple[str, ...], Missing] = {}
+    known = tuple(models)
+    for obstacle in _needed(scenario, seen, encountered):
+        for number, need in enumerate(obstacle.needs):
+            skills = obstacle.type.actions(number)
+            able = tuple(robot.name for robot in scenario.robots if skills <= robot.capabilities)
+            if len(able) >= need.robots or any(
+                skills < {*key} and obstacle in other.obstacles for key, other in found.items()
+            ):
+                continue  # enough robots, or an earlier need requires more of the same ones
+            key = tuple(sorted(skills))
+            having = tuple(model.name for model in known if skills <= model.capabilities)
+            one = found.get(key, Missing(key, 0, False, (), (), able, having))
+            new = obstacle not in one.obstacles
+            found[key] = replace(
+                one,
+                robots=max(one.robots, need.robots),
+                together=one.together or need.together,
+                obstacles=(*one.obstacles, obstacle) if new else one.obstacles,
+                needs=(*one.needs, number) if new else one.needs,
+            )
+    return tuple(found.values())
+
+
+def _needed(scenario: Scenario, seen: Foresight, encountered: Collection[str]) -> list[Obstacle]:
+    """A minimal set of obstacles that must be resolved so that every robot can meet its
+    objective."""
+    never = {each.obstacle for each in seen.lacks}
+    if not seen.stuck:  # obstacles given up by the run may have appeared during it
+        return [o for o in scenario.obstacles if o.name in encountered]
+    stays: set[str] = set()
+    for name in sorted(never, key=lambda name: (name in encountered, name)):
+        if not _stuck(scenario, never - stays - {name}):
+            stays.add(name)
+    return [o for o in scenario.obstacles if o.name in never - stays]
+
+
+def _stuck(scenario: Scenario, removed: Collection[str]) -> bool:
+    left = tuple(o for o in scenario.obstacles if o.name not in removed)
+    return bool(foresee(replace(scenario, obstacles=left)).stuck)
+
 
 SECONDS = 20.0
 """Wall time for trying repairs, in seconds."""

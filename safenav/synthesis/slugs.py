@@ -11,18 +11,22 @@ from __future__ import annotations
 
 import hashlib
 import os
+import re
+import signal
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from copy import copy
+from enum import IntEnum
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from threading import Thread
 
 from safenav.errors import ResourceLimitError, SynthesizerError
+from safenav.outcome import Verdict
 from safenav.spec.specification import Specification
-from safenav.synthesis.binary import Binary, find_binary, find_own_binary
+from safenav.synthesis.binary import VARIABLE, Binary, find_binary, find_own_binary
 from safenav.synthesis.cache import Cache, CacheEntry, key_of
 from safenav.synthesis.process import (
     OVERTIME_SECONDS,
@@ -31,7 +35,6 @@ from safenav.synthesis.process import (
     orderly_termination,
 )
 from safenav.synthesis.request import Job, Listener, RequestKind, SynthesisProgress, SynthesisResult
-from safenav.synthesis.result import failure, too_large, verdict_of
 from safenav.synthesis.strategy import Strategy
 
 _HEARTBEAT_SECONDS = 0.5
@@ -287,3 +290,86 @@ def _heard_by(report: Listener, job: Job) -> Callable[[], None]:
             report(SynthesisProgress(job.index, job.robot, now - begun))
 
     return alive
+
+
+_RESULT = re.compile(rb"^RESULT: Specification is (realizable|unrealizable)\b", re.MULTILINE)
+_OUT_OF_MEMORY = re.compile(
+    rb"bad_alloc|out of memory|memory (limit|exhausted|allocation)|cannot allocate", re.IGNORECASE
+)
+_TOO_MANY_NODES = b"slugs: node limit reached"
+_INTERRUPTED = re.compile(rb"interrupted", re.IGNORECASE)
+
+
+class ExitStatus(IntEnum):
+    """Exit statuses of safenav's binary (``slugs --help``)."""
+
+    REALIZABLE = 0
+    UNREALIZABLE = 10
+    BAD_INPUT = 2
+    RESOURCE_LIMIT = 3
+
+
+def verdict_of(finished: Finished, binary: Binary, robot: str) -> Verdict:
+    """Return the verdict: the RESULT line on standard error, whatever the exit status (upstream's
+    binary exits with 0 on both verdicts, safenav's with 0 and 10). Raises SynthesizerError, with
+    the last messages, if there is none."""
+    if finished.timed_out:
+        return Verdict.TIMEOUT
+    verdicts = _RESULT.findall(finished.stderr)
+    if finished.status < 0:
+        return _killed(finished, binary, robot)
+    if binary.native and finished.status == ExitStatus.RESOURCE_LIMIT:
+        if _OUT_OF_MEMORY.search(finished.stderr):
+            return Verdict.OUT_OF_MEMORY
+        return Verdict.INTERRUPTED if _INTERRUPTED.search(finished.stderr) else Verdict.TIMEOUT
+    if binary.native and finished.status == ExitStatus.BAD_INPUT:
+        raise failure("rejects the specification", finished, binary, robot)
+    if not verdicts:
+        if _OUT_OF_MEMORY.search(finished.stderr):
+            return Verdict.OUT_OF_MEMORY
+        problem = f"printed no verdict (exit status {finished.status})"
+        raise failure(problem, finished, binary, robot)
+    verdict = Verdict(verdicts[-1].decode())
+    if binary.native and finished.status != ExitStatus[verdict.name]:
+        problem = f"printed {verdict}, but ended with exit status {finished.status}"
+        raise failure(problem, finished, binary, robot)
+    return verdict
+
+
+def too_large(finished: Finished) -> bool:
+    """Return whether the strategy has more nodes than its limit."""
+    return finished.status == ExitStatus.RESOURCE_LIMIT and _TOO_MANY_NODES in finished.stderr
+
+
+def failure(problem: str, finished: Finished, binary: Binary, robot: str) -> SynthesizerError:
+    """Return an error with the problem, the synthesizer's last messages, and advice."""
+    lines = [f"the synthesizer {binary.path} {problem} (robot '{robot}')"]
+    words = finished.last_words
+    if words:
+        lines.append("    its last output:")
+        lines += [f"      {line}" for line in words.splitlines()]
+    else:
+        lines.append("    it printed nothing")
+    if binary.native:
+        lines.append(
+            "    `safenav synth -o DIR` writes the specification, to try and to report this"
+        )
+    else:
+        lines.append(
+            f"    check the binary that {VARIABLE} names, or unset it to use safenav's own"
+        )
+    return SynthesizerError("\n".join(lines))
+
+
+def _killed(finished: Finished, binary: Binary, robot: str) -> Verdict:
+    number = -finished.status
+    try:
+        name = signal.Signals(number).name
+    except ValueError:
+        name = f"signal {number}"
+    if _OUT_OF_MEMORY.search(finished.stderr):  # foreign programs abort when memory is short
+        return Verdict.OUT_OF_MEMORY
+    problem = f"crashed ({name})"
+    if number == signal.SIGKILL:
+        problem = "was killed from outside (SIGKILL: perhaps the machine ran out of memory)"
+    raise failure(problem, finished, binary, robot)

@@ -11,7 +11,7 @@ from safenav.spec.parsing import read_specification
 from safenav.spec.specification import Specification
 from safenav.synthesis.binary import find_own_binary
 from safenav.synthesis.process import Finished, ProcessGroup
-from safenav.synthesis.result import ExitStatus
+from safenav.synthesis.slugs import ExitStatus
 
 _ERROR = re.compile(r"-:(\d+):(\d+): error: (.*)")
 _HINT = re.compile(r"\s*hint: (.*)")

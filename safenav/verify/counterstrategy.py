@@ -16,9 +16,8 @@ from itertools import islice
 
 from safenav.spec.specification import Owner, Section, Specification
 from safenav.synthesis.strategy import Strategy
-from safenav.verify.automaton import Automaton, clauses
+from safenav.verify.automaton import Automaton, Failure, Fault, clauses
 from safenav.verify.completions import Clause, Completions, Row, Slot
-from safenav.verify.failures import Failure, Fault
 
 _SOME = 256
 

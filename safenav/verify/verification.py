@@ -18,10 +18,9 @@ from collections.abc import Iterator, Sequence
 
 from safenav.spec.specification import Constraint, Owner, Section, Specification
 from safenav.synthesis.strategy import Strategy
-from safenav.verify.automaton import Alive, Automaton, quiet
+from safenav.verify.automaton import Alive, Automaton, Failure, Fault, Verification, quiet
 from safenav.verify.completions import Clause, Completions, Slot
 from safenav.verify.counterstrategy import counterstrategy_failures, counterstrategy_starts
-from safenav.verify.failures import Failure, Fault, Verification
 
 
 def verify_strategy(spec: Specification, strategy: Strategy, alive: Alive = quiet) -> Verification:

@@ -10,8 +10,7 @@ from hypothesis import given, settings
 from children import ran
 from formula.test_formula import BOOLEANS, INTEGERS, formulas, states
 from safenav.formula.evaluator import evaluate
-from safenav.formula.printer import to_text
-from safenav.formula.syntax import Formula
+from safenav.formula.syntax import Formula, to_text
 from safenav.synthesis.binary import find_own_binary
 
 State = Mapping[str, int | bool]

@@ -10,7 +10,7 @@ from safenav.formula import syntax
 from safenav.formula.checking import check
 from safenav.formula.evaluator import evaluate
 from safenav.formula.parser import MAX_DEPTH, FormulaError, parse
-from safenav.formula.printer import to_text
+from safenav.formula.syntax import to_text
 
 BOOLEANS = ("a", "b", "next_one", "Xs")
 INTEGERS = ("x", "y")

@@ -13,10 +13,9 @@ from safenav.errors import Diagnostic, InputError
 from safenav.scenario.language import MapKeys
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.scenario.yaml.typed import entries
-from safenav.world.files.flaws import MapFileError
-from safenav.world.files.image import read_image
-from safenav.world.files.movingai import read_movingai
+from safenav.world.image import MapFileError, read_image
 from safenav.world.map import Frame, RegionMap
+from safenav.world.movingai import read_movingai
 
 MAPS = Path(__file__).parents[1] / "maps"
 BROKEN = sorted(path.name for path in (MAPS / "broken").iterdir())

@@ -12,7 +12,7 @@ from oracle import inputs_first, random_specification, to_structuredslugs
 from safenav.formula.evaluator import evaluate
 from safenav.formula.parser import parse
 from safenav.formula.prefix import to_infix
-from safenav.formula.printer import to_text
+from safenav.formula.syntax import to_text
 from safenav.outcome import Verdict
 from safenav.spec.parsing import read_specification
 from safenav.spec.specification import Specification

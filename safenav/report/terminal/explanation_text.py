@@ -9,6 +9,7 @@ from typing import Any
 import click
 from msgspec import to_builtins
 
+from safenav.explain.diagnosis import why_words
 from safenav.explain.explanation import (
     Core,
     CoreMember,
@@ -21,7 +22,6 @@ from safenav.explain.explanation import (
     RepairKind,
     Values,
 )
-from safenav.explain.summary import why_words
 from safenav.report.terminal.core_text import core_heading, core_notes
 from safenav.report.terminal.map import MapPicture, Marker, draw
 from safenav.scenario.model import Scenario

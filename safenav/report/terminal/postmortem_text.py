@@ -9,8 +9,7 @@ import click
 from msgspec.structs import asdict
 
 from safenav.outcome import Outcome
-from safenav.review.missing import Missing
-from safenav.review.postmortem import Postmortem
+from safenav.review.postmortem import Missing, Postmortem
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Word
 from safenav.solve.reasons import need_words

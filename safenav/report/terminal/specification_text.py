@@ -16,7 +16,7 @@ from safenav.spec.specification import Constraint, Owner
 from safenav.synthesis.export import in_words
 from safenav.synthesis.strategy import Strategy
 from safenav.trace.words import counted
-from safenav.verify.failures import Failure, Verification
+from safenav.verify.automaton import Failure, Verification
 
 _SHOWN = 24
 _LONGEST = 160

@@ -163,7 +163,7 @@ def no_strategy(
 
 def _why_not(team: Team, i: int, task: Task) -> str:
     # Imported here: most runs have nothing to explain.
-    from safenav.explain.summary import explain_unrealizable
+    from safenav.explain.diagnosis import explain_unrealizable
 
     return explain_unrealizable(team.members[i].robot, task, team.world)
 

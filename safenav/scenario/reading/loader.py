@@ -15,7 +15,6 @@ from safenav.errors import Diagnostic, InputError
 from safenav.lines import printable
 from safenav.scenario import language
 from safenav.scenario.model import Catalogue, ObstacleType, Scenario
-from safenav.scenario.reading.areas import resolve_areas, resolve_exclusions
 from safenav.scenario.reading.catalogue import (
     built_in,
     read_catalogue_file,
@@ -25,19 +24,19 @@ from safenav.scenario.reading.catalogue import (
 from safenav.scenario.reading.compatibility import check_assignable, check_deadlines
 from safenav.scenario.reading.events import (
     resolve_changes,
+    resolve_expect,
     resolve_inputs,
     resolve_obstacles,
     resolve_orders,
+    resolve_requirements,
 )
-from safenav.scenario.reading.expectation import resolve_expect, resolve_requirements
-from safenav.scenario.reading.maps.map import resolve_map
-from safenav.scenario.reading.regions import Reading
+from safenav.scenario.reading.map import resolve_map
+from safenav.scenario.reading.regions import Reading, resolve_areas, resolve_exclusions
 from safenav.scenario.reading.robots import resolve_robots
 from safenav.scenario.settings import Coordination
 from safenav.scenario.yaml import document
 from safenav.scenario.yaml.document import Node, entries_of, items_of
 from safenav.scenario.yaml.findings import Findings, ReadableFolder
-from safenav.scenario.yaml.json_schema import schema_text as schema_of
 from safenav.scenario.yaml.source import parsed, read_source
 from safenav.scenario.yaml.typed import entries, read
 from safenav.world.map import Region, RegionMap
@@ -135,6 +134,8 @@ def load_catalogue(path: Path) -> Catalogue:
 def schema_text() -> str:
     """Return the JSON Schema (draft 2020-12) of scenario files, for editors and other tools. It
     describes their shape only, so it accepts a region in a wall or an unknown robot model."""
+    from safenav.scenario.yaml.json_schema import schema_text as schema_of  # for editors alone
+
     return schema_of(language.ScenarioKeys, "safenav scenario")
 
 

@@ -8,8 +8,7 @@ from msgspec.structs import replace
 
 from safenav.formula.checking import check
 from safenav.formula.parser import FormulaError, parse
-from safenav.formula.printer import to_text
-from safenav.formula.syntax import Comparison, Name, resolve_constants, variables
+from safenav.formula.syntax import Comparison, Name, resolve_constants, to_text, variables
 from safenav.scenario import language
 from safenav.scenario.language import FORM, RULES, STRICT, TIMED, WITHIN
 from safenav.scenario.objective import (

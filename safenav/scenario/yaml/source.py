@@ -24,6 +24,8 @@ from safenav.scenario.yaml.findings import Findings
 T = TypeVar("T")
 
 MAX_BYTES = 5_000_000
+"""Largest size of a text."""
+MOST_OF_AN_IMAGE = 150_000_000
 
 STDIN = "-"
 """The path that means standard input."""
@@ -61,9 +63,9 @@ def read_source(path: Path, findings: Findings, named_at: Node | None = None) ->
     return _made(_decoded, path, findings, named_at, MAX_BYTES)
 
 
-def read_bytes(path: Path, findings: Findings, named_at: Node, limit: int) -> bytes | None:
-    """Return the content of a binary file of at most ``limit`` bytes; None as ``read_source``."""
-    return _made(bytes, path, findings, named_at, limit)
+def read_bytes(path: Path, findings: Findings, named_at: Node) -> bytes | None:
+    """Return the content of an image; None as ``read_source``."""
+    return _made(bytes, path, findings, named_at, MOST_OF_AN_IMAGE)
 
 
 def _made(

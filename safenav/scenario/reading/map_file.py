@@ -1,8 +1,8 @@
-"""``ros: map.yaml`` in the map of a scenario: an occupancy map of ROS map_server.
+"""Map files that a scenario names (docs/maps.md): images (pixels darker than half are walls),
+MovingAI maps, and occupancy maps of ROS map_server.
 
-An unknown pixel is a wall: a strategy must not rely on it. A pixel is free only if map_server reads
-it as free: occupancy (darkness, or brightness if ``negate``) at most ``free_thresh`` and below
-``occupied_thresh``. The modes trinary and scale agree on that (``map_io.cpp`` of Nav2).
+A message points to the line of the file if known, else to the place where the scenario names the
+file.
 """
 
 from __future__ import annotations
@@ -18,22 +18,119 @@ from msgspec.structs import replace
 
 from safenav.file_kind import ROS_MAP
 from safenav.scenario.language import MapKeys
-from safenav.scenario.reading.maps.grid import NO_SIZE, read_origin, too_large
-from safenav.scenario.reading.maps.map_file import (
-    misread,
-    named_path,
-    read_count,
-    read_pixels,
-    with_walls,
-)
+from safenav.scenario.reading.grid import NO_SIZE, read_origin, too_large
 from safenav.scenario.reading.regions import Reading
-from safenav.scenario.yaml.document import Node, Scalar, clipped
+from safenav.scenario.yaml.document import Node, Place, Scalar, clipped
 from safenav.scenario.yaml.findings import Findings, suggestion
-from safenav.scenario.yaml.source import parsed, read_source
+from safenav.scenario.yaml.source import parsed, read_bytes, read_source
 from safenav.scenario.yaml.typed import Item, Raw, key, read
-from safenav.world.files.image import Image
-from safenav.world.files.pixels import Blocked, Layout
+from safenav.world.image import Blocked, Image, Layout, MapFileError, dark, read_image, walls
 from safenav.world.map import MAX_REGIONS, Frame, RegionMap
+from safenav.world.movingai import read_movingai as parse_movingai
+from safenav.world.spots import losses, suggested
+
+
+def read_movingai_map(node: Node, item: MapKeys, findings: Reading) -> RegionMap | None:
+    """Return the map of ``movingai: arena.map``, divided into ``rows`` and ``cols`` if given; None
+    after an error was reported."""
+    before = len(findings)
+    count, share = read_count(item, findings), item.share or 0.0
+    path = named_path(node, "movingai", findings)
+    text = None if path is None else read_source(path, findings, node)
+    if path is None or text is None:
+        return None
+    try:
+        rows = parse_movingai(text)
+    except MapFileError as error:
+        report(error, path, node, findings)
+        return None
+    if len(findings) > before or misread(item):
+        return None
+    blocked = np.array(rows, dtype=np.bool_)
+    layout = Layout.of_count(blocked, *(count or blocked.shape))
+    return with_walls(blocked, layout, share, node, findings)
+
+
+def read_image_map(node: Node, item: MapKeys, findings: Reading) -> RegionMap | None:
+    """Return the map of an image with ``rows`` and ``cols``; None after an error was reported."""
+    before = len(findings)
+    count, share = read_count(item, findings), item.share or 0.0
+    image = read_pixels(node, findings)
+    if image is None or len(findings) > before or misread(item):
+        return None
+    walls = dark(image)
+    if count is None:
+        height, width = walls.shape
+        rows, cols = suggested(walls)
+        found = f"map: the image of {width} x {height} pixels needs a number of rows and columns"
+        findings.add(node, found, f"add 'rows: {rows}' and 'cols: {cols}'")
+        return None
+    return with_walls(walls, Layout.of_count(walls, *count), share, node, findings)
+
+
+def named_path(node: Node, key: str, findings: Reading) -> Path | None:
+    """Return the file that a key of the map names; None if an error was reported."""
+    name = read(str, node, f"'{key}' of map", findings)
+    return None if name is None else findings.folder / name
+
+
+def read_pixels(node: Node, findings: Reading) -> Image | None:
+    """Return the image that the node names; None if an error was reported."""
+    path = named_path(node, "image", findings)
+    data = None if path is None else read_bytes(path, findings, node)
+    if path is None or data is None:
+        return None
+    try:
+        return read_image(data)
+    except MapFileError as error:
+        report(error, path, node, findings)
+        return None
+
+
+def read_count(item: MapKeys, findings: Findings) -> tuple[int, int] | None:
+    """Return ``rows`` and ``cols``; None unless both are given."""
+    rows, cols = item.rows, item.cols
+    for word, other in (("rows", "cols"), ("cols", "rows")):
+        node = item.at(word)
+        if node is not None and item.at(other) is None:
+            findings.add(node, f"map: '{word}' without '{other}'", "give both or none")
+    return None if rows is None or cols is None else (rows, cols)
+
+
+def misread(item: MapKeys) -> bool:
+    """Return whether a number of the map was reported."""
+    numbers = ("rows", "cols", "share", "resolution")
+    return any(item.at(key) is not None and getattr(item, key) is None for key in numbers)
+
+
+def with_walls(
+    blocked: Blocked, layout: Layout, share: float, node: Node, findings: Findings
+) -> RegionMap | None:
+    """Return the map of a layout over the pixels. ``share``: a region is a wall if more than this
+    share of it is blocked. None after an error was reported."""
+    if layout.rows * layout.cols > MAX_REGIONS:
+        found, hint = too_large(layout.rows, layout.cols)
+        findings.add(node, found, f"{hint}: 'rows' and 'cols' divide the file into fewer")
+        return None
+    found_walls = walls(blocked, layout, share)
+    if len(found_walls) == layout.rows * layout.cols:
+        hint = "by default one blocked pixel makes a wall: try 'share: 0.5' or smaller regions"
+        if bool(blocked.all()):
+            hint = "nothing in the file is free: dark, unknown and occupied pixels are walls"
+        findings.add(node, "map: every region is a wall", hint)
+        return None
+    world = RegionMap(layout.rows, layout.cols, found_walls)
+    return replace(world, notes=losses(blocked, layout, world, share))
+
+
+def report(error: MapFileError, path: Path, node: Node, findings: Findings) -> None:
+    """Report the errors of a map file; those without a line point at ``node``."""
+    inside = findings.beside(str(path))
+    for flaw in error.flaws:
+        if flaw.line:
+            inside.add(Place(flaw.line, flaw.column), flaw.found, flaw.hint)
+        else:
+            findings.add(node, f"file '{path}': {flaw.found}", flaw.hint)
 
 
 class RosMap(Struct, frozen=True):
@@ -48,7 +145,10 @@ class RosMap(Struct, frozen=True):
 
 
 def occupied(image: Image, settings: RosMap) -> Blocked:
-    """Return the pixels that are occupied or unknown; transparent ones are unknown."""
+    """Return the pixels that are walls: occupied or unknown, since a strategy must not rely on an
+    unknown one. Transparent pixels are unknown. A pixel is free only if map_server reads it as
+    free: occupancy (darkness, or brightness if ``negate``) at most ``free_thresh`` and below
+    ``occupied_thresh``. The modes trinary and scale agree on that (``map_io.cpp`` of Nav2)."""
     values = np.arange(image.white + 1)
     occupancy = (values if settings.negate else image.white - values) / image.white
     free = (occupancy <= settings.free_thresh) & ~(occupancy >= settings.occupied_thresh)

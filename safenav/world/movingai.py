@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 
-from safenav.world.files.flaws import Flaw, MapFileError
+from safenav.world.image import Flaw, MapFileError
 
 FREE = frozenset(".GSE")
 WALLS = frozenset("@OTW")

@@ -1,1 +1,0 @@
-"""Maps in files: images, ROS map_server, MovingAI."""
