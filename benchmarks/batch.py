@@ -25,7 +25,7 @@ from resource import RUSAGE_CHILDREN
 
 from measuring import cpu_seconds
 
-from safenav.report.terminal.table import table
+from safenav.report.terminal.layout import table
 
 ROWS, COLS = 7, 13
 

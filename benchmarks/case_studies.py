@@ -18,7 +18,7 @@ from statistics import median
 
 import click
 
-from safenav.report.terminal.table import table
+from safenav.report.terminal.layout import table
 
 ROOT = Path(__file__).resolve().parents[1]
 SCENARIOS = (

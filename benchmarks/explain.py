@@ -16,7 +16,7 @@ from pathlib import Path
 from measuring import cpu_seconds
 
 from safenav.explain.diagnosis import explain_unrealizable
-from safenav.report.terminal.table import table
+from safenav.report.terminal.layout import table
 from safenav.review.team import explain_team
 from safenav.runtime.run.mission import first_results
 from safenav.scenario.model import Scenario

@@ -36,7 +36,7 @@ from safenav.outcome import Outcome
 from safenav.pace.robot import Pace
 from safenav.plan import ask
 from safenav.plan.order import linear, plan_of
-from safenav.report.terminal.table import table
+from safenav.report.terminal.layout import table
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.run.mission import Mission, default_synthesizer
 from safenav.runtime.worlds.live_simulation import LiveSimulation

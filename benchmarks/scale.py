@@ -22,7 +22,7 @@ import click
 import yaml
 from floors import benchmark, maps_folder, mission
 
-from safenav.report.terminal.table import table
+from safenav.report.terminal.layout import table
 
 HEADINGS = ("what", "bar, CPU s", "CPU s", "MB", "met", "outcome", "ticks")
 TEAMS = {20: 0.8, 50: 1.5, 100: 3.0, 200: 8.0, 300: None}

@@ -29,7 +29,7 @@ from measuring import cpu_seconds
 from safenav.scenario.reading.loader import load_draft
 from safenav.studio.editing.drawing import drawing_of
 from safenav.studio.editing.operations import edited
-from safenav.studio.run.orders import RunOrder
+from safenav.studio.process import RunOrder
 
 
 def scenario(

@@ -21,7 +21,7 @@ import click
 import missions
 from measuring import cpu_seconds
 
-from safenav.report.terminal.table import table
+from safenav.report.terminal.layout import table
 from safenav.runtime.run.mission import first_results
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text

@@ -27,8 +27,7 @@ from report.browser import Browser  # noqa: E402
 from safenav.report.page.html import page_of  # noqa: E402
 from safenav.report.picture.scene import Options, svg_of  # noqa: E402
 from safenav.run.reading import read_run  # noqa: E402
-from safenav.run.run import Run  # noqa: E402
-from safenav.run.sight import shading_of  # noqa: E402
+from safenav.run.run import Run, shading_of  # noqa: E402
 from safenav.run.values import StoryKind  # noqa: E402
 from studio.serving import ServedAnew  # noqa: E402
 

@@ -208,7 +208,7 @@ def warn(message: Warning | str, *more: str) -> None:
 
 def warn_of(lines: Iterable[str]) -> None:
     """Print warnings, each with the indented lines that belong to it."""
-    from safenav.report.terminal.fold import echo_folded
+    from safenav.report.terminal.layout import echo_folded
 
     for line in lines:
         echo_folded([line], err=True) if line.startswith(" ") else warn(line)
@@ -217,7 +217,7 @@ def warn_of(lines: Iterable[str]) -> None:
 def report_error(message: str) -> None:
     """Print an error."""
     from safenav.lines import printable
-    from safenav.report.terminal.fold import folded_message, terminal_width
+    from safenav.report.terminal.layout import folded_message, terminal_width
 
     line = f"{click.style('error:', fg='red', bold=True)} {printable(message)}"
     click.echo(folded_message(line, terminal_width(sys.stderr)), err=True, color=_coloured())

@@ -15,7 +15,7 @@ from safenav.cli import options
 from safenav.errors import ExitCode, UsageError
 from safenav.lines import printable
 from safenav.outfile import write_out
-from safenav.report.terminal.fold import echo_folded, terminal_width
+from safenav.report.terminal.layout import echo_folded, terminal_width
 
 if TYPE_CHECKING:
     from safenav.batch.search import FoundCases
@@ -85,10 +85,7 @@ def batch(
     from safenav.batch.results import ResultsFile, compare, read_results
     from safenav.batch.search import find_cases
     from safenav.batch.session import Pool, run_batch
-    from safenav.report.batches.failure import FailureFolder
-    from safenav.report.batches.junit import to_junit
-    from safenav.report.batches.progress import ProgressLine
-    from safenav.report.batches.summary import report_data, summary
+    from safenav.report.batch import FailureFolder, ProgressLine, report_data, summary, to_junit
 
     former = None if baseline is None else read_results(baseline)
     found = find_cases(paths)

@@ -22,7 +22,7 @@ from safenav.errors import (
     UsageError,
 )
 from safenav.file_kind import another_kind, kind_of
-from safenav.report.terminal.fold import echo_folded
+from safenav.report.terminal.layout import echo_folded
 from safenav.trace.reading import read_bytes, read_content
 from safenav.trace.words import counted, listed, shortened
 
@@ -200,7 +200,7 @@ def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
     that can win by breaking its assumptions about the other robots, an objective from an input that
     is unrealizable, a battery that runs empty, a deadlock. ``strict``: they count as
     unrealizable."""
-    from safenav.report.terminal.progress import WaitingLine
+    from safenav.report.terminal.layout import WaitingLine
     from safenav.review.foresight import foreseen, rehearse
     from safenav.runtime.run.mission import Mission, default_synthesizer, first_results
     from safenav.scenario.lint import lint
@@ -379,7 +379,7 @@ def of_motion(
 def of_bundle(file: GivenFile) -> JudgedFile:
     """Check a bundle by the installed checker, not by the copy in the bundle."""
     from safenav.certify.check import Acceptance, check_bundle
-    from safenav.report.terminal.table import table
+    from safenav.report.terminal.layout import table
 
     verdict = check_bundle(file.path)
     claims = [dict(claim) for claim in verdict.claims]

@@ -11,7 +11,7 @@ from safenav.errors import ExitCode, UsageError
 from safenav.motion.file.records import Motion
 from safenav.motion.waypoints import as_csv, as_json, frame_of, timed_waypoints, waypoints
 from safenav.outfile import tell, write_all, write_out, write_whole
-from safenav.report.bag.messages import Poses, messages
+from safenav.report.bag import Poses, messages
 from safenav.report.tables import tables
 from safenav.run.reading import run_of
 from safenav.trace.reading import Trace, read_trace
@@ -175,7 +175,7 @@ def _waypoints(
 
 
 def _bag(run: Trace, frame: Frame, path: Path, motion: Motion | None) -> None:
-    from safenav.report.bag.mcap_file import write_mcap
+    from safenav.report.bag import write_mcap
 
     poses = None
     if motion is not None:

@@ -220,7 +220,7 @@ def studio(
     assign an objective. FILE is opened, or created on the first save; a folder lists its
     scenarios.
     """
-    from safenav.studio.starting import start_studio
+    from safenav.studio.server import start_studio
 
     start_studio(file, folder=folder, port=port, browser=browser, keep=keep)
     return ExitCode.OK

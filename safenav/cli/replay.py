@@ -15,8 +15,7 @@ from safenav.extras import missing
 from safenav.outfile import tell, write_out, write_whole
 from safenav.report.picture.scene import Options, svg_of
 from safenav.run.reading import run_of
-from safenav.run.run import Run
-from safenav.run.sight import shading_lines, shading_of, viewers
+from safenav.run.run import Run, shading_lines, shading_of, viewers
 from safenav.trace.reading import Trace, read_trace
 
 REPLAY_EPILOG = """\b
@@ -134,7 +133,7 @@ def _write_picture(path: Path, picture: str, form: str, width: int | None) -> No
     ``pictures``."""
     content = picture.encode()
     if form == "png":
-        from safenav.report.picture.raster import png_of
+        from safenav.report.picture.svg import png_of
 
         content = png_of(picture, width)
     write_out(path, content)

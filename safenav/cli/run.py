@@ -15,7 +15,7 @@ from safenav.cli import options, warn
 from safenav.cli.session import Files, MakeMission, attendant, carried_out, limited
 from safenav.errors import ExitCode, UsageError
 from safenav.outfile import write_out
-from safenav.report.terminal.progress import WaitingLine
+from safenav.report.terminal.layout import WaitingLine
 from safenav.runtime.run.mission import Mission, default_synthesizer
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario
@@ -75,7 +75,7 @@ def run(
     """Run SCENARIO: synthesize a controller for each robot, then execute them in a world
     with the scenario's hidden obstacles until every robot has met its objective."""
     if live:
-        from safenav.studio.starting import start_live
+        from safenav.studio.server import start_live
 
         unread = ("html", "motion", "as_json", "max_ticks", "time_limit", "operator", "maps")
         options.refuse(dict.fromkeys(unread, "runs at the terminal, not with --live"))

@@ -107,7 +107,7 @@ def carried_out(
         if trace is not None:
             listeners.append(stack.enter_context(TraceWriter(trace)))
         if not files.as_json:
-            from safenav.report.terminal.fold import terminal_width
+            from safenav.report.terminal.layout import terminal_width
             from safenav.report.terminal.story import Story
 
             listeners.append(Story(plan, maps=files.maps, width=terminal_width()))

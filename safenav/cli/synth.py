@@ -27,8 +27,7 @@ from safenav.file_kind import kind_of
 from safenav.lines import json_flaw, json_line, read_file
 from safenav.outcome import Verdict
 from safenav.outfile import write_all, write_out
-from safenav.report.terminal.fold import echo_folded
-from safenav.report.terminal.progress import WaitingLine
+from safenav.report.terminal.layout import WaitingLine, echo_folded, table
 from safenav.report.terminal.specification_text import (
     failure_lines,
     line_explanation_data,
@@ -36,7 +35,6 @@ from safenav.report.terminal.specification_text import (
     vacuity_lines,
     verification_data,
 )
-from safenav.report.terminal.table import table
 from safenav.runtime.run.mission import default_synthesizer, first_results
 from safenav.scenario.yaml.source import MAX_BYTES
 from safenav.spec.compile import compile_task
@@ -414,7 +412,7 @@ def explain(scenario: Path, robot: str | None, as_json: bool) -> int:
     if refused is not None and not data and robot is None:
         raise refused  # for another reason than an unreachable target
     if not data and robot is None:
-        from safenav.report.terminal.postmortem_text import postmortem_data, postmortem_lines
+        from safenav.report.terminal.explanation_text import postmortem_data, postmortem_lines
         from safenav.review.postmortem import explain_run
 
         run = explain_run(plan, plan.catalogue.robots, lambda: default_synthesizer(plan))

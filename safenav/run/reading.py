@@ -14,8 +14,7 @@ from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError
 from safenav.outcome import Verdict
-from safenav.run.charges import Charges
-from safenav.run.paths import ContradictionError, RobotPaths, facing
+from safenav.run.paths import Charges, ContradictionError, RobotPaths, facing
 from safenav.run.run import Run
 from safenav.run.values import (
     Changes,

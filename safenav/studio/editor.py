@@ -3,25 +3,25 @@
 from __future__ import annotations
 
 import asyncio
+import time
+from itertools import count
 from pathlib import Path
 from typing import Any
 
+from msgspec import Struct, field
 from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError, UsageError
-from safenav.scenario.beginning import TEMPLATES
+from safenav.scenario.beginning import TEMPLATES, template_text
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import Draft, load_draft
 from safenav.scenario.yaml.findings import ReadableFolder
 from safenav.scenario.yaml.source import MAX_BYTES
-from safenav.studio.editing import beginnings
-from safenav.studio.editing.document import OpenDocument, TextOrigin
 from safenav.studio.editing.drawing import drawing_of, palette
-from safenav.studio.editing.operations import edited
-from safenav.studio.editing.played import played
+from safenav.studio.editing.operations import edited, played
 from safenav.studio.editing.realizability import RealizabilityQueue
-from safenav.studio.run.orders import RunOrder
+from safenav.studio.process import RunOrder
 from safenav.studio.scenario_folder import ScenarioFolder, read_text, save_text
 from safenav.studio.session import Made, Message, Studio
 
@@ -69,7 +69,7 @@ class Editor(Studio):
         if file is not None and not file.parent.is_dir():
             raise UsageError(f"{file}: there is no folder {file.parent}")
         if file is None or not file.exists():
-            text = beginnings.blank()
+            text = blank()
             return cls(
                 text, TextOrigin(file, saved=text if file is None else None), scenarios, folder
             )
@@ -223,9 +223,9 @@ class Editor(Studio):
             rows, cols = data.get("rows") or 9, data.get("cols") or 15
             if not isinstance(rows, int) or not isinstance(cols, int):
                 raise UsageError("expected numbers of rows and columns")
-            self._begin_with(beginnings.blank(rows, cols))
+            self._begin_with(blank(rows, cols))
         elif kind == "template":
-            self._begin_with(beginnings.template(str(data.get("name"))))
+            self._begin_with(template(str(data.get("name"))))
         elif kind == "file":
             path = self.scenarios.path(str(data.get("name")))
             text = await asyncio.to_thread(read_text, path)
@@ -291,3 +291,104 @@ def _problem(found: Diagnostic) -> dict[str, Any]:
         "found": found.found,
         "hint": found.hint,
     }
+
+
+MOST = 500
+TYPING = 1.2
+"""Seconds within which typed changes are undone together."""
+
+
+class TextOrigin(Struct, eq=False):
+    """The origin of a text. ``file``: the file that it is saved to, if any; ``foreign``: it came by
+    upload; ``saved``: the content of the file, or the initial text, which needs no saving;
+    ``number``: distinguishes origins."""
+
+    file: Path | None = None
+    foreign: bool = False
+    saved: str | None = None
+    number: int = field(default_factory=count().__next__)
+
+
+_Texts = list[tuple[str, TextOrigin]]
+
+
+class OpenDocument(Struct):
+    """Owner of the text. ``revision`` grows with every change. Undo also restores the origin, so
+    that a text is never saved to the file of another."""
+
+    text: str
+    origin: TextOrigin = field(default_factory=TextOrigin)
+    revision: int = 0
+    _before: _Texts = field(default_factory=list)
+    _after: _Texts = field(default_factory=list)
+    _typed: float = 0.0
+
+    @property
+    def undoable(self) -> bool:
+        return bool(self._before)
+
+    @property
+    def redoable(self) -> bool:
+        return bool(self._after)
+
+    @property
+    def dirty(self) -> bool:
+        return self.text != self.origin.saved
+
+    def change(self, text: str, *, typed: bool = False, origin: TextOrigin | None = None) -> bool:
+        """Replace the text, and its ``origin`` if one is given; return whether anything changed.
+        ``typed``: changes within ``TYPING`` seconds are undone together."""
+        if text == self.text and origin is None:
+            return False
+        now = time.monotonic()
+        if not (typed and self._before and now - self._typed < TYPING):
+            self._before.append((self.text, self.origin))
+            del self._before[:-MOST]
+        self._typed = now if typed else 0.0
+        self._after.clear()
+        self.text, self.origin = text, origin or self.origin
+        self.revision += 1
+        return True
+
+    def undo(self) -> None:
+        """Restore the previous text, if there is one."""
+        self._exchange(self._before, self._after)
+
+    def redo(self) -> None:
+        """Restore the last undone text, if there is one."""
+        self._exchange(self._after, self._before)
+
+    def _exchange(self, source: _Texts, target: _Texts) -> None:
+        if source:
+            target.append((self.text, self.origin))
+            self.text, self.origin = source.pop()
+            self.revision += 1
+            self._typed = 0.0
+
+
+BLANK = """\
+safenav: 1
+name: new scenario
+map:
+  grid: |
+{grid}
+robots: {{}}
+until: {{rounds: 2}}
+limits: {{ticks: 500}}
+"""
+
+
+def blank(rows: int = 9, cols: int = 15) -> str:
+    """Return a scenario of one walled room without robots. Raises UsageError for its size."""
+    if not (3 <= rows <= 512 and 3 <= cols <= 512):
+        raise UsageError("a blank map has 3 to 512 rows and columns")
+    inner = "#" + "." * (cols - 2) + "#"
+    lines = ["#" * cols, *[inner] * (rows - 2), "#" * cols]
+    return BLANK.format(grid="\n".join(f"    {line}" for line in lines))
+
+
+def template(name: str) -> str:
+    """Return a template by its name. Raises UsageError for an unknown one."""
+    if name not in TEMPLATES:
+        raise UsageError(f"there is no template '{name[:40]}'; known: {', '.join(TEMPLATES)}")
+    return template_text(name)

@@ -16,6 +16,7 @@ import json
 import re
 import resource
 import secrets
+import signal
 import socket
 import webbrowser
 from collections.abc import Callable, Mapping
@@ -25,10 +26,11 @@ from http import HTTPStatus
 from http.client import HTTPException, parse_headers
 from importlib.resources import files
 from io import BytesIO
-from pathlib import PurePath
+from pathlib import Path, PurePath
 from typing import Any
 from urllib.parse import parse_qs, unquote, urlsplit
 
+import click
 from msgspec import Struct
 
 from safenav.errors import SafenavError, UsageError, file_words
@@ -357,3 +359,51 @@ def asset(name: str) -> str:
     if name == "schema.json":
         return schema_text()
     return files("safenav.studio").joinpath("assets", name).read_text(encoding="utf-8")
+
+
+def start_studio(
+    file: Path | None,
+    *,
+    folder: Path | None = None,
+    port: int | None = None,
+    browser: bool = True,
+    keep: bool = False,
+) -> None:
+    """Serve the editor until Ctrl-C. Raises UsageError if ``file`` or the port is not
+    available."""
+    from safenav.studio.editor import Editor
+
+    _serve(lambda: Editor.of_file(file, folder), port, browser, keep)
+
+
+def start_live(
+    scenario: Path,
+    *,
+    seed: int | None = None,
+    trace: Path | None = None,
+    clock: str | None = None,
+) -> None:
+    """Serve the run of a scenario, without the editor, until Ctrl-C. Raises UsageError."""
+    from safenav.studio.session import Studio
+
+    _serve(lambda: Studio.of_run(scenario, seed, trace, clock), None, True, False)
+
+
+def _serve(make: object, port: int | None, browser: bool, keep: bool) -> None:
+    from safenav.studio.server import Server
+
+    async def main() -> None:
+        assert callable(make)
+        server = Server(make(), port=port, keep=keep)
+        loop = asyncio.get_running_loop()
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            with suppress(NotImplementedError):
+                loop.add_signal_handler(number, server.stop)
+        await server.serve(browser=browser, ready=_ready)
+
+    asyncio.run(main())
+
+
+def _ready(address: str) -> None:
+    click.echo(f"studio: {address}")
+    click.echo("    Ctrl-C ends it", err=True)

@@ -25,8 +25,8 @@ from safenav.scenario.model import Catalogue
 from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.yaml.source import STDIN
 from safenav.studio.editing.drawing import palette
-from safenav.studio.run.live import StudioRun
-from safenav.studio.run.orders import RunOrder
+from safenav.studio.live import StudioRun
+from safenav.studio.process import RunOrder
 from safenav.trace.reading import read_bytes
 
 

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 from safenav.errors import UsageError
 from safenav.lines import json_line
 from safenav.scenario.model import Scenario
-from safenav.studio.run.live import StudioRun
-from safenav.studio.run.orders import RunOrder
+from safenav.studio.live import StudioRun
+from safenav.studio.process import RunOrder
 from safenav.studio.session import Studio
 from safenav.trace.records import Header, Move, Record
 from safenav.trace.writing import as_data

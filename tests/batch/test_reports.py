@@ -13,8 +13,7 @@ from msgspec.structs import replace
 from safenav.batch.case import Case, CaseVerdict, Result, without_a_run
 from safenav.batch.results import BaselineComparison, compare
 from safenav.batch.session import Report
-from safenav.report.batches.junit import to_junit
-from safenav.report.batches.summary import summary
+from safenav.report.batch import summary, to_junit
 
 
 @cache

@@ -13,7 +13,7 @@ import pytest
 from cli.conftest import Command
 from once import trace_of_shipped
 from report import clinic, made_traces
-from safenav.report.bag.messages import TRAIL, messages
+from safenav.report.bag import TRAIL, messages
 from safenav.run.reading import read_run
 from safenav.world.map import Frame
 

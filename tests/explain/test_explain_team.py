@@ -9,7 +9,7 @@ from explain.conftest import Invoke
 from once import beside
 from safenav.cli.check import check
 from safenav.cli.synth import explain
-from safenav.report.terminal.postmortem_text import postmortem_lines
+from safenav.report.terminal.explanation_text import postmortem_lines
 from safenav.review.postmortem import Postmortem, explain_run
 from safenav.runtime.run.mission import default_synthesizer
 from safenav.scenario.reading.catalogue import built_in

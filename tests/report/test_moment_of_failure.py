@@ -6,8 +6,7 @@ import pytest
 
 from once import beside
 from safenav.cli.run import run as run_command
-from safenav.report.page.encode import encoded
-from safenav.report.page.live import LiveRun
+from safenav.report.page.encode import LiveRun, encoded
 from safenav.run.reading import run_of
 from safenav.run.run import Run
 from safenav.trace.reading import Trace, read_trace

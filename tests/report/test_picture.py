@@ -10,9 +10,8 @@ from once import SCENARIOS, beside
 from report import made_traces
 from safenav.cli import group
 from safenav.report.page.encode import encoded
-from safenav.report.picture.floor import cell_size, window
+from safenav.report.picture.floor import cell_size, placed_names, window
 from safenav.report.picture.glyphs import separated
-from safenav.report.picture.names import placed_names
 from safenav.report.picture.scenario import scenario_text, scene_of
 from safenav.report.picture.scene import EXCLUSION, Options, svg_of
 from safenav.report.picture.svg import text_width

@@ -11,8 +11,8 @@ from msgspec.structs import replace
 from safenav.errors import UsageError
 from safenav.report.picture import film
 from safenav.report.picture.film import Film, write_gif
-from safenav.report.picture.raster import png_of
 from safenav.report.picture.scene import svg_of
+from safenav.report.picture.svg import png_of
 from safenav.run.run import Run
 from safenav.trace.looks import BLUE, ORANGE
 

@@ -14,8 +14,7 @@ from safenav.errors import UsageError
 from safenav.report.page.html import page_of
 from safenav.report.picture.scene import Options, svg_of
 from safenav.run.reading import read_run
-from safenav.run.run import Run
-from safenav.run.sight import SightCache, shading_of
+from safenav.run.run import Run, SightCache, shading_of
 from safenav.trace.looks import looks
 from safenav.world.poses import bits
 from safenav.world.sight import visible_from

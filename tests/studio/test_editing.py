@@ -24,11 +24,9 @@ from safenav.runtime.worlds.truth import SimulatedWorld
 from safenav.scenario.objective import Hold, Visit
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_draft, load_scenario_text
-from safenav.studio.editing import beginnings
-from safenav.studio.editing.document import OpenDocument
 from safenav.studio.editing.drawing import drawing_of
-from safenav.studio.editing.operations import edited
-from safenav.studio.editing.played import played
+from safenav.studio.editing.operations import edited, played
+from safenav.studio.editor import OpenDocument, blank
 from safenav.trace.reading import read_lines
 from safenav.trace.records import Record
 from safenav.world.moves import Mobility
@@ -108,7 +106,7 @@ def test_an_impossible_edit_is_refused(operation: dict[str, Any]) -> None:
 
 
 def test_undo_leads_back_to_the_beginning_and_redo_forth() -> None:
-    document = OpenDocument(beginnings.blank())
+    document = OpenDocument(blank())
     first = document.text
     for region in range(17, 27):
         document.change(edited(document.text, {"op": "paint", "regions": [region], "wall": True}))
@@ -154,7 +152,7 @@ def something(text: str, chance: random.Random) -> dict[str, Any]:
 def test_random_edits_leave_a_text_that_reads_back(seed: int) -> None:
     """Mistakes are diagnostics, never exceptions; what loads saves and loads again the same."""
     chance = random.Random(seed)
-    document = OpenDocument(beginnings.blank() if seed % 2 else DOOR[: DOOR.index("expect:")])
+    document = OpenDocument(blank() if seed % 2 else DOOR[: DOOR.index("expect:")])
     for _ in range(30):
         try:
             document.change(edited(document.text, something(document.text, chance)))

@@ -10,10 +10,9 @@ import pytest
 from motion.runs import live_trace
 from once import trace_of_shipped
 from safenav.checked_trace import check_trace
-from safenav.report.page.encode import encoded
-from safenav.report.page.live import LiveRun
+from safenav.report.page.encode import LiveRun, encoded
 from safenav.run.reading import run_of
-from safenav.studio.run.orders import RunOrder
+from safenav.studio.process import RunOrder
 from safenav.studio.watching import WatchedRun
 from safenav.trace.reading import read_bytes
 from safenav.trace.records import Appeared, Move, Resolved

@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 
-from safenav.studio.run import live
-from safenav.studio.run.live import StudioRun
-from safenav.studio.run.orders import RunOrder
+from safenav.studio import live
+from safenav.studio.live import StudioRun
+from safenav.studio.process import RunOrder
 from studio.serving import MINUTES, SCENARIOS
 
 DOOR = SCENARIOS / "case_study_1.yaml"

@@ -4,7 +4,8 @@ Values over time are lists of [tick, value...]; paths are lists of regions and a
 heading: a thousand ticks of a robot take about five kilobytes. ``grown`` alone writes the parts
 that grow during a run: all entries, or those that a page lacks.
 A set of regions is written once, as runs of consecutive regions: the gap before each run and its
-length, as in ``14,3,7,2`` (front/src/run/sets.ts).
+length, as in ``14,3,7,2`` (front/src/run/sets.ts). The page merges the news of a live run
+(front/src/live/merge.ts).
 """
 
 from __future__ import annotations
@@ -22,8 +23,8 @@ from safenav.report.picture.glyphs import (
     opened_pictogram,
     robot_pictogram,
 )
-from safenav.run.run import Run
-from safenav.run.sight import SightCache, viewers
+from safenav.run.reading import Beginning, RunReader
+from safenav.run.run import Run, SightCache, viewers
 from safenav.run.values import (
     Changes,
     Event,
@@ -261,3 +262,29 @@ def stack_data(frames: Sequence[StackRow], world: RegionMap) -> list[Any]:
 def task_data(run: Run, robot: str, objective: Objective | None) -> list[Any]:
     avoid = () if objective is None else objective.avoid
     return [run.doing(robot, objective), sorted(target_regions(objective)), sorted(avoid)]
+
+
+class LiveRun:
+    """A live run. ``source``: its name on the page, in place of a trace file."""
+
+    def __init__(self, header: Beginning, source: str) -> None:
+        self._source = source
+        reader = RunReader(header)
+        self.run, self.append = reader.run, reader.append
+        self._sent = PageKnowledge(self.run.map, numbered=False)
+        self.news()
+
+    @property
+    def time(self) -> float:
+        """The last tick, or the seconds on the clock of the run."""
+        return self.run.time(self.run.last)
+
+    def whole(self) -> dict[str, Any]:
+        """Return the data of a page that shows the run so far."""
+        return encoded(self.run, self._source)
+
+    def news(self) -> dict[str, Any]:
+        """Return the entries since the last call, in the form of ``whole``, to be appended. Two
+        differ: ``steps`` of a robot are [number, steps], which replace those from that number on,
+        and sets of regions are texts instead of references."""
+        return grown(self.run, self._sent)

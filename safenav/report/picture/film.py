@@ -15,10 +15,9 @@ from safenav.errors import UsageError
 from safenav.extras import missing
 from safenav.report.picture.floor import cell_size, window
 from safenav.report.picture.glyphs import separated
-from safenav.report.picture.raster import png_of, size_of
 from safenav.report.picture.scene import Layer, Options, svg_of
-from safenav.run.run import Run
-from safenav.run.sight import Shading, shading_of
+from safenav.report.picture.svg import png_of, size_of
+from safenav.run.run import Run, Shading, shading_of
 from safenav.run.values import Placed, Scene, StoryKind
 
 if TYPE_CHECKING:

@@ -7,11 +7,10 @@ from typing import Any
 
 from msgspec import Struct
 
-from safenav.report.picture.floor import INK, MUTED, WALL, WALL_LINE
+from safenav.report.picture.floor import AREA, INK, MUTED, WALL, WALL_LINE
 from safenav.report.picture.glyphs import GLYPHS, STATUS_MARKS
-from safenav.report.picture.names import AREA
 from safenav.report.picture.svg import SvgWriter, number, text_width, wrapped
-from safenav.run.sight import Shading
+from safenav.run.run import Shading
 from safenav.run.values import ObstacleStatus, Scene, StoryKind
 from safenav.trace.looks import Look, looks
 from safenav.trace.words import listed

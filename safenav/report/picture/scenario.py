@@ -6,7 +6,7 @@ from msgspec.structs import replace
 
 from safenav.report.terminal.map import FREE, MapPicture, Marker, draw, with_names
 from safenav.run.reading import run_of
-from safenav.run.sight import Shading
+from safenav.run.run import Shading
 from safenav.run.values import ObstacleStatus, Scene
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.objective import describe, target_regions

@@ -15,11 +15,16 @@ from msgspec import Struct
 from safenav.report.picture.floor import (
     INK,
     MUTED,
+    PlacedName,
     cell_size,
+    draw_areas,
     draw_axes,
     draw_floor,
+    draw_names,
     draw_numbers,
     filled,
+    outline,
+    placed_names,
     window,
 )
 from safenav.report.picture.glyphs import (
@@ -30,9 +35,8 @@ from safenav.report.picture.glyphs import (
     separated,
 )
 from safenav.report.picture.legend import KeyRow, Legend, key_row, legend_of
-from safenav.report.picture.names import PlacedName, draw_areas, draw_names, outline, placed_names
 from safenav.report.picture.svg import SvgWriter, polyline, wrapped
-from safenav.run.sight import Shading
+from safenav.run.run import Shading
 from safenav.run.values import Event, Hidden, ObstacleStatus, Placed, Scene, StoryKind
 from safenav.scenario.objective import target_regions
 from safenav.trace.looks import Look, looks

@@ -9,7 +9,7 @@ from typing import Any
 
 from msgspec import to_builtins
 
-from safenav.report.terminal.table import table
+from safenav.report.terminal.layout import table
 from safenav.scenario.model import Catalogue, Need, ResolveAt, RobotModel
 from safenav.scenario.reading.catalogue import UNLIMITED
 

@@ -11,7 +11,7 @@ from typing import Any
 from safenav.explain.explanation import LosingPlay, PlayEnd, Values
 from safenav.explain.lines import LineExplanation
 from safenav.explain.vacuity import Cause, Vacuity
-from safenav.report.terminal.core_text import core_heading, core_notes
+from safenav.report.terminal.explanation_text import core_heading, core_notes
 from safenav.spec.specification import Constraint, Owner
 from safenav.synthesis.export import in_words
 from safenav.synthesis.strategy import Strategy

@@ -12,7 +12,7 @@ from itertools import zip_longest
 import click
 
 from safenav.outcome import Outcome
-from safenav.report.terminal.fold import folded
+from safenav.report.terminal.layout import folded
 from safenav.report.terminal.map import MapPicture, Marker, draw
 from safenav.report.terminal.map import legend as marks
 from safenav.run.reading import Line, RunReader, Style

@@ -20,7 +20,7 @@ from safenav.review.team import explain_team
 from safenav.runtime.run.mission import default_synthesizer, first_results
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_draft
-from safenav.studio.run.orders import RunOrder, kill, started
+from safenav.studio.process import RunOrder, kill, started
 
 CALM = 0.25
 """Seconds without a change before the robots are checked."""

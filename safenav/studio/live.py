@@ -18,8 +18,8 @@ from typing import IO, Any
 
 from safenav.errors import UsageError
 from safenav.lines import json_line
-from safenav.report.page.live import LiveRun
-from safenav.studio.run.orders import DONE, FAILED, REFUSED, RunOrder, kill, started
+from safenav.report.page.encode import LiveRun
+from safenav.studio.process import DONE, FAILED, REFUSED, RunOrder, kill, started
 from safenav.trace.fields import convert
 from safenav.trace.records import KINDS, End, Header, Inputs, Record
 
@@ -103,7 +103,7 @@ class StudioRun:
 
     async def start(self) -> None:
         """Start the process, which synthesizes and then waits for ticks."""
-        self._process = await started("safenav.studio.run.process", self.order)
+        self._process = await started("safenav.studio.process", self.order)
         self._busy_since = time.monotonic()
         for job in (self._listen(), self._drive(), self._tell_when_busy()):
             self._tasks.append(asyncio.create_task(job))

@@ -1,0 +1,331 @@
+"""The end of a batch on the terminal: failures with reasons, slow cases, changes."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import xml.etree.ElementTree as ET
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from datetime import UTC, datetime
+from pathlib import Path, PurePath
+from typing import Any
+
+import click
+from msgspec import to_builtins
+
+import safenav
+from safenav.batch.case import Case, CaseVerdict, Result, file_name
+from safenav.batch.results import BaselineComparison
+from safenav.batch.session import Report
+from safenav.errors import UsageError
+from safenav.lines import printable
+from safenav.report.terminal.layout import StatusLine, echo_folded, table
+from safenav.trace.words import listed
+
+_REASONS = 3
+_SLOWEST = 10
+_NAMES = 20
+_LEAST_NAME = 16
+"""Least characters of a name on a narrow terminal."""
+_STILL_OPEN = "; still open: "
+
+
+def summary(
+    report: Report,
+    comparison: BaselineComparison | None = None,
+    width: int | None = None,
+) -> list[str]:
+    """Return lines: a table with the failed cases first, then the slowest that passed; the
+    reasons; the comparison; the totals. ``width``: of the terminal, for the table."""
+    failed = report.failed
+    passed = [result for result in report.in_order if result.passed]
+    passed.sort(key=lambda result: -result.duration)
+    shown = [*failed, *passed[:_SLOWEST]]
+    lines = []
+    if shown:
+        live = any(result.makespan is not None for result in shown)
+        times = ("ticks", "makespan") if live else ("ticks",)
+        headings = ("case", "verdict", "outcome", *times, "syntheses", "seconds")
+        rows = _fitted(headings, [_row(result, live) for result in shown], width)
+        lines += _coloured([printable(row) for row in rows], len(failed))
+        more = len(passed) - _SLOWEST
+        if more > 0:
+            lines.append(f"... and {more} more passed")
+    for group in _by_cause(failed):
+        lines += ["", *_why(group)]
+    undone = [result for result in passed if _STILL_OPEN in (result.explanation or "")]
+    lines += [""] if undone else []
+    for result in undone[:_NAMES]:
+        left = (result.explanation or "").partition(_STILL_OPEN)[2]
+        lines.append(printable(f"{result.name}: passed with orders that are still open: {left}"))
+    if len(undone) > _NAMES:
+        lines.append(f"... and {len(undone) - _NAMES} more with such orders")
+    if comparison is not None:
+        lines += ["", *map(printable, _compared(comparison))]
+    return [*lines, "", _sum(report)]
+
+
+def _fitted(
+    headings: tuple[str, ...], rows: list[tuple[object, ...]], width: int | None
+) -> list[str]:
+    """Return the table; if it is too wide, long names lack their middle."""
+    lines = table(headings, rows)
+    wide = len(lines[1])  # the rule under the headings
+    if width is None or wide <= width:
+        return lines
+    room = max(_LEAST_NAME, max(len(str(name)) for name, *_ in rows) - (wide - width))
+    return table(headings, [(_elided(str(name), room), *rest) for name, *rest in rows])
+
+
+def _elided(name: str, room: int) -> str:
+    if len(name) <= room:
+        return name
+    tail = (room - 3) // 2
+    return f"{name[: room - 3 - tail]}...{name[-tail:]}"
+
+
+def _row(result: Result, live: bool) -> tuple[object, ...]:
+    """Return the row of a result. ``live``: with a column for the makespan."""
+    seconds = f"{result.duration:.2f}".rjust(len("seconds"))
+    outcome = result.outcome or "-"
+    over = "-" if result.makespan is None else f"{result.makespan:.1f}"
+    times = (result.ticks, over.rjust(len("makespan"))) if live else (result.ticks,)
+    return result.name, result.verdict.value, outcome, *times, result.syntheses, seconds
+
+
+def _coloured(lines: list[str], failed: int) -> list[str]:
+    head, rows = lines[:2], lines[2:]
+    return [*head, *(click.style(row, fg="red") for row in rows[:failed]), *rows[failed:]]
+
+
+def _by_cause(failed: Sequence[Result]) -> list[list[Result]]:
+    """Return groups of failures with the same cause, in the order of their first failures."""
+    groups: dict[tuple[object, ...], list[Result]] = {}
+    for result in failed:
+        cause = (result.file, result.verdict, result.outcome, result.explanation)
+        groups.setdefault((*cause, *result.reasons), []).append(result)
+    return list(groups.values())
+
+
+def _why(group: Sequence[Result]) -> list[str]:
+    """Return the failure of a group of cases with the same cause, as lines."""
+    result, *others = group
+    lines = [f"{result.name}: {result.verdict.value}"]
+    if others:
+        names = (other.name.removeprefix(result.file).strip() for other in others[:_NAMES])
+        lines.append(f"  likewise: {listed(names)}")
+        if len(others) > _NAMES:
+            lines.append(f"  ... and {len(others) - _NAMES} more")
+    lines += [f"  {reason}" for reason in result.reasons[:_REASONS]]
+    if len(result.reasons) > _REASONS:
+        lines.append(f"  ... and {len(result.reasons) - _REASONS} more")
+    if result.outcome not in (None, "completed"):
+        lines.append(f"  {result.explanation}")
+    lines += [f"  {artifact}" for artifact in result.artifacts]
+    head, *rest = map(printable, lines)
+    return [click.style(head, bold=True), *rest]
+
+
+def _compared(comparison: BaselineComparison) -> list[str]:
+    lines = []
+    for name, differences in comparison.changed.items():
+        lines += [f"changed: {name}", *(f"  {what}" for what in differences)]
+    for name, (before, now) in comparison.slower.items():
+        lines.append(f"slower: {name}: {before:.2f} s before, {now:.2f} s now")
+    for word, names in (("new", comparison.new), ("gone", comparison.gone)):
+        lines += [f"{word}: {name}" for name in names[:_NAMES]]
+        if len(names) > _NAMES:
+            lines.append(f"{word}: ... and {len(names) - _NAMES} more")
+    return lines or ["no change and no slowdown against the baseline"]
+
+
+def counts(report: Report) -> dict[str, int]:
+    """Return the number of cases by verdict; zeros are omitted, except that of ``passed``."""
+    found = {"passed": 0, **Counter(result.verdict.value for result in report.in_order)}
+    return found | ({"not_run": report.left} if report.left else {})
+
+
+def report_data(report: Report, comparison: BaselineComparison | None = None) -> dict[str, Any]:
+    """Return all results of the batch as JSON data."""
+    data: dict[str, Any] = {
+        "safenav": safenav.__version__,
+        "as_expected": report.as_expected,
+        "interrupted": report.interrupted,
+        "seconds": round(report.seconds, 3),
+        "resumed": report.resumed,
+        "counts": counts(report),
+        "results": to_builtins(report.in_order),
+        "not_run": [case.name for case in report.not_run],
+    }
+    return data if comparison is None else data | {"baseline": to_builtins(comparison)}
+
+
+def _sum(report: Report) -> str:
+    parts = [f"{count} {word.replace('_', ' ')}" for word, count in counts(report).items()]
+    text = f"{', '.join(parts)} in {report.seconds:.1f} s"
+    if report.resumed:
+        text += f" ({report.resumed} of them done before)"
+    text = click.style(text, fg="green" if report.as_expected else "red", bold=True)
+    if report.interrupted:
+        text += "; interrupted"
+    elif report.stopped_early:
+        text += "; stopped at the first failure"
+    return text
+
+
+# Characters that XML 1.0 cannot represent, even as references.
+_FORBIDDEN = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+
+
+def to_junit(report: Report, *, when: datetime | None = None) -> str:
+    """Return the report as XML. ``when``: the time of the batch, default now."""
+    stamp = (when or datetime.now(UTC)).strftime("%Y-%m-%dT%H:%M:%S")
+    root = ET.Element("testsuites", name="safenav batch")
+    suites: dict[str, list[Case]] = {}
+    for case in report.cases:
+        suites.setdefault(PurePath(case.file).parent.as_posix(), []).append(case)
+    for folder, cases in suites.items():
+        results = [report.results[case.name] for case in cases if case.name in report.results]
+        here = _clean(Path(folder).resolve().name if folder == "." else folder)
+        suite = ET.SubElement(root, "testsuite", name=here, timestamp=stamp)
+        _count(suite, results, len(cases))
+        for case in cases:
+            _testcase(suite, here, case, report.results.get(case.name))
+    _count(root, report.in_order, len(report.cases))
+    ET.indent(root)
+    return '<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
+
+
+def _count(element: ET.Element, results: Iterable[Result], cases: int) -> None:
+    done = list(results)
+    failures = sum(result.verdict is CaseVerdict.DIFFERENT for result in done)
+    errors = sum(not result.passed for result in done) - failures
+    element.set("tests", str(cases))
+    element.set("failures", str(failures))
+    element.set("errors", str(errors))
+    if element.tag == "testsuite":
+        element.set("skipped", str(cases - len(done)))
+    element.set("time", f"{sum(result.wall_seconds for result in done):.3f}")
+
+
+def _testcase(suite: ET.Element, folder: str, case: Case, result: Result | None) -> None:
+    name = case.name.removeprefix(f"{folder}/")
+    element = ET.SubElement(suite, "testcase", name=_clean(name), classname=folder)
+    if result is None:
+        element.set("time", "0.000")
+        ET.SubElement(element, "skipped", message="not run: the batch was stopped before")
+        return
+    element.set("time", f"{result.wall_seconds:.3f}")
+    if not result.passed:
+        word = "failure" if result.verdict is CaseVerdict.DIFFERENT else "error"
+        message = _clean("; ".join(result.reasons))
+        child = ET.SubElement(element, word, message=message, type=result.verdict.value)
+        child.text = _clean("\n".join(result_lines(result)))
+    notes = [
+        f"requirement {name}: {one['verdict']}, robustness {one['robustness']}"
+        for name, one in (result.requirements or {}).items()
+    ]
+    if result.makespan is not None:
+        notes.append(f"makespan: {result.makespan:g} s")
+    if notes:
+        ET.SubElement(element, "system-out").text = _clean("\n".join(notes))
+
+
+def result_lines(result: Result) -> list[str]:
+    """Return a case's reasons, end, settings and files, as lines."""
+    lines = list(result.reasons)
+    if result.outcome is not None:
+        over = result.makespan
+        time = f"{result.ticks} ticks" if over is None else f"{over:g} s on the clock of the run"
+        lines.append(f"it ended after {time}: {result.explanation}")
+    if result.settings:
+        lines.append("settings: " + ", ".join(f"{k}={v}" for k, v in result.settings.items()))
+    lines += [f"see {artifact}" for artifact in result.artifacts]
+    if result.detail:
+        lines += ["", result.detail]
+    return lines
+
+
+def _clean(text: str) -> str:
+    return _FORBIDDEN.sub("?", text)
+
+
+FOLDER = "failures"
+
+
+class FailureFolder:
+    """Folders of failed cases below ``directory/failures``. Unless ``keep``, files of a former
+    batch are removed."""
+
+    def __init__(self, directory: Path, *, keep: bool) -> None:
+        self._root = directory / FOLDER
+        if not keep:
+            shutil.rmtree(self._root, ignore_errors=True)
+
+    def keep_only(self, results: Iterable[Result]) -> None:
+        """Remove the files of all other results: failures that were fixed, or whose scenario has
+        changed."""
+        kept = {self._folder(result) for result in results if not result.passed}
+        for folder in self._root.glob("*") if self._root.is_dir() else ():
+            if folder not in kept and (folder / "reason.txt").is_file():
+                shutil.rmtree(folder, ignore_errors=True)
+
+    def _folder(self, result: Result) -> Path:
+        return self._root / file_name(result.name, result.fingerprint)
+
+    def __call__(self, result: Result, trace: bytes) -> list[str]:
+        folder = self._folder(result)
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            return self._write(folder, result, trace)
+        except OSError as error:
+            raise UsageError(f"cannot write to {folder}: {error.strerror}") from error
+
+    @staticmethod
+    def _write(folder: Path, result: Result, trace: bytes) -> list[str]:
+        files = [folder / "reason.txt"]
+        lines = [result.name, *result_lines(result)]
+        if trace:
+            files.append(folder / "trace.jsonl")
+            files[-1].write_bytes(trace)
+            try:
+                from safenav.report.page.html import page_of_trace
+                from safenav.trace.reading import read_trace
+
+                page = page_of_trace(read_trace(files[-1]), files[-1].name)
+            except Exception as error:
+                # A trace cut off in its first line is unreadable, and no error of the replay of a
+                # failure must end the batch.
+                lines += ["", f"no replay: {type(error).__name__}: {error}"]
+            else:
+                files.append(folder / "replay.html")
+                files[-1].write_text(page, encoding="utf-8")
+        files[0].write_text("\n".join([*lines, ""]), encoding="utf-8")
+        return [str(file) for file in files]
+
+
+class ProgressLine(StatusLine):
+    def waiting(self, report: Report, running: Sequence[tuple[str, float]]) -> None:
+        self.show(_state(report, running), report.seconds)
+
+    def arrived(self, report: Report, result: Result) -> None:
+        if not result.passed:
+            self.clear()
+            reason = result.reasons[0].removeprefix(f"{result.name}:") if result.reasons else ""
+            verdict = click.style(result.verdict.value, fg="red")
+            echo_folded([f"{verdict} {printable(f'{result.name}: {reason}')}"], err=True)
+        if self.live:
+            self.show(_state(report, ()), report.seconds)
+
+
+def _state(report: Report, running: Sequence[tuple[str, float]]) -> str:
+    total, done = len(report.cases), len(report.results)
+    text = f"{str(done).rjust(len(str(total)))}/{total}"
+    failed = sum(not result.passed for result in report.results.values())
+    if failed:
+        text += f", {failed} failed"
+    longest = sorted(running, key=lambda case: -case[1])[:2]
+    if longest:
+        text += "; running " + ", ".join(f"{name} ({s:.0f} s)" for name, s in longest)
+    return printable(text)

@@ -1,1 +1,0 @@
-"""Reports of a batch for people and CI."""

@@ -1,0 +1,120 @@
+"""Lines on a terminal: long ones broken between words, tables, the progress of long work."""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, TextIO
+
+import click
+
+if TYPE_CHECKING:
+    from safenav.synthesis.request import SynthesisProgress
+
+_EXCERPT = re.compile(r" *\d* \| ")
+"""Start of a quoted line of a file in a message, and of the mark below it."""
+
+
+def terminal_width(stream: TextIO | None = None) -> int | None:
+    """Return the width in characters of the terminal that is ``stream`` (default: standard output);
+    None if it is not a terminal."""
+    if not (stream or sys.stdout).isatty():
+        return None
+    from shutil import get_terminal_size  # imported here: it loads the modules of all archives
+
+    return get_terminal_size().columns
+
+
+def echo_folded(lines: Iterable[str], err: bool = False) -> None:
+    """Print lines, folded on a terminal; continued parts are indented by two more columns."""
+    width = terminal_width(sys.stderr if err else sys.stdout)
+    for line in lines:
+        for part in folded(line, width, len(line) - len(line.lstrip()) + 2):
+            click.echo(part, err=err)
+
+
+def folded(line: str, width: int | None, indent: int) -> list[str]:
+    """Return a line in parts of at most ``width`` characters, all but the first indented by
+    ``indent``. Colours do not count; a longer word is not broken."""
+    if width is None or len(click.unstyle(line)) <= width:
+        return [line]
+    lines, used = [""], 0
+    for number, word in enumerate(line.split(" ")):
+        long = len(click.unstyle(word))
+        if number and used + 1 + long > width and lines[-1].strip():
+            lines.append(" " * indent)
+            used = indent - 1
+        elif number:
+            lines[-1] += " "
+        lines[-1] += word
+        used += long + (1 if number else 0)
+    return lines
+
+
+def folded_message(message: str, width: int | None) -> str:
+    """Return an error message with its lines folded, except quoted lines of a file."""
+    parts = (
+        [line] if _EXCERPT.match(line) else folded(line, width, 6) for line in message.split("\n")
+    )
+    return "\n".join(part for some in parts for part in some)
+
+
+def table(headings: Sequence[str], rows: Sequence[Sequence[object]]) -> list[str]:
+    """Return the lines of a table. None is shown as a dash; columns of numbers are
+    right-aligned."""
+    cells = [["-" if value is None else str(value) for value in row] for row in rows]
+    numeric = [
+        all(isinstance(row[i], int | float) or row[i] is None for row in rows)
+        for i in range(len(headings))
+    ]
+    widths = [max(len(line[i]) for line in [list(headings), *cells]) for i in range(len(headings))]
+    lines = []
+    for line in [list(headings), *cells]:
+        padded = (
+            text.rjust(width) if right else text.ljust(width)
+            for text, width, right in zip(line, widths, numeric, strict=True)
+        )
+        lines.append("  ".join(padded).rstrip())
+    lines.insert(1, "  ".join("-" * width for width in widths))
+    return lines
+
+
+class StatusLine:
+    """Progress on standard error: an updated line on a terminal, else a line every ``EVERY``
+    seconds."""
+
+    EVERY = 10.0
+    """Seconds between lines if standard error is not a terminal."""
+
+    def __init__(self) -> None:
+        self.live = sys.stderr.isatty()
+        self.last, self._shown = 0.0, False
+
+    def show(self, text: str, seconds: float) -> None:
+        """Show the state of the work after some seconds."""
+        if self.live:
+            width = terminal_width(sys.stderr) or 80
+            click.echo(f"\r\033[K{text[: width - 1]}", nl=False, err=True)
+            self._shown = True
+        elif seconds - self.last >= self.EVERY:
+            self.last = seconds
+            click.echo(text, err=True)
+
+    def clear(self) -> None:
+        """Remove the line, to make room for other output."""
+        if self._shown:
+            click.echo("\r\033[K", nl=False, err=True)
+            self._shown = False
+
+
+class WaitingLine(StatusLine):
+    """A listener of syntheses."""
+
+    def __call__(self, progress: SynthesisProgress) -> None:
+        if progress.result is None:
+            text = f"synthesizing {progress.robot}: {progress.seconds:.0f} s"
+            self.show(text, progress.seconds)
+        else:
+            self.last = 0.0
+            self.clear()

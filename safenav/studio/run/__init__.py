@@ -1,1 +1,0 @@
-"""A live run: its process, and its messages to the pages."""
