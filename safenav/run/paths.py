@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping
 from msgspec.structs import replace
 
 from safenav.run.values import LongStep, RobotTrack
-from safenav.trace.setting import BatteryHeader
+from safenav.scenario.model import Battery
 from safenav.world.map import HEADINGS, Heading, Region, RegionMap
 
 SAME = 1e-3
@@ -135,7 +135,7 @@ class Charges:
 
     def __init__(
         self,
-        batteries: Mapping[str, BatteryHeader],
+        batteries: Mapping[str, Battery],
         starts: Mapping[str, Region],
         chargers: Collection[Region],
         *,

@@ -34,9 +34,7 @@ from safenav.scenario.model import OPERATOR_ACTION
 from safenav.scenario.objective import Ltl, Objective, TargetObjective
 from safenav.scenario.settings import Clock, Exclusion
 from safenav.trace import records, setting
-from safenav.trace.objective import Objective as TracedObjective
 from safenav.trace.reading import Trace, read_trace
-from safenav.trace.told_objective import objective_of
 from safenav.trace.vocabulary import ActResult, ChangeCause, DeadlineVerdict, MoveEnd
 from safenav.trace.wording import Wording, synthesis_words
 from safenav.world.map import Region, RegionMap
@@ -127,7 +125,7 @@ class RunReader:
             name=scenario.name,
             map=world,
             robots=tuple(tracks.values()),
-            objectives={n: Changes.of(objective_of(r.objective)) for n, r in robots.items()},
+            objectives={n: Changes.of(r.objective) for n, r in robots.items()},
             progress={name: Changes.of(RobotProgress()) for name in robots},
             version=header.safenav,
             seconds=seconds,
@@ -135,7 +133,7 @@ class RunReader:
             inputs={each.name: False for each in scenario.inputs or ()},
             chargers=chargers,
             exclusions=tuple(
-                Exclusion(frozenset(each.robots), frozenset(map(on_map, each.regions)))
+                Exclusion(each.robots, frozenset(map(on_map, each.regions)))
                 for each in scenario.never_together or ()
             ),
             interrupts=scenario.flat,
@@ -352,8 +350,8 @@ class RunReader:
 
     def _stacked(self, line: records.Push | records.Pop) -> None:
         run, rows, helpers = self.run, [*self.run.stack.now], _helpers(line)
-        for name, traced in line.objectives.items():
-            self._set_objective(line.tick, name, traced)
+        for name, objective in line.objectives.items():
+            self._set_objective(line.tick, name, objective)
         mine = [n for n in (line.requester, *helpers) if n is not None and n in line.objectives]
         if isinstance(line, records.Push):
             # With another helper, the entry is pushed again at the same depth.
@@ -379,7 +377,7 @@ class RunReader:
         if realizable and line.tick:
             self._set_objective(line.tick, line.robot, line.objective)
         self._event(line, StoryKind.SYNTHESIS)
-        doing = (line.robot, self.run.doing(line.robot, objective_of(line.objective)))
+        doing = (line.robot, self.run.doing(line.robot, line.objective))
         result = convert(line, SynthesisOutcome, from_attributes=True)
         result = replace(result, time=now, found=synthesis_words(line))
         self._reword(synthesis=result, pursued=(doing,) if realizable else ())
@@ -438,14 +436,13 @@ class RunReader:
         if isinstance(line, records.Told):
             self._set_objective(line.tick, line.robot, line.objective)
         elif line.at_once:
-            self._given(line.tick, line.robot, objective_of(line.objective))
+            self._given(line.tick, line.robot, line.objective)
 
-    def _set_objective(self, tick: int, name: str, traced: TracedObjective) -> None:
-        objective = objective_of(traced)
+    def _set_objective(self, tick: int, name: str, objective: Objective) -> None:
         if objective != self.run.objectives[self._paths.robot(name).name].now:
             self._given(tick, name, objective)
 
-    def _given(self, tick: int, name: str, objective: Objective | None) -> None:
+    def _given(self, tick: int, name: str, objective: Objective) -> None:
         self.run.objectives[self._paths.robot(name).name].append((tick, objective))
         self.run.progress[name].append((tick, RobotProgress()))
 

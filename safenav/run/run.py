@@ -30,9 +30,8 @@ from safenav.run.values import (
     StoryKind,
     SynthesisOutcome,
 )
-from safenav.scenario.objective import Objective, station, target_regions
+from safenav.scenario.objective import Objective, describe, station, target_regions
 from safenav.scenario.settings import Exclusion
-from safenav.trace.wording import objective_words
 from safenav.trace.words import regions_words
 from safenav.world.map import Region, RegionMap
 from safenav.world.poses import bits
@@ -262,7 +261,7 @@ class Run(Struct):
         """Return an objective of a robot in words; also whether it only charges its battery, or is
         moved by a joint plan while it waits."""
         place = None if objective is None else station(objective)
-        words = objective_words(objective, self.map.word)
+        words = "no objective" if objective is None else describe(objective, self.map.word)
         if place is None:
             return words
         if robot in self.charges and place <= {*self.chargers}:

@@ -13,7 +13,7 @@ from itertools import takewhile
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from safenav.bounds import Count, Positive
+from safenav.bounds import Count, Positive, Seconds
 from safenav.scenario import settings
 from safenav.scenario.objective import Objective, TargetObjective
 from safenav.world.map import Region, RegionMap
@@ -26,11 +26,11 @@ class Battery(Struct, frozen=True):
     ``move``; a tick (live: a second) without a step takes ``stay`` (live: perhaps a fraction), or
     gives ``charge`` on a charger."""
 
-    capacity: int
-    charge: int
-    start: int
-    move: int = 1
-    stay: float = 0
+    capacity: Positive
+    charge: Positive
+    start: Count
+    move: Count = 1
+    stay: Seconds = 0
 
 
 class RobotModel(Struct, frozen=True):

@@ -8,6 +8,7 @@ from typing import Annotated, ClassVar
 
 from msgspec import Struct
 
+from safenav.bounds import Count
 from safenav.outcome import Outcome
 from safenav.scenario.objective import Objective
 from safenav.scenario.yaml.typed import Key
@@ -32,7 +33,7 @@ class Input(Struct, frozen=True):
     specifications assume infinitely often."""
 
     name: str
-    spans: tuple[tuple[int, int], ...] = ()
+    spans: tuple[tuple[Count, Count], ...] = ()
     again: tuple[bool, ...] = ()
 
     def is_on(self, tick: int) -> bool:

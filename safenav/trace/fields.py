@@ -3,16 +3,32 @@
 from __future__ import annotations
 
 import re
+from abc import ABC
 from collections.abc import Mapping
 from functools import cache
 from inspect import get_annotations
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import msgspec
-from msgspec import NODEFAULT, Struct
+from msgspec import NODEFAULT, Meta, Struct, field
 
-from safenav.trace.objective import EXAMPLE, Objective
+from safenav.scenario.objective import KINDS, Ltl, TargetObjective, to_data
 
+if TYPE_CHECKING:
+    from safenav.scenario.objective import Objective as Objective
+else:
+
+    class Objective(ABC):  # noqa: B024 - others are registered
+        """Any objective: its keys are data, too, so that msgspec has it made by a hook."""
+
+    Objective.register(TargetObjective)
+    Objective.register(Ltl)
+
+EXAMPLE = '{"visit": [3, [5, 6]]}'
+"""An objective, for messages and the schema."""
+_Bound = Annotated[int, Meta(ge=1 - 2**31, le=2**31 - 1)]
+_Variable = Annotated[str, Meta(pattern="^[A-Za-z_][A-Za-z0-9_]{0,99}$")]
+_Target = int | Annotated[frozenset[int], Meta(min_length=1)]
 _PLACED = re.compile(r"(.*?)(?: - at `(?:key in )?\$\.?(.*)`)?", re.DOTALL)
 _EXPECTED = re.compile(r"Expected (.*?)(?:, got (.*))?", re.DOTALL)
 _MISSING = re.compile(r"Object missing required field `(.*)`")
@@ -34,7 +50,7 @@ class WrongError(Exception):
 def convert(kind: Any, value: object) -> Any:
     """Convert JSON data to a class of records. Raises WrongError."""
     try:
-        return msgspec.convert(value, kind, dec_hook=_objective)
+        return msgspec.convert(value, kind, dec_hook=_hook)
     except msgspec.ValidationError as error:
         raise WrongError(_sentence(str(error))) from None
     except UnicodeEncodeError:
@@ -60,14 +76,61 @@ def _in_words(types: re.Match[str]) -> str:
     return " or ".join(_WORDS.get(word, word) for word in types[1].split(" | "))
 
 
-def _objective(kind: Any, value: Any) -> Any:
+def _hook(kind: Any, value: Any) -> Any:
     """Return an objective, or any value for ``object``: msgspec knows neither."""
     if kind is object:
         return value
-    found = Objective.of(value)
+    found = objective_of(value)
     if found is None:
         raise ValueError(f"Expected an objective such as {EXAMPLE}")
     return found
+
+
+class _Rules(Struct, frozen=True):
+    form: Literal["literal"] | None = None
+    avoid: frozenset[int] = frozenset()
+    always: tuple[str, ...] = ()
+
+
+class _Formulas(Struct, frozen=True):
+    init: tuple[str, ...] = ()
+    safety: tuple[str, ...] = ()
+    liveness: tuple[str, ...] = ()
+    memory: Mapping[_Variable, Literal["bool"] | tuple[_Bound, _Bound]] = field(
+        default_factory=dict
+    )
+    inputs: tuple[_Variable, ...] = ()
+
+
+def objective_of(data: Any) -> Objective | None:
+    """The objective in JSON data (``to_data``); None if it is none."""
+    known = data if isinstance(data, Mapping) else ()
+    kinds = [key for key in known if key not in _Rules.__struct_fields__]
+    if len(kinds) != 1:
+        return None
+    body, kind = data[kinds[0]], KINDS.get(kinds[0])
+    try:
+        rules = msgspec.convert(data, _Rules)
+        if kind is not None:
+            return _about_targets(kind, [body] if kind.one else body, rules)
+        if kinds != ["ltl"] or rules != _Rules():
+            return None
+        found = msgspec.convert(body or {}, _Formulas)
+    except (msgspec.ValidationError, UnicodeEncodeError):
+        return None
+    memory = {name: None if kind == "bool" else kind for name, kind in found.memory.items()}
+    if any(bounds and bounds[0] > bounds[1] for bounds in memory.values()):
+        return None
+    return Ltl(found.init, found.safety, found.liveness, memory, found.inputs)
+
+
+def _about_targets(kind: type[TargetObjective], body: Any, rules: _Rules) -> Objective | None:
+    listed = msgspec.convert(body, tuple[_Target, ...])
+    targets = tuple(frozenset([one]) if isinstance(one, int) else one for one in listed)
+    if kind.wrong(targets):
+        return None
+    literal = rules.form is not None and kind.strict
+    return kind(targets, rules.avoid, rules.always, literal)
 
 
 class FieldEntry(Struct, frozen=True):
@@ -98,8 +161,8 @@ def plain(value: Any) -> Any:
     """Return a part of a record as JSON data."""
     if isinstance(value, str | int | float | None):
         return value
-    if isinstance(value, Objective):
-        return value.data
+    if isinstance(value, TargetObjective | Ltl):
+        return to_data(value)
     if isinstance(value, Struct):
         kind: Any = type(value)
         values = [(entry, getattr(value, entry.name)) for entry in entries(kind)]

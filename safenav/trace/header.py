@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from msgspec import convert
-
 import safenav
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.motion import resolved
@@ -13,7 +11,6 @@ from safenav.spec.other_robots.belief import MOST_CELLS
 from safenav.trace import setting
 from safenav.trace.reading import Trace
 from safenav.trace.records import VERSION, Header
-from safenav.trace.told_objective import objective_in_trace
 from safenav.world.map import RegionMap
 from safenav.world.partition import rooms
 
@@ -26,7 +23,6 @@ def scenario_header(
     ``truths`` maps an obstacle's name to the value of ``traversable`` drawn from this run's seed;
     None stands for a world that is not simulated, whose truths are unknown beforehand.
     """
-    limits = scenario.limits
     return setting.ScenarioHeader(
         name=scenario.name,
         map=_map(scenario.map),
@@ -37,26 +33,16 @@ def scenario_header(
             for o in scenario.obstacles
         ),
         until=setting.UntilHeader(scenario.until.rounds),
-        limits=setting.LimitsHeader(
-            ticks=limits.ticks,
-            synthesis_seconds=limits.synthesis_seconds,
-            synthesis_memory=limits.synthesis_memory,
-            seconds=limits.seconds,
-        ),
+        limits=scenario.limits,
         seed=scenario.seed,
         coordination=scenario.coordination.value,
         partition=_partition(scenario),
         changes=_changes(scenario),
         requirements=scenario.requirements or None,
-        never_together=tuple(
-            setting.ExclusionHeader(tuple(sorted(each.robots)), tuple(sorted(each.regions)))
-            for each in scenario.never_together
-        )
-        or None,
+        never_together=scenario.never_together or None,
         promises=None if live else _promises(scenario),
         chargers=tuple(sorted(scenario.chargers)) or None,
-        inputs=convert(scenario.inputs, tuple[setting.InputHeader, ...], from_attributes=True)
-        or None,
+        inputs=scenario.inputs or None,
         flat=None if scenario.flat is None else scenario.flat.name,
     )
 
@@ -130,17 +116,15 @@ def _robot(robot: Robot, scenario: Scenario) -> setting.RobotHeader:
         capabilities=robot.capabilities,
         start=robot.start.region,
         heading=robot.start.facing,
-        objective=objective_in_trace(robot.objective),
+        objective=robot.objective,
         conflicts=frozenset(other.name for other in scenario.in_conflict(robot)),
         vision=model.vision,
         tracks=tuple(sorted(robot.tracks)),
         timing=model.timing,
         motion=resolved(model.motion, model.size, model.speed, model.layer),
-        while_waiting=None
-        if robot.while_waiting is None
-        else objective_in_trace(robot.while_waiting),
-        battery=convert(model.battery, setting.BatteryHeader | None, from_attributes=True),
-        when=tuple(setting.WhenHeader(n, objective_in_trace(o)) for n, o in robot.when) or None,
+        while_waiting=robot.while_waiting,
+        battery=model.battery,
+        when=tuple(setting.WhenHeader(n, o) for n, o in robot.when) or None,
     )
 
 
@@ -149,7 +133,7 @@ def _changes(scenario: Scenario) -> tuple[setting.ChangeHeader, ...] | None:
         setting.ChangeHeader(
             change.at,
             change.robot,
-            None if change.objective is None else objective_in_trace(change.objective),
+            change.objective,
             change.active,
             change.within,
         )

@@ -8,7 +8,7 @@ from typing import Any
 
 import msgspec
 
-from safenav.trace.objective import EXAMPLE, Objective
+from safenav.trace.fields import EXAMPLE
 from safenav.trace.records import KINDS, VERSION
 
 Schema = dict[str, Any]
@@ -66,7 +66,7 @@ def trace_schema() -> Schema:
 
 
 def _hook(kind: type) -> Schema:
-    return _OBJECTIVE if kind is Objective else {"description": "Any value."}
+    return {"description": "Any value."} if kind is object else _OBJECTIVE
 
 
 def schema_text() -> str:

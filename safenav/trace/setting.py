@@ -6,8 +6,10 @@ from collections.abc import Mapping
 
 from msgspec import Struct
 
-from safenav.bounds import Count, Heading, Positive, Region, Seconds
-from safenav.trace.objective import Objective
+from safenav.bounds import Count, Heading, Positive, Region
+from safenav.scenario.model import Battery
+from safenav.scenario.settings import Exclusion, Input, Limits
+from safenav.trace.fields import Objective
 
 
 def without_underscore(name: str) -> str:
@@ -15,31 +17,11 @@ def without_underscore(name: str) -> str:
     return name.rstrip("_")
 
 
-class BatteryHeader(Struct, frozen=True):
-    """Charge: its capacity, its initial value, the cost of a step (``move``) and of a tick
-    without one (``stay``), the gain of a tick on a charger."""
-
-    capacity: Positive
-    start: Count
-    move: Count
-    stay: Seconds
-    charge: Positive
-
-
 class WhenHeader(Struct, frozen=True):
     """The ``objective`` of a robot while an input is on and none listed before it."""
 
     input: str
     objective: Objective
-
-
-class InputHeader(Struct, frozen=True):
-    """An input of the environment: the ticks (first and last) in which a simulation has it on,
-    and the values assumed infinitely often."""
-
-    name: str
-    spans: tuple[tuple[Count, Count], ...] = ()
-    again: tuple[bool, ...] = ()
 
 
 class RobotHeader(Struct, frozen=True):
@@ -61,7 +43,7 @@ class RobotHeader(Struct, frozen=True):
     timing: Positive | None = None
     motion: Mapping[str, object] | None = None
     while_waiting: Objective | None = None
-    battery: BatteryHeader | None = None
+    battery: Battery | None = None
     when: tuple[WhenHeader, ...] | None = None
 
 
@@ -121,13 +103,6 @@ class ChangeHeader(Struct, frozen=True):
     within: Count | None = None
 
 
-class ExclusionHeader(Struct, frozen=True):
-    """Robots of which at most one is in these regions at any moment."""
-
-    robots: tuple[str, ...]
-    regions: tuple[Region, ...]
-
-
 class MapHeader(Struct, frozen=True):
     """The map. ``resolution``: metres that a region measures from west to east and from south
     to north. ``origin``: x, y (metres) and yaw (radians) of its south-western corner."""
@@ -159,15 +134,6 @@ class PromisesHeader(Struct, frozen=True):
     late: str = "go_on"
 
 
-class LimitsHeader(Struct, frozen=True):
-    """Ticks and seconds of the run; seconds and MiB of each synthesis."""
-
-    ticks: Count | None = None
-    seconds: Seconds | None = None
-    synthesis_seconds: Seconds | None = None
-    synthesis_memory: Count | None = None
-
-
 class ScenarioHeader(Struct, frozen=True):
     """The scenario, fully resolved. ``robots`` are in the order of their turns. ``world``:
     ``simulated`` or ``external``. ``partition``: the cells of beliefs, None where no robot keeps
@@ -180,15 +146,15 @@ class ScenarioHeader(Struct, frozen=True):
     robots: Mapping[str, RobotHeader]
     obstacles: tuple[ObstacleHeader, ...]
     until: UntilHeader
-    limits: LimitsHeader
+    limits: Limits
     seed: int
     coordination: str
     world: str = "simulated"
     partition: tuple[tuple[Region, ...], ...] | None = None
     changes: tuple[ChangeHeader, ...] | None = None
     requirements: Mapping[str, str] | None = None
-    never_together: tuple[ExclusionHeader, ...] | None = None
+    never_together: tuple[Exclusion, ...] | None = None
     promises: PromisesHeader | None = None
     chargers: tuple[Region, ...] | None = None
-    inputs: tuple[InputHeader, ...] | None = None
+    inputs: tuple[Input, ...] | None = None
     flat: str | None = None

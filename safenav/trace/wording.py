@@ -15,8 +15,6 @@ from safenav.outcome import Verdict
 from safenav.scenario.model import OPERATOR_ACTION
 from safenav.scenario.objective import Objective, Word, describe, number_word
 from safenav.trace import records, vocabulary
-from safenav.trace.objective import Objective as TracedObjective
-from safenav.trace.told_objective import objective_of
 from safenav.trace.words import (
     MANY,
     _natural,
@@ -27,11 +25,6 @@ from safenav.trace.words import (
     with_article,
 )
 from safenav.world.map import Region
-
-
-def objective_words(objective: Objective | None, word: Word = number_word) -> str:
-    return "no objective" if objective is None else describe(objective, word)
-
 
 _WHY = {
     vocabulary.Reason.INITIAL: "before the start",
@@ -138,8 +131,8 @@ class Wording(Struct, frozen=True):
                 found = synthesis_words(line)
                 return f"synthesis for {self.robot(line.robot)} {_WHY[line.reason]}: {found}"
             case records.NewObjective():
-                traced = self.objective(line.objective)
-                return f"{self.robot(line.robot)} gets another objective: {traced}"
+                told = self.objective(line.objective)
+                return f"{self.robot(line.robot)} gets another objective: {told}"
             case records.Told():
                 return f"{self.robot(line.robot)} now pursues: {self.objective(line.objective)}"
             case records.Service():
@@ -269,9 +262,9 @@ class Wording(Struct, frozen=True):
         sentences = "; ".join(f"{name}: {self.objective(line.objectives[name])}" for name in known)
         return f" ({sentences})" if sentences else ""
 
-    def objective(self, traced: TracedObjective) -> str:
+    def objective(self, objective: Objective) -> str:
         """An objective in a few words."""
-        return objective_words(objective_of(traced), self.word)
+        return describe(objective, self.word)
 
     def obstacle(self, name: str) -> str:
         """``door@47``, or ``door@dock`` where the region has a name."""

@@ -6,11 +6,11 @@ from collections.abc import Iterator, Mapping
 from enum import StrEnum
 from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
-from msgspec import Struct
+from msgspec import Meta, Struct
 from msgspec.structs import fields
 
 from safenav.line_values import WORDS, WORDS_OF_LINES
-from safenav.trace.objective import Objective
+from safenav.trace.fields import Objective, objective_of
 from safenav.trace.records import KINDS, Record
 from safenav.trace.setting import MapHeader, ObstacleHeader
 
@@ -48,6 +48,8 @@ def _example(annotation: Any, rng: random.Random, kind: str) -> Any:
     origin, arguments = get_origin(annotation), get_args(annotation)
     if origin is Annotated:
         bound = arguments[1]
+        if not isinstance(bound, Meta):
+            return _example(arguments[0], rng, kind)
         if bound.min_length is not None:
             return _example(arguments[0], rng, kind) or _example(annotation, rng, kind)
         if bound.pattern is None:
@@ -66,7 +68,7 @@ def _example(annotation: Any, rng: random.Random, kind: str) -> Any:
     if origin is not None and issubclass(origin, Mapping):
         return {name: _example(arguments[1], rng, kind) for name in ROBOTS}
     if annotation is Objective:
-        return Objective.of(rng.choice(_OBJECTIVES))
+        return objective_of(rng.choice(_OBJECTIVES))
     if isinstance(annotation, type) and issubclass(annotation, StrEnum):
         return rng.choice(list(annotation))
     if isinstance(annotation, type) and issubclass(annotation, Struct):

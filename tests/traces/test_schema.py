@@ -30,7 +30,7 @@ OBJECTS = (
     setting.ObstacleHeader,
     setting.NeedHeader,
     setting.UntilHeader,
-    setting.LimitsHeader,
+    setting.Limits,
     records.Tried,
     records.Signal,
 )

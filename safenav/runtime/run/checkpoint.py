@@ -25,16 +25,15 @@ from safenav.scenario.dump import dump
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.objective import Ltl, Objective, TargetObjective, to_data
 from safenav.scenario.reading.loader import load_scenario_text
+from safenav.scenario.settings import Limits
 from safenav.scenario.yaml.findings import ReadableFolder
 from safenav.team.apply import initial
 from safenav.team.state import Is, Plan, RobotNow, State
 from safenav.team.team import Team, assigned, introduced, team_of
 from safenav.trace import records
+from safenav.trace.fields import objective_of
 from safenav.trace.header import scenario_header
-from safenav.trace.objective import Objective as TracedObjective
 from safenav.trace.reading import Trace
-from safenav.trace.setting import LimitsHeader
-from safenav.trace.told_objective import objective_of
 
 ENDED = ("completed", "unrealizable", "late")
 FEWEST, SHARE, LINE = 50, 2, 150
@@ -182,7 +181,7 @@ def resumption(trace: Trace, scenario: Scenario) -> Resumption:
     return Resumption(team, state, roles, kept, lines)
 
 
-def _compare(trace: Trace, scenario: Scenario) -> LimitsHeader:
+def _compare(trace: Trace, scenario: Scenario) -> Limits:
     """Compare a scenario with the header of its trace; return its limits."""
     header = trace.header.scenario
     here = scenario_header(scenario, None, live=trace.header.clock is not None)
@@ -230,11 +229,7 @@ def _restored(team: Team, kept: Kept) -> tuple[Team, State]:
 
 
 def _objective(data: dict[str, Any]) -> Objective:
-    try:
-        traced = TracedObjective.of(data)
-        found = None if traced is None else objective_of(traced)
-    except (TypeError, ValueError, KeyError, AttributeError) as error:
-        raise UsageError(f"an objective is malformed: {error}") from error
+    found = objective_of(data)
     _require(found is not None, "an objective is unknown")
     assert found is not None
     return found

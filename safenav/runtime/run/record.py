@@ -34,7 +34,6 @@ from safenav.team.team import Team
 from safenav.trace import records
 from safenav.trace.header import obstacle_header, scenario_header
 from safenav.trace.proofs import Proof
-from safenav.trace.told_objective import objective_in_trace
 from safenav.trace.vocabulary import (
     ActResult,
     AvertedEnd,
@@ -183,9 +182,8 @@ class Recorder:
                 self.emit(records.Service(self.tick, self._robot(i), active, ChangeCause(cause)))
                 self.why = Reason.SERVICE
             case now.Assigned(i, objective, cause, within, own=own):
-                traced, changed = objective_in_trace(objective), ChangeCause(cause)
-                name = self._robot(i)
-                self.emit(records.NewObjective(self.tick, name, traced, own, changed, within))
+                about = self._robot(i), objective, own, ChangeCause(cause), within
+                self.emit(records.NewObjective(self.tick, *about))
                 self.why = Reason.OBJECTIVE
             case now.Looked(i, known, places):
                 told = dict(before.robots[i].known)
@@ -241,7 +239,7 @@ class Recorder:
             None if k is None else self._name(k),
             region,
             heading,
-            None if objective is None else objective_in_trace(objective),
+            objective,
         )
         if self.live:
             self.emit(line)
@@ -387,8 +385,7 @@ class Recorder:
         for i, robot in enumerate(state.robots):
             told = self.team.members[i].planned or assignable(self.team, i) or i not in new
             if told and self.told[i] != robot.objective:
-                traced = objective_in_trace(robot.objective)
-                self.emit(records.Told(self.tick, self._robot(i), traced))
+                self.emit(records.Told(self.tick, self._robot(i), robot.objective))
         self.told = [robot.objective for robot in state.robots]
 
     def _given_up(self, state: State, k: int, control: Control, *, coming: bool) -> None:
@@ -485,13 +482,7 @@ class Recorder:
         several = helpers if len(helpers) > 1 else None
         self.told = list(objectives)
         about = (
-            dict(
-                zip(
-                    map(self._robot, range(len(objectives))),
-                    map(objective_in_trace, objectives),
-                    strict=True,
-                )
-            ),
+            {self._robot(i): objective for i, objective in enumerate(objectives)},
             self._name(k),
             None if who is None else self._robot(who),
             helpers[0] if helpers else None,

@@ -13,7 +13,6 @@ from safenav.spec.compile import assumption_names
 from safenav.spec.other_robots.belief import models
 from safenav.spec.task import Task
 from safenav.trace import records
-from safenav.trace.told_objective import objective_in_trace
 from safenav.trace.vocabulary import Reason
 from safenav.world.map import RegionMap
 from safenav.world.moves import Pose
@@ -36,7 +35,7 @@ def synthesis_line(
         result.cached,
         result.verified,
         *hashes,
-        objective_in_trace(found.asked),
+        found.asked,
         tuple(assumption_names(task, world)),
         node=found.node,
         region=task.pose.region,

@@ -12,7 +12,7 @@ from typing import Any
 
 from safenav.errors import UsageError
 from safenav.scenario.model import name_parts
-from safenav.scenario.objective import KINDS, STAYING
+from safenav.scenario.objective import KINDS, STAYING, to_data
 from safenav.scenario.reading.objective import FORM, RULES, STRICT, TIMED, WITHIN
 from safenav.scenario.reading.regions import place_of
 from safenav.scenario.yaml.document import plain, read_document
@@ -351,7 +351,7 @@ def _replay(file: YamlText, records: Sequence[Record], seed: int | None) -> None
                 _set(file, entry, "traversable", record.traversable)
         elif isinstance(record, NewObjective):
             change: dict[str, Any] = {"at": record.tick, "robot": record.robot}
-            add_change(file, change | {"objective": record.objective.data})
+            add_change(file, change | {"objective": to_data(record.objective)})
         elif isinstance(record, Service):
             service = "back" if record.active else "out"
             add_change(file, {"at": record.tick, "robot": record.robot, "service": service})
