@@ -2,7 +2,8 @@
 
 import type { ComponentChildren } from "preact";
 import { useCallback, useLayoutEffect, useMemo, useReducer, useRef, useState } from "preact/hooks";
-import { Button, Controls } from "./panels/controls";
+import { Button, Press } from "./panels/button";
+import { Playback } from "./panels/controls";
 import { Drawer } from "./panels/drawer";
 import { Events } from "./panels/events";
 import { Help, withKeys, type Keys } from "./panels/help";
@@ -10,13 +11,15 @@ import { KEYS, listen } from "./keyboard";
 import { Legend } from "./panels/legend";
 import { Obstacles, Robots, Stack } from "./panels/sidebar";
 import type { Player } from "./run/player";
-import { eventsAfter, eventsAt, STORY, when, type Ending, type EventKind, type Run } from "./run/run";
+import { EVENTS, eventsAfter, eventsAt, when, type Ending, type Run, type RunEvent } from "./run/run";
 import { ALL, applyTheme, EVERYONE, nextTheme, storedTheme, useLow, useWindow, type Shown } from "./settings";
 import { viewersOf } from "./map/shading";
 import type { Hand } from "./map/hand";
 import type { Choice, Stage } from "./map/stage";
 
-const TOLD: ReadonlySet<EventKind> = new Set<EventKind>([...STORY, "plan", "plan_end"]);
+function isTold([, kind]: RunEvent): boolean {
+  return EVENTS[kind][0] === "story" || kind === "plan" || kind === "plan_end";
+}
 
 /** Larger teams are shown in narrow rows, whatever the height of the window. */
 const MANY_ROBOTS = 3;
@@ -96,10 +99,10 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
         </div>
         <div class="group">
           {extras.bar}
-          <Button icon={theme} label={`Theme: ${theme}`} onClick={() => setTheme(nextTheme)} />
-          <button type="button" title="Help" aria-label="Help" onClick={openHelp}>
+          <Button icon={theme} label={`Theme: ${theme}`} act={() => setTheme(nextTheme)} />
+          <Press title="Help" aria-label="Help" act={openHelp}>
             ?
-          </button>
+          </Press>
         </div>
       </header>
       <main class={layout}>
@@ -124,7 +127,7 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
             </Drawer>
           </div>
         </section>
-        {extras.controls ? extras.controls(tick) : <Controls run={run} player={player} tick={tick} eye={eye} />}
+        {extras.controls ? extras.controls(tick) : <Playback run={run} player={player} tick={tick} eye={eye} />}
         <aside aria-label="State of the run">
           <div class={`state ${close ? "close" : ""}`}>
             {extras.beside}
@@ -178,7 +181,7 @@ export function OutcomeBadge({ outcome, explanation }: Pick<Ending, "outcome" | 
 
 /** The last important event in words; read aloud when the user steps through the run. */
 function Story({ run, tick, playing }: { run: Run; tick: number; playing: boolean }) {
-  const told = useMemo(() => run.events.filter((event) => TOLD.has(event[1])), [run]);
+  const told = useMemo(() => run.events.filter(isTold), [run]);
   const end = eventsAfter(told, tick);
   const last = told[end - 1];
   const texts = last ? told.slice(eventsAfter(told, last[0] - 1), end).map((event) => event[2]) : [];
@@ -199,7 +202,7 @@ function Story({ run, tick, playing }: { run: Run; tick: number; playing: boolea
 
 /** The region that the story of this tick is about, -1 for none. */
 function leaderOf(run: Run, tick: number): number {
-  const told = eventsAt(run, tick).filter((event) => TOLD.has(event[1]) && event[4] >= 0);
+  const told = eventsAt(run, tick).filter((event) => isTold(event) && event[4] >= 0);
   return told[told.length - 1]?.[4] ?? -1;
 }
 

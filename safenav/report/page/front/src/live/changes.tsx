@@ -2,8 +2,8 @@
 
 import { useState } from "preact/hooks";
 import { ordered, square } from "../map/marks";
-import { notice, unless } from "../panels/notice";
-import { at, isWall, label, regionAt, type EventKind, type Obstacle, type Robot, type Run } from "../run/run";
+import { notice, Press } from "../panels/button";
+import { at, isWall, label, regionAt, type EventKind, type Obstacle, type Run } from "../run/run";
 import type { Hand } from "../map/hand";
 import { isOrder, resolving, type ObjectiveKind, type Palette } from "../studio/model";
 import type { Say } from "./player";
@@ -43,14 +43,17 @@ export function World({ run, tick, palette, out, inputs, tool, choose, say, over
   const types = palette.obstacles;
   const truths = there.filter((o) => types.find((type) => type.name === o.type)?.truth);
   const off = over && OVER;
-  const chosen = (does: Tool["does"], name?: string): boolean =>
-    tool.does === does &&
-    ((tool.does !== "close" && tool.does !== "order") || tool.type === name) &&
-    (tool.does !== "send" || tool.robot === name);
+  const change = (kind: string, data: object) => () => say("change", { kind, ...data });
   const waits = waitsFor(run);
   // The first type, those of this run and the chosen one have buttons; the others are in a list.
   const near = types.filter(
     ({ name, blocks }, i) => blocks && (i === 0 || run.obstacles.some((o) => o.type === name) || (tool.does === "close" && tool.type === name)),
+  );
+  const far = types.filter((type) => type.blocks && !near.includes(type));
+  const choice = (words: string, next: Tool, title?: string) => (
+    <Press key={words} aria-pressed={isSame(tool, next)} off={next.does !== "look" && off} title={title} act={() => choose(next)}>
+      {words}
+    </Press>
   );
   return (
     <section class="panel world" aria-labelledby="world-title">
@@ -63,62 +66,34 @@ export function World({ run, tick, palette, out, inputs, tool, choose, say, over
           </p>
           {there.map((o) => (
             <p class="truth" key={o.name}>
-              <b>{o.label}</b>{" "}
-              {(["resolved", "permanent"] as const).map((kind) => (
-                <button type="button" key={kind} onClick={() => say("change", { kind, obstacle: o.name })}>
-                  mark {kind}
-                </button>
-              ))}
+              <b>{o.label}</b> <Press act={change("resolved", { obstacle: o.name })}>mark resolved</Press>
+              <Press act={change("permanent", { obstacle: o.name })}>mark permanent</Press>
             </p>
           ))}
-          <button type="button" onClick={() => say("change", { kind: "give_up" })}>
-            Give up
-          </button>
+          <Press act={change("give_up", {})}>Give up</Press>
         </div>
       )}
       <h2 id="world-title">Change the world</h2>
       <div class="tools-of-world" role="group" aria-label="What a click on the map does">
-        <button type="button" aria-pressed={tool.does === "look"} onClick={() => choose({ does: "look" })}>
-          Look
-        </button>
+        {choice("Look", { does: "look" })}
         {types
           .filter((type) => isOrder(type, run.robots))
-          .map((type) => (
-            <button
-              type="button"
-              key={type.name}
-              aria-pressed={chosen("order", type.name)}
-              {...unless(
-                off,
-                () => choose({ does: "order", type: type.name }),
-                `Order ${type.name} in a region; ${resolving(type)} delivers it`,
-              )}
-            >
-              Order: {type.name}
-            </button>
-          ))}
+          .map((type) => choice(`Order: ${type.name}`, { does: "order", type: type.name }, `Order ${type.name} in a region; ${resolving(type)} delivers it`))}
         {near.flatMap((type) =>
-          (type.truth ? [true, false] : [true]).map((truth) => (
-            <button
-              type="button"
-              key={`${type.name}${truth}`}
-              aria-pressed={chosen("close", type.name) && (tool as { truth: boolean }).truth === truth}
-              {...unless(
-                off,
-                () => choose({ does: "close", type: type.name, truth }),
-                `Close a free region with ${type.name}; ${resolving(type)} resolves it`,
-              )}
-            >
-              {type.truth ? `${type.name}, ${truth ? "passable" : "impassable"}` : `Close: ${type.name}`}
-            </button>
-          )),
+          (type.truth ? [true, false] : [true]).map((truth) =>
+            choice(
+              type.truth ? `${type.name}, ${truth ? "passable" : "impassable"}` : `Close: ${type.name}`,
+              { does: "close", type: type.name, truth },
+              `Close a free region with ${type.name}; ${resolving(type)} resolves it`,
+            ),
+          ),
         )}
-        {types.some((type) => type.blocks && !near.includes(type)) && (
+        {far.length > 0 && (
           <select
             aria-label="Close with another obstacle"
             value=""
             aria-disabled={over}
-            title={over ? OVER : "Close a free region with another obstacle of the catalogue"}
+            title={off || "Close a free region with another obstacle of the catalogue"}
             onChange={(event) => {
               if (over) notice(OVER);
               else choose({ does: "close", type: event.currentTarget.value, truth: true });
@@ -126,79 +101,50 @@ export function World({ run, tick, palette, out, inputs, tool, choose, say, over
             }}
           >
             <option value="">Close with ...</option>
-            {types
-              .filter((type) => type.blocks && !near.includes(type))
-              .map(({ name }) => (
-                <option key={name}>{name}</option>
-              ))}
+            {far.map(({ name }) => (
+              <option key={name}>{name}</option>
+            ))}
           </select>
         )}
-        <button type="button" aria-pressed={tool.does === "open"} {...unless(off, () => choose({ does: "open" }))}>
-          Remove
-        </button>
+        {choice("Remove", { does: "open" })}
       </div>
       {truths.map((o) => (
         <p class="truth" key={o.name}>
           <b>{o.label}</b> turns out{" "}
-          {[true, false].map((traversable) => (
-            <button
-              type="button"
-              key={String(traversable)}
-              {...unless(off, () => say("change", { kind: "truth", obstacle: o.name, traversable }))}
-            >
-              {traversable ? "passable" : "impassable"}
-            </button>
-          ))}
+          <Press off={off} act={change("truth", { obstacle: o.name, traversable: true })}>passable</Press>
+          <Press off={off} act={change("truth", { obstacle: o.name, traversable: false })}>impassable</Press>
         </p>
       ))}
       {Object.entries(inputs).map(([input, on]) => (
         <p class="truth" key={input}>
           <b>{input}</b>{" "}
-          <button
-            type="button"
-            role="switch"
-            aria-checked={on}
-            aria-label={input}
-            {...unless(off, () => say("change", { kind: "input", input, on: !on }))}
-          >
+          <Press role="switch" aria-checked={on} aria-label={input} off={off} act={change("input", { input, on: !on })}>
             {on ? "on" : "off"}
-          </button>
+          </Press>
         </p>
       ))}
       <ul class="crew">
-        {run.robots.map((robot) => (
-          <li key={robot.name}>
-            <b style={{ "--colour": robot.look.colour }}>{robot.name}</b>
-            <button
-              type="button"
-              aria-pressed={chosen("send", robot.name)}
-              {...unless(off, () => choose({ does: "send", robot: robot.name, regions: [] }))}
-            >
-              Assign
-            </button>
+        {run.robots.map(({ name, look, headings }) => (
+          <li key={name}>
+            <b style={{ "--colour": look.colour }}>{name}</b>
+            {choice("Assign", { does: "send", robot: name, regions: [] })}
             {waits !== null &&
-              headingsOf(robot).map((heading) => (
-                <button
-                  type="button"
-                  key={heading ?? ""}
-                  aria-pressed={chosen("put") && (tool as { robot: string }).robot === robot.name}
-                  {...unless(off, () => choose({ does: "put", robot: robot.name, heading }), "Then click its region")}
-                >
-                  {heading === null ? "Put back" : `Put facing ${heading}`}
-                </button>
-              ))}
-            <button
-              type="button"
-              class="service"
-              {...unless(off, () => say("change", { kind: "service", robot: robot.name, active: out.has(robot.name) }))}
-            >
-              {out.has(robot.name) ? "Back in service" : "Out of service"}
-            </button>
+              (headings === null ? [null] : HEADINGS).map((heading) =>
+                choice(heading ? `Put facing ${heading}` : "Put back", { does: "put", robot: name, heading }, "Then click its region"),
+              )}
+            <Press class="service" off={off} act={change("service", { robot: name, active: out.has(name) })}>
+              {out.has(name) ? "Back in service" : "Out of service"}
+            </Press>
           </li>
         ))}
       </ul>
     </section>
   );
+}
+
+/** Whether a tool is chosen; one that sends a robot is, whatever its regions so far. */
+function isSame(tool: Tool, other: Tool): boolean {
+  return JSON.stringify({ ...tool, regions: [] }) === JSON.stringify({ ...other, regions: [] });
 }
 
 type ToolLineProps = Pick<WorldProps, "run" | "tool" | "choose" | "say" | "over"> & { objectives: ObjectiveKind[] };
@@ -213,9 +159,9 @@ export function ToolLine({ run, tool, choose, say, over, objectives }: ToolLineP
         <p class="quiet">{over ? `${OVER}.` : hintOf(tool)}</p>
       )}
       {tool.does !== "look" && !over && (
-        <button type="button" title="Back to viewing (Esc)" onClick={() => choose({ does: "look" })}>
+        <Press title="Back to viewing (Esc)" act={() => choose({ does: "look" })}>
           Done
-        </button>
+        </Press>
       )}
     </div>
   );
@@ -241,13 +187,14 @@ function Assignment({ run, tool, choose, say, objectives }: Omit<ToolLineProps, 
         <b>{robot}</b>: {regions.length === 0 ? "click its targets on the map" : regions.map((r) => label(run, r)).join(", ")}
       </p>
       {objectives.map((kind) => (
-        <button
-          type="button"
+        <Press
           key={kind.kind}
-          {...unless(wrongCount(kind, regions.length), () => send({ [kind.kind]: kind.one ? regions[0] : regions }), kind.meaning)}
+          off={wrongCount(kind, regions.length)}
+          title={kind.meaning}
+          act={() => send({ [kind.kind]: kind.one ? regions[0] : regions })}
         >
           {kind.label}
-        </button>
+        </Press>
       ))}
     </>
   );
@@ -267,16 +214,11 @@ export function outOfService(run: Run, tick: number): Set<string> {
   for (const [when, kind, text, robot] of run.events) {
     if (when > tick) break;
     if (kind !== "service" || robot < 0) continue;
-    const name = (run.robots[robot] as Robot).name;
+    const { name } = run.robots[robot]!;
     if (text.endsWith("out of service")) found.add(name);
     else found.delete(name);
   }
   return found;
-}
-
-/** Return the headings in which a robot can be placed. */
-function headingsOf(robot: Robot): (string | null)[] {
-  return robot.headings === null ? [null] : HEADINGS;
 }
 
 /** Return why the run waits for an operator; null if it does not. */

@@ -1,8 +1,8 @@
 /** Run, pause, step, speed and seed of a live run; its timeline is that of a replay. */
 
 import { useState } from "preact/hooks";
-import { BackButtons, Button, Seconds, SpeedChoice, Timeline } from "../panels/controls";
-import { unless } from "../panels/notice";
+import { Controls } from "../panels/controls";
+import { Button, Press } from "../panels/button";
 import type { Eye } from "../map/camera";
 import type { Run } from "../run/run";
 import { OVER } from "./changes";
@@ -17,39 +17,25 @@ interface LiveControlsProps {
   say: Say | null;
 }
 
-export function LiveControls({ run, player, tick, eye, say }: LiveControlsProps) {
-  const { phase } = player.state;
-  const running = phase === "running";
-  const ended = phase === "ended";
+export function LiveControls({ say, ...props }: LiveControlsProps) {
+  const { run, player, tick } = props;
+  const running = player.state.phase === "running";
+  const ended = player.state.phase === "ended";
   return (
-    <section class="controls live" aria-label="The run">
-      <Timeline run={run} player={player} tick={tick} eye={eye} />
-      <div class="buttons">
-        <div class="group">
-          <BackButtons player={player} />
-          {say && <Button
-            icon={running ? "pause" : "play"}
-            label={running ? "Pause the run" : "Run"}
-            primary
-            off={ended && OVER}
-            onClick={() => player.toggle()}
-          />}
-          <Button icon="on" label="Next tick" off={(ended || !say) && tick >= run.last && OVER} onClick={() => player.step(1)} />
-          <button
-            type="button"
-            class={`now ${player.following ? "following" : ""}`}
-            {...unless(player.following && "this is the newest tick", () => player.follow(), "Follow the run")}
-          >
-            <span class="dot" /> Live
-          </button>
-        </div>
-        <p class="clock">
-          {player.timed ? <Seconds player={player} /> : <>tick <b>{tick}</b> of {run.last}</>}
-        </p>
-        {say && <SpeedChoice player={player} />}
-        {say && <Again player={player} say={say} />}
-      </div>
-    </section>
+    <Controls name="The run" kind="live" paced={say !== null} end={say && <Again player={player} say={say} />} {...props}>
+      {say && (
+        <Button icon={running ? "pause" : "play"} label={running ? "Pause the run" : "Run"} primary off={ended && OVER} act={() => player.toggle()} />
+      )}
+      <Button icon="on" label="Next tick" off={(ended || !say) && tick >= run.last && OVER} act={() => player.step(1)} />
+      <Press
+        class={`now ${player.following ? "following" : ""}`}
+        off={player.following && "this is the newest tick"}
+        title="Follow the run"
+        act={() => player.follow()}
+      >
+        <span class="dot" /> Live
+      </Press>
+    </Controls>
   );
 }
 
@@ -72,12 +58,12 @@ function Again({ player, say }: { player: LivePlayer; say: Say }) {
           onInput={(event) => setSeed(event.currentTarget.value)}
         />
       </label>
-      <button type="button" title="Restart the run" onClick={again}>
+      <Press title="Restart the run" act={again}>
         Restart
-      </button>
-      <button type="button" {...unless(player.state.phase === "ended" && OVER, () => say("end"), "End the run")}>
+      </Press>
+      <Press off={player.state.phase === "ended" && OVER} title="End the run" act={() => say("end")}>
         End
-      </button>
+      </Press>
     </div>
   );
 }

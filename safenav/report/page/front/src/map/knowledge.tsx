@@ -36,6 +36,7 @@ export const Knowledge = memo(({ run, tick, shown, grown }: KnowledgeProps) => (
         <g
           key={obstacle.name}
           class={`obstacle status-${status} ${carried ? "carried" : ""}`}
+          style={{ color: `var(--${status})` }}
           data-obstacle={obstacle.name}
           data-status={status}
           transform={`translate(${x} ${y})`}

@@ -2,7 +2,7 @@
 
 import { useLayoutEffect, useReducer } from "preact/hooks";
 import type { Camera } from "./camera";
-import { Button } from "../panels/controls";
+import { Button } from "../panels/button";
 
 export function Zoom({ camera }: { camera: Camera }) {
   const [, redraw] = useReducer((count: number) => count + 1, 0);
@@ -10,9 +10,9 @@ export function Zoom({ camera }: { camera: Camera }) {
   const off = camera.isWhole && "the whole map is shown";
   return (
     <div class="tools" role="group" aria-label="View of the map">
-      <Button icon="minus" label="Zoom out" off={off} onClick={() => camera.zoom(1 / 1.5)} />
-      <Button icon="plus" label="Zoom in" onClick={() => camera.zoom(1.5)} />
-      <Button icon="fit" label="Whole map" off={off} onClick={() => camera.fit()} />
+      <Button icon="minus" label="Zoom out" off={off} act={() => camera.zoom(1 / 1.5)} />
+      <Button icon="plus" label="Zoom in" act={() => camera.zoom(1.5)} />
+      <Button icon="fit" label="Whole map" off={off} act={() => camera.fit()} />
     </div>
   );
 }

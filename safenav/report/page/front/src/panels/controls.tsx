@@ -1,92 +1,80 @@
 /** Play, step, speed, and the timeline with its marks. */
 
+import type { ComponentChildren } from "preact";
 import { useCallback, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 import { Curves } from "./curves";
 import { Deadlines } from "./deadlines";
-import { EventSign, Icon, type ButtonIcon } from "./icons";
+import { Button } from "./button";
+import { EventSign } from "./icons";
 import { Axis, Lanes } from "./lanes";
 import { resized } from "../listening";
 import type { Eye } from "../map/camera";
-import { unless } from "./notice";
 import { SPEEDS, type Player } from "../run/player";
-import { moment, OUTSIDE, REST, STORY, when, type EventKind, type Run, type RunEvent } from "../run/run";
+import { EVENTS, moment, when, type Run, type RunEvent } from "../run/run";
 
-interface ControlsProps {
+interface TimelineProps {
   run: Run;
   player: Player;
   tick: number;
   eye: Eye;
 }
 
-export function Controls({ run, player, tick, eye }: ControlsProps) {
+interface ControlsProps extends TimelineProps {
+  name: string;
+  kind?: string;
+  /** Buttons after those that go back. */
+  children: ComponentChildren;
+  /** Whether the reader chooses the speed. */
+  paced?: boolean;
+  end?: ComponentChildren;
+}
+
+/** Timeline, buttons, clock and speed of a run. */
+export function Controls({ name, kind = "", children, paced = true, end, ...props }: ControlsProps) {
+  const { run, player, tick } = props;
   return (
-    <section class="controls" aria-label="Playback">
-      <Timeline run={run} player={player} tick={tick} eye={eye} />
+    <section class={`controls ${kind}`} aria-label={name}>
+      <Timeline {...props} />
       <div class="buttons">
         <div class="group">
-          <BackButtons player={player} />
-          <Button
-            icon={player.playing ? "pause" : "play"}
-            label={player.playing ? "Pause" : "Play"}
-            primary
-            onClick={() => player.toggle()}
-          />
-          <Button icon="on" label={player.timed ? "Next moment" : "Next tick"} onClick={() => player.step(1)} />
-          <Button icon="last" label={player.timed ? "End" : "Last tick"} onClick={() => player.seek(player.last)} />
+          <Button icon="first" label={player.timed ? "Start" : "First tick"} act={() => player.seek(0)} />
+          <Button icon="back" label={player.timed ? "Previous moment" : "Previous tick"} act={() => player.step(-1)} />
+          {children}
         </div>
         <p class="clock">
           {player.timed ? <Seconds player={player} /> : <>tick <b>{tick}</b> of {run.last}</>}
           {run.within && tick === run.last && <span class="quiet">(ended within it)</span>}
         </p>
-        <SpeedChoice player={player} />
+        {paced && (
+          <label class="speed">
+            <span class="unseen">Speed</span>
+            <select value={String(player.speed)} onChange={(event) => player.setSpeed(Number(event.currentTarget.value))}>
+              {SPEEDS.map((speed) => (
+                <option value={String(speed)}>{player.timed ? `${speed} x` : `${speed} ticks/s`}</option>
+              ))}
+            </select>
+          </label>
+        )}
+        {end}
       </div>
     </section>
   );
 }
 
-/** To the first tick, and to the one before. */
-export function BackButtons({ player }: { player: Player }) {
+/** The controls of a replay. */
+export function Playback(props: TimelineProps) {
+  const { player } = props;
   return (
-    <>
-      <Button icon="first" label={player.timed ? "Start" : "First tick"} onClick={() => player.seek(0)} />
-      <Button icon="back" label={player.timed ? "Previous moment" : "Previous tick"} onClick={() => player.step(-1)} />
-    </>
-  );
-}
-
-/** Speed of playback. */
-export function SpeedChoice({ player }: { player: Player }) {
-  return (
-    <label class="speed">
-      <span class="unseen">Speed</span>
-      <select value={String(player.speed)} onChange={(event) => player.setSpeed(Number(event.currentTarget.value))}>
-        {SPEEDS.map((speed) => (
-          <option value={String(speed)}>{player.timed ? `${speed} x` : `${speed} ticks/s`}</option>
-        ))}
-      </select>
-    </label>
-  );
-}
-
-interface ButtonProps {
-  icon: ButtonIcon;
-  label: string;
-  primary?: boolean;
-  /** Reason why it is disabled. */
-  off?: string | false;
-  onClick(): void;
-}
-
-export function Button({ icon, label, primary, off, onClick }: ButtonProps) {
-  return (
-    <button type="button" class={primary ? "primary" : ""} aria-label={label} {...unless(off, onClick, label)}>
-      <Icon name={icon} />
-    </button>
+    <Controls name="Playback" {...props}>
+      <Button icon={player.playing ? "pause" : "play"} label={player.playing ? "Pause" : "Play"} primary act={() => player.toggle()} />
+      <Button icon="on" label={player.timed ? "Next moment" : "Next tick"} act={() => player.step(1)} />
+      <Button icon="last" label={player.timed ? "End" : "Last tick"} act={() => player.seek(player.last)} />
+    </Controls>
   );
 }
 
 /** The seconds of the run, updated with every frame. */
-export function Seconds({ player }: { player: Player }) {
+function Seconds({ player }: { player: Player }) {
   const words = useRef<HTMLSpanElement>(null);
   useLayoutEffect(() => {
     const follow = (time: number): void => {
@@ -99,8 +87,7 @@ export function Seconds({ player }: { player: Player }) {
   return <span class="seconds" ref={words} />;
 }
 
-/** By rank: those of the rest stand where the lowest row has room. */
-const RANK: EventKind[] = [...STORY, ...OUTSIDE, ...REST];
+const RANK = Object.keys(EVENTS);
 const MARK = 18;
 /** Rows of marks: those that are close together stand above each other. */
 const ROWS = 3;
@@ -128,8 +115,9 @@ export function marksOf(run: Run, player: Player, width: number): TimelineMark[]
   ranked.sort((a, b) => RANK.indexOf(a[1]) - RANK.indexOf(b[1]) || a[0] - b[0]);
   for (const event of ranked) {
     const place = player.end ? player.timeOf(event[0]) / player.end : 0;
-    const aside = RANK.indexOf(event[1]) < STORY.length ? ASIDE : [0];
-    const rows = RANK.indexOf(event[1]) >= STORY.length + OUTSIDE.length ? 1 : ROWS;
+    const [role] = EVENTS[event[1]];
+    const aside = role === "story" ? ASIDE : [0];
+    const rows = role === "rest" ? 1 : ROWS;
     const title = `${when(run, event[0])}: ${event[2]}`;
     const same = marks.find((mark) => mark.event[0] === event[0] && mark.event[1] === event[1]);
     const spots = aside.flatMap((by) =>
@@ -151,7 +139,7 @@ export function marksOf(run: Run, player: Player, width: number): TimelineMark[]
   return marks.sort((a, b) => a.x - b.x || a.row - b.row);
 }
 
-export function Timeline({ run, player, tick, eye }: ControlsProps) {
+function Timeline({ run, player, tick, eye }: TimelineProps) {
   const select = useCallback((robot: number) => eye.follow(robot === eye.followed ? null : robot), [eye]);
   const track = useRef<HTMLDivElement>(null);
   const slider = useRef<HTMLInputElement>(null);

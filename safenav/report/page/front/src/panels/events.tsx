@@ -3,21 +3,16 @@
 import { memo } from "preact/compat";
 import { useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 import { EventSign } from "./icons";
+import { resized } from "../listening";
 import type { Player } from "../run/player";
 import { moment, type EventKind, type Run, type RunEvent } from "../run/run";
 
-const GROUPS: [name: string, kinds: EventKind[]][] = [
-  [
-    "coordination",
-    [
-      ...(["violation", "request", "push", "pop", "resolved", "blocked"] as const),
-      ...(["appeared", "gone", "truth", "inputs", "objective", "service", "plan", "plan_end", "assumption", "outcome"] as const),
-      ...(["reopened", "waiting", "paused", "operator", "failure", "deadline", "act"] as const),
-    ],
-  ],
-  ["synthesis", ["synthesis"]],
-  ["goals", ["goal"]],
-];
+const GROUPS = ["coordination", "synthesis", "goals"] as const;
+
+function groupOf(kind: EventKind): (typeof GROUPS)[number] {
+  return kind === "synthesis" ? "synthesis" : kind === "goal" ? "goals" : "coordination";
+}
+
 const MANY_GOALS = 60;
 
 interface EventsProps {
@@ -33,18 +28,13 @@ export function Events({ run, player, tick, point }: EventsProps) {
     const goals = run.events.filter((event) => event[1] === "goal").length;
     return { coordination: true, synthesis: true, goals: goals <= MANY_GOALS };
   });
-  const events = useMemo(() => {
-    const kinds = new Set(GROUPS.filter(([name]) => shown[name]).flatMap(([, kinds]) => kinds));
-    return folded(run.events.filter((event) => kinds.has(event[1])));
-  }, [run, shown]);
+  const events = useMemo(() => folded(run.events.filter((event) => shown[groupOf(event[1])])), [run, shown]);
   const list = useRef<HTMLOListElement>(null);
   useLayoutEffect(() => mark(list.current!, events, tick), [events, tick]);
   useLayoutEffect(() => {
     const rows = list.current!;
-    const observer = new ResizeObserver(() => trim(rows));
-    observer.observe(rows);
     rows.addEventListener("scroll", () => trim(rows), { passive: true });
-    return () => observer.disconnect();
+    return resized(rows, () => trim(rows));
   }, []);
   return (
     <section class="panel events" aria-labelledby="events-title">
@@ -52,7 +42,7 @@ export function Events({ run, player, tick, point }: EventsProps) {
         Events <span class="count">{events.length}</span>
       </h2>
       <div class="filters" role="group" aria-label="Kinds of events">
-        {GROUPS.map(([name]) => (
+        {GROUPS.map((name) => (
           <button
             type="button"
             key={name}

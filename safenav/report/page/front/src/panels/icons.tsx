@@ -1,6 +1,6 @@
 /** Small drawings: the signs of robots, obstacles and events, and those on buttons. */
 
-import type { EventKind, Robot, Run, Status } from "../run/run";
+import { EVENTS, type EventKind, type Robot, type Run, type Status } from "../run/run";
 
 export function RobotSign({ robot, size = 26 }: { robot: Robot; size?: number }) {
   const { look } = robot;
@@ -15,17 +15,17 @@ export function RobotSign({ robot, size = 26 }: { robot: Robot; size?: number })
 }
 
 export function StatusSign({ run, status, size = 18 }: { run: Run; status: Exclude<Status, "absent">; size?: number }) {
-  return <Mark size={size} kind={`status-${status}`} path={run.marks.status[status].path} />;
+  return <Mark size={size} colour={status} path={run.marks.status[status].path} />;
 }
 
 export function EventSign({ run, kind, size = 16 }: { run: Run; kind: EventKind; size?: number }) {
-  return <Mark size={size} kind={`event-${kind}`} path={run.marks.event[kind]} />;
+  return <Mark size={size} colour={EVENTS[kind][1]} path={run.marks.event[kind]} />;
 }
 
-function Mark({ size, kind, path }: { size: number; kind: string; path: string }) {
+function Mark({ size, colour, path }: { size: number; colour: string; path: string }) {
   return (
     <svg class="sign" width={size} height={size} viewBox="-1.1 -1.1 2.2 2.2" aria-hidden="true">
-      <path class={kind} d={path} fill-rule="evenodd" />
+      <path fill={`var(--${colour})`} d={path} fill-rule="evenodd" />
     </svg>
   );
 }

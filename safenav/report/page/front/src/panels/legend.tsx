@@ -1,67 +1,75 @@
 /** The legend: marks of the stage, and signs of events and activities on the timeline. */
 
+import type { ComponentChildren } from "preact";
 import { memo } from "preact/compat";
-import { Row } from "../map/legend";
 import { Drawer } from "./drawer";
-import { EventSign } from "./icons";
+import { EventSign, StatusSign } from "./icons";
 import { bar, DOINGS } from "./lanes";
-import type { EventKind, Run } from "../run/run";
+import { EVENTS, STATUSES, UNORDERED, type EventKind, type Run, type Status } from "../run/run";
 import type { Stage } from "../map/stage";
 
-/** Meanings of events; the others have the sign of a status. */
-const MEANINGS: Record<Exclude<EventKind, "violation" | "request" | "resolved" | "blocked">, string> = {
-  outcome: "end of the run",
-  assumption: "assumption broken",
-  appeared: "obstacle appears",
-  gone: "obstacle disappears",
-  truth: "truth set",
-  reopened: "may be resolvable again",
-  waiting: "waits for an operator",
-  paused: "waits for a change",
-  operator: "operator intervenes",
-  failure: "failure",
-  act: "action begins",
-  deadline: "deadline missed",
-  inputs: "inputs changed",
-  objective: "objective changed",
-  service: "in or out of service",
-  synthesis: "synthesis",
-  push: "objectives pushed",
-  pop: "objectives restored",
-  plan: "joint plan begins",
-  plan_end: "joint plan ends",
-  goal: "goal reached",
-};
+interface RowProps {
+  words: ComponentChildren;
+  /** Whether this run has it. */
+  shown?: boolean;
+  width?: number;
+  height?: number;
+  viewBox?: string;
+  preserveAspectRatio?: string;
+  class?: string;
+  /** That of the first robot, unless another one is meant. */
+  colour?: string | undefined;
+  children: ComponentChildren;
+}
 
-export const Legend = memo(({ run, Marks }: { run: Run; Marks: Stage["Marks"] }) => {
-  const first = run.robots[0];
+/** A row of a legend: a drawing and its meaning. */
+export function Row({ words, shown = true, colour, children, width = 18, height = 18, ...rest }: RowProps) {
+  if (!shown) return null;
   return (
-    <Drawer name="Legend" kind="legend">
-      <ul>
-        <Marks run={run} />
-        {Object.entries(MEANINGS).map(([kind, meaning]) =>
-          run.events.some((event) => event[1] === kind) ? (
-            <li key={kind}>
-              <EventSign run={run} kind={kind as EventKind} />
-              {meaning}
-            </li>
-          ) : null,
-        )}
-        {DOINGS.map(([kind, meaning]) => (
-          <li key={kind}>
-            <svg width="22" height="10" viewBox="0 -0.3 22 4.6" preserveAspectRatio="none" aria-hidden="true" style={{ "--colour": first?.look.colour }}>
-              <path class={`doing ${kind}`} d={bar(kind, "1", "21")} />
-            </svg>
-            {meaning}, in its lane
-          </li>
-        ))}
-        <Row words="synthesis, in its lane" width={22} height={10}>
-          <path class="doing synthesis" d="M11 0v10" />
-        </Row>
-        <Row words="goals, below the timeline" width={10} height={14} class="goals">
-          <path d="M5 4v6" />
-        </Row>
-      </ul>
-    </Drawer>
+    <li>
+      <svg width={width} height={height} aria-hidden="true" {...rest} {...(colour && { style: { "--colour": colour } })}>
+        {children}
+      </svg>
+      {words}
+    </li>
   );
-});
+}
+
+/** A row for each status of an obstacle; `before`: a drawing before its sign. */
+export function Statuses({ run, before }: { run: Run; before?: (status: Exclude<Status, "absent">) => ComponentChildren }) {
+  const hidden = `obstacle, still hidden${run.obstacles.some((each) => each.ordered) ? `, or ${UNORDERED}` : ""}`;
+  return STATUSES.map((status) => (
+    <li key={status}>
+      {before?.(status)}
+      <StatusSign run={run} status={status} />
+      {status === "hidden" ? hidden : run.marks.status[status].meaning}
+    </li>
+  ));
+}
+
+export const Legend = memo(({ run, Marks }: { run: Run; Marks: Stage["Marks"] }) => (
+  <Drawer name="Legend" kind="legend">
+    <ul style={{ "--colour": run.robots[0]!.look.colour }}>
+      <Marks run={run} />
+      {Object.entries(EVENTS).map(([kind, [, , meaning]]) =>
+        meaning && run.events.some((event) => event[1] === kind) ? (
+          <li key={kind}>
+            <EventSign run={run} kind={kind as EventKind} />
+            {meaning}
+          </li>
+        ) : null,
+      )}
+      {DOINGS.map(([kind, meaning]) => (
+        <Row key={kind} words={`${meaning}, in its lane`} width={22} height={10} viewBox="0 -0.3 22 4.6" preserveAspectRatio="none">
+          <path class={`doing ${kind}`} d={bar(kind, "1", "21")} />
+        </Row>
+      ))}
+      <Row words="synthesis, in its lane" width={22} height={10}>
+        <path class="doing synthesis" d="M11 0v10" />
+      </Row>
+      <Row words="goals, below the timeline" width={10} height={14} class="goals">
+        <path d="M5 4v6" />
+      </Row>
+    </ul>
+  </Drawer>
+));

@@ -12,17 +12,39 @@ export type Status = (typeof STATUSES)[number] | "absent";
 /** The words for an obstacle that is not ordered yet. */
 export const UNORDERED = "not ordered yet";
 
-/** The kinds of events of the story, those of causes from outside, and the others, each by rank. */
-export const STORY = [
-  ...(["outcome", "waiting", "operator", "violation", "blocked", "resolved", "request"] as const),
-  ...(["failure", "deadline", "assumption"] as const),
-];
-export const OUTSIDE = [
-  ...(["inputs", "appeared", "gone", "truth", "objective", "service", "paused", "reopened"] as const),
-];
-export const REST = ["act", "push", "pop", "synthesis", "plan", "plan_end"] as const;
+/**
+ * The kinds of events by rank: events of the story, causes from outside, and the rest; each with its colour, and its
+ * meaning in the legend unless it has the sign of a status.
+ */
+export const EVENTS = {
+  outcome: ["story", "quiet", "end of the run"],
+  waiting: ["story", "found", "waits for an operator"],
+  operator: ["story", "stack", "operator intervenes"],
+  violation: ["story", "found", null],
+  blocked: ["story", "blocked", null],
+  resolved: ["story", "resolved", null],
+  request: ["story", "requested", null],
+  failure: ["story", "found", "failure"],
+  deadline: ["story", "found", "deadline missed"],
+  assumption: ["story", "found", "assumption broken"],
+  inputs: ["outside", "found", "inputs changed"],
+  appeared: ["outside", "found", "obstacle appears"],
+  gone: ["outside", "resolved", "obstacle disappears"],
+  truth: ["outside", "found", "truth set"],
+  objective: ["outside", "found", "objective changed"],
+  service: ["outside", "found", "in or out of service"],
+  paused: ["outside", "quiet", "waits for a change"],
+  reopened: ["outside", "found", "may be resolvable again"],
+  act: ["rest", "resolved", "action begins"],
+  push: ["rest", "stack", "objectives pushed"],
+  pop: ["rest", "stack", "objectives restored"],
+  synthesis: ["rest", "synthesis", "synthesis"],
+  plan: ["rest", "stack", "joint plan begins"],
+  plan_end: ["rest", "stack", "joint plan ends"],
+  goal: ["rest", "quiet", "goal reached"],
+} as const;
 
-export type EventKind = (typeof STORY | typeof OUTSIDE | typeof REST)[number] | "goal";
+export type EventKind = keyof typeof EVENTS;
 
 export interface Look {
   shape: string;

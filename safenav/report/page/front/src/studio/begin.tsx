@@ -2,7 +2,7 @@
 
 import { useEffect, useRef, useState } from "preact/hooks";
 import type { Say } from "../live/player";
-import { notice } from "../panels/notice";
+import { notice } from "../panels/button";
 import { RunDownloads } from "./live";
 import { Dialog, Menu } from "./menus";
 import type { Doc } from "./model";

@@ -3,9 +3,8 @@
 import { heard } from "../listening";
 import type { ComponentChildren } from "preact";
 import { useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
-import { Button } from "../panels/controls";
 import { Help, type Keys } from "../panels/help";
-import { unless } from "../panels/notice";
+import { Button, Press } from "../panels/button";
 import type { Say } from "../live/player";
 import { MapView } from "../map/map";
 import { Camera } from "../map/camera";
@@ -89,23 +88,24 @@ export function Draw({ doc, verdicts, say, save, menus, run }: DrawProps) {
         </div>
         <div class="group">
           {menus}
-          <button type="button" aria-label="Undo" {...unless(!doc.undoable && "nothing to undo yet", () => say("undo"), "Undo (Ctrl Z)")}>
+          <Press aria-label="Undo" off={!doc.undoable && "nothing to undo yet"} title="Undo (Ctrl Z)" act={() => say("undo")}>
             ↶
-          </button>
-          <button type="button" aria-label="Redo" {...unless(!doc.redoable && "nothing to redo: undo a change first", () => say("redo"), "Redo (Ctrl Y)")}>
+          </Press>
+          <Press aria-label="Redo" off={!doc.redoable && "nothing to redo: undo a change first"} title="Redo (Ctrl Y)" act={() => say("redo")}>
             ↷
-          </button>
-          <button
-            type="button"
+          </Press>
+          <Press
             class="primary run"
-            {...unless(first && `Fix the scenario first${first.line ? `, line ${first.line}` : ""}: ${first.found}`, run, "Run it")}
+            off={first && `Fix the scenario first${first.line ? `, line ${first.line}` : ""}: ${first.found}`}
+            title="Run it"
+            act={run}
           >
             ▶ Run
-          </button>
-          <Button icon={theme} label={`Theme: ${theme}`} onClick={() => setTheme(nextTheme)} />
-          <button type="button" title="Help" aria-label="Help" onClick={() => help.current!.showModal()}>
+          </Press>
+          <Button icon={theme} label={`Theme: ${theme}`} act={() => setTheme(nextTheme)} />
+          <Press title="Help" aria-label="Help" act={() => help.current!.showModal()}>
             ?
-          </button>
+          </Press>
         </div>
       </header>
       <main class="board">
@@ -172,14 +172,9 @@ function Stage({ doc, drawing, pen, setPen, chosen, choose, say, verdict }: Stag
       <MapView key={`${cols}x${rows}`} run={drawing.run} player={player} camera={camera} tick={0} shown={SHOWN} pointed={null} hand={hand} />
       <div class="tool-line" aria-live="polite">
         <p class="hint quiet">{hintOf(pen, drawing)}</p>
-        <button
-          type="button"
-          class={pen.does === "select" ? "unused" : ""}
-          title="Back to Select (Esc)"
-          onClick={() => setPen({ does: "select" })}
-        >
+        <Press class={pen.does === "select" ? "unused" : ""} title="Back to Select (Esc)" act={() => setPen({ does: "select" })}>
           Done
-        </button>
+        </Press>
         <Zoom camera={camera} />
       </div>
     </section>

@@ -4,7 +4,7 @@ import { useEffect, useRef, useState } from "preact/hooks";
 import { CELL } from "../map/camera";
 import { ordered, square as squareOf } from "../map/marks";
 import type { Hand } from "../map/hand";
-import { notice } from "../panels/notice";
+import { notice } from "../panels/button";
 import { isWall, label, regionAt as regionOf } from "../run/run";
 import type { DrawnObstacle, DrawnRobot, Drawing, Problem, Target, Verdict } from "./model";
 import { choose as chooseTarget, targetsOf } from "./objective";

@@ -1,6 +1,6 @@
 /** The selected robot or obstacle of the drawing board. */
 
-import { unless } from "../panels/notice";
+import { Press } from "../panels/button";
 import { label } from "../run/run";
 import { resolving, type Verdict } from "./model";
 import { choose as chooseTarget } from "./objective";
@@ -9,15 +9,14 @@ import { VerdictDetails } from "./verdicts";
 
 export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verdict }: Drawn & { verdict: Verdict | null }) {
   const remove = (op: string, data: object) => (
-    <button
-      type="button"
-      onClick={() => {
+    <Press
+      act={() => {
         say("edit", { op, ...data });
         choose(null);
       }}
     >
       Remove
-    </button>
+    </Press>
   );
   if (chosen && "robot" in chosen) {
     const robot = drawing.robots.find((r) => r.name === chosen.robot);
@@ -37,30 +36,26 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verd
         </p>
         <div class="pens">
           {doc.palette.objectives.map((kind) => (
-            <button
-              type="button"
+            <Press
               key={kind.kind}
               title={kind.meaning}
               aria-pressed={drawingObjective && pen.kind.kind === kind.kind}
-              onClick={() => setPen({ does: "objective", robot: robot.name, kind, targets: [] })}
+              act={() => setPen({ does: "objective", robot: robot.name, kind, targets: [] })}
             >
               {kind.label}
-            </button>
+            </Press>
           ))}
         </div>
         {Object.keys(drawing.areas).length > 0 && (
           <div class="pens areas" role="group" aria-label="Areas as targets">
             {Object.keys(drawing.areas).map((area) => (
-              <button
-                type="button"
+              <Press
                 key={area}
-                {...unless(
-                  !drawingObjective && "choose a kind of objective first: then this area can be a target",
-                  () => drawingObjective && chooseTarget(pen, area, setPen, say),
-                )}
+                off={!drawingObjective && "choose a kind of objective first: then this area can be a target"}
+                act={() => drawingObjective && chooseTarget(pen, area, setPen, say)}
               >
                 {area}
-              </button>
+              </Press>
             ))}
           </div>
         )}

@@ -10,7 +10,7 @@ import { Draw } from "./draw";
 import { LiveView } from "./live";
 import { useClosingMenus } from "./menus";
 import type { Doc, Palette, Verdict } from "./model";
-import { onNotice } from "../panels/notice";
+import { onNotice } from "../panels/button";
 
 interface Hello {
   editor: boolean;

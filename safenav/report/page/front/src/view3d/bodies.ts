@@ -1,24 +1,10 @@
 /** Robots from simple solids, posed from samples of their motion. */
 
-import {
-  BoxGeometry,
-  CapsuleGeometry,
-  CircleGeometry,
-  Color,
-  CylinderGeometry,
-  Group,
-  Mesh,
-  MeshBasicMaterial,
-  SphereGeometry,
-  TorusGeometry,
-  Vector3,
-  type BufferGeometry,
-  type Material,
-} from "three";
-import type { Body, Doing } from "./body";
+import { BoxGeometry, CapsuleGeometry, CircleGeometry, Color, CylinderGeometry, Group, Mesh, MeshBasicMaterial, SphereGeometry, TorusGeometry, Vector3 } from "three";
+import type { BufferGeometry, Material } from "three";
 import type { Kind, Sample } from "./motion";
-import { DARK, axles, paint, shade, solid } from "./solids";
-import { Vehicle, buggy, carrier, manipulator, mast, rover, truck, turtlebot } from "./vehicles";
+import { DARK, GLASS, axles, box, column, paint, shade, solid, upright, type Body, type Doing } from "./solids";
+import { Grounded, Vehicle, buggy, carrier, manipulator, mast, rover, truck, turtlebot } from "./vehicles";
 
 const UP = new Vector3(0, 0, 1);
 
@@ -94,13 +80,13 @@ class Limb {
 }
 
 /** Two links from `root` to `tip`; the joint lies on the side of `bend`. Lengths are equal. */
-function joint(root: Vector3, tip: Vector3, length: number, bend: Vector3, found: Vector3): void {
+function joint(root: Vector3, tip: Vector3, length: number, bend: Vector3): Vector3 {
   const way = new Vector3().subVectors(tip, root);
   const half = Math.min(way.length() / 2, length * 0.9999);
   const out = Math.sqrt(length * length - half * half);
   const unit = way.normalize();
   const side = bend.clone().addScaledVector(unit, -bend.dot(unit)).normalize();
-  found.copy(root).addScaledVector(unit, half).addScaledVector(side, out);
+  return root.clone().addScaledVector(unit, half).addScaledVector(side, out);
 }
 
 const LINK = 0.44;
@@ -123,21 +109,17 @@ class Biped implements Body {
   private readonly ground = shade(0.26);
 
   /** `whole`: with head and arms, as Digit; Cassie has a pelvis on legs only. */
-  constructor(
-    colour: string,
-    whole = true,
-  ) {
+  constructor(colour: string, whole = true) {
     this.top = whole ? 1.75 : 1.2;
-    const skin = paint(colour);
-    const dark = paint(DARK);
-    const trunk = solid(new CapsuleGeometry(0.14, 0.34, 4, 12).rotateX(Math.PI / 2), skin, 0, 0, 0.42);
+    const [skin, dark] = [paint(colour), paint(DARK)];
+    const trunk = column(0.14, 0.34, skin, 0, 0, 0.42);
     trunk.scale.set(0.85, 1.15, 1);
-    const pelvis = solid(new BoxGeometry(0.18, 0.28, 0.12), dark);
-    const head = solid(new BoxGeometry(0.14, 0.2, 0.14), dark, 0.02, 0, 0.82);
-    const visor = solid(new BoxGeometry(0.02, 0.16, 0.06), paint(0x8fd3ff), 0.095, 0, 0.83);
-    const hip = solid(new BoxGeometry(0.26, 0.36, 0.2), skin, 0, 0, 0.08);
+    const pelvis = box(0.18, 0.28, 0.12, dark);
+    const head = box(0.14, 0.2, 0.14, dark, 0.02, 0, 0.82);
+    const visor = box(0.02, 0.16, 0.06, paint(GLASS), 0.095, 0, 0.83);
+    const hip = box(0.26, 0.36, 0.2, skin, 0, 0, 0.08);
     this.torso.add(...(whole ? [trunk, pelvis, head, visor] : [hip]));
-    this.feet = [0, 1].map(() => solid(new BoxGeometry(0.2, 0.09, 0.05), dark));
+    this.feet = [0, 1].map(() => box(0.2, 0.09, 0.05, dark));
     this.legs = [0, 1].map(() => [new Limb(0.06, skin), new Limb(0.045, dark)]);
     this.arms = [0, 1].map(() => [new Limb(0.045, skin), new Limb(0.035, dark)]);
     this.group.add(this.torso, this.ground, ...this.feet);
@@ -168,8 +150,7 @@ class Biped implements Body {
       this.feet[i]!.rotation.set(0, 0, turn);
       const hip = hips.clone().addScaledVector(left, sign * HIP);
       const ankle = foot.clone().setZ(foot.z + ANKLE);
-      const knee = new Vector3();
-      joint(hip, ankle, LINK, forward.clone().negate(), knee);
+      const knee = joint(hip, ankle, LINK, forward.clone().negate());
       this.legs[i]![0].span(hip, knee);
       this.legs[i]![1].span(knee, ankle);
       const other = feet[1 - i]!;
@@ -178,8 +159,7 @@ class Biped implements Body {
       const hanging = shoulder.clone().addScaledVector(forward, 0.1 + 0.8 * swing).setZ(hips.z + 0.18);
       const pushing = shoulder.clone().addScaledVector(forward, 0.5).setZ(hips.z + 0.5);
       const hand = hanging.lerp(pushing, reach);
-      const elbow = new Vector3();
-      joint(shoulder, hand, ARM, forward.clone().negate().setZ(-0.4), elbow);
+      const elbow = joint(shoulder, hand, ARM, forward.clone().negate().setZ(-0.4));
       this.arms[i]![0].span(shoulder, elbow);
       this.arms[i]![1].span(elbow, hand);
     }
@@ -220,20 +200,19 @@ class Quadrotor implements Body {
       strut.span(new Vector3(0, y * reach * 0.25, 0), foot);
       this.frame.add(skid.mesh, strut.mesh);
     }
-    this.frame.add(solid(new SphereGeometry(reach * 0.14, 10, 8), paint(0x8fd3ff), reach * 0.45, 0, 0));
+    this.frame.add(solid(new SphereGeometry(reach * 0.14, 10, 8), paint(GLASS), reach * 0.45, 0, 0));
     this.rotors = [];
     for (let i = 0; i < 4; i++) {
       const angle = Math.PI / 4 + (i * Math.PI) / 2;
       const [x, y] = [Math.cos(angle) * reach, Math.sin(angle) * reach];
       const arm = new Limb(reach * 0.06, dark);
       arm.span(new Vector3(), new Vector3(x, y, 0.02));
-      const ring = solid(new TorusGeometry(radius, reach * 0.04, 6, 24), dark, x, y, 0.04);
       const disc = solid(new CircleGeometry(radius, 20), blade, x, y, 0.045);
-      const bar = solid(new BoxGeometry(radius * 1.9, radius * 0.16, 0.008), dark, x, y, 0.05);
+      const bar = box(radius * 1.9, radius * 0.16, 0.008, dark, x, y, 0.05);
       this.rotors.push(bar);
       this.frame.add(arm.mesh, disc, bar);
-      if (rings) this.frame.add(ring);
-      else this.frame.add(solid(new CylinderGeometry(reach * 0.12, reach * 0.12, reach * 0.14, 12).rotateX(Math.PI / 2), dark, x, y, 0.01));
+      if (rings) this.frame.add(solid(new TorusGeometry(radius, reach * 0.04, 6, 24), dark, x, y, 0.04));
+      else this.frame.add(upright(reach * 0.12, reach * 0.14, dark, x, y, 0.01));
     }
     this.ground = shade(reach);
     const beam = new MeshBasicMaterial({ color: 0xffd36b, transparent: true, opacity: 0.28, depthWrite: false });
@@ -263,51 +242,41 @@ class Quadrotor implements Body {
 }
 
 /** Four legs whose knees bend backwards; they trot as far as it moves. */
-class Quadruped implements Body {
-  readonly group = new Group();
+class Quadruped extends Grounded {
   readonly top: number;
   readonly hold: [number, number];
   readonly room: number;
-  private readonly inner = new Group();
   private readonly legs: [Limb, Limb][];
   private readonly hips: Vector3[];
-  private readonly link: number;
   private readonly high: number;
-  private previous: [x: number, y: number] | null = null;
-  private gone = 0;
 
   constructor(scale: number, colour: string, length: number, width: number, height: number) {
-    const skin = paint(colour);
-    const dark = paint(DARK);
+    super();
+    const [skin, dark] = [paint(colour), paint(DARK)];
     this.high = height * 0.72;
-    this.link = this.high * 0.56;
     this.hold = [-0.1 * length * scale, (this.high + height * 0.2) * scale];
     this.room = width * 0.8 * scale;
-    const body = solid(new BoxGeometry(length * 0.8, width * 0.5, height * 0.24), skin, 0, 0, this.high + height * 0.08);
-    const head = solid(new BoxGeometry(length * 0.14, width * 0.42, height * 0.2), dark, length * 0.43, 0, this.high + height * 0.1);
-    const eye = solid(new BoxGeometry(0.01, width * 0.3, height * 0.05), paint(0x8fd3ff), length * 0.505, 0, this.high + height * 0.12);
+    this.top = height * scale + 0.3;
     this.hips = axles(length * 0.33, width * 0.4).map(([x, y]) => new Vector3(x, y, this.high));
     this.legs = this.hips.map(() => [new Limb(height * 0.055, skin), new Limb(height * 0.035, dark)]);
-    this.inner.add(body, head, eye);
-    for (const [thigh, shin] of this.legs) this.inner.add(thigh.mesh, shin.mesh);
-    this.inner.scale.setScalar(scale);
-    this.group.add(this.inner, shade(length * 0.5 * scale));
-    this.top = height * scale + 0.3;
+    const inner = new Group();
+    inner.add(
+      box(length * 0.8, width * 0.5, height * 0.24, skin, 0, 0, this.high + height * 0.08),
+      box(length * 0.14, width * 0.42, height * 0.2, dark, length * 0.43, 0, this.high + height * 0.1),
+      box(0.01, width * 0.3, height * 0.05, paint(GLASS), length * 0.505, 0, this.high + height * 0.12),
+      ...this.legs.flat().map((limb) => limb.mesh),
+    );
+    inner.scale.setScalar(scale);
+    this.group.add(inner, shade(length * 0.5 * scale));
   }
 
-  pose(sample: Sample): void {
-    if (this.previous !== null) this.gone += Math.hypot(sample.x! - this.previous[0], sample.y! - this.previous[1]);
-    const moved = this.previous !== null && Math.hypot(sample.x! - this.previous[0], sample.y! - this.previous[1]) > 1e-5;
-    this.previous = [sample.x!, sample.y!];
-    this.group.position.set(sample.x!, sample.y!, 0);
-    this.group.rotation.z = sample.yaw ?? 0;
+  protected override move(gone: number, moves: boolean): void {
     this.hips.forEach((hip, i) => {
       // Diagonal legs swing together.
-      const phase = (this.gone / this.high) * 4 + (i === 0 || i === 3 ? 0 : Math.PI);
-      const stride = moved ? 0.25 * this.high : 0;
+      const phase = (gone / this.high) * 4 + (i === 0 || i === 3 ? 0 : Math.PI);
+      const stride = moves ? 0.25 * this.high : 0;
       const foot = new Vector3(hip.x + stride * Math.sin(phase), hip.y, Math.max(0, stride * 0.5 * Math.cos(phase)));
-      const knee = new Vector3();
-      joint(hip, foot, this.link, new Vector3(-1, 0, 0), knee);
+      const knee = joint(hip, foot, this.high * 0.56, new Vector3(-1, 0, 0));
       this.legs[i]![0].span(hip, knee);
       this.legs[i]![1].span(knee, foot);
     });
@@ -315,31 +284,21 @@ class Quadruped implements Body {
 }
 
 /** A robot without a motion model. */
-class Disc implements Body {
-  readonly group = new Group();
+class Disc extends Grounded {
   readonly top = 0.6;
   readonly hold: [number, number] = [0, 0.28];
   readonly room: number;
 
   /** `turns`: whether it has a heading to show. */
   constructor(size: number, colour: string, turns: boolean) {
+    super();
     const radius = Math.max(0.15, size / 2);
     this.room = radius * 1.3;
-    this.group.add(
-      solid(new CylinderGeometry(radius, radius, 0.25, 28).rotateX(Math.PI / 2), paint(colour), 0, 0, 0.14),
-      shade(radius * 1.1),
-    );
+    this.group.add(upright(radius, 0.25, paint(colour), 0, 0, 0.14), shade(radius * 1.1));
     if (!turns) return;
     // A wedge on top and a light at the front show where it faces.
-    const wedge = new CylinderGeometry(radius * 0.55, radius * 0.55, 0.06, 3).rotateX(Math.PI / 2).rotateZ(Math.PI / 2);
-    const front = solid(new BoxGeometry(radius * 0.3, radius * 0.9, 0.1), paint(0x8fd3ff), radius * 0.92, 0, 0.16);
-    front.name = "front";
-    this.group.add(solid(wedge, paint(DARK), radius * 0.15, 0, 0.29), front);
-  }
-
-  pose(sample: Sample): void {
-    this.group.position.set(sample.x!, sample.y!, Math.max(0, (sample.z ?? 0) - 0.14));
-    this.group.rotation.z = sample.yaw ?? 0;
+    const wedge = upright(radius * 0.55, 0.06, paint(DARK), radius * 0.15, 0, 0.29, radius * 0.55, 3);
+    wedge.geometry.rotateZ(Math.PI / 2);
+    this.group.add(wedge, box(radius * 0.3, radius * 0.9, 0.1, paint(GLASS), radius * 0.92, 0, 0.16));
   }
 }
-

@@ -1,9 +1,11 @@
-/** Colours of the page's theme, for materials: the stylesheet has them once. */
+/** Colours of the page's theme, for materials: the stylesheet has both of each, `light-dark(#…, #…)`. */
 
 import { Color } from "three";
 
 export type Role = "page" | "accent" | "ground" | "grid" | "wall" | "ink" | "hidden" | "found" | "requested" | "resolved" | "blocked" | "number";
 
 export function themeColour(role: Role): Color {
-  return new Color(getComputedStyle(document.documentElement).getPropertyValue(`--${role}`).trim());
+  const root = document.documentElement;
+  const [light, dark] = getComputedStyle(root).getPropertyValue(`--${role}`).match(/#\w+/g)!;
+  return new Color(root.dataset.theme === "dark" ? dark : light);
 }

@@ -1,20 +1,7 @@
 /** The map: ground, lines between regions, walls (low, so that nothing hides behind them). */
 
-import {
-  BoxGeometry,
-  BufferGeometry,
-  CanvasTexture,
-  Float32BufferAttribute,
-  Group,
-  InstancedMesh,
-  LineBasicMaterial,
-  LineSegments,
-  Matrix4,
-  Mesh,
-  MeshBasicMaterial,
-  MeshLambertMaterial,
-  PlaneGeometry,
-} from "three";
+import { BoxGeometry, BufferGeometry, CanvasTexture, Float32BufferAttribute, Group, InstancedMesh, LineBasicMaterial, LineSegments } from "three";
+import { Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial, PlaneGeometry } from "three";
 import { isWall, type Run } from "../run/run";
 import { themeColour } from "./colours";
 

@@ -1,28 +1,11 @@
 /** The scene of a run; `update` draws a moment. */
 
-import {
-  BufferGeometry,
-  Color,
-  DirectionalLight,
-  Group,
-  HemisphereLight,
-  Line,
-  LineBasicMaterial,
-  type Material,
-  Mesh,
-  MeshBasicMaterial,
-  PerspectiveCamera,
-  PlaneGeometry,
-  Scene,
-  Sprite,
-  Vector3,
-  WebGLRenderer,
-} from "three";
+import { BufferGeometry, Color, DirectionalLight, Group, HemisphereLight, Line, LineBasicMaterial, Mesh, MeshBasicMaterial, PerspectiveCamera } from "three";
+import { PlaneGeometry, Scene, Sprite, Vector3, WebGLRenderer, type Material } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { at, roleOf, type Run } from "../run/run";
 import type { Shown } from "../settings";
 import { bodyOf } from "./bodies";
-import type { Body, Doing } from "./body";
 import { themeColour } from "./colours";
 import type { Lens, View } from "./eye";
 import { centreOf, Floor, HIGH, LOW } from "./floor";
@@ -31,6 +14,7 @@ import { Obstacles } from "./obstacles";
 import { Places, tidied } from "./places";
 import { focusAt } from "./story";
 import { FIELD_ANGLE, Notice, sign } from "./signs";
+import type { Body, Doing } from "./solids";
 import { Trails } from "./trails";
 
 const EASE = 0.35;

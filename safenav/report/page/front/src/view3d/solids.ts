@@ -1,8 +1,32 @@
-/** Simple solids of which bodies are made. */
+/** The interface of drawn robots, and the simple solids of which robots and obstacles are made. */
 
-import { CircleGeometry, Color, CylinderGeometry, Mesh, MeshBasicMaterial, MeshLambertMaterial, type BufferGeometry, type Material } from "three";
+import { BoxGeometry, CapsuleGeometry, CircleGeometry, Color, CylinderGeometry, Mesh, MeshBasicMaterial, MeshLambertMaterial } from "three";
+import type { BufferGeometry, Group, Material } from "three";
+import type { Sample } from "./motion";
+
+/** A robot's present action with its hands or its sensor; 0 at its start, 1 at its end. */
+export interface Doing {
+  action: string;
+  strength: number;
+}
+
+export interface Body {
+  readonly group: Group;
+  /** The height of signs above the robot, in metres above its group. */
+  readonly top: number;
+  /** The position of a load that it holds: metres ahead of its centre, and above its group (a flyer: its centre). */
+  readonly hold: [ahead: number, up: number];
+  /** The size limit of its loads in metres. */
+  readonly room: number;
+  pose(sample: Sample, seconds: number, doing: Doing | null): void;
+}
 
 export const DARK = 0x2b3038;
+export const GLASS = 0x8fd3ff;
+
+export function paint(colour: string | number): MeshLambertMaterial {
+  return new MeshLambertMaterial({ color: new Color(colour) });
+}
 
 export function solid(geometry: BufferGeometry, material: Material, x = 0, y = 0, z = 0): Mesh {
   const mesh = new Mesh(geometry, material);
@@ -10,19 +34,30 @@ export function solid(geometry: BufferGeometry, material: Material, x = 0, y = 0
   return mesh;
 }
 
-export function paint(colour: string | number): MeshLambertMaterial {
-  return new MeshLambertMaterial({ color: new Color(colour) });
-}
-
-/** A round shadow on the ground, below a flying robot. */
-export function shade(radius: number): Mesh {
-  const material = new MeshBasicMaterial({ color: 0x000000, transparent: true, opacity: 0.22, depthWrite: false });
-  return solid(new CircleGeometry(radius, 24), material, 0, 0, 0.012);
+/** A box of a size, at a place. */
+export function box(wide: number, deep: number, high: number, material: Material, x = 0, y = 0, z = 0): Mesh {
+  return solid(new BoxGeometry(wide, deep, high), material, x, y, z);
 }
 
 /** A cylinder that stands. */
-export function upright(radius: number, height: number, material: Material, x: number, y: number, z: number): Mesh {
-  return solid(new CylinderGeometry(radius, radius, height, 24).rotateX(Math.PI / 2), material, x, y, z);
+export function upright(radius: number, height: number, material: Material, x = 0, y = 0, z = 0, foot = radius, sides = 24): Mesh {
+  return solid(new CylinderGeometry(radius, foot, height, sides).rotateX(Math.PI / 2), material, x, y, z);
+}
+
+/** A rounded column that stands. */
+export function column(radius: number, height: number, material: Material, x = 0, y = 0, z = 0): Mesh {
+  return solid(new CapsuleGeometry(radius, height, 4, 12).rotateX(Math.PI / 2), material, x, y, z);
+}
+
+/** A rounded bar that points ahead. */
+export function rod(radius: number, length: number, material: Material, x = 0, y = 0, z = 0): Mesh {
+  return solid(new CapsuleGeometry(radius, length, 4, 12).rotateZ(Math.PI / 2), material, x, y, z);
+}
+
+/** A round shadow on the ground. */
+export function shade(radius: number): Mesh {
+  const material = new MeshBasicMaterial({ color: 0x000000, transparent: true, opacity: 0.22, depthWrite: false });
+  return solid(new CircleGeometry(radius, 24), material, 0, 0, 0.012);
 }
 
 /** Places to the left and right, at the front and the rear unless `x` is 0. */

@@ -3,10 +3,10 @@
  * sensed, and a heap for types without a body of their own. An undiscovered obstacle is a faint outline.
  */
 
-import { BoxGeometry, CapsuleGeometry, Color, CylinderGeometry, DoubleSide, EdgesGeometry, Group, IcosahedronGeometry, LineBasicMaterial, LineSegments, Mesh, MeshLambertMaterial, SphereGeometry } from "three";
+import { BoxGeometry, Color, CylinderGeometry, DoubleSide, EdgesGeometry, Group, IcosahedronGeometry, LineBasicMaterial, LineSegments, Mesh, MeshLambertMaterial, SphereGeometry } from "three";
 import type { Status } from "../run/run";
 import { themeColour } from "./colours";
-import { solid as placed } from "./solids";
+import { box, column, paint, solid as placed, upright } from "./solids";
 
 const HEIGHT = 1.5;
 
@@ -81,14 +81,14 @@ export class Door extends Thing {
   ) {
     super(side);
     const width = side * 0.92;
-    const frame = new MeshLambertMaterial({ color: 0x7b828c });
+    const frame = paint(0x7b828c);
     for (const x of [-1, 1]) {
       this.solid.add(box(0.12, 0.12, HEIGHT, frame, (x * width) / 2, 0, HEIGHT / 2));
     }
     if (barred) {
       for (let i = 0; i < 9; i++) this.hinge.add(box(0.05, 0.05, HEIGHT * 0.94, this.leaf, ((width - 0.14) * (i + 0.5)) / 9, 0, HEIGHT * 0.48));
       for (const z of [0.12, 0.85]) this.hinge.add(box(width - 0.14, 0.06, 0.06, this.leaf, (width - 0.14) / 2, 0, HEIGHT * z));
-      this.lock = box(0.3, 0.18, 0.3, new MeshLambertMaterial({ color: 0xd9a520 }), width - 0.4, 0, HEIGHT * 0.5);
+      this.lock = box(0.3, 0.18, 0.3, paint(0xd9a520), width - 0.4, 0, HEIGHT * 0.5);
       this.hinge.add(this.lock);
     } else this.hinge.add(box(width - 0.14, 0.07, HEIGHT * 0.94, this.leaf, (width - 0.14) / 2, 0, HEIGHT * 0.48));
     this.hinge.position.set(-(width - 0.14) / 2, 0, 0);
@@ -107,10 +107,6 @@ export class Door extends Thing {
   }
 }
 
-function box(x: number, y: number, z: number, material: MeshLambertMaterial, atX = 0, atY = 0, atZ = 0): Mesh {
-  return placed(new BoxGeometry(x, y, z), material, atX, atY, atZ);
-}
-
 /** Two leaves that slide apart: a door with a button beside it, or an elevator with arrows above. */
 export class Sliding extends Thing {
   protected override readonly stays = true;
@@ -124,14 +120,14 @@ export class Sliding extends Thing {
     lifts: boolean,
   ) {
     super(side);
-    const frame = new MeshLambertMaterial({ color: 0x7b828c });
+    const frame = paint(0x7b828c);
     const width = side * 0.92;
     for (const x of [-1, 1]) this.solid.add(box(0.16, lifts ? side * 0.8 : 0.2, HEIGHT, frame, (x * width) / 2, lifts ? side * 0.05 : 0, HEIGHT / 2));
     this.solid.add(box(width, 0.2, 0.14, frame, 0, 0, HEIGHT));
     this.leaves = [-1, 1].map((x) => box(width / 2 - 0.08, 0.07, HEIGHT * 0.92, this.material, (x * width) / 4, 0, HEIGHT * 0.46));
     this.solid.add(...this.leaves);
     if (lifts) {
-      const dark = new MeshLambertMaterial({ color: 0x2b3038 });
+      const dark = paint(0x2b3038);
       this.solid.add(box(width, 0.24, 0.62, dark, 0, 0, HEIGHT + 0.36));
       for (const [x, turn] of [[-0.34, 0], [0.34, Math.PI]] as const) for (const front of [-1, 1]) {
         const arrow = placed(new CylinderGeometry(0.24, 0.24, 0.05, 3), this.lamp, x, front * 0.13, HEIGHT + 0.36);
@@ -184,7 +180,7 @@ function pallet(side: number): Thing {
   return new Still(
     side,
     (own, s) => {
-      const [wood, card] = [0xb08a5a, 0xcaa472].map((color) => new MeshLambertMaterial({ color }));
+      const [wood, card] = [0xb08a5a, 0xcaa472].map(paint);
       const w = s * 0.5;
       const boards = [-0.4, -0.13, 0.13, 0.4].map((y) => box(w, w * 0.16, w * 0.04, wood!, 0, y * w, w * 0.15));
       const feet = [-0.4, 0, 0.4].map((x) => box(w * 0.14, w * 0.95, w * 0.13, wood!, x * w, 0, w * 0.065));
@@ -201,8 +197,8 @@ function parcel(side: number, medicine: boolean): Thing {
     side,
     (own, s) => {
       const w = s * 0.36;
-      const paper = new MeshLambertMaterial({ color: medicine ? 0xf4f6f8 : 0xcaa472 });
-      const red = new MeshLambertMaterial({ color: 0xd0342c });
+      const paper = paint(medicine ? 0xf4f6f8 : 0xcaa472);
+      const red = paint(0xd0342c);
       const body = box(w, w * 0.8, w * 0.6, paper, 0, 0, w * 0.3);
       if (!medicine) return [body, box(w * 1.01, w * 0.14, w * 0.61, own, 0, 0, w * 0.3)];
       const cross = [w * 0.61, -w * 0.41].map((at, i) =>
@@ -219,7 +215,7 @@ function load(side: number): Thing {
   return new Still(
     side,
     (own, s) => {
-      const wood = new MeshLambertMaterial({ color: 0xb08a5a });
+      const wood = paint(0xb08a5a);
       const [size, rim] = [s * 0.5, s * 0.06];
       const edges = [-1, 1].flatMap((a) => [-1, 1].flatMap((b) => [
         box(size + rim, rim, rim, own, 0, (a * size) / 2, size / 2 + (b * size) / 2),
@@ -238,8 +234,8 @@ export const STILL: Record<string, (side: number) => Thing> = {
     new Still(
       side,
       (own, s) => [
-        placed(new CylinderGeometry(s * 0.32, s * 0.36, 0.02, 28).rotateX(Math.PI / 2), own, 0, 0, 0.012),
-        placed(new CylinderGeometry(s * 0.16, s * 0.18, 0.02, 20).rotateX(Math.PI / 2), own, s * 0.24, s * 0.2, 0.012),
+        upright(s * 0.32, 0.02, own, 0, 0, 0.012, s * 0.36),
+        upright(s * 0.16, 0.02, own, s * 0.24, s * 0.2, 0.012, s * 0.18),
       ],
       shrink,
     ),
@@ -251,13 +247,13 @@ export const STILL: Record<string, (side: number) => Thing> = {
     new Still(
       side,
       (own) => {
-        const skin = new MeshLambertMaterial({ color: 0xd9a679 });
-        const dark = new MeshLambertMaterial({ color: 0x39414d });
+        const skin = paint(0xd9a679);
+        const dark = paint(0x39414d);
         return [
           placed(new SphereGeometry(0.12, 16, 12), skin, 0, 0, 1.62),
-          placed(new CapsuleGeometry(0.17, 0.42, 4, 12).rotateX(Math.PI / 2), own, 0, 0, 1.12),
-          ...[-0.1, 0.1].map((y) => placed(new CapsuleGeometry(0.075, 0.7, 4, 10).rotateX(Math.PI / 2), dark, 0, y, 0.43)),
-          ...[-0.25, 0.25].map((y) => placed(new CapsuleGeometry(0.05, 0.48, 4, 10).rotateX(Math.PI / 2), own, 0, y, 1.1)),
+          column(0.17, 0.42, own, 0, 0, 1.12),
+          ...[-0.1, 0.1].map((y) => column(0.075, 0.7, dark, 0, y, 0.43)),
+          ...[-0.25, 0.25].map((y) => column(0.05, 0.48, own, 0, y, 1.1)),
         ];
       },
       (solid, gone) => {
@@ -269,9 +265,9 @@ export const STILL: Record<string, (side: number) => Thing> = {
     new Still(
       side,
       (own) => [
-        box(0.6, 0.34, 0.4, new MeshLambertMaterial({ color: 0x39414d }), 0, 0, 0.2),
+        box(0.6, 0.34, 0.4, paint(0x39414d), 0, 0, 0.2),
         box(0.62, 0.36, 0.1, own, 0, 0, 0.2),
-        ...[-0.18, 0.18].map((x) => placed(new CylinderGeometry(0.05, 0.05, 0.1, 12).rotateX(Math.PI / 2), own, x, 0, 0.45)),
+        ...[-0.18, 0.18].map((x) => upright(0.05, 0.1, own, x, 0, 0.45)),
       ],
       (solid, gone) => {
         solid.position.z = gone * 0.8;

@@ -1,18 +1,7 @@
 /** Trails of robots: footprints, the path of the centre of mass or of the flight. */
 
-import {
-  BoxGeometry,
-  BufferAttribute,
-  BufferGeometry,
-  Color,
-  DynamicDrawUsage,
-  Group,
-  InstancedMesh,
-  Line,
-  LineBasicMaterial,
-  Matrix4,
-  MeshBasicMaterial,
-} from "three";
+import { BoxGeometry, BufferAttribute, BufferGeometry, Color, DynamicDrawUsage, Group, InstancedMesh, Line } from "three";
+import { LineBasicMaterial, Matrix4, MeshBasicMaterial } from "three";
 import type { Motion, Sampled, Track } from "./motion";
 
 const SECONDS = 14;
