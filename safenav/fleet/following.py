@@ -22,7 +22,7 @@ from msgspec.structs import replace
 from safenav.errors import UsageError
 from safenav.fleet.file.stations import Station
 from safenav.fleet.place import Places
-from safenav.fleet.setpoints import YAW, Setpoints, sampled
+from safenav.fleet.setpoints import YAW, Setpoints, reference_of
 from safenav.fleet.transport import (
     GoalEnd,
     GoalEnded,
@@ -37,8 +37,7 @@ from safenav.motion.geometry import MetricFloor, turn
 from safenav.motion.glider import Glider
 from safenav.motion.making import mover
 from safenav.motion.mover import Crossing, Mover
-from safenav.motion.walker.cutting import before
-from safenav.motion.walker.mover import WalkerMover
+from safenav.motion.walker.mover import WalkerMover, cut_off
 from safenav.scenario.model import Robot, name_parts
 from safenav.scenario.motion import resolved
 from safenav.trace.vocabulary import ActResult
@@ -95,7 +94,7 @@ class Follower(Struct):
         """Return a piece of motion, cut off at an instant within it."""
         lasts = now - piece.t0
         if isinstance(piece, Segment):
-            return before(piece, lasts, self.mover.limits()["omega"])
+            return cut_off(piece, lasts, self.mover.limits()["omega"])
         assert isinstance(piece, Flight)
         return replace(piece, t1=now, parts=tuple(_shorter(piece.parts, lasts)))
 
@@ -226,7 +225,7 @@ class Following:
     def _send(self, follower: Follower, pieces: list[Moving]) -> None:
         follower.plan += pieces
         frame = self._places.frame
-        follower.reference = sampled(pieces, follower.mover.limits(), frame)
+        follower.reference = reference_of(pieces, follower.mover.limits(), frame)
         self._inner.follow(follower.name, follower.reference)
 
     def _resynchronized(self, follower: Follower) -> str:
@@ -369,7 +368,7 @@ def mover_of(robot: Robot, places: Places) -> Mover:
 def resting_place(body: Mover, places: Places) -> tuple[float, float, float]:
     """Return the resting pose of an idle robot: x, y and yaw in the world's frame."""
     probe = copy(body)
-    row = sampled(probe.rest(0, probe.time + 1.0), probe.limits(), places.frame).at(probe.time)
+    row = reference_of(probe.rest(0, probe.time + 1.0), probe.limits(), places.frame).at(probe.time)
     return float(row[0]), float(row[1]), float(row[YAW])
 
 

@@ -8,14 +8,13 @@ once per period (paper, Section VII: a quadratic programme at 20 Hz).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import cos, sin
 
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from safenav.motion.columns import sample
+from safenav.motion.columns import placed, sampled
 from safenav.motion.file.records import Foothold, Moving, Segment
 from safenav.world.map import Frame
 
@@ -64,33 +63,21 @@ class Setpoints(Struct, frozen=True):
         return rows
 
 
-def sampled(pieces: Sequence[Moving], limits: Mapping[str, object], frame: Frame) -> Setpoints:
+def reference_of(pieces: Sequence[Moving], limits: Mapping[str, object], frame: Frame) -> Setpoints:
     """Return the samples of consecutive pieces of motion, given in the frame of the map."""
-    tables, begin, end = [], pieces[0].t0, pieces[-1].t1
-    count = int((end - begin) / TABLE) + 2
-    times = np.minimum(begin + TABLE * np.arange(count), end)
-    bounds = np.searchsorted(times, [piece.t1 for piece in pieces], side="right")
-    low = 0
-    for piece, high in zip(pieces, [*bounds[:-1], count], strict=True):
-        since = np.clip(times[low:high] - piece.t0, 0.0, piece.t1 - piece.t0)
-        table = sample(piece, since, limits)
-        tables.append(table[:, [*range(9), 11 if isinstance(piece, Segment) else 9]])
-        low = max(low, high)
-    rows = np.concatenate(tables)
-    rows[:, YAW] = np.unwrap(rows[:, YAW]) + frame.yaw
-    turn = np.array([[cos(frame.yaw), sin(frame.yaw)], [-sin(frame.yaw), cos(frame.yaw)]])
-    for first in (0, 3, 6):
-        rows[:, first : first + 2] = rows[:, first : first + 2] @ turn
-    rows[:, :2] += frame.origin
+    begin, end = pieces[0].t0, pieces[-1].t1
+    times = np.minimum(begin + TABLE * np.arange(int((end - begin) / TABLE) + 2), end)
+    columns = placed(sampled(pieces, times, limits), (*frame.origin, frame.yaw))
+    columns["yaw"] = np.unwrap(columns["yaw"])
+    rows = np.stack([*[*columns.values()][:YAW], columns["yaw"]], axis=1)
     feet = [
         replace(foot, down=piece.t0 + foot.down, up=piece.t0 + foot.up)
         for piece in pieces
         if isinstance(piece, Segment)
         for foot in piece.feet
     ]
-    places = np.array([[foot.x, foot.y] for foot in feet]).reshape(-1, 2) @ turn + frame.origin
-    turned = tuple(
-        replace(foot, x=float(x), y=float(y), yaw=foot.yaw + frame.yaw)
-        for foot, (x, y) in zip(feet, places, strict=True)
+    turned = (
+        replace(foot, x=x, y=y, yaw=foot.yaw + frame.yaw)
+        for foot, (x, y) in ((foot, frame.in_world(foot.x, foot.y)) for foot in feet)
     )
     return Setpoints(begin, TABLE, rows, tuple(sorted(turned, key=lambda foot: foot.down)))

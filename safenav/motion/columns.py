@@ -10,7 +10,8 @@ The attitude stays in the frame of the map.
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from math import cos, sin
 
 import numpy as np
@@ -29,7 +30,7 @@ from safenav.motion.file.records import (
     Swing,
 )
 from safenav.motion.polynomial import between, derivative, values
-from safenav.motion.walker.pendulum import sampled
+from safenav.motion.walker.pendulum import mass
 
 Array = NDArray[np.float64]
 
@@ -84,19 +85,7 @@ def columns_at(
     if robot not in motion.header.robots:
         known = ", ".join(motion.header.robots)
         raise UsageError(f"'{robot[:40]}' is not a robot of this motion\n    known: {known}")
-    pieces = motion.of(Moving, robot)
-    limits = motion.header.robots[robot]
-    walks = any(isinstance(piece, Segment) for piece in pieces)
-    names = WALKER if walks else BODY
-    table = np.zeros((len(times), len(names)))
-    begins = np.array([piece.t0 for piece in pieces])
-    rows = np.searchsorted(times, begins - 1e-12)
-    bounds = zip(rows, [*rows[1:], len(times)] if pieces else [], strict=True)
-    for piece, (low, high) in zip(pieces, bounds, strict=True):
-        since = np.minimum(times[low:high] - piece.t0, piece.t1 - piece.t0)
-        if len(since):
-            table[low:high] = sample(piece, since, limits)
-    columns = {name: table[:, index] for index, name in enumerate(names)}
+    columns = sampled(motion.of(Moving, robot), times, motion.header.robots[robot])
     if tracks := motion.of(FlownTrack, robot):
         columns = _tracked(tracks, times, columns)
     if not planned:
@@ -135,6 +124,21 @@ def _executed(
     return found
 
 
+def sampled(
+    pieces: Sequence[Moving], times: Array, limits: Mapping[str, object]
+) -> dict[str, Array]:
+    """The columns of pieces that follow one another, at ascending times, in the map's frame."""
+    names = WALKER if any(isinstance(piece, Segment) for piece in pieces) else BODY
+    table = np.zeros((len(times), len(names)))
+    begins = np.array([piece.t0 for piece in pieces])
+    rows = [*np.searchsorted(times, begins - 1e-12), len(times)]
+    for piece, (low, high) in zip(pieces, pairwise(rows), strict=True):
+        since = np.clip(times[low:high] - piece.t0, 0.0, piece.t1 - piece.t0)
+        if len(since):
+            table[low:high] = sample(piece, since, limits)
+    return {name: table[:, index] for index, name in enumerate(names)}
+
+
 def sample(piece: Moving, times: Array, limits: Mapping[str, object]) -> Array:
     """The columns (times, names) of a piece at times since its start, in the map's frame."""
     if isinstance(piece, Segment):
@@ -154,17 +158,12 @@ def _walking(segment: Segment, times: Array, limits: Mapping[str, object]) -> Ar
     omega, height, clearance = (
         float(str(limits[name])) for name in ("omega", "height", "clearance")
     )
-    durations = np.array([phase.seconds for phase in segment.phases])
-    last = segment.phases[-1]
-    knots = [*((phase.x, phase.y) for phase in segment.phases), (last.to_x, last.to_y)]
-    pressures = np.array(knots)
-    start, goal = np.array(segment.start), np.array(segment.goal)
-    states, pressure = sampled(durations, pressures, start, goal, times, omega)
+    path = mass(segment.phases, segment.start, segment.goal, times, omega)
     table = np.zeros((len(times), len(WALKER)))
-    table[:, 0:2], table[:, 2] = states[:, :2], height
-    table[:, 3:5] = states[:, 2:]
-    table[:, 6:8] = omega**2 * (states[:, :2] - pressure)
-    table[:, 9:11] = pressure
+    table[:, 0:2], table[:, 2] = path.states[:, :2], height
+    table[:, 3:5] = path.states[:, 2:]
+    table[:, 6:8] = omega**2 * (path.states[:, :2] - path.pressures)
+    table[:, 9:11] = path.pressures
     table[:, 11] = _body_yaw(segment, times)
     for side, at in ((LEFT, 12), (RIGHT, 16)):
         for foot in segment.feet:
@@ -199,10 +198,8 @@ def _body_yaw(segment: Segment, times: Array) -> Array:
 def _flying(curve: Curve, times: Array) -> Array:
     table = np.zeros((len(times), len(BODY)))
     for axis, path in enumerate((curve.x, curve.y, curve.z)):
-        speed = derivative(path)
-        table[:, axis] = values(path, times)
-        table[:, 3 + axis] = values(speed, times)
-        table[:, 6 + axis] = values(derivative(speed), times)
+        for order in (0, 1, 2):
+            table[:, 3 * order + axis] = values(derivative(path, order), times)
     table[:, 9] = values(curve.yaw, times)
     return table
 

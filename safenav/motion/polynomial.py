@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from safenav.pace.robot import PEAK as PEAK
 
 Array = NDArray[np.float64]
+T = TypeVar("T", float, Array)
 
 
 def quintic(
@@ -52,14 +54,16 @@ def between(
     )
 
 
-def values(coefficients: Sequence[float], times: Array) -> Array:
-    """The polynomial at these times."""
-    total = np.full(times.shape, coefficients[-1], dtype=float)
-    for coefficient in reversed(coefficients[:-1]):
+def values(coefficients: Sequence[float], times: T) -> T:
+    """The polynomial at a time, or at several."""
+    total = times * 0.0
+    for coefficient in reversed(coefficients):
         total = total * times + coefficient
     return total
 
 
-def derivative(coefficients: Sequence[float]) -> tuple[float, ...]:
-    """The coefficients of its derivative; a constant has the derivative 0."""
-    return tuple(k * c for k, c in enumerate(coefficients))[1:] or (0.0,)
+def derivative(coefficients: Sequence[float], order: int = 1) -> tuple[float, ...]:
+    """The coefficients of a derivative; a constant has the derivative 0."""
+    for _ in range(order):
+        coefficients = tuple(k * c for k, c in enumerate(coefficients))[1:]
+    return tuple(coefficients) or (0.0,)

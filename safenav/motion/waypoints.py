@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Sequence
-from math import cos, hypot, remainder, sin, tau
+from math import hypot, remainder, tau
 
 from msgspec import Struct
 
@@ -102,10 +102,10 @@ def timed_waypoints(motion: Motion) -> list[Waypoint]:
     """The same of a motion: the start, and the end of each piece that moves the robot or brings it
     to rest. A goal without a heading faces east."""
     x0, y0, turned = motion.header.origin
+    frame = Frame((motion.header.side, motion.header.side), (x0, y0), turned)
 
     def placed(piece: Piece, t: float, pose: Sequence[float], region: int) -> Waypoint:
-        x = x0 + pose[0] * cos(turned) - pose[1] * sin(turned)
-        y = y0 + pose[0] * sin(turned) + pose[1] * cos(turned)
+        x, y = frame.in_world(pose[0], pose[1])
         numbers = (t, x, y, pose[2], remainder(pose[3] + turned, tau), pose[4])
         t, x, y, z, yaw, speed = (round(number, _DECIMALS) + 0.0 for number in numbers)
         return Waypoint(piece.robot, piece.tick, t, x, y, z, yaw, speed, region)

@@ -31,6 +31,10 @@ class Frame(Struct, frozen=True):
         fractional ``row`` or ``col``, of a point between regions."""
         east = (col + 0.5) * self.resolution[0]
         north = (rows - row - 0.5) * self.resolution[1]
+        return self.in_world(east, north)
+
+    def in_world(self, east: float, north: float) -> tuple[float, float]:
+        """x and y of a point that is so many metres from the map's south-western corner."""
         x = self.origin[0] + east * cos(self.yaw) - north * sin(self.yaw)
         y = self.origin[1] + east * sin(self.yaw) + north * cos(self.yaw)
         return x, y

@@ -28,7 +28,7 @@ from safenav.fleet.transport import (
     Performed,
 )
 from safenav.motion.check.execution import trackings
-from safenav.motion.check.paths import mass
+from safenav.motion.check.paths import walk
 from safenav.motion.file.records import Reset, Segment
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
@@ -135,7 +135,7 @@ def test_the_stream_has_the_next_second_and_the_next_steps() -> None:
     segments = [piece for piece in follows.followers["digit"].plan if isinstance(piece, Segment)]
     omega = (9.81 / 0.8) ** 0.5
     for segment in segments:
-        path = mass(segment, omega)
+        path = walk(segment, omega)
         for t, state in zip(path.times[::9], path.states[::9], strict=True):
             row = reference.at(segment.t0 + t)
             if segment.t0 + t > reference.begin:

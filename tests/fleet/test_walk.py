@@ -11,7 +11,7 @@ import numpy as np
 from safenav.fleet.following import mover_of, resting_place
 from safenav.fleet.lab.model import REACH, SOLE, BalancedWalk
 from safenav.fleet.place import Places
-from safenav.fleet.setpoints import Setpoints, sampled
+from safenav.fleet.setpoints import Setpoints, reference_of
 from safenav.motion.mover import Crossing
 from safenav.scenario.reading.loader import load_scenario_text
 
@@ -39,7 +39,7 @@ def reference() -> Setpoints:
         *body.move(Crossing(2, 16, 9, "north")),
         *body.halt(2),
     ]
-    return sampled(pieces, body.limits(), places.frame)
+    return reference_of(pieces, body.limits(), places.frame)
 
 
 def walked(push: float, at: float, angle: float = 0.0) -> tuple[float, float, bool]:

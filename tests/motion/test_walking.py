@@ -10,14 +10,15 @@ import pytest
 
 from safenav.errors import UsageError
 from safenav.motion.check.joins import joined
-from safenav.motion.check.paths import Mass, Swinging, mass, swing_states
+from safenav.motion.check.paths import Swinging, swing_states, walk
 from safenav.motion.check.walking import check_segment
 from safenav.motion.columns import sample
 from safenav.motion.file.records import Segment
 from safenav.motion.geometry import HEADINGS, MetricFloor
 from safenav.motion.mover import Crossing
-from safenav.motion.walker import cutting, primitives
-from safenav.motion.walker.mover import WalkerMover
+from safenav.motion.walker import primitives
+from safenav.motion.walker.mover import WalkerMover, cut_off
+from safenav.motion.walker.pendulum import Mass
 from safenav.pace.gait import Walker, gait_on
 
 VALUES = {"size": 0.6, "speed": 0.45, "height": 0.8, "foot": 0.18, "clearance": 0.12}
@@ -94,7 +95,7 @@ class Case:
         self.findings.append(finding)
 
     def walk(self, segment: Segment) -> tuple[Mass, Swinging]:
-        return mass(segment, self.numbers[segment.robot]["omega"]), swing_states(segment.swings)
+        return walk(segment, self.numbers[segment.robot]["omega"]), swing_states(segment.swings)
 
 
 @pytest.mark.parametrize("side", [1.8, 2.4, 2.7, 3.0, 3.7, 4.4, 6.0])
@@ -149,7 +150,7 @@ def test_a_step_that_is_cut_off_ends_in_the_state_that_the_mass_has_then() -> No
     mover = walker()
     for segment in every_primitive(2.7):
         for at in np.linspace(0.05, segment.t1 - segment.t0 - 0.05, 17):
-            cut = cutting.before(segment, float(at), mover.gait.omega)
+            cut = cut_off(segment, float(at), mover.gait.omega)
             row = sample(segment, np.array([at]), mover.limits())[0]
             np.testing.assert_allclose(cut.goal, row[[0, 1, 3, 4]], atol=1e-4)
             last = cut.phases[-1]

@@ -9,8 +9,9 @@ import numpy as np
 from msgspec import Struct
 
 from safenav.errors import UsageError
-from safenav.motion.check.paths import Array, Disc, Mass, Swinging, discs, mass, swing_states
+from safenav.motion.check.paths import Array, Disc, Swinging, discs, swing_states, walk
 from safenav.motion.file.records import Action, Motion, Moving, Reset, Segment
+from safenav.motion.walker.pendulum import Mass
 from safenav.trace.reading import Trace
 from safenav.trace.setting import ScenarioHeader
 
@@ -124,17 +125,17 @@ class Examination:
     def walk(self, segment: Segment) -> tuple[Mass, Swinging]:
         """The centre of mass of a walker and its feet in the air, computed once."""
         if id(segment) not in self._walks:
-            moved = mass(segment, self.numbers[segment.robot]["omega"])
+            moved = walk(segment, self.numbers[segment.robot]["omega"])
             self._walks[id(segment)] = moved, swing_states(segment.swings)
         return self._walks[id(segment)]
 
     def discs(self, piece: Moving) -> list[Disc]:
         """The discs that a piece moves, computed once."""
         if id(piece) not in self._discs:
-            walk = self.walk(piece) if isinstance(piece, Segment) else None
+            walked = self.walk(piece) if isinstance(piece, Segment) else None
             own = self.numbers[piece.robot]
             foot = hypot(own.get("sole_length", 0.0), own.get("sole_width", 0.0)) / 2
-            self._discs[id(piece)] = discs(piece, self.radius(piece.robot), foot, walk)
+            self._discs[id(piece)] = discs(piece, self.radius(piece.robot), foot, walked)
         return self._discs[id(piece)]
 
     def body(self, robot: str, begin: float, end: float) -> Array:

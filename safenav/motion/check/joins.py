@@ -11,8 +11,9 @@ from math import cos, hypot, sin
 import numpy as np
 
 from safenav.motion.check.examination import NEAR, Examination
-from safenav.motion.check.paths import Array, grid, power_series, value
+from safenav.motion.check.paths import Array, grid
 from safenav.motion.file.records import Curve, Flight, Moving, Reset, Segment
+from safenav.motion.polynomial import derivative, values
 
 State = tuple[float, ...]
 
@@ -37,22 +38,22 @@ def check_path(case: Examination, piece: Flight) -> None:
 def _moved(case: Examination, piece: Flight, curve: Curve, begin: float) -> None:
     t = grid(curve.seconds)
     (east, north), pulls = (
-        [power_series(axis, t, order) for axis in (curve.x, curve.y)] for order in (1, 2)
+        [values(derivative(axis, order), t) for axis in (curve.x, curve.y)] for order in (1, 2)
     )
     pull = np.hypot(*pulls)
     _limited(case, piece, begin + t, np.hypot(east, north), "speed", "m/s")
     _limited(case, piece, begin + t, pull, "tilt", "m/s^2")
     _limited(case, piece, begin + t, pull, "acceleration", "m/s^2")
-    turning = np.abs(power_series(curve.yaw, t, 1))
+    turning = np.abs(values(derivative(curve.yaw), t))
     _limited(case, piece, begin + t, turning, "turning", "rad/s")
     if case.motion.header.robots[piece.robot]["kind"] == "rover":
-        yaw = power_series(curve.yaw, t)
+        yaw = values(curve.yaw, t)
         slip = np.abs(east * np.sin(yaw) - north * np.cos(yaw))
         if slip.max() > NEAR:
             found = f"it moves sideways at {slip.max():.3f} m/s"
             case.wrong(float(begin + t[slip.argmax()]), piece.robot, "slip", found)
     height = case.numbers[piece.robot].get("altitude")
-    off = np.abs(power_series(curve.z, t) - height) if height is not None else np.zeros(1)
+    off = np.abs(values(curve.z, t) - height) if height is not None else np.zeros(1)
     if off.max() > NEAR:
         found = f"{off.max():.3f} m off its altitude"
         case.wrong(float(begin + t[off.argmax()]), piece.robot, "altitude", found)
@@ -60,9 +61,10 @@ def _moved(case: Examination, piece: Flight, curve: Curve, begin: float) -> None
 
 def _part_state(part: Curve, t: float) -> State:
     """Return x, y, their speeds, and other values that must not jump, at a time of a part."""
-    state = [value(axis, t, order) for order in (0, 1) for axis in (part.x, part.y)]
-    yaw, turning = value(part.yaw, t), value(part.yaw, t, 1)
-    return (*state, cos(yaw), sin(yaw), turning, value(part.z, t), value(part.z, t, 1))
+    x, y, z, yaw = (values(axis, t) for axis in (part.x, part.y, part.z, part.yaw))
+    axes = (part.x, part.y, part.yaw, part.z)
+    speeds = tuple(values(derivative(axis), t) for axis in axes)
+    return (x, y, *speeds[:2], cos(yaw), sin(yaw), speeds[2], z, speeds[3])
 
 
 def _apart(one: State, other: State) -> float:
@@ -71,13 +73,13 @@ def _apart(one: State, other: State) -> float:
 
 
 def _limited(
-    case: Examination, piece: Flight, times: Array, values: Array, limit: str, unit: str
+    case: Examination, piece: Flight, times: Array, found: Array, limit: str, unit: str
 ) -> None:
     """Check values of a piece against one of its robot's limits, if it has that."""
-    most, worst = case.numbers[piece.robot].get(limit), int(values.argmax())
-    if most is not None and values[worst] > most + NEAR:
-        found = f"{values[worst]:.3f} {unit}, more than {most:g}"
-        case.wrong(float(times[worst]), piece.robot, limit, found)
+    most, worst = case.numbers[piece.robot].get(limit), int(found.argmax())
+    if most is not None and found[worst] > most + NEAR:
+        what = f"{found[worst]:.3f} {unit}, more than {most:g}"
+        case.wrong(float(times[worst]), piece.robot, limit, what)
 
 
 def check_joins(case: Examination, robot: str) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import ceil, exp, inf
+from math import ceil, inf
 
 import numpy as np
 from msgspec import Struct
@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from safenav.errors import UsageError
 from safenav.motion.file.records import Flight, Moving, Numbers, Segment, Swing
+from safenav.motion.polynomial import values
+from safenav.motion.walker.pendulum import Mass, mass
 
 Array = NDArray[np.float64]
 Swinging = tuple[Array, Array, Array]
@@ -31,27 +33,6 @@ class Disc(Struct, frozen=True):
     centres: Array
 
 
-def power_series(coefficients: Numbers, times: Array, derivative: int = 0) -> Array:
-    """A polynomial or a derivative of it, by Horner's rule."""
-    for _ in range(derivative):
-        coefficients = tuple(power * c for power, c in enumerate(coefficients))[1:]
-    total = np.zeros_like(times)
-    for coefficient in reversed(coefficients):
-        total *= times
-        total += coefficient
-    return total
-
-
-def value(coefficients: Numbers, time: float, derivative: int = 0) -> float:
-    """A polynomial or a derivative of it at one time."""
-    for _ in range(derivative):
-        coefficients = tuple(power * c for power, c in enumerate(coefficients))[1:]
-    total = 0.0
-    for coefficient in reversed(coefficients):
-        total = total * time + coefficient
-    return total
-
-
 def grid(seconds: float, step: float = STEP) -> Array:
     """Times from 0 to the end, at most a step apart.
 
@@ -65,19 +46,19 @@ def grid(seconds: float, step: float = STEP) -> Array:
 
 
 def discs(
-    piece: Moving, radius: float, foot: float, walk: tuple[Mass, Swinging] | None
+    piece: Moving, radius: float, foot: float, walked: tuple[Mass, Swinging] | None
 ) -> list[Disc]:
     """The discs that a piece moves: the body, and of a walker its feet, of radius ``foot``, on the
     ground and in the air."""
-    if isinstance(piece, Segment) and walk is not None:
-        return _walking(piece, radius, foot, *walk)
+    if isinstance(piece, Segment) and walked is not None:
+        return _walking(piece, radius, foot, *walked)
     times, centres = [], []
     begin = piece.t0
     assert isinstance(piece, Flight)
     for part in piece.parts:
         t = grid(part.seconds, _step(part.x, part.y))
         times.append(begin + t)
-        centres.append(np.stack([power_series(part.x, t), power_series(part.y, t)], axis=1))
+        centres.append(np.stack([values(part.x, t), values(part.y, t)], axis=1))
         begin += part.seconds
     return [Disc("body", radius, np.concatenate(times), np.concatenate(centres))]
 
@@ -87,55 +68,12 @@ def _step(*coefficients: Numbers) -> float:
     return STEP if any(len(axis) > 1 for axis in coefficients) else float("inf")
 
 
-class Mass(Struct, frozen=True):
-    """A walker's centre of mass: times since the segment's start, states (n, 4), and centres of
-    pressure (n, 2); ``late`` is the error of xi at the start, ``early`` that of eta at the goal."""
-
-    times: Array
-    states: Array
-    pressures: Array
-    late: float
-    early: float
-
-
-def mass(segment: Segment, omega: float) -> Mass:
-    """Solve c'' = omega^2 (c - p) with p linear in each phase: c - p obeys the equation with p = 0,
-    so its growing part is computed backwards from the goal, its shrinking part forwards from the
-    start. Points are complex numbers."""
-    phases = segment.phases
-    start, fast, goal, slow = (
-        complex(*pair)
-        for pair in (segment.start[:2], segment.start[2:], segment.goal[:2], segment.goal[2:])
-    )
-    before = [complex(phase.x, phase.y) for phase in phases]
-    after = [complex(phase.to_x, phase.to_y) for phase in phases]
-    seconds = [phase.seconds for phase in phases]
-    lead = [(b - a) / (omega * s) for a, b, s in zip(before, after, seconds, strict=True)]
-    decay = [exp(-omega * s) for s in seconds]
-    falling, rising = [start - fast / omega], [goal + slow / omega]
-    for a, b, r, shrink in zip(before, after, lead, decay, strict=True):
-        falling.append(b - r + (falling[-1] - a + r) * shrink)
-    for a, b, r, shrink in reversed([*zip(before, after, lead, decay, strict=True)]):
-        rising.append(a + r + (rising[-1] - b - r) * shrink)
-    rising.reverse()
-    ends = np.cumsum(seconds)
-    still = segment.start == segment.goal and len(phases) == 1
+def walk(segment: Segment, omega: float) -> Mass:
+    """The centre of mass of a segment, at most ``STEP`` apart and at the ends of its phases."""
+    ends = np.cumsum([phase.seconds for phase in segment.phases])
+    still = segment.start == segment.goal and len(segment.phases) == 1
     times = np.sort(np.append(grid(float(ends[-1]), inf if still else STEP), ends[:-1]))
-    at = np.minimum(np.searchsorted(ends, times, side="right"), len(phases) - 1)
-    begin, rate, end = np.array(before)[at], np.array(lead)[at], np.array(after)[at]
-    since, left = times - (ends - seconds)[at], ends[at] - times
-    pressure = begin + omega * rate * since
-    fall = pressure - rate + (np.array(falling)[at] - begin + rate) * np.exp(-omega * since)
-    rise = pressure + rate + (np.array(rising)[1:][at] - end - rate) * np.exp(-omega * left)
-    states = np.stack([(fall + rise) / 2, omega * (rise - fall) / 2], axis=1)
-    late, early = rising[0] - (start + fast / omega), falling[-1] - (goal - slow / omega)
-    return Mass(
-        times,
-        states.view(np.float64),
-        pressure[:, None].view(np.float64),
-        max(abs(late.real), abs(late.imag)),
-        max(abs(early.real), abs(early.imag)),
-    )
+    return mass(segment.phases, segment.start, segment.goal, times, omega)
 
 
 def swing_states(swings: Sequence[Swing]) -> Swinging:

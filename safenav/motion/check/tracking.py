@@ -8,8 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from safenav.motion.check.examination import NEAR, Examination, Holding
-from safenav.motion.check.paths import Array, power_series
+from safenav.motion.check.paths import Array
 from safenav.motion.check.room import TOUCH, outside
+from safenav.motion.columns import sampled
 from safenav.motion.file.records import TRACK_COLUMNS, Flight, FlownTrack
 
 MASS, GRAVITY, DRAG = 0.5, 9.81, 0.25
@@ -96,7 +97,8 @@ def _flown(case: Examination, track: FlownTrack, flights: Sequence[Flight]) -> N
     found = outside(case, track.robot, times, rows[:, :2], spans, TOUCH)
     if found is not None:
         case.wrong(found[0], track.robot, "room", f"the wind takes it to {found[1]}")
-    off = np.hypot(*(rows[:, :2] - _reference(flights, times)).T)
+    reference = sampled(flights, times, {})
+    off = np.hypot(rows[:, 0] - reference["x"], rows[:, 1] - reference["y"])
     apart = np.abs(off - np.array(track.errors))
     if apart.max() > 1e-3:
         what = f"it is {off[apart.argmax()]:.3f} m off its reference; the recorded error differs"
@@ -111,16 +113,3 @@ def _pull(rows: Array) -> Array:
     pull: Array = axis * rows[:, 13:14] / MASS - DRAG * air
     pull[:, 2] -= GRAVITY
     return pull
-
-
-def _reference(flights: Sequence[Flight], times: Array) -> Array:
-    found = np.zeros((len(times), 2))
-    for flight in flights:
-        begin = flight.t0
-        for curve in flight.parts:
-            inside = (times >= begin - NEAR) & (times <= begin + curve.seconds + NEAR)
-            since = times[inside] - begin
-            for axis, path in enumerate((curve.x, curve.y)):
-                found[inside, axis] = power_series(path, since)
-            begin += curve.seconds
-    return found

@@ -9,8 +9,9 @@ from math import cos, hypot, sin
 import numpy as np
 
 from safenav.motion.check.examination import NEAR, Examination
-from safenav.motion.check.paths import Array, Mass
+from safenav.motion.check.paths import Array
 from safenav.motion.file.records import Foothold, Segment
+from safenav.motion.walker.pendulum import Mass
 
 GRAVITY = 9.81
 INNER = 0.6

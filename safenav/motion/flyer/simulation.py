@@ -16,11 +16,11 @@ from msgspec import Struct, field
 from numpy.typing import NDArray
 
 from safenav.errors import UsageError
-from safenav.motion.file.records import Curve, Flight, FlownTrack
+from safenav.motion.columns import sampled
+from safenav.motion.file.records import Flight, FlownTrack
 from safenav.motion.flyer.tracking import HORIZON, AxisTracker
 from safenav.motion.flyer.tracking import STEP as PERIOD
 from safenav.motion.geometry import MetricFloor
-from safenav.motion.polynomial import derivative, values
 from safenav.pace.robot import PEAK_ACCELERATION
 
 GRAVITY = 9.81
@@ -120,16 +120,6 @@ CLIMB, SINK = 9.0, 5.0
 """Stiffness (1/s^2) and damping (1/s) of its altitude control."""
 
 
-class SampledReference(Struct, frozen=True):
-    """The sampled reference: rows of position, velocity, acceleration in x and y; the altitude; the
-    yaw; and the box that the middle of the body must not leave."""
-
-    states: Array
-    altitude: Array
-    yaw: Array
-    boxes: Array
-
-
 def check_gust(robot: str, gust: float, tilt: float, speed: float, side: float) -> None:
     """Raise UsageError for wind that the tilt limit cannot withstand beside the reference."""
     seconds = 1.875 * side / speed
@@ -149,11 +139,13 @@ def flown(
     """Simulate a flyer along its flights, which have no gaps, in gusts of ``gust`` m/s (root mean
     square). Deterministic by the seed."""
     count = int((flights[-1].t1 - flights[0].t0) / PERIOD + 1e-9)
-    sight = _sampled(flights, floor, size, count + HORIZON + 1)
+    sight, boxes = _reference(flights, floor, size, count + HORIZON + 1)
+    altitude, yaw = sight["z"].tolist(), sight["yaw"].tolist()
+    paths = [np.stack([sight[of + axis] for of in ("", "vel_", "acc_")], axis=1) for axis in "xy"]
     chance = random.Random(seed)
-    first = sight.states[0]
-    body = Body([*first[:2], float(sight.altitude[0])], float(sight.yaw[0]))
-    trackers = [AxisTracker(float(first[i]), tilt) for i in (0, 1)]
+    start = [float(path[0, 0]) for path in paths]
+    body = Body([*start, altitude[0]], yaw[0])
+    trackers = [AxisTracker(place, tilt) for place in start]
     wind = [0.0, 0.0]
     keep = exp(-STEP / CALM)
     fresh = gust * sqrt(1 - keep**2)
@@ -163,18 +155,14 @@ def flown(
         pull = []
         for i, tracker in enumerate(trackers):
             tracker.observe(body.place[i] + chance.gauss(0, NOISE))
-            wanted = sight.states[ahead][:, [i, i + 2, i + 4]]
-            boxes = sight.boxes[ahead]
-            pull.append(tracker.command(wanted, boxes[:, i], boxes[:, i + 2]))
+            pull.append(tracker.command(paths[i][ahead], boxes[ahead, i], boxes[ahead, i + 2]))
         for _ in range(round(PERIOD * RATE)):
             wind = [keep * air + fresh * chance.gauss(0, 1) for air in wind]
-            climb = CLIMB * (sight.altitude[step] - body.place[2]) - SINK * body.velocity[2]
-            body.advance(
-                (pull[0], pull[1], float(climb)), float(sight.yaw[step]), (wind[0], wind[1])
-            )
+            climb = CLIMB * (altitude[step] - body.place[2]) - SINK * body.velocity[2]
+            body.advance((pull[0], pull[1], climb), yaw[step], (wind[0], wind[1]))
         rows.append(_row(body, wind))
-        off = sight.states[step + 1, :2]
-        errors.append(round(hypot(body.place[0] - off[0], body.place[1] - off[1]), DIGITS))
+        off = [body.place[i] - float(path[step + 1, 0]) for i, path in enumerate(paths)]
+        errors.append(round(hypot(*off), DIGITS))
     begin, robot = flights[0].t0, flights[0].robot
     return [
         FlownTrack(
@@ -194,33 +182,14 @@ def _row(body: Body, wind: Sequence[float]) -> tuple[float, ...]:
     return tuple(round(number, DIGITS) for number in numbers)
 
 
-def _sampled(
+def _reference(
     flights: Sequence[Flight], floor: MetricFloor, size: float, count: int
-) -> SampledReference:
-    """Sample the references at the steps of the tracking; after their end, the last position."""
-    times = flights[0].t0 + PERIOD * np.arange(count)
-    ends = np.array([flight.t1 for flight in flights])
-    which = np.minimum(np.searchsorted(ends, times, side="right"), len(flights) - 1)
-    states, altitude, yaw = np.zeros((count, 6)), np.zeros(count), np.zeros(count)
+) -> tuple[dict[str, Array], Array]:
+    """The reference at the steps of the tracking, after its end the last position; and the box that
+    the middle of the body must not leave."""
+    times: Array = flights[0].t0 + PERIOD * np.arange(count, dtype=np.float64)
     boxes = np.zeros((count, 4))
-    for index, flight in enumerate(flights):
-        chosen = which == index
-        begin = flight.t0
-        for curve in flight.parts:
-            inside = chosen & (times >= begin - 1e-12)
-            since = np.minimum(times[inside] - begin, curve.seconds)
-            states[inside] = _states(curve, since)
-            altitude[inside], yaw[inside] = values(curve.z, since), values(curve.yaw, since)
-            begin += curve.seconds
+    for flight in flights:
         box = floor.corridor(flight.origin, flight.to, size / 2)
-        boxes[chosen] = (box.west, box.south, box.east, box.north)
-    return SampledReference(states, altitude, yaw, boxes)
-
-
-def _states(curve: Curve, since: Array) -> Array:
-    columns = []
-    paths = (curve.x, curve.y)
-    for _ in range(3):
-        columns += [values(path, since) for path in paths]
-        paths = (derivative(paths[0]), derivative(paths[1]))
-    return np.stack(columns, axis=1)
+        boxes[times >= flight.t0 - 1e-12] = (box.west, box.south, box.east, box.north)
+    return sampled(flights, times, {}), boxes

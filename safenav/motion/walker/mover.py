@@ -11,6 +11,7 @@ from math import cos, hypot, pi, sin
 
 import numpy as np
 from msgspec import Struct, to_builtins
+from msgspec.structs import replace
 
 from safenav.errors import UsageError
 from safenav.motion.file import records
@@ -18,7 +19,7 @@ from safenav.motion.geometry import MetricFloor, turn, unit_vector
 from safenav.motion.mover import Crossing
 from safenav.motion.polynomial import between, derivative, values
 from safenav.motion.walker import primitives
-from safenav.motion.walker.pendulum import Array, sampled
+from safenav.motion.walker.pendulum import Array, advanced, mass
 from safenav.motion.walker.primitives import LEFT, RIGHT, Primitive
 from safenav.pace.gait import Gait, Walker, gait_on
 from safenav.pace.robot import WALKER, YAW
@@ -53,18 +54,14 @@ walking in which both feet are on the ground."""
 
 def demand(gait: Gait, primitive: Primitive) -> Demand:
     times = np.linspace(0, primitive.seconds, SAMPLES)
-    states, pressures = sampled(
-        primitive.durations,
-        primitive.pressures,
-        primitive.start,
-        primitive.goal,
-        times,
-        gait.omega,
+    path = mass(
+        primitive.phases, primitive.start.tolist(), primitive.goal.tolist(), times, gait.omega
     )
-    off = np.hypot(*(states[:, :2] - pressures).T).max()
+    places = path.states[:, :2]
+    off = np.hypot(*(places - path.pressures).T).max()
     step, aside, stance, fastest = 0.0, np.inf, 0.0, 0.0
     for hold in primitive.footholds:
-        carried = states[(times >= hold.down) & (times <= hold.up), :2]
+        carried = places[(times >= hold.down) & (times <= hold.up)]
         stance = max(stance, float(np.hypot(*(carried - (hold.x, hold.y)).T).max(initial=0.0)))
     for before, after in pairwise(primitive.footholds):
         dx, dy = after.x - before.x, after.y - before.y
@@ -190,8 +187,6 @@ class Placing:
 
     def segment(self, who: records.Piece, primitive: Primitive) -> records.Segment:
         """The primitive in the frame of the map."""
-        knots = [self._point(x, y) for x, y in primitive.pressures.tolist()]
-        phases = zip(primitive.durations.tolist(), pairwise(knots), strict=True)
         begin, end = primitive.turning
         return records.Segment(
             who.robot,
@@ -202,7 +197,12 @@ class Placing:
             who.t0,
             who.t1,
             phases=tuple(
-                records.PressurePhase(seconds, *here, *to) for seconds, (here, to) in phases
+                records.PressurePhase(
+                    phase.seconds,
+                    *self._point(phase.x, phase.y),
+                    *self._point(phase.to_x, phase.to_y),
+                )
+                for phase in primitive.phases
             ),
             feet=tuple(self._foot(hold) for hold in primitive.footholds),
             swings=tuple(self._swing(swing) for swing in primitive.swings),
@@ -233,3 +233,39 @@ class Placing:
         x, y, yaw, vx, vy, turning, ax, ay, bending = state
         speed, pull = (*self._turned(vx, vy), turning), (*self._turned(ax, ay), bending)
         return (*self._point(x, y), yaw + self._yaw, *speed, *pull)
+
+
+def cut_off(segment: records.Segment, at: float, omega: float) -> records.Segment:
+    """Return a segment until an instant within it (seconds since its start)."""
+    state = np.array(segment.start)
+    phases: list[records.PressurePhase] = []
+    begin = 0.0
+    for phase in segment.phases:
+        if begin < at:
+            lasting = min(begin + phase.seconds, at) - begin
+            here, there = np.array([phase.x, phase.y]), np.array([phase.to_x, phase.to_y])
+            there = here + (there - here) * lasting / phase.seconds
+            x, y = there.tolist()
+            phases.append(replace(phase, seconds=lasting, to_x=x, to_y=y))
+            state = advanced(state, here, there, lasting, omega)
+        begin += phase.seconds
+    return replace(
+        segment,
+        t1=segment.t0 + at,
+        phases=tuple(phases),
+        feet=tuple(replace(f, up=min(f.up, at)) for f in segment.feet if f.down < at),
+        swings=tuple(_cut(swing, at) for swing in segment.swings if swing.t0 < at),
+        goal=tuple(state.tolist()),
+    )
+
+
+def _cut(swing: records.Swing, at: float) -> records.Swing:
+    if swing.t1 <= at:
+        return swing
+    since = np.array([at - swing.t0])
+    paths = between(swing.t1 - swing.t0, swing.start, swing.goal)
+    speeds = [derivative(path) for path in paths]
+    pulls = [derivative(speed) for speed in speeds]
+    state = tuple(float(values(path, since)[0]) for path in (*paths, *speeds, *pulls))
+    u = swing.u0 + (swing.u1 - swing.u0) * float(since[0]) / (swing.t1 - swing.t0)
+    return replace(swing, t1=at, u1=u, goal=state)

@@ -17,8 +17,14 @@ of pressure of n phases is a path through n + 1 knots (n + 1, 2), linear in each
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from math import exp
+
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
+
+from safenav.motion.file.records import PressurePhase, State
 
 Array = NDArray[np.float64]
 
@@ -35,14 +41,8 @@ def convergent(state: Array, omega: float) -> Array:
 
 
 def joined(xi: Array, eta: Array, omega: float) -> Array:
-    """The state with these components; rows of states if they are rows."""
-    return np.concatenate([(xi + eta) / 2, omega * (xi - eta) / 2], axis=-1)
-
-
-def state_of(state: Array) -> tuple[float, float, float, float]:
-    """A state as a file has it."""
-    x, y, vx, vy = state.tolist()
-    return x, y, vx, vy
+    """The state with these components."""
+    return np.concatenate([(xi + eta) / 2, omega * (xi - eta) / 2])
 
 
 def placed(
@@ -93,28 +93,50 @@ def advanced(state: Array, before: Array, after: Array, seconds: float, omega: f
     return joined(xi, eta, omega)
 
 
-def sampled(
-    durations: Array, pressures: Array, start: Array, goal: Array, times: Array, omega: float
-) -> tuple[Array, Array]:
-    """States (times, 4) and centres of pressure (times, 2) at times since the start.
-    ``pressures``: at the knots."""
-    count = len(durations)
-    before, after = pressures[:-1], pressures[1:]
-    rate = (after - before) / (omega * durations[:, None])
-    decay = np.exp(-omega * durations)
-    xi, eta = np.empty((count + 1, 2)), np.empty((count + 1, 2))
-    xi[count], eta[0] = divergent(goal, omega), convergent(start, omega)
-    ahead, behind = before + rate, after + rate
-    for k in reversed(range(count)):
-        xi[k] = ahead[k] + (xi[k + 1] - behind[k]) * decay[k]
-    ahead, behind = after - rate, before - rate
-    for k in range(count):
-        eta[k + 1] = ahead[k] + (eta[k] - behind[k]) * decay[k]
-    ends = np.cumsum(durations)
-    phase = np.minimum(np.searchsorted(ends, times, side="right"), count - 1)
-    since = (times - (ends - durations)[phase])[:, None]
-    left = (ends[phase] - times)[:, None]
-    pressure, lead = before[phase] + omega * rate[phase] * since, rate[phase]
-    forward = pressure - lead + (eta[phase] - before[phase] + lead) * np.exp(-omega * since)
-    backward = pressure + lead + (xi[phase + 1] - after[phase] - lead) * np.exp(-omega * left)
-    return joined(backward, forward, omega), pressure
+class Mass(Struct, frozen=True):
+    """A centre of mass at some times since its start: states (n, 4) and centres of pressure (n, 2);
+    ``late`` is the error of xi at the start, ``early`` that of eta at the goal."""
+
+    times: Array
+    states: Array
+    pressures: Array
+    late: float
+    early: float
+
+
+def mass(
+    phases: Sequence[PressurePhase], start: State, goal: State, times: Array, omega: float
+) -> Mass:
+    """Solve c'' = omega^2 (c - p) with p linear in each phase: c - p obeys the equation with p = 0,
+    so its growing part is computed backwards from the goal, its shrinking part forwards from the
+    start. Points are complex numbers."""
+    here, fast, there, slow = (
+        complex(*pair) for pair in (start[:2], start[2:], goal[:2], goal[2:])
+    )
+    before = [complex(phase.x, phase.y) for phase in phases]
+    after = [complex(phase.to_x, phase.to_y) for phase in phases]
+    seconds = [phase.seconds for phase in phases]
+    lead = [(b - a) / (omega * s) for a, b, s in zip(before, after, seconds, strict=True)]
+    decay = [exp(-omega * s) for s in seconds]
+    falling, rising = [here - fast / omega], [there + slow / omega]
+    for a, b, r, shrink in zip(before, after, lead, decay, strict=True):
+        falling.append(b - r + (falling[-1] - a + r) * shrink)
+    for a, b, r, shrink in reversed([*zip(before, after, lead, decay, strict=True)]):
+        rising.append(a + r + (rising[-1] - b - r) * shrink)
+    rising.reverse()
+    ends = np.cumsum(seconds)
+    at = np.minimum(np.searchsorted(ends, times, side="right"), len(phases) - 1)
+    begin, rate, end = np.array(before)[at], np.array(lead)[at], np.array(after)[at]
+    since, left = times - (ends - seconds)[at], ends[at] - times
+    pressure = begin + omega * rate * since
+    fall = pressure - rate + (np.array(falling)[at] - begin + rate) * np.exp(-omega * since)
+    rise = pressure + rate + (np.array(rising)[1:][at] - end - rate) * np.exp(-omega * left)
+    states = np.stack([(fall + rise) / 2, omega * (rise - fall) / 2], axis=1)
+    late, early = rising[0] - (here + fast / omega), falling[-1] - (there - slow / omega)
+    return Mass(
+        times,
+        states.view(np.float64),
+        pressure[:, None].view(np.float64),
+        max(abs(late.real), abs(late.imag)),
+        max(abs(early.real), abs(early.imag)),
+    )

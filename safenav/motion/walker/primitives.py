@@ -15,12 +15,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
+from itertools import pairwise
 from math import cos, pi, sin
 
 import numpy as np
 from msgspec import Struct
 
-from safenav.motion.file.records import Foothold, FootState, Swing
+from safenav.motion.file.records import Foothold, FootState, PressurePhase, Swing
 from safenav.motion.walker.pendulum import Array, placed
 from safenav.pace.gait import Apex, Gait, Stride, starting, stopping, walking
 
@@ -37,13 +38,12 @@ acceleration there would be faster halfway."""
 
 
 class Primitive(Struct, frozen=True):
-    """A move in its local frame. ``pressures`` (phases + 1, 2): knots of the centre of pressure;
-    ``start``, ``goal``: states of the mass; ``turn``: quarter turns to the left;
-    ``turning``: when the body turns; ``foot``: the stance foot at the end, 0 if it stands."""
+    """A move in its local frame. ``start``, ``goal``: states of the mass; ``turn``: quarter turns
+    to the left; ``turning``: when the body turns; ``foot``: the stance foot at the end, 0 if it
+    stands."""
 
     name: str
-    durations: Array
-    pressures: Array
+    phases: tuple[PressurePhase, ...]
     start: Array
     goal: Array
     footholds: tuple[Foothold, ...]
@@ -54,7 +54,7 @@ class Primitive(Struct, frozen=True):
 
     @property
     def seconds(self) -> float:
-        return float(self.durations.sum())
+        return sum(phase.seconds for phase in self.phases)
 
 
 @lru_cache(maxsize=512)
@@ -84,7 +84,7 @@ def stop(gait: Gait, foot: int) -> Primitive:
     begin = _walking(gait, length, foot)
     knots, weights = np.array([0, 0, 1, *range(1, SETTLING + 2)]), np.ones(SETTLING + 2)
     weights[[0, 1, -1]] = 0.0
-    pressures = placed(durations, nodes, knots, begin, goal, weights, omega)[knots]
+    nodes = placed(durations, nodes, knots, begin, goal, weights, omega)
     closed, end = step + close, float(durations.sum())
     footholds = (
         Foothold(length, foot * offset, 0.0, foot, 0.0, step + half),
@@ -94,7 +94,8 @@ def stop(gait: Gait, foot: int) -> Primitive:
     leaving, landed, beside = footholds
     passing = _passing(gait, length, 0.0, 0.0, -foot)
     swings = (_landing(passing, landed), _swing(leaving, beside))
-    return Primitive("stop", durations, pressures, begin, goal, footholds, swings, 0, (0.0, 0.0), 0)
+    phases = _phases(durations, nodes[knots])
+    return Primitive("stop", phases, begin, goal, footholds, swings, 0, (0.0, 0.0), 0)
 
 
 def stand(gait: Gait, seconds: float) -> Primitive:
@@ -102,9 +103,16 @@ def stand(gait: Gait, seconds: float) -> Primitive:
     x, offset = 2 * gait.length, gait.walker.foot
     rest = np.array([x, 0.0, 0.0, 0.0])
     feet = tuple(Foothold(x, side * offset, 0.0, side, 0.0, seconds) for side in (LEFT, RIGHT))
-    where = np.array([[x, 0.0]] * 2)
-    span = np.array([seconds])
-    return Primitive("stand", span, where, rest, rest, feet, (), 0, (0.0, 0.0), 0)
+    phases = (PressurePhase(seconds, x, 0.0, x, 0.0),)
+    return Primitive("stand", phases, rest, rest, feet, (), 0, (0.0, 0.0), 0)
+
+
+def _phases(durations: Array, pressures: Array) -> tuple[PressurePhase, ...]:
+    """Return the phases of a centre of pressure with these knots (phases + 1, 2)."""
+    ends = pairwise(pressures.tolist())
+    return tuple(
+        PressurePhase(s, *a, *b) for s, (a, b) in zip(durations.tolist(), ends, strict=True)
+    )
 
 
 _WORDS = {0: "straight", LEFT: "left", RIGHT: "right"}
@@ -149,9 +157,8 @@ def _stepping(name: str, gait: Gait, stride: Stride, turn: int) -> Primitive:
         aside = (first.x, -first.foot * offset, 0.0, -first.foot, 0.0, stride.lean)
         footholds = (Foothold(*aside), *footholds)
     swings = _swings(gait, line, footholds, stride.seconds, standing)
-    return Primitive(
-        name, durations, nodes[knots], begin, goal, footholds, swings, turn, turning, last.foot
-    )
+    phases = _phases(durations, nodes[knots])
+    return Primitive(name, phases, begin, goal, footholds, swings, turn, turning, last.foot)
 
 
 def _swings(
