@@ -114,17 +114,10 @@ class Dynamics:
         yaw: float,
         turn: float,
     ) -> None:
-        """Track the reference: a walker by its footsteps, other robots by the reference's
-        acceleration and limited corrections."""
+        """Track the reference: its acceleration, and limited corrections."""
         row = reference.at(self.now)
-        if body.omega:
-            pull = body.walk.pull(state, row, reference, self.now, body.omega)
-            if pull is None:  # it has fallen
-                body.reference, body.stay = None, state[:2]
-                return
-        else:
-            off = STIFF**2 * (row[:2] - state[:2]) + 2 * STIFF * (row[3:5] - state[2:])
-            pull = tuple(np.clip(row[6:8] + off, -FORCE, FORCE).tolist())
+        off = STIFF**2 * (row[:2] - state[:2]) + 2 * STIFF * (row[3:5] - state[2:])
+        pull = np.clip(row[6:8] + off, -FORCE, FORCE).tolist()
         for dof, share in zip(body.dofs[:2], pull, strict=True):
             self._force[dof] = body.mass * share
         spin = 36.0 * turned(float(row[9]) - yaw) - 12.0 * turn

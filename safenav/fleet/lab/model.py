@@ -1,97 +1,19 @@
-"""The MuJoCo model of a lab: bodies of robots, walls, doors and boxes.
-
-A walker is an inverted pendulum that keeps its balance on its footsteps. The mass at height h falls
-away from the centre of pressure p: c'' = omega^2 (c - p). Its controller can choose p only under
-the feet on the ground, and where the next foot lands: it corrects the divergent part of its state,
-c + c'/omega, by both (Khadiv et al. 2020, without the step timing). It falls if both do not
-suffice. Each foot lands on its planned foothold, moved by its correction.
-"""
+"""The MuJoCo model of a lab: bodies of robots, walls, doors and boxes."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from math import cos, hypot, inf, pi, sin
+from collections.abc import Iterable
+from math import cos, inf, pi, sin
 
-import numpy as np
 from msgspec import Struct, field
-from numpy.typing import NDArray
 
 from safenav.fleet.lab.obstacles import EVERY, LabObstacle, contact_bit
 from safenav.fleet.place import Places
 from safenav.fleet.setpoints import Setpoints
-from safenav.motion.file.records import Foothold
 from safenav.motion.flyer.tracking import AxisTracker
 from safenav.scenario.model import Obstacle, Robot
 from safenav.scenario.motion import resolved
 from safenav.world.map import Region
-
-Array = NDArray[np.float64]
-Point = tuple[float, float]
-
-QUICK = 4.0
-"""1/s: how fast the error of the divergent part decays while p is under the feet."""
-SOLE = (0.08, 0.04)
-"""Metres that p may deviate from the middle of a foot, forwards and sideways."""
-REACH = 0.10
-"""Metres by which a foot may land beside its foothold."""
-FALLEN = 0.30
-"""Error of the divergent part, in metres, from which no step can recover the balance."""
-
-
-class BalancedWalk(Struct):
-    """The balance of a walker. ``landed``: corrections (x, y) in metres of the feet on the ground,
-    by side and time of landing."""
-
-    landed: dict[tuple[int, float], Point] = field(default_factory=dict)
-
-    def pull(
-        self, state: Sequence[float], row: Array, reference: Setpoints, now: float, omega: float
-    ) -> Point | None:
-        """Return the acceleration (x, y) in a state [x, y, vx, vy] (m, m/s), given the row of the
-        reference; None if the walker falls."""
-        place, planned = state[:2], row.tolist()
-        error = [place[i] - planned[i] + (state[2 + i] - planned[3 + i]) / omega for i in (0, 1)]
-        if hypot(*error) > FALLEN:
-            return None
-        feet = _on_ground(reference, now)
-        known, self.landed = self.landed, {}
-        for foot in feet:
-            key = (foot.side, foot.down)
-            stepped = foot.down > reference.begin  # except those on which it stands initially
-            fresh = (_within(1.1 * error[0], REACH), _within(1.1 * error[1], REACH))
-            self.landed[key] = known.get(key, fresh if stepped else (0.0, 0.0))
-        gain = 1 + QUICK / omega
-        wanted = [planned[i] - planned[6 + i] / omega**2 + gain * error[i] for i in (0, 1)]
-        shifts = [self.landed[foot.side, foot.down] for foot in feet]
-        middles = [(f.x + dx, f.y + dy) for f, (dx, dy) in zip(feet, shifts, strict=True)]
-        x, y = _under(wanted[0], wanted[1], middles, feet[-1].yaw)
-        return omega**2 * (place[0] - x), omega**2 * (place[1] - y)
-
-
-def _on_ground(reference: Setpoints, now: float) -> list[Foothold]:
-    """Return the feet on the ground: before the reference its first, after it its last ones."""
-    moment = max(now, reference.begin)
-    found = [foot for foot in reference.feet if foot.down <= moment < foot.up]
-    if found:
-        return found
-    last = max(foot.up for foot in reference.feet) - 1e-6
-    return [f for f in reference.feet if f.down <= last < f.up] or [reference.feet[-1]]
-
-
-def _under(x: float, y: float, middles: Sequence[Point], yaw: float) -> Point:
-    """Return the point nearest to (x, y) in the box around soles that point in direction
-    ``yaw``."""
-    c, s = cos(yaw), sin(yaw)
-    ahead = [mx * c + my * s for mx, my in middles]
-    aside = [my * c - mx * s for mx, my in middles]
-    u = min(max(x * c + y * s, min(ahead) - SOLE[0]), max(ahead) + SOLE[0])
-    v = min(max(y * c - x * s, min(aside) - SOLE[1]), max(aside) + SOLE[1])
-    return u * c - v * s, u * s + v * c
-
-
-def _within(value: float, limit: float) -> float:
-    return max(-limit, min(limit, value))
-
 
 STEP = 0.005
 """Seconds of a step of the simulation."""
@@ -107,8 +29,7 @@ class SimulatedBody(Struct):
     """One robot. ``path``: remaining goals, the present one first; ``end``: result of the last
     goal, reported once; ``stay``: the position that it holds without a goal; ``pull``: commanded
     accelerations, which ``thrust`` follows with a lag; ``acts``: its present action, if any;
-    ``omega``: natural frequency of a walker's pendulum (1/s); ``reference``: the reference that it
-    tracks without a goal."""
+    ``reference``: the reference that it tracks without a goal."""
 
     name: str
     radius: float
@@ -129,9 +50,7 @@ class SimulatedBody(Struct):
     acts: Handling | None = None
     best: float = inf
     since: float = 0.0
-    omega: float = 0.0
     reference: Setpoints | None = None
-    walk: BalancedWalk = field(default_factory=BalancedWalk)
 
 
 class Handling(Struct):
@@ -230,7 +149,7 @@ def body_of(robot: Robot) -> SimulatedBody:
     """Return the dimensions of a robot, from its model's motion."""
     model = robot.model
     motion = resolved(model.motion, model.size, model.speed, model.layer) or {}
-    flies, walks = motion.get("kind") == "flyer", motion.get("kind") == "walker"
+    flies = motion.get("kind") == "flyer"
     numbers = {key: float(v) for key, v in motion.items() if isinstance(v, float | int)}
     return SimulatedBody(
         robot.name,
@@ -241,5 +160,4 @@ def body_of(robot: Robot) -> SimulatedBody:
         numbers.get("turning", 1.5),
         0.5 if flies else 45.0,
         numbers.get("tilt", 3.4),
-        omega=(9.81 / numbers.get("height", 0.8)) ** 0.5 if walks else 0.0,
     )

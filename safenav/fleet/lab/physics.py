@@ -1,12 +1,11 @@
 """Robots, walls, doors and boxes in MuJoCo: a lab without real robots, for rehearsals and tests.
 
-A robot on the ground is a capsule that slides and turns under limited forces, a walker that tracks
-its footsteps an inverted pendulum (``BalancedWalk``); a quadcopter is a point mass whose
-accelerations the 20 Hz quadratic programme of ``safenav.motion.flyer`` commands (paper, Section
-VII). A door is two leaves on hinges with damping, which opens wide only if a robot pushes it by
-contact; an uncertain region has no body, and is noticed from adjacent regions; any other obstacle
-is a box that its action removes. Metres, radians, seconds of simulated time. Several threads may
-call it; only ``step`` moves bodies.
+A robot on the ground is a capsule that slides and turns under limited forces; a quadcopter is a
+point mass whose accelerations the 20 Hz quadratic programme of ``safenav.motion.flyer`` commands
+(paper, Section VII). A door is two leaves on hinges with damping, which opens wide only if a robot
+pushes it by contact; an uncertain region has no body, and is noticed from adjacent regions; any
+other obstacle is a box that its action removes. Metres, radians, seconds of simulated time. Several
+threads may call it; only ``step`` moves bodies.
 """
 
 from __future__ import annotations
