@@ -2,6 +2,7 @@
 
 from math import cos, inf, nan, pi, sin
 from types import SimpleNamespace as Message
+from typing import Any
 
 import pytest
 
@@ -84,8 +85,8 @@ def test_a_server_of_other_middleware_gets_no_request(guid: str, other: str) -> 
         write=written.append,
     )
     node = Message(client=1, listen=lambda *_: None, writer=lambda *_: writer)
-    client = Client(node, "/push", lambda **fields: fields, object, print)
-    client.call()
+    client = Client(node, "/push", lambda **fields: fields, object)
+    client.call(print)
     assert (client.foreign, client.connected, len(written)) == (other, not other, int(not other))
 
 
@@ -103,14 +104,21 @@ def test_a_range_outside_the_limits_of_a_lidar_has_its_meaning(told: float, metr
 
 def test_a_stream_is_the_reference_sample_by_sample() -> None:
     numpy = pytest.importorskip("numpy", reason="references need the extra 'motion'")
+    pytest.importorskip("cyclonedds", reason="the ROS 2 transport needs the extra 'ros2'")
+    from safenav.fleet.file.stations import Network
+    from safenav.fleet.ros2.transport import Ros2Transport
     from safenav.fleet.setpoints import PERIOD, Setpoints
 
-    rows = numpy.arange(30, dtype=float).reshape(3, 10)
-    frames = streams.ahead_of(Setpoints(4.0, PERIOD, rows))
-    assert [frame.after for frame in frames] == [0.0, PERIOD, 2 * PERIOD]
-    assert frames[1] == streams.TrajectoryFrame(
-        PERIOD, ((10.0, 11.0, 12.0, 19.0),), (13.0, 14.0, 15.0), (16.0, 17.0, 18.0)
-    )
+    sent: list[Any] = []
+    ros = Ros2Transport(Network(), {}, {})
+    ros._references["digit", streams.BODY] = Message(write=sent.append)
+    ros._send("digit", Setpoints(4.0, PERIOD, numpy.arange(30, dtype=float).reshape(3, 10)))
+    points = sent[0].points
+    assert [p.time_from_start.nanosec / 1e9 for p in points] == [0.0, PERIOD, 2 * PERIOD]
+    place, point = points[1].transforms[0], points[1]
+    assert [place.translation.x, place.translation.y, place.translation.z] == [10.0, 11.0, 12.0]
+    assert (place.rotation.z, place.rotation.w) == streams.facing(19.0)
+    assert [rates[0].linear.x for rates in (point.velocities, point.accelerations)] == [13.0, 16.0]
 
 
 def test_steps_tell_both_feet_from_each_landing_on() -> None:
@@ -125,11 +133,11 @@ def test_steps_tell_both_feet_from_each_landing_on() -> None:
         Foothold(2.0, -0.2, 0.3, -1, 11.5, 13.0),
     )
     found = streams.steps_of(Setpoints(10.0, PERIOD, numpy.zeros((1, 10)), feet))
-    assert [round(frame.after, 6) for frame in found] == [0.0, 0.9, 1.5]
+    assert [round(after, 6) for after, _ in found] == [0.0, 0.9, 1.5]
     left, right = (1.0, 0.2, 0.0, 0.1), (1.0, -0.2, 0.0, 0.1)
-    assert found[0].poses == (left, right)
-    assert found[1].poses == ((1.6, 0.2, 0.0, 0.2), right)
-    assert found[2].poses == ((1.6, 0.2, 0.0, 0.2), (2.0, -0.2, 0.0, 0.3))
+    assert found[0][1] == (left, right)
+    assert found[1][1] == ((1.6, 0.2, 0.0, 0.2), right)
+    assert found[2][1] == ((1.6, 0.2, 0.0, 0.2), (2.0, -0.2, 0.0, 0.3))
 
 
 def test_news_of_a_reader_that_is_gone_are_ignored() -> None:

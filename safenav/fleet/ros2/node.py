@@ -171,28 +171,23 @@ class Client:
     """A client of one service. Replies for other clients are not passed on."""
 
     def __init__(
-        self,
-        node: Participant,
-        service: str,
-        request: type[IdlStruct],
-        reply: type[IdlStruct],
-        take: Callable[[Any], None],
+        self, node: Participant, service: str, request: type[IdlStruct], reply: type[IdlStruct]
     ) -> None:
         self._node = node
         self._request = request
         self._numbers = count(1)
-        self._take = take
-        node.listen(f"rr{service}Reply", reply, self._filter, SERVICE)
+        self._calls: dict[int, Callable[[Any], None]] = {}
+        node.listen(f"rr{service}Reply", reply, self._answered, SERVICE)
         self._writer = node.writer(f"rq{service}Request", request, SERVICE)
 
-    def call(self, **fields: Any) -> int:
-        """Send a request, unless a server of other middleware would receive it; return the number
-        of its reply."""
+    def call(self, take: Callable[[Any], None], **fields: Any) -> None:
+        """Send a request, unless a server of other middleware would receive it; ``take`` is called
+        with its reply, once, in another thread."""
         number = next(self._numbers)
         if not self.foreign:
+            self._calls[number] = take
             make: Any = self._request
             self._writer.write(make(client=self._node.client, number=number, **fields))
-        return number
 
     @property
     def foreign(self) -> str:
@@ -211,6 +206,8 @@ class Client:
         """Return whether a server is connected that understands requests."""
         return bool(self._writer.get_matched_subscriptions()) and not self.foreign
 
-    def _filter(self, reply: Any) -> None:
+    def _answered(self, reply: Any) -> None:
         if reply.client == self._node.client:
-            self._take(reply)
+            take = self._calls.pop(int(reply.number), None)
+            if take is not None:
+                take(reply)

@@ -8,8 +8,6 @@ from math import atan2, cos, inf, isfinite, isnan, nan, remainder, sin, tau
 from threading import Event, Lock, Thread
 from typing import TYPE_CHECKING, Any
 
-from msgspec import Struct
-
 from safenav.fleet.transport import Located, Scanned
 
 if TYPE_CHECKING:
@@ -31,22 +29,12 @@ Pose = tuple[float, float, float, float]
 """x, y, z, yaw."""
 
 
-class TrajectoryFrame(Struct, frozen=True):
-    """A point of a trajectory: seconds from its stamp, a pose for each joint; velocity and
-    acceleration (x, y, z) of the only joint, or none."""
-
-    after: float
-    poses: tuple[Pose, ...]
-    velocity: tuple[float, ...] = ()
-    acceleration: tuple[float, ...] = ()
-
-
 class Streams:
-    """The reference streams of all followers. A thread calls ``send`` with robot, joints and their
-    next trajectory. A stream continues after the end of its reference, since silence means that
-    safenav has died."""
+    """The reference streams of all followers. A thread calls ``send`` with a robot and the next
+    second of its reference. A stream continues after the end of its reference, since silence means
+    that safenav has died."""
 
-    def __init__(self, send: Callable[[str, Joints, list[TrajectoryFrame]], None]) -> None:
+    def __init__(self, send: Callable[[str, Setpoints], None]) -> None:
         self._send = send
         self._references: dict[str, Setpoints] = {}
         self._lock = Lock()
@@ -77,32 +65,21 @@ class Streams:
             with self._lock:
                 now = list(self._references.items())
             for robot, reference in now:
-                part = reference.ahead(time.monotonic())
-                self._send(robot, BODY, ahead_of(part))
-                if part.feet:
-                    self._send(robot, FEET, steps_of(part))
+                self._send(robot, reference.ahead(time.monotonic()))
             due = max(due + PERIOD, time.monotonic())
 
 
-def ahead_of(part: Setpoints) -> list[TrajectoryFrame]:
-    """Return the samples of the next second of a reference."""
-    return [
-        TrajectoryFrame(k * part.step, ((row[0], row[1], row[2], row[9]),), row[3:6], row[6:9])
-        for k, row in enumerate(map(tuple, part.rows.tolist()))
-    ]
-
-
-def steps_of(part: Setpoints) -> list[TrajectoryFrame]:
-    """Return the next footsteps of a walker: the positions of both feet after each landing,
-    beginning with the present ones. A foot in the air counts where it last stood."""
+def steps_of(part: Setpoints) -> list[tuple[float, tuple[Pose, Pose]]]:
+    """Return the next footsteps of a walker: seconds from now, and the poses of both feet after
+    each landing, beginning with the present ones. A foot in the air counts where it last stood."""
     standing: dict[int, Pose] = {}
-    found: list[TrajectoryFrame] = []
+    found: list[tuple[float, tuple[Pose, Pose]]] = []
     for foot in part.feet:
         standing[foot.side] = (foot.x, foot.y, 0.0, foot.yaw)
         if len(standing) == 2:
             after = max(0.0, foot.down - part.begin)
-            found = [one for one in found if one.after < after]
-            found.append(TrajectoryFrame(after, (standing[1], standing[-1])))
+            found = [one for one in found if one[0] < after]
+            found.append((after, (standing[1], standing[-1])))
     return found
 
 

@@ -7,7 +7,7 @@ For a robot of namespace ``/digit``: the action ``/digit/navigate_to_pose``, the
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from threading import Lock
 from typing import TYPE_CHECKING, Any
@@ -43,11 +43,11 @@ _ENDS = {
 }
 
 
-class _Pending(Struct):
+class _Sent(Struct):
     """A goal on its way through the action's services."""
 
-    goal: GoalPoint
-    uuid: list[int]
+    number: int
+    uuid: Any
     canceling: bool = False
 
 
@@ -60,22 +60,15 @@ class _Robot:
         self._name = name
         self._post = post
         self._lock = Lock()
-        self._pending: dict[int, _Pending] = {}  # by the number of the open call
-        self._current: _Pending | None = None
-        self._acts: dict[str, tuple[Client, dict[int, int]]] = {}
+        self._current: _Sent | None = None
         action = station.path(f"{ACTION}/_action")
-        self._send = Client(
-            node, f"{action}/send_goal", ros.NavigateRequest, ros.NavigateReply, self._answered
-        )
-        self._result = Client(
-            node, f"{action}/get_result", ros.ResultRequest, ros.ResultReply, self._ended
-        )
-        self._cancel = Client(
-            node, f"{action}/cancel_goal", ros.CancelRequest, ros.CancelReply, self._canceling
-        )
-        self._results: dict[int, _Pending] = {}
-        for service in dict.fromkeys(station.act.values()):
-            self._add_service(service, station.path(service), node)
+        self._send = Client(node, f"{action}/send_goal", ros.NavigateRequest, ros.NavigateReply)
+        self._result = Client(node, f"{action}/get_result", ros.ResultRequest, ros.ResultReply)
+        self._cancel = Client(node, f"{action}/cancel_goal", ros.CancelRequest, ros.CancelReply)
+        self._acts = {
+            service: Client(node, station.path(service), ros.TriggerRequest, ros.TriggerReply)
+            for service in dict.fromkeys(station.act.values())
+        }
 
     # Goals
 
@@ -89,77 +82,56 @@ class _Robot:
         return self._send.foreign or self._result.foreign
 
     def navigate(self, goal: GoalPoint) -> None:
-        pending = _Pending(goal, list(uuid4().bytes))
         with self._lock:
-            self._current = pending
-            number = self._send.call(goal_id=ros.UUID(pending.uuid), goal=_navigate(goal))
-            self._pending[number] = pending
+            self._current = sent = _Sent(goal.number, ros.UUID(list(uuid4().bytes)))
+            take = partial(self._answered, sent)
+            self._send.call(take, goal_id=sent.uuid, goal=_navigate(goal))
 
     def cancel(self) -> None:
         with self._lock:
-            pending = self._current
-            if pending is None:
-                return
-            pending.canceling = True
-            self._cancel.call(goal_info=ros.GoalInfo(ros.UUID(pending.uuid), ros.Time()))
+            if self._current is not None:
+                self._current.canceling = True
+                self._stop(self._current)
 
-    def _answered(self, reply: Any) -> None:
-        with self._lock:
-            pending = self._pending.pop(int(reply.number), None)
-            if pending is None:
-                return
-            if reply.accepted:
-                number = self._result.call(goal_id=ros.UUID(pending.uuid))
-                self._results[number] = pending
-                if pending.canceling:  # it was cancelled before the server accepted it
-                    self._cancel.call(goal_info=ros.GoalInfo(ros.UUID(pending.uuid), ros.Time()))
-                return
-            self._forget(pending)
-        self._post(GoalEnded(self._name, pending.goal.number, GoalEnd.REJECTED, "goal rejected"))
+    def _stop(self, sent: _Sent) -> None:
+        """Cancel a goal. The reply has no meaning: the goal's result shows whether it ended."""
+        self._cancel.call(lambda _: None, goal_info=ros.GoalInfo(sent.uuid, ros.Time()))
 
-    def _ended(self, reply: Any) -> None:
+    def _answered(self, sent: _Sent, reply: Any) -> None:
+        if not reply.accepted:
+            self._end(sent, GoalEnd.REJECTED, "goal rejected")
+            return
         with self._lock:
-            pending = self._results.pop(int(reply.number), None)
-            if pending is None:
-                return
-            self._forget(pending)
-        end = _ENDS.get(int(reply.status), GoalEnd.ABORTED)
+            self._result.call(partial(self._ended, sent), goal_id=sent.uuid)
+            if sent.canceling:  # it was cancelled before the server accepted it
+                self._stop(sent)
+
+    def _ended(self, sent: _Sent, reply: Any) -> None:
         code = int(reply.result.error_code)
         reason = f"Nav2's error code {code}" if code else ""
-        self._post(GoalEnded(self._name, pending.goal.number, end, reason))
+        self._end(sent, _ENDS.get(int(reply.status), GoalEnd.ABORTED), reason)
 
-    def _canceling(self, reply: Any) -> None:
-        """Ignore the reply: the goal's result shows whether it is cancelled."""
-
-    def _forget(self, pending: _Pending) -> None:
-        if self._current is pending:
-            self._current = None
+    def _end(self, sent: _Sent, end: GoalEnd, reason: str) -> None:
+        with self._lock:
+            if self._current is sent:
+                self._current = None
+        self._post(GoalEnded(self._name, sent.number, end, reason))
 
     # Actions
 
-    def _add_service(self, service: str, name: str, node: Participant) -> None:
-        numbers: dict[int, int] = {}
-
-        def take(reply: Any) -> None:
-            with self._lock:
-                number = numbers.pop(int(reply.number), None)
-            if number is not None:
-                result = result_of(bool(reply.success), str(reply.message))
-                self._post(Performed(self._name, number, result, str(reply.message)))
-
-        client = Client(node, name, ros.TriggerRequest, ros.TriggerReply, take)
-        self._acts[service] = (client, numbers)
-
     def perform(self, service: str, number: int) -> None:
-        client, numbers = self._acts[service]
-        if not client.connected:
-            why = f"no server of {service}"
-            if client.foreign:
-                why += f" with Cyclone DDS, but one with {client.foreign}"
-            self._post(Performed(self._name, number, ActResult.FAILED, why))
+        client = self._acts[service]
+        if client.connected:
+            client.call(partial(self._performed, number))
             return
-        with self._lock:
-            numbers[client.call()] = number
+        why = f"no server of {service}"
+        if client.foreign:
+            why += f" with Cyclone DDS, but one with {client.foreign}"
+        self._post(Performed(self._name, number, ActResult.FAILED, why))
+
+    def _performed(self, number: int, reply: Any) -> None:
+        result, text = result_of(bool(reply.success), str(reply.message)), str(reply.message)
+        self._post(Performed(self._name, number, result, text))
 
 
 class Ros2Transport:
@@ -181,13 +153,12 @@ class Ros2Transport:
         self._node = node = Participant(network.domain, network.interface, network.peers)
         for name, station in self._stations.items():
             self._robots[name] = _Robot(name, station, node, post)
-            follow = station.follow
-            for joints, ending in streams.TOPICS.items() if follow is not None else ():
-                assert follow is not None
-                topic = _topic(station.path(follow.topic) + ending)
-                self._references[name, joints] = node.writer(topic, ros.Trajectory, RELIABLE)
+            if station.follow is not None:
+                for joints, ending in streams.TOPICS.items():
+                    topic = _topic(station.path(station.follow.topic) + ending)
+                    self._references[name, joints] = node.writer(topic, ros.Trajectory, RELIABLE)
         for topic, kind, quality, take in self._topics():
-            node.listen(_topic(topic), getattr(ros, kind), take, quality)
+            node.listen(_topic(topic), kind, take, quality)
 
     def missing(self) -> list[str]:
         found = []
@@ -224,36 +195,38 @@ class Ros2Transport:
             self._node.close()
         self._robots, self._references, self._node = {}, {}, None
 
-    def _topics(self) -> Iterator[tuple[str, str, Any, Callable[[Any], None]]]:
+    def _topics(self) -> Iterator[tuple[str, Any, Any, Callable[[Any], None]]]:
         """Yield the topics to subscribe to: name, type, quality of service and message handler."""
         for name, topic in self._inputs.items():
-            yield topic, "Bool", RELIABLE, partial(self._take, "Bool", name)
+            yield topic, ros.Bool, RELIABLE, partial(self._heard, InputHeard, name)
         for name, station in self._stations.items():
             if station.tf is None:
-                yield station.pose_topic, "Odometry", SENSOR, partial(self._take, "Odometry", name)
+                odometry = partial(self._stamped, streams.located, name)
+                yield station.pose_topic, ros.Odometry, SENSOR, odometry
             else:
                 frames = streams.Transforms(name, station.tf.frame)
                 for ending, quality in (("", RELIABLE), ("_static", LATCHED)):
                     take = partial(self._transformed, frames, static=bool(ending))
-                    yield station.pose_topic + ending, "TFMessage", quality, take
+                    yield station.pose_topic + ending, ros.TFMessage, quality, take
             if station.scan is not None:
-                topic = station.path(station.scan.topic)
-                yield topic, "LaserScan", SENSOR, partial(self._take, "LaserScan", name)
+                scan = partial(self._stamped, streams.scanned, name)
+                yield station.path(station.scan.topic), ros.LaserScan, SENSOR, scan
             if station.report is not None:
-                topic = station.path(station.report)
-                yield topic, "String", RELIABLE, partial(self._take, "String", name)
+                report = partial(self._heard, Reported, name)
+                yield station.path(station.report), ros.String, RELIABLE, report
 
-    def _take(self, kind: str, name: str, message: Any) -> None:
-        """Pass on a message about a robot or, if it is a Bool, an input."""
-        if kind == "Bool":
-            self._post(InputHeard(name, bool(message.data)))
-        elif kind == "String":
-            self._post(Reported(name, message.data.strip()))
-        else:
-            meaning = streams.located if kind == "Odometry" else streams.scanned
-            found = meaning(name, streams.seconds_of(message.header.stamp), message)
-            if found is not None:
-                self._post(found)
+    def _heard(self, meaning: Callable[[str, Any], Message], name: str, message: Any) -> None:
+        """Pass on a text of a robot, or the value of an input."""
+        data = message.data
+        self._post(meaning(name, data.strip() if isinstance(data, str) else data))
+
+    def _stamped(
+        self, meaning: Callable[[str, float, Any], Message | None], name: str, message: Any
+    ) -> None:
+        """Pass on a measurement of a robot, if it has a meaning."""
+        found = meaning(name, streams.seconds_of(message.header.stamp), message)
+        if found is not None:
+            self._post(found)
 
     def _transformed(self, frames: streams.Transforms, message: Any, *, static: bool) -> None:
         with self._lock:  # both topics of a robot have threads of their own
@@ -269,26 +242,30 @@ class Ros2Transport:
             return bool(reference.get_matched_subscriptions())
         return self._robots[robot].connected
 
-    def _send(
-        self, robot: str, joints: streams.Joints, frames: list[streams.TrajectoryFrame]
-    ) -> None:
+    def _send(self, robot: str, part: Setpoints) -> None:
+        """Send the next second of a reference and, of a walker, its next footsteps."""
         header = ros.MessageHeader(_whole(ros.Time, time.time()), streams.FRAME)
-        points = [_point(frame) for frame in frames]
-        self._references[robot, joints].write(ros.Trajectory(header, [*joints], points))
+        ahead = [
+            _point(k * part.step, [(*row[:3], row[9])], row[3:6], row[6:9])
+            for k, row in enumerate(part.rows.tolist())
+        ]
+        steps = [_point(after, poses) for after, poses in streams.steps_of(part)]
+        for joints, points in ((streams.BODY, ahead), (streams.FEET, steps)):
+            if points:
+                self._references[robot, joints].write(ros.Trajectory(header, [*joints], points))
 
 
-def _point(frame: streams.TrajectoryFrame) -> Any:
-    """Return a point of a ``trajectory_msgs/MultiDOFJointTrajectory``."""
+def _point(after: float, poses: Sequence[streams.Pose], *rates: Sequence[float]) -> Any:
+    """Return a point of a ``trajectory_msgs/MultiDOFJointTrajectory``: a pose for each joint;
+    velocity and acceleration (x, y, z) of the only joint, or none."""
     places = [
         ros.Transform(ros.Vector3(x, y, z), ros.Quaternion(0.0, 0.0, *streams.facing(yaw)))
-        for x, y, z, yaw in frame.poses
+        for x, y, z, yaw in poses
     ]
-    rates = (
-        [ros.Twist(ros.Vector3(*of), ros.Vector3(0.0, 0.0, 0.0))] if of else []
-        for of in (frame.velocity, frame.acceleration)
+    twists = ([ros.Twist(ros.Vector3(*of), ros.Vector3(0.0, 0.0, 0.0))] for of in rates)
+    return ros.MultiDOFJointTrajectoryPoint(
+        places, *(twists if rates else ([], [])), _whole(ros.Duration, after)
     )
-    after = _whole(ros.Duration, frame.after)
-    return ros.MultiDOFJointTrajectoryPoint(places, *rates, after)
 
 
 def _topic(name: str) -> str:
