@@ -7,7 +7,7 @@ from html import escape
 from typing import Any
 
 from safenav.judge.lines import READS
-from safenav.trace.looks import Look, looks
+from safenav.run.looks import Look, looks
 from safenav.world.map import RegionMap
 
 SIDE = 24

@@ -15,10 +15,10 @@ from typing import Any
 
 from safenav.certify.check import BundleVerdict
 from safenav.certify.map_picture import glyph, map_svg
-from safenav.trace.looks import looks
+from safenav.run.looks import looks
+from safenav.run.wording import Wording
 from safenav.trace.reading import read_lines
 from safenav.trace.records import KINDS
-from safenav.trace.wording import Wording
 from safenav.trace.words import counted
 from safenav.world.map import RegionMap
 

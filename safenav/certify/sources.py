@@ -16,7 +16,7 @@ from safenav.lines import json_line
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.yaml.source import STDIN, referenced_files, root_of
 from safenav.trace.fields import plain
-from safenav.trace.header import scenario_header
+from safenav.trace.setting import scenario_header
 
 FOLDER = Path("a/b/c/d")
 """Where a scenario is read again: files in folders above it have room."""

@@ -21,8 +21,7 @@ from safenav.pace.robot import SIDE as SIDE
 from safenav.scenario.model import Scenario
 from safenav.scenario.motion import KINDS, resolved
 from safenav.scenario.reading.catalogue import built_in
-from safenav.trace.header import unstarted
-from safenav.trace.reading import Trace
+from safenav.trace.reading import Trace, unstarted
 from safenav.trace.setting import RobotHeader
 
 

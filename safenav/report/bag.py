@@ -21,11 +21,11 @@ from safenav.extras import missing
 from safenav.fleet.ros2.interfaces import INTERFACES
 from safenav.report.picture.floor import INK
 from safenav.report.picture.glyphs import STATUS_MARKS
+from safenav.run.looks import looks
 from safenav.run.run import Run
 from safenav.run.values import Event, ObstacleStatus, StoryKind
 from safenav.scenario.motion import AIR
 from safenav.scenario.objective import Objective, target_regions
-from safenav.trace.looks import looks
 from safenav.world.map import Frame, Region
 
 Message = Mapping[str, Any]

@@ -30,13 +30,13 @@ from safenav.run.values import (
     StoryKind,
     SynthesisOutcome,
 )
+from safenav.run.wording import Wording, synthesis_words
 from safenav.scenario.model import OPERATOR_ACTION
 from safenav.scenario.objective import Ltl, Objective, TargetObjective
 from safenav.scenario.settings import Clock, Exclusion
 from safenav.trace import records, setting
 from safenav.trace.reading import Trace, read_trace
 from safenav.trace.vocabulary import ActResult, ChangeCause, DeadlineVerdict, MoveEnd
-from safenav.trace.wording import Wording, synthesis_words
 from safenav.world.map import Region, RegionMap
 
 _KINDS = {

@@ -15,10 +15,12 @@ from typing import Any
 from msgspec import Struct
 from msgspec.structs import replace
 
+import safenav
 from safenav.errors import Diagnostic, InputError
 from safenav.file_kind import another_kind
 from safenav.line_values import flaws, note_flaw
 from safenav.lines import json_flaw, read_file
+from safenav.scenario.model import Scenario
 from safenav.strict_json import read_json
 from safenav.trace.fields import WrongError, convert
 from safenav.trace.records import (
@@ -34,7 +36,7 @@ from safenav.trace.records import (
     Late,
     Record,
 )
-from safenav.trace.setting import ObstacleHeader
+from safenav.trace.setting import ObstacleHeader, scenario_header
 
 
 class Trace(Struct, frozen=True):
@@ -72,6 +74,12 @@ class Trace(Struct, frozen=True):
         """The actions of a live run, likewise."""
         ends = {r.command: r for r in self.records if isinstance(r, ActionEnd)}
         return [(r, ends.get(r.command)) for r in self.records if isinstance(r, Act)]
+
+
+def unstarted(scenario: Scenario) -> Trace:
+    """Return the trace of a run of the scenario that has not begun."""
+    header = Header(0, VERSION, safenav.__version__, scenario_header(scenario, None))
+    return Trace(scenario.name, header, (), cut_off=False, ignored=0)
 
 
 _DIAGNOSTIC_LIMIT = 20

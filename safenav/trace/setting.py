@@ -1,4 +1,4 @@
-"""The scenario in the form of a trace header: map, robots, obstacles, limits."""
+"""The scenario in the form of a trace header, fully resolved, and its conversion."""
 
 from __future__ import annotations
 
@@ -7,9 +7,13 @@ from collections.abc import Mapping
 from msgspec import Struct
 
 from safenav.bounds import Count, Heading, Positive, Region
-from safenav.scenario.model import Battery
+from safenav.scenario.model import Battery, Obstacle, Robot, Scenario
+from safenav.scenario.motion import resolved
 from safenav.scenario.settings import Exclusion, Input, Limits
+from safenav.spec.other_robots.belief import MOST_CELLS
 from safenav.trace.fields import Objective
+from safenav.world.map import RegionMap
+from safenav.world.partition import rooms
 
 
 def without_underscore(name: str) -> str:
@@ -158,3 +162,132 @@ class ScenarioHeader(Struct, frozen=True):
     chargers: tuple[Region, ...] | None = None
     inputs: tuple[Input, ...] | None = None
     flat: str | None = None
+
+
+def scenario_header(
+    scenario: Scenario, truths: Mapping[str, bool | None] | None, *, live: bool = False
+) -> ScenarioHeader:
+    """Return the scenario as recorded in a trace, fully resolved.
+
+    ``truths`` maps an obstacle's name to the value of ``traversable`` drawn from this run's seed;
+    None stands for a world that is not simulated, whose truths are unknown beforehand.
+    """
+    return ScenarioHeader(
+        name=scenario.name,
+        map=_map(scenario.map),
+        robots={robot.name: _robot(robot, scenario) for robot in scenario.robots},
+        world="external" if truths is None else "simulated",
+        obstacles=tuple(
+            obstacle_header(o, scenario, None if truths is None else truths[o.name])
+            for o in scenario.obstacles
+        ),
+        until=UntilHeader(scenario.until.rounds),
+        limits=scenario.limits,
+        seed=scenario.seed,
+        coordination=scenario.coordination.value,
+        partition=_partition(scenario),
+        changes=_changes(scenario),
+        requirements=scenario.requirements or None,
+        never_together=scenario.never_together or None,
+        promises=None if live else _promises(scenario),
+        chargers=tuple(sorted(scenario.chargers)) or None,
+        inputs=scenario.inputs or None,
+        flat=None if scenario.flat is None else scenario.flat.name,
+    )
+
+
+def _promises(scenario: Scenario) -> PromisesHeader | None:
+    if not scenario.deadlines:
+        return None
+    within = {robot.name: robot.within for robot in scenario.robots if robot.within is not None}
+    return PromisesHeader(within, scenario.until.by, scenario.late.value)
+
+
+def obstacle_header(
+    obstacle: Obstacle, scenario: Scenario, truth: bool | None = None
+) -> ObstacleHeader:
+    """Return an obstacle as recorded in a trace; ``truth``: what resolving it will reveal."""
+    return ObstacleHeader(
+        type=obstacle.type.name,
+        name=obstacle.name,
+        region=obstacle.region,
+        action=obstacle.type.action,
+        resolution_regions=obstacle.resolution_regions(scenario.map),
+        blocks=frozenset(robot.name for robot in scenario.robots if obstacle.blocks(robot)),
+        traversable=truth,
+        needs=_needs(obstacle, scenario.map) if obstacle.type.listed else None,
+        from_=obstacle.appears,
+        until=obstacle.goes,
+        ordered=obstacle.ordered or None,
+        resolve_within=scenario.limit_of(obstacle),
+    )
+
+
+def _needs(obstacle: Obstacle, world: RegionMap) -> tuple[NeedHeader, ...]:
+    return tuple(
+        NeedHeader(
+            need.action,
+            obstacle.resolution_regions(world, number),
+            need.robots,
+            need.together,
+            need.same or None,
+        )
+        for number, need in enumerate(obstacle.needs)
+    )
+
+
+def _map(world: RegionMap) -> MapHeader:
+    """Return the map, with metres only if they are known."""
+    frame = world.frame
+    return MapHeader(
+        world.rows,
+        world.cols,
+        tuple(world.grid_rows()),
+        resolution=None if frame is None else frame.resolution,
+        origin=None if frame is None else (*frame.origin, frame.yaw),
+        names=dict(world.names) or None,
+        areas={name: tuple(sorted(area)) for name, area in world.areas.items()} or None,
+    )
+
+
+def _robot(robot: Robot, scenario: Scenario) -> RobotHeader:
+    model = robot.model
+    return RobotHeader(
+        model=model.name,
+        mobility=model.mobility.value,
+        layer=model.layer,
+        capabilities=robot.capabilities,
+        start=robot.start.region,
+        heading=robot.start.facing,
+        objective=robot.objective,
+        conflicts=frozenset(other.name for other in scenario.in_conflict(robot)),
+        vision=model.vision,
+        tracks=tuple(sorted(robot.tracks)),
+        timing=model.timing,
+        motion=resolved(model.motion, model.size, model.speed, model.layer),
+        while_waiting=robot.while_waiting,
+        battery=model.battery,
+        when=tuple(WhenHeader(n, o) for n, o in robot.when) or None,
+    )
+
+
+def _changes(scenario: Scenario) -> tuple[ChangeHeader, ...] | None:
+    found = tuple(
+        ChangeHeader(
+            change.at,
+            change.robot,
+            change.objective,
+            change.active,
+            change.within,
+        )
+        for change in scenario.changes
+    )
+    return found or None
+
+
+def _partition(scenario: Scenario) -> tuple[tuple[int, ...], ...] | None:
+    if not any(robot.tracks for robot in scenario.robots):
+        return None
+    world = scenario.map
+    cells = scenario.partition or rooms(world).coarsened(MOST_CELLS, world).cells
+    return tuple(tuple(sorted(cell)) for cell in cells)

@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable
 
 from safenav.scenario.model import name_parts
 from safenav.scenario.objective import Word, number_word
 from safenav.world.map import Region
-
-_UNCOUNTED = (
-    "debris dirt dust fire fog glass gravel ice mud oil rubble sand smoke snow uncertainty water"
-)
-"""Kinds of obstacles without a plural, and so without an article."""
 
 
 def obstacle_words(name: str, word: Word = number_word) -> str:
@@ -32,11 +26,6 @@ def seconds_words(seconds: float) -> str:
     if seconds < 59.95:
         return f"{seconds:.1f} s"
     return f"{round(seconds) // 60} min {round(seconds) % 60} s"
-
-
-def _natural(name: str) -> list[tuple[int, str]]:
-    """Return a key for natural order: ``rover_2`` before ``rover_10``."""
-    return [(int(part or 0), text) for text, part in re.findall(r"(\D*)(\d*)", name)]
 
 
 def regions_words(regions: Iterable[Region], word: Word = number_word) -> str:
@@ -81,10 +70,3 @@ def shortened(rule: str) -> str:
 def counted(number: int, noun: str, plural: str = "") -> str:
     """``1 state``, ``2 states``; ``plural`` where an s is not enough."""
     return f"{number} {noun if number == 1 else plural or noun + 's'}"
-
-
-def with_article(kind: str) -> str:
-    """``a door``, ``an obstacle``, ``rubble``."""
-    if kind.lower() in _UNCOUNTED.split():
-        return kind
-    return f"{'an' if kind[:1].lower() in tuple('aeiou') else 'a'} {kind}"

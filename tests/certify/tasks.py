@@ -29,7 +29,7 @@ from safenav.spec.task import Known, Observed, Task
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
 from safenav.trace import records
-from safenav.trace.header import scenario_header
+from safenav.trace.setting import scenario_header
 from safenav.trace.vocabulary import Reason
 from safenav.trace.writing import as_data
 from safenav.verify.verification import first_failure

@@ -21,7 +21,7 @@ from safenav.certify import bundle as writing
 from safenav.certify.check import Acceptance, check_bundle
 from safenav.certify.record import bundle_of_run
 from safenav.errors import UsageError
-from safenav.trace.looks import labels, looks
+from safenav.run.looks import labels, looks
 
 if TYPE_CHECKING:
     from report.browser import Browser

@@ -15,11 +15,11 @@ from safenav.report.picture.glyphs import separated
 from safenav.report.picture.scenario import scenario_text, scene_of
 from safenav.report.picture.scene import EXCLUSION, Options, svg_of
 from safenav.report.picture.svg import text_width
+from safenav.run.looks import looks
 from safenav.run.reading import read_run
 from safenav.run.run import Run
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.studio.editing.drawing import drawing_of
-from safenav.trace.looks import looks
 
 SVG = "{http://www.w3.org/2000/svg}"
 MOMENTS = [("door", 0), ("door", 11), ("door", 46), ("chain", 6), ("detour", 49), ("crowd", 137)]

@@ -14,7 +14,7 @@ from safenav.errors import InputError
 from safenav.run.reading import RunReader, read_run
 from safenav.run.run import Run
 from safenav.scenario.reading.loader import load_scenario_text
-from safenav.trace.header import unstarted
+from safenav.trace.reading import unstarted
 from safenav.trace.records import Operator
 from safenav.trace.vocabulary import OperatorIntervention
 

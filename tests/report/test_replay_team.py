@@ -13,9 +13,9 @@ from safenav.cli.replay import replay as replay_command
 from safenav.errors import UsageError
 from safenav.report.page.html import page_of
 from safenav.report.picture.scene import Options, svg_of
+from safenav.run.looks import looks
 from safenav.run.reading import read_run
 from safenav.run.run import Run, SightCache, shading_of
-from safenav.trace.looks import looks
 from safenav.world.poses import bits
 from safenav.world.sight import visible_from
 

@@ -10,7 +10,7 @@ from safenav.run.values import SynthesisOutcome
 from safenav.scenario.model import OPERATOR_ACTION
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace import records, setting, vocabulary
-from safenav.trace.header import unstarted
+from safenav.trace.reading import unstarted
 
 ROOM = beside(__file__, "scenarios/room.yaml")
 

@@ -3,9 +3,9 @@
 import pytest
 from msgspec.structs import replace
 
+from safenav.run.wording import Wording
 from safenav.trace import records
 from safenav.trace.records import KINDS
-from safenav.trace.wording import Wording
 from traces.examples import examples
 
 SILENT = {"header", "move", "backtrack", "belief", "checkpoint", "discovered"}

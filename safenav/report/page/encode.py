@@ -23,6 +23,7 @@ from safenav.report.picture.glyphs import (
     opened_pictogram,
     robot_pictogram,
 )
+from safenav.run.looks import looks
 from safenav.run.reading import Beginning, RunReader
 from safenav.run.run import Run, SightCache, viewers
 from safenav.run.values import (
@@ -35,7 +36,6 @@ from safenav.run.values import (
     StackRow,
 )
 from safenav.scenario.objective import Objective, target_regions
-from safenav.trace.looks import looks
 from safenav.trace.words import seconds_words
 from safenav.world.map import Region, RegionMap
 

@@ -10,9 +10,9 @@ from msgspec import Struct
 from safenav.report.picture.floor import AREA, INK, MUTED, WALL, WALL_LINE
 from safenav.report.picture.glyphs import GLYPHS, STATUS_MARKS
 from safenav.report.picture.svg import SvgWriter, number, text_width, wrapped
+from safenav.run.looks import Look, looks
 from safenav.run.run import Shading
 from safenav.run.values import ObstacleStatus, Scene, StoryKind
-from safenav.trace.looks import Look, looks
 from safenav.trace.words import listed
 
 WIDTH = 270.0

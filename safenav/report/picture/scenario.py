@@ -5,13 +5,13 @@ from __future__ import annotations
 from msgspec.structs import replace
 
 from safenav.report.terminal.map import FREE, MapPicture, Marker, draw, with_names
+from safenav.run.looks import labels
 from safenav.run.reading import run_of
 from safenav.run.run import Shading
 from safenav.run.values import ObstacleStatus, Scene
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.objective import describe, target_regions
-from safenav.trace.header import unstarted
-from safenav.trace.looks import labels
+from safenav.trace.reading import unstarted
 from safenav.trace.words import listed, obstacle_words, regions_words
 from safenav.world.map import Region, RegionMap
 from safenav.world.poses import bits

@@ -36,10 +36,10 @@ from safenav.report.picture.glyphs import (
 )
 from safenav.report.picture.legend import KeyRow, Legend, key_row, legend_of
 from safenav.report.picture.svg import SvgWriter, polyline, wrapped
+from safenav.run.looks import Look, looks
 from safenav.run.run import Shading
 from safenav.run.values import Event, Hidden, ObstacleStatus, Placed, Scene, StoryKind
 from safenav.scenario.objective import target_regions
-from safenav.trace.looks import Look, looks
 from safenav.world.map import Region
 
 MARGIN = 16.0

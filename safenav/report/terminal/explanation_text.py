@@ -27,12 +27,12 @@ from safenav.explain.explanation import (
 from safenav.outcome import Outcome
 from safenav.report.terminal.map import MapPicture, Marker, draw
 from safenav.review.postmortem import Missing, Postmortem
+from safenav.run.looks import labels
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Word, describe
 from safenav.solve.reasons import need_words
 from safenav.spec.forms import asked_of
 from safenav.spec.specification import Constraint, Owner
-from safenav.trace.looks import labels
 from safenav.trace.words import counted, listed, obstacle_words, regions_words, seconds_words
 from safenav.world.map import Heading, Region, RegionMap
 

@@ -15,13 +15,13 @@ from safenav.outcome import Outcome
 from safenav.report.terminal.layout import folded
 from safenav.report.terminal.map import MapPicture, Marker, draw
 from safenav.report.terminal.map import legend as marks
+from safenav.run.looks import labels
 from safenav.run.reading import Line, RunReader, Style
 from safenav.run.run import Run
 from safenav.run.values import Event, ObstacleStatus, StoryKind, SynthesisOutcome
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import target_regions
-from safenav.trace.header import unstarted
-from safenav.trace.looks import labels
+from safenav.trace.reading import unstarted
 from safenav.trace.words import MANY, counted, seconds_words, shortened
 from safenav.world.map import Region, RegionMap
 

@@ -32,8 +32,8 @@ from safenav.team.state import Is, Plan, RobotNow, State
 from safenav.team.team import Team, assigned, introduced, team_of
 from safenav.trace import records
 from safenav.trace.fields import objective_of
-from safenav.trace.header import scenario_header
 from safenav.trace.reading import Trace
+from safenav.trace.setting import scenario_header
 
 ENDED = ("completed", "unrealizable", "late")
 FEWEST, SHARE, LINE = 50, 2, 150

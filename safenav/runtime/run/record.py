@@ -32,8 +32,8 @@ from safenav.team.floor import barred, driven, floor_now, floor_of, inside, put,
 from safenav.team.state import State
 from safenav.team.team import Team
 from safenav.trace import records
-from safenav.trace.header import obstacle_header, scenario_header
 from safenav.trace.proofs import Proof
+from safenav.trace.setting import obstacle_header, scenario_header
 from safenav.trace.vocabulary import (
     ActResult,
     AvertedEnd,

@@ -17,12 +17,10 @@ from safenav.scenario.objective import Objective, Word, describe, number_word
 from safenav.trace import records, vocabulary
 from safenav.trace.words import (
     MANY,
-    _natural,
     counted,
     obstacle_words,
     seconds_words,
     some,
-    with_article,
 )
 from safenav.world.map import Region
 
@@ -43,6 +41,10 @@ _BLOCKED = {
     vocabulary.BlockReason.OPERATOR: "an operator reports that it is permanent",
 }
 
+_UNCOUNTED = (
+    "debris dirt dust fire fog glass gravel ice mud oil rubble sand smoke snow uncertainty water"
+)
+"""Kinds of obstacles without a plural, and so without an article."""
 _LISTED_ROBOTS = 4
 """Largest team that is listed by name when all of it is meant."""
 
@@ -347,3 +349,15 @@ def synthesis_words(line: records.Synthesis) -> str:
     spent = ", from the cache" if line.cached else f" in {seconds_words(line.seconds)}"
     proof = {None: "", True: ", verified", False: ", verification failed"}[line.verified]
     return f"{found}{spent}{proof}"
+
+
+def _natural(name: str) -> list[tuple[int, str]]:
+    """Return a key for natural order: ``rover_2`` before ``rover_10``."""
+    return [(int(part or 0), text) for text, part in re.findall(r"(\D*)(\d*)", name)]
+
+
+def with_article(kind: str) -> str:
+    """``a door``, ``an obstacle``, ``rubble``."""
+    if kind.lower() in _UNCOUNTED.split():
+        return kind
+    return f"{'an' if kind[:1].lower() in tuple('aeiou') else 'a'} {kind}"
