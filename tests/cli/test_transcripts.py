@@ -27,6 +27,7 @@ def written(folder: Path) -> None:
     (folder / "binary").write_bytes(b"\xff\xfe\x00")
     (folder / "binary.jsonl").write_bytes(b"\xff\xfe\x00")
     (folder / "deep").write_text("[" * 100_000)
+    (folder / "large.yaml").write_text("#" * 5_000_001)
     with ZipFile(folder / "n.zip", "w") as archive:
         archive.writestr("a", "b")
     with ZipFile(folder / "b.zip", "w") as archive:

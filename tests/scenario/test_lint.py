@@ -1,10 +1,13 @@
 """Warnings about a valid scenario that is probably mistaken."""
 
 from pathlib import Path
+from typing import Any
 
 import pytest
+import yaml
 
 import warm
+from once import beside
 from safenav.scenario.lint import imprecise, lint
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 
@@ -37,96 +40,14 @@ PLAIN = {
 }
 
 
-@pytest.mark.parametrize(
-    ("changes", "said"),
-    [
-        pytest.param({}, [], id="nothing"),
-        pytest.param(
-            {"more": "    qaudcopter: {mobility: free, layer: air, capabilities: []}\n"},
-            ["robot model 'qaudcopter' is not used, 'quadcopter' of the built-in catalogue is"],
-            id="a model of its own that is misspelt",
-        ),
-        pytest.param(
-            {"layer": "groud"},
-            ["layer 'groud' of porter; did you mean 'ground'?"],
-            id="a layer that is misspelt",
-        ),
-        pytest.param(
-            {"can": "lfit"},
-            [
-                "porter can 'lfit', which no obstacle needs; did you mean 'lift'?",
-                "no robot can resolve beam@11: it needs 'lift'; available: 'lfit', 'sense'; "
-                "did you mean 'lfit'?",
-            ],
-            id="a slip of the pen",
-        ),
-        pytest.param(
-            {"robots": "2"},
-            ["no team can resolve beam@11: 'lift' takes 2 robots, and only a can do it"],
-            id="too few",
-        ),
-        pytest.param(
-            {"robots": "2", "names": "{gate: 11}"},
-            ["no team can resolve beam@gate: 'lift' takes 2 robots, and only a can do it"],
-            id="too few, at a region with a name",
-        ),
-        pytest.param(
-            {"robots": "1, at: neighbours}, {action: sense, same: true"},
-            [
-                "no robot can resolve beam@11: the robot that fulfils need 1 must have 'lift' and "
-                "'sense' ('same'), and no robot has both"
-            ],
-            id="a load that no robot can take and put down",
-        ),
-        pytest.param({"robots": "2", "other": "porter"}, [], id="enough"),
-        pytest.param(
-            {"can": "lift, push"}, ["porter can 'push', which no obstacle needs"], id="needless"
-        ),
-        pytest.param({"obstacles": "[]"}, [], id="a type that a drive may find"),
-        pytest.param(
-            {"can": "lift, swap", "obstacles": "[]\nflat: flat_battery"}, [], id="a flat battery"
-        ),
-        pytest.param(
-            {"seed": "7"},
-            ["seed 7 has no effect: no robots share a floor"],
-            id="a seed for nothing",
-        ),
-        pytest.param({"seed": "7", "avoids": "[a]"}, [], id="a shared floor"),
-        pytest.param(
-            {"seed": "7\nnever_together: [{robots: [a, b], in: [12]}]"},
-            [],
-            id="robots of two layers that wait for each other",
-        ),
-        pytest.param(
-            {
-                "obstacles": "[{type: leak, region: 11}]",
-            },
-            ["no robot encounters leak@11, because it blocks none; list it under 'orders'"],
-            id="an obstacle that blocks no robot",
-        ),
-        pytest.param(
-            {"names": "{}, resolution: 0.4"},
-            [
-                "b (quadcopter, 0.5 m) is larger than a region (0.4 m) and reaches into the next "
-                "ones, where other robots may be; give the map larger regions"
-            ],
-            id="a robot larger than a region",
-        ),
-        pytest.param(
-            {"names": "{}, resolution: 0.5"},
-            [
-                "b (quadcopter, flyer, 0.5 m) has no room to move in a region (0.5 m): its "
-                "motion needs 0.6 m; give the map larger regions"
-            ],
-            id="a robot as large as a region",
-        ),
-        pytest.param({"names": "{}, resolution: 0.6"}, [], id="a robot with room"),
-    ],
-)
-def test_warnings(changes: dict[str, str], said: list[str], tmp_path: Path) -> None:
+WARNINGS = yaml.safe_load(beside(__file__, "lint.yaml"))
+
+
+@pytest.mark.parametrize("row", WARNINGS, ids=[row["what"] for row in WARNINGS])
+def test_warnings(row: dict[str, Any], tmp_path: Path) -> None:
     file = tmp_path / "s.yaml"
-    file.write_text(SCENARIO.format(**PLAIN | changes))
-    assert list(lint(load_scenario(file))) == said
+    file.write_text(SCENARIO.format(**PLAIN | row["changes"]))
+    assert list(lint(load_scenario(file))) == row["said"]
 
 
 @pytest.mark.parametrize(

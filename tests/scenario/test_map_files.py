@@ -1,4 +1,5 @@
-"""Maps read from files: the real ones in tests/maps, and messages about broken ones."""
+"""Maps read from files: the real ones in tests/maps. Messages about broken ones:
+``cli/transcripts/broken_maps.txt``."""
 
 import builtins
 import re
@@ -18,7 +19,6 @@ from safenav.world.map import Frame, RegionMap
 from safenav.world.movingai import read_movingai
 
 MAPS = Path(__file__).parents[1] / "maps"
-BROKEN = sorted(path.name for path in (MAPS / "broken").iterdir())
 
 ROOMS = [
     "#############",
@@ -158,68 +158,6 @@ def test_unknown_pixels_of_a_ros_map_are_walls(tmp_path: Path) -> None:
 )
 def test_any_map_may_have_an_origin(written: str, expected: Frame | None) -> None:
     assert load(written, 0).frame == expected
-
-
-FLAWS: dict[str, tuple[str, list[tuple[int, int, str]]]] = {
-    # file: how it is named in a scenario, then line, column and words of each diagnostic
-    # (line 2 is the scenario's, where the file is named)
-    "cut_off.png": ("image: %s, rows: 7, cols: 13", [(2, 14, "a broken PNG image")]),
-    "header_only.png": ("image: %s, rows: 7, cols: 13", [(2, 14, "breaks off in its header")]),
-    "claims_to_be_huge.png": ("image: %s, rows: 7, cols: 13", [(2, 14, "60000 x 60000 pixels")]),
-    "bad_checksum.png": ("image: %s, rows: 7, cols: 13", [(2, 14, "a broken PNG image")]),
-    "empty.png": ("image: %s, rows: 7, cols: 13", [(2, 14, "the file is empty")]),
-    "no_image.png": ("image: %s, rows: 7, cols: 13", [(2, 14, "neither a PNG nor a PGM")]),
-    "bitmap.pbm": ("image: %s, rows: 7, cols: 13", [(2, 14, "the kind P1")]),
-    "cut_off.pgm": ("image: %s, rows: 7, cols: 13", [(2, 14, "1969 of 5824 pixels")]),
-    "too_long.pgm": ("image: %s, rows: 2, cols: 2", [(2, 14, "9 pixels .* announces 4")]),
-    "no_header.pgm": ("image: %s, rows: 7, cols: 13", [(1, 1, "header .* is incomplete")]),
-    "letters.pgm": ("image: %s, rows: 2, cols: 3", [(5, 3, "not a brightness: 'x'")]),
-    "too_few.pgm": ("image: %s, rows: 2, cols: 3", [(2, 14, "4 of 6 pixels")]),
-    "too_bright.pgm": ("image: %s, rows: 1, cols: 3", [(2, 14, r"brighter \(10\) .* \(9\)")]),
-    "no_brightness.pgm": ("image: %s, rows: 1, cols: 3", [(1, 1, "brightest value .* is 0")]),
-    "black.pgm": ("image: %s, rows: 1, cols: 3", [(2, 14, "every region is a wall.*nothing")]),
-    "header.map": ("movingai: %s", [(3, 1, "'width' is not a size: 'four'")]),
-    "type.map": ("movingai: %s", [(1, 1, "type 'hex'"), (3, 1, "'height' is missing")]),
-    "rows.map": (
-        "movingai: %s",
-        [
-            (6, 2, "'x' is not a terrain"),
-            (7, 1, "a row of 3 characters"),
-            (7, 1, "3 rows where the header announces 4"),
-        ],
-    ),
-    "no_map.map": ("movingai: %s", [(4, 1, r"'\.\.'")]),
-    "latin1.map": ("movingai: %s", [(2, 17, "not UTF-8: byte 0xE9")]),
-    "keys.yaml": (
-        "ros: %s, resolution: 0.4",
-        [
-            (1, 1, "a ROS map: the key 'occupied_thresh' is missing"),
-            (2, 13, "'resolution' is -0.1, and must be more than 0"),
-            (3, 16, "an item of 'origin': found the text 'nan'"),
-            (4, 9, "'negate' is 2, and must be at most 1"),
-            (6, 14, "'free_thresh' is 1.5, and must be from 0 to 1"),
-            (7, 7, "unknown word 'ternary'.*did you mean 'trinary'"),
-        ],
-    ),
-    "raw.yaml": ("ros: %s, resolution: 0.4", [(2, 7, "mode 'raw'")]),
-    "no_picture.yaml": ("ros: %s, resolution: 0.4", [(1, 8, "ofice.pgm': no such file")]),
-    "no_yaml.yaml": ("ros: %s, resolution: 0.4", [(2, 11, "not YAML")]),
-}
-
-
-def test_every_broken_map_is_judged() -> None:
-    assert sorted(FLAWS) == BROKEN
-
-
-@pytest.mark.parametrize("name", BROKEN)
-def test_every_flaw_of_a_broken_map_is_reported_at_its_place(name: str) -> None:
-    written, expected = FLAWS[name]
-    found = mistakes(written % f"broken/{name}")
-    assert [(d.line, d.column) for d in found] == [(line, col) for line, col, _ in expected]
-    for diagnostic, (line, _, words) in zip(found, expected, strict=True):
-        assert re.search(words, f"{diagnostic.found} {diagnostic.hint}"), diagnostic
-        in_scenario = line == 2 and diagnostic.file.endswith("scenario.yaml")
-        assert in_scenario or diagnostic.file.endswith(name)
 
 
 @pytest.mark.parametrize(

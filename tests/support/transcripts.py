@@ -20,8 +20,9 @@ VARYING = (
     (re.compile(r"(?<= in )[\d.]+ s(?=$|;)|(?<= )\d+\.\d\d$", re.MULTILINE), "N"),
     (re.compile(r'(?<=seconds": )[\d.e-]+'), "N"),
     (re.compile(r"(?<= )\d+\.\d(?= +(yes|no|-)$)", re.MULTILINE), "N"),
+    (re.compile(r"(?<=a broken PNG image: ).*"), "WHY"),
 )
-"""Times and sizes, and what a transcript has for them."""
+"""Times, sizes and words of libraries, and what a transcript has for them."""
 
 
 def played(script: str, folder: Path, run: Run) -> str:
