@@ -1,8 +1,7 @@
-"""Every shipped unrealizable scenario: the cause is found, the core is minimal, the play obeys
-the rules, and each proposed repair works."""
+"""Every shipped unrealizable scenario: the cause is found, and each proposed repair works. Cores and
+plays of random ones: ``sentences``."""
 
 from functools import cache
-from itertools import chain, pairwise
 from pathlib import Path
 
 import pytest
@@ -11,20 +10,14 @@ from safenav.errors import InputError
 from safenav.explain.explanation import (
     Explanation,
     NoStrategyCause,
-    PlayEnd,
     RepairKind,
-    with_guarantees,
 )
-from safenav.outcome import Verdict
 from safenav.review.team import explain_team
 from safenav.runtime.run.mission import Mission, default_synthesizer, first_results
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario
-from safenav.spec.compile import compile_task
 from safenav.synthesis.slugs import Synthesizer
 from safenav.verify.verification import first_failure
-from safenav.world.map import Heading
-from safenav.world.moves import Pose, moves
 
 FOLDER = Path(__file__).parents[2] / "scenarios" / "unrealizable"
 FILES = sorted(FOLDER.glob("*.yaml"))
@@ -69,33 +62,6 @@ def test_the_expected_cause_is_named(file: Path) -> None:
 
 
 @shipped
-def test_the_core_is_unrealizable_and_every_member_is_needed(file: Path) -> None:
-    found = _explained(file)
-    ask = Synthesizer()
-    whole = compile_task(found.task, _scenario(file).map)
-    assert found.core.minimal
-    parts = [member.constraints for member in found.core.members]
-    reduced = with_guarantees(whole, chain(*parts))
-    assert ask.synthesize(reduced, strategy=False).verdict is Verdict.UNREALIZABLE
-    fewer = (chain(*parts[:k], *parts[k + 1 :]) for k in range(len(parts)))
-    variants = [with_guarantees(whole, some) for some in fewer]
-    for member, result in zip(
-        found.core.members, ask.synthesize_all(variants, strategy=False), strict=True
-    ):
-        assert result.verdict is Verdict.REALIZABLE, f"{member.origin} can be spared"
-
-
-@shipped
-def test_members_of_the_core_are_items_of_the_scenario(file: Path) -> None:
-    scenario, found = _scenario(file), _explained(file)
-    items = {"map"} | {f"robots.{robot.name}" for robot in scenario.robots}
-    for member in found.core.members:
-        assert any(member.origin.item == i or member.origin.item.startswith(f"{i}.") for i in items)
-        assert member.origin.rule
-    assert set(found.core.walls) <= scenario.map.walls
-
-
-@shipped
 def test_every_repair_makes_it_realizable(file: Path) -> None:
     robot, _, kind = CAUSES[file.stem]
     found = _explained(file)
@@ -103,33 +69,6 @@ def test_every_repair_makes_it_realizable(file: Path) -> None:
     for repair in found.repairs:
         answers = first_results(repair.scenario, Synthesizer(verifier=first_failure), names=[robot])
         assert answers[robot].realizable, repair.change
-
-
-@shipped
-def test_the_play_moves_as_the_robot_can(file: Path) -> None:
-    found, world = _explained(file), _scenario(file).map
-    play = found.play
-    assert play is not None
-    mobility = found.task.robot.model.mobility
-    poses = [
-        Pose(values["region"], Heading(values["heading"]) if "heading" in values else None)
-        for values in (*play.walk, *play.cycle)
-    ]
-    for before, after in pairwise(poses):
-        assert after in moves(mobility, before, world)
-    match play.ending:
-        case PlayEnd.CONFINED:
-            assert found.task.pose.region in found.diagnosis.confined
-            for target in found.diagnosis.lost:
-                assert not target & found.diagnosis.confined
-        case PlayEnd.STUCK:
-            tried = {(d.region, d.heading) for d in play.dilemmas}
-            assert tried == {(p.region, p.heading) for p in moves(mobility, poses[-1], world)}
-        case PlayEnd.STARVED:
-            assert play.cycle
-            assert play.goal is not None
-        case PlayEnd.NO_BEGINNING:
-            assert poses == []
 
 
 def test_the_core_of_separate_rooms_names_the_walls_between_them() -> None:

@@ -44,16 +44,6 @@ class Process:
     def command(self, *arguments: object) -> list[str]:
         return [sys.executable, "-c", MAIN, *map(str, arguments)]
 
-    def start(self, *arguments: object, **variables: str) -> subprocess.Popen[str]:
-        return subprocess.Popen(
-            self.command(*arguments),
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.PIPE,
-            text=True,
-            cwd=self.folder,
-            env={**self.environment, **variables},
-        )
-
     def __call__(
         self,
         *arguments: object,

@@ -1,13 +1,7 @@
 """Faults outside safenav, one test each: nothing is lost, nothing is executed, no traceback."""
 
 import json
-import signal
-import subprocess
-import time
 from pathlib import Path
-from random import Random
-
-import pytest
 
 from faults.conftest import (
     CASE_STUDY,
@@ -17,16 +11,6 @@ from faults.conftest import (
     records,
     small_files,
 )
-
-ENDLESS = """\
-safenav: 1
-map: {grid: ["########", "#......#", "#......#", "########"]}
-robots:
-  quad: {model: quadcopter, start: 9, objective: {visit: [14, 17]}}
-  digit: {model: digit, start: 22, heading: west, objective: {visit: [10, 20]}}
-until: {rounds: 1000000}
-limits: {ticks: 100000000}
-"""
 
 
 def test_a_killed_synthesizer_leaves_a_sound_trace(safenav: Process, slugs_that: Script) -> None:
@@ -75,57 +59,6 @@ def test_a_full_disk_is_reported_and_leaves_complete_lines(safenav: Process) -> 
     assert [*(safenav.folder / "old").iterdir()] == [] and not (safenav.folder / "new").exists()
     # The cache: the run continues without it.
     assert safenav("run", CASE_STUDY, limit=small_files).returncode == 0
-
-
-def test_a_read_only_cache_does_not_stop_a_run(safenav: Process) -> None:
-    safenav.cache.mkdir()
-    safenav.cache.chmod(0o555)
-    for _ in range(2):
-        done = safenav("run", CASE_STUDY, "--trace", "t.jsonl", limit=no_privileges)
-        assert done.returncode == 0
-        assert done.stderr.count("cache") >= 1
-    assert not any(r["cached"] for r in records(safenav.folder / "t.jsonl") if "cached" in r)
-    assert list(safenav.cache.iterdir()) == []
-
-
-def test_corrupted_cache_entries_are_synthesized_again(safenav: Process) -> None:
-    def cached(name: str) -> list[bool]:
-        assert safenav("run", CASE_STUDY, "--trace", name).returncode == 0
-        return [r["cached"] for r in records(safenav.folder / name) if r["type"] == "synthesis"]
-
-    assert not any(cached("first.jsonl"))
-    source = Random(1)
-    for file in filter(Path.is_file, safenav.cache.rglob("*")):
-        data = bytearray(file.read_bytes())
-        data[source.randrange(len(data))] ^= 1 << source.randrange(8)
-        file.write_bytes(data)
-    assert not any(cached("damaged.jsonl"))
-    assert all(cached("mended.jsonl"))
-
-
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda s: s.name)
-def test_signals_leave_a_sound_trace(safenav: Process, number: signal.Signals) -> None:
-    (safenav.folder / "endless.yaml").write_text(ENDLESS)
-    source = Random(number)
-    for attempt in range(6):
-        trace = safenav.folder / f"{attempt}.jsonl"
-        process = safenav.start("run", "endless.yaml", "--no-map", "--trace", trace)
-        _wait_for(trace, process)
-        time.sleep(source.uniform(0, 0.4))
-        process.send_signal(number)
-        _, said = process.communicate(timeout=300)
-        assert process.returncode == 130, said
-        assert "Traceback" not in said
-        assert records(trace)[-1]["outcome"] == "interrupted"
-
-
-def _wait_for(trace: Path, process: subprocess.Popen[str]) -> None:
-    """Until the run has begun: before that there is nothing to lose."""
-    deadline = time.monotonic() + 300
-    while not (trace.exists() and trace.stat().st_size):
-        assert process.poll() is None
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
 
 
 def test_path_names_may_have_spaces_and_unicode(safenav: Process) -> None:

@@ -22,9 +22,8 @@ from children import ran
 from faults.conftest import CASE_STUDY, ROOT
 from warm import safenav
 
-COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) or 22
 INTERRUPTED = 130
-PATIENCE = 60
+PATIENCE = 300
 """Seconds; a command that swallows the signal takes longer, or ends with another status."""
 
 COMMANDS: dict[str, tuple[str, ...]] = {
@@ -38,6 +37,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "check with batteries": ("check", "batteries.yaml"),
     "check with three carts": ("check", "three_carts.yaml"),
     "explain": ("explain", "unrealizable.yaml"),
+    "explain with runs": ("explain", "circle.yaml"),
     "batch": ("batch", "suite", "--jobs", "2", "--junit", "out.xml"),
     "certify": ("certify", "s.yaml", "-o", "out"),
     "check of a trace": ("check", "t.jsonl"),
@@ -51,6 +51,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "schema": ("new", "out.json", "--schema"),
     "doctor": ("doctor",),
 }
+COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) or len(COMMANDS)
 _MEASURED = re.compile(r"\d[\d.,]* ?(?:ms|s|KiB|MB)\b|\d+\.\d\d$")
 _AT_THE_END = re.compile(r"interrupted|--resume|(?:ticks|the run), \d+ synthes|█|_decimal")
 """An interrupted run says so, with what it has done so far and where the robots are. (Python itself
@@ -66,8 +67,8 @@ def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "s.yaml").write_text(CASE_STUDY.read_text())
     (folder / "big.yaml").write_text((scenarios / "team_of_six.yaml").read_text())
     (folder / "batteries.yaml").write_text((scenarios / "battery_delivery.yaml").read_text())
-    carts = (Path(__file__).parent / "three_carts.yaml").read_text()
-    (folder / "three_carts.yaml").write_text(carts)
+    for name in ("three_carts.yaml", "circle.yaml"):
+        shutil.copy(Path(__file__).parent / name, folder)
     dead_end = (scenarios / "unrealizable" / "dead_end.yaml").read_text()
     (folder / "unrealizable.yaml").write_text(dead_end)
     (folder / "suite").mkdir()

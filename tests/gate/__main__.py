@@ -24,7 +24,7 @@ KILLERS = {
     "batch": "batch cli",
     "certify": "lies certify cli",
     "cli": "cli batch documentation faults",
-    "explain": "explain campaigns/test_verdicts.py cli",
+    "explain": "explain cli",
     "fleet": "fleet campaigns/test_drives.py",
     "formula": "formula spec synthesis runtime",
     "installation": "cli install",

@@ -199,3 +199,18 @@ def test_an_impossible_intervention_is_refused_at_the_call(
     end(mission, trace)
     assert trace.outcome["outcome"] == "completed" and not trace.findings
     assert not trace.all("late")
+
+
+@pytest.mark.parametrize("wanted", [PutBack("cart", Pose(20)), MarkPermanent("door@29")], ids=str)
+def test_what_only_live_runs_have_is_refused_in_lockstep(wanted: Any) -> None:
+    mission, _ = begin(HALL.replace("region: [3, 2]", "region: [2, 4]"))
+    with pytest.raises(UsageError, match="only in live runs"):
+        mission.intervene(wanted)
+
+
+def test_a_robot_with_a_battery_refuses_an_objective_without_an_order_of_targets() -> None:
+    """It would forget at each charge which targets it has met."""
+    scenario = load_scenario(SCENARIOS / "battery_delivery.yaml")
+    (robot, *_) = (each.name for each in scenario.robots if each.model.battery)
+    with pytest.raises(UsageError, match="without an order of its targets"):
+        read_intervention(f"objective {robot} {{cover: {[*scenario.map.free[:2]]}}}", scenario)

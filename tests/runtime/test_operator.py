@@ -57,6 +57,7 @@ def test_a_request_given_up_and_resolved_is_not_reopened_when_its_obstacle_is_ba
     [
         ("resolved door@9", "the team knows of no obstacle 'door@9'; known: gate@27"),
         ("put_back cart [0, 0]", "is a wall"),
+        ("put_back cart [2, 5]", "gate@27 is in region 27: resolve it first"),
         ("put_back cart 999", "region 999"),
         ("put_back cart [1, 1] north", "cart has no heading"),
         ("put_back rover [1, 1]", "no robot rover"),

@@ -34,20 +34,16 @@ def campaign(bounded: int) -> settings:
 
 @st.composite
 def scenarios(draw: st.DrawFn, robots: int = 4) -> dict[str, Any]:
-    """A random mission, as data, with at most this many robots."""
-    return small(draw(st.integers(0, 10**6)), robots)[0]
-
-
-def small(seed: int, robots: int) -> tuple[dict[str, Any], Scenario]:
-    """A mission with at most this many robots that the loader accepts, even if their targets are
-    out of reach."""
+    """A random mission, as data, with at most this many robots, that the loader accepts, even if
+    their targets are out of reach."""
 
     def made(number: int) -> dict[str, Any]:
         mission = tracked_mission(number)
         mission["robots"] = dict([*mission["robots"].items()][:robots])
         return mission
 
-    return loads(made, seed, partial(load_scenario_text, reachable=False))
+    load = partial(load_scenario_text, reachable=False)
+    return loads(made, draw(st.integers(0, 10**6)), load)[0]
 
 
 def quiet(scenario: Scenario) -> Synthesizer:

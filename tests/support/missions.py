@@ -51,9 +51,9 @@ def large_rooms(random: Random) -> list[str]:
 class Family:
     """Random missions of a few robots in little space: the choices of floors, numbers of robots and
     objectives, and the chances that robots never hinder each other (``apart``) and have a heading,
-    that an obstacle has several needs (``needs``), comes late and goes (``passing``), that regions
-    have names (``named``), and that a robot tracks the others otherwise or patrols by the letter
-    (``strict``). ``hidden``: the least and the most obstacles; ``rounds``: the most."""
+    that an obstacle has several needs (``needs``), comes late and goes (``passing``), and that
+    regions have names (``named``). ``hidden``: the least and the most obstacles; ``rounds``: the
+    most."""
 
     floors: Sequence[Callable[[Random], list[str]]]
     robots: Sequence[int] = (2, 2, 3)
@@ -64,7 +64,6 @@ class Family:
     needs: float = 0.0
     passing: float = 0.0
     named: float = 0.0
-    strict: float = 0.0
     rounds: int = 2
     ticks: int = 3000
 
@@ -80,21 +79,11 @@ class Family:
             shared = "air" if k and random.random() < 0.2 else "ground"
             draft.models[f"m{k}"] = self._model(draft, f"l{k}" if how == "layers" else shared)
             more: Data = {"avoids": []} if how == "avoids" else {}
-            if random.random() < self.strict:
-                more["tracks"] = (
-                    random.sample([f"r{j}" for j in range(count) if j != k], 1) if count > 1 else []
-                )
-                more["vision"] = random.choice([1, 2, "unlimited"])
             if not draft.place(f"r{k}", f"m{k}", self.kinds, taken, **more):
                 return None
-        for objective in (robot["objective"] for robot in draft.robots.values()):
-            if "patrol" in objective and random.random() < self.strict:
-                objective["form"] = "literal"
         for k in range(random.randint(*self.hidden)):
             self._hide(draft, k)
         data = draft.data(random.randint(1, self.rounds), self.ticks, seed)
-        if random.random() < self.strict / 2:
-            data["coordination"] = "assignable"
         return _with_names(data, draft) if random.random() < self.named else data
 
     def _model(self, draft: Draft, layer: str) -> Data:
@@ -103,7 +92,7 @@ class Family:
             "mobility": "heading" if random.random() < self.heading else "free",
             "layer": layer,
             "capabilities": [action for action in ACTIONS if random.random() < 0.35],
-            "timing": 1 if self.strict else draft.timing(),  # or others could not be tracked
+            "timing": draft.timing(),
         }
 
     def _hide(self, draft: Draft, k: int) -> None:
@@ -271,17 +260,6 @@ FAMILIES: dict[str, Family | Callable[..., Data | None]] = {
         hidden=(0, 2),
         needs=0.2,
         ticks=1000,
-    ),
-    # Where patrols by the letter and objectives among others often fail: for comparing the verdicts
-    # of commands, since the judge knows the letter only of robots that are alone.
-    "narrow": Family(
-        (line(3, 7), bays, small_rooms, room((2, 4), (2, 5), 0.3)),
-        (1, 1, 2, 2, 3),
-        ("patrol", "patrol", "patrol", "visit", "cover", "hold", "ltl_steps"),
-        apart=0.2,
-        heading=0.3,
-        strict=0.3,
-        rounds=1,
     ),
     "parking": PARKING,
     "parking_hidden": replace(PARKING, hidden=(1, 2)),

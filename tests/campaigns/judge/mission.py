@@ -75,11 +75,6 @@ class Robot:
     closed: frozenset[tuple[int, int]] = frozenset()
     formulas: bool = False
 
-    @property
-    def literal(self) -> bool:
-        """Whether it patrols, which is read by the letter where the robot is alone."""
-        return self.either_first and not self.formulas
-
 
 @dataclass(frozen=True)
 class Need:

@@ -8,7 +8,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from campaigns.judge import independent, joint
-from campaigns.judge.literal import can_patrol
 from campaigns.judge.mission import Mission
 from campaigns.judge.replay import Ending, rounds_done
 from campaigns.judge.situation import Answer, Situation, at_start
@@ -32,11 +31,6 @@ def judge_outcome(mission: Mission, ending: Ending, outcome: Line) -> str:
             return _completed(mission, ending, 1 if "t" in outcome else mission.rounds)
         case "operator_needed":
             return _operator_needed(mission, ending, outcome)
-        case "unrealizable" if any(
-            robot.literal and not mission.conflicts[robot.name] and not can_patrol(mission, robot)
-            for robot in mission.robots
-        ):
-            return ""
         case other:
             answer = can_complete(mission, ending.situation)
             return f"{other}; the judge: {answer.value}; {outcome['explanation']}"
