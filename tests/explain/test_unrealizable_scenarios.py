@@ -1,5 +1,5 @@
-"""Every shipped unrealizable scenario: the cause is found, and each proposed repair works. Cores and
-plays of random ones: ``sentences``."""
+"""Every shipped unrealizable scenario: the cause is found, and each proposed repair works. Cores
+and plays of random ones: ``sentences``."""
 
 from functools import cache
 from pathlib import Path

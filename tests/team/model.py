@@ -3,6 +3,7 @@ plans whose steps end in any order."""
 
 from random import Random
 
+from drawn import loads
 from safenav.plan.ask import Found, ask
 from safenav.plan.order import closed, joint_now, next_step
 from safenav.solve.duties import settle
@@ -13,16 +14,28 @@ from safenav.team.apply import acts_on, apply, initial, resolved
 from safenav.team.floor import Floor, Joint, floor_now, standing
 from safenav.team.state import Is, State
 from safenav.team.team import Team, team_of
-from team.boards import scenario
+from support.boards import Data
+from support.missions import mission
 
+FAMILIES = ("labs", "tight_needs", "parking_hidden")
 MOST_EVENTS = 2_000
 REPLANS = 0.1
 """How often a plan is dropped and made again while robots are on their way."""
 
 
-def begun(seed: int, robots: int) -> tuple[Team, State]:
+def drawn(number: int) -> Data:
+    """A random mission. One target is held: otherwise each event counts as a round there."""
+    data = mission(FAMILIES[number % len(FAMILIES)], number)
+    for robot in data["robots"].values():
+        ((_, targets),) = robot["objective"].items()
+        if isinstance(targets, list) and len(targets) == 1:
+            robot["objective"] = {"hold": targets[0]}
+    return data
+
+
+def begun(seed: int) -> tuple[Team, State]:
     """A team at its start, to which every obstacle is known."""
-    team = team_of(scenario(seed, robots=robots))
+    team = team_of(loads(drawn, seed)[1])
     state = initial(team)
     for k, each in enumerate(team.obstacles):
         state = apply(team, state, now.Met(0, k, each.region))
@@ -48,9 +61,9 @@ def settled(team: Team, state: State, who: tuple[int, ...]) -> State:
     return state
 
 
-def foresee(seed: int, robots: int, random: Random) -> None:
+def foresee(seed: int, random: Random) -> None:
     """Random steps, each foreseen by ``Floor.after`` and done by events, lead to the same state."""
-    team, state = begun(seed, robots)
+    team, state = begun(seed)
     floor = floor_now(team, state)
     assert {*floor.gates} == {k for k, each in enumerate(state.obstacles) if each.state is Is.OPEN}
     joint = joint_now(team, state, floor)
@@ -86,11 +99,11 @@ def planned(team: Team, state: State) -> tuple[State, Floor, frozenset[int]] | N
     return apply(team, state, now.Planned(answer.plan)), floor, frozenset(found.served)
 
 
-def execute(seed: int, robots: int, random: Random) -> bool:
+def execute(seed: int, random: Random) -> bool:
     """Follow a plan with steps that end in any order: no two rivals are ever in one region, nobody
     enters an obstacle that is closed to it, no robot waits forever, and the promise is kept. Return
     False if there is no plan."""
-    team, state = begun(seed, robots)
+    team, state = begun(seed)
     begins = planned(team, settled(team, state, tuple(range(len(team.members)))))
     if begins is None:
         return False

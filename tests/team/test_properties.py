@@ -7,29 +7,27 @@ from hypothesis import strategies as st
 
 from team import model
 
-SEEDS, ROBOTS = st.integers(0, 10**6), st.integers(1, 4)
+SEEDS = st.integers(0, 10**6)
 RANDOM = st.randoms(use_true_random=False)
 PROPERTY = settings(max_examples=80, deadline=None)
 
 
-@given(SEEDS, ROBOTS, RANDOM)
+@given(SEEDS, RANDOM)
 @PROPERTY
-def test_what_a_search_foresees_is_what_events_do(seed: int, robots: int, random: Random) -> None:
-    model.foresee(seed, robots, random)
+def test_what_a_search_foresees_is_what_events_do(seed: int, random: Random) -> None:
+    model.foresee(seed, random)
 
 
-@given(SEEDS, ROBOTS, RANDOM)
+@given(SEEDS, RANDOM)
 @PROPERTY
-def test_a_plan_reaches_its_promise_whatever_its_steps_take(
-    seed: int, robots: int, random: Random
-) -> None:
-    assume(model.execute(seed, robots, random))
+def test_a_plan_reaches_its_promise_whatever_its_steps_take(seed: int, random: Random) -> None:
+    assume(model.execute(seed, random))
 
 
-@given(SEEDS, ROBOTS)
+@given(SEEDS)
 @PROPERTY
-def test_resolving_only_opens(seed: int, robots: int) -> None:
-    team, state = model.begun(seed, robots)
+def test_resolving_only_opens(seed: int) -> None:
+    team, state = model.begun(seed)
     floor = model.floor_now(team, state)
     stages = tuple(state.obstacles[k].stage for k in floor.gates)
     for g in floor.open(stages):

@@ -6,27 +6,20 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import msgspec
 import pytest
 from msgspec.structs import replace
 
 from safenav.checked_trace import check_trace
 from safenav.errors import InputError, UsageError
-from safenav.runtime.run.checkpoint import Kept, Moment, Resumption, _restored, resumption
+from safenav.runtime.run.checkpoint import resumption
 from safenav.runtime.run.mission import Mission
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario
-from safenav.scenario.settings import Clock
-from safenav.team.team import team_of
 from safenav.trace import records
 from safenav.trace.reading import read_trace
 from safenav.trace.writing import TraceWriter, as_data
-from team.boards import scenario as board
 
 ROOT = Path(__file__).parents[2]
-SEEDS = range(40, 52)
-OWN = {"checkpoint", "resumed", "outcome", "synthesis", "plan", "plan_end"}
-"""Lines that a continuation may add, or write otherwise."""
 
 
 def interrupted(scenario: Scenario, passes: int, folder: Path) -> Path | None:
@@ -46,16 +39,6 @@ def interrupted(scenario: Scenario, passes: int, folder: Path) -> Path | None:
     return path
 
 
-def continued(begun: Resumption) -> tuple[str, list[str]]:
-    lines = list[records.Record]()
-    mission = Mission(begun.team.scenario, listeners=[lines.append], begun=begun)
-    return mission.run().outcome, facts(lines)
-
-
-def facts(lines: list[records.Record]) -> list[str]:
-    return [json.dumps(as_data(line)) for line in lines if line.type not in OWN]
-
-
 def test_a_run_continues_beyond_its_limit(tmp_path: Path) -> None:
     """Its trace is that of one run, so its header has the limit that holds."""
     scenario, path = load_scenario(ROOT / "scenarios" / "case_study_1.yaml"), tmp_path / "t.jsonl"
@@ -66,52 +49,6 @@ def test_a_run_continues_beyond_its_limit(tmp_path: Path) -> None:
     mission = Mission(scenario, listeners=[lines.append], begun=begun)
     assert mission.run().outcome == "completed"
     assert check_trace(json.dumps(as_data(line)) for line in lines).ok
-
-
-@pytest.mark.parametrize("seed", SEEDS)
-def test_a_resumed_run_is_the_whole_run(seed: int, tmp_path: Path) -> None:
-    scenario, whole = board(seed), list[records.Record]()
-    ended = Mission(scenario, listeners=[whole.append]).run()
-    for passes in (1, 4, 9):
-        if (path := interrupted(scenario, passes, tmp_path)) is not None:
-            outcome, lines = continued(resumption(read_trace(path), scenario))
-            assert outcome == ended.outcome
-            shared = all(scenario.robots[0].conflicts(other) for other in scenario.robots[1:])
-            if shared and len(scenario.robots) > 1:  # joint plans alone: exactly the same
-                assert lines == facts(whole)
-
-
-@pytest.mark.parametrize("seed", SEEDS)
-def test_a_resumed_live_run_ends_as_the_whole_run(seed: int, tmp_path: Path) -> None:
-    scenario = replace(board(seed), clock=Clock.LIVE)
-    ended = Mission(scenario).run()
-    for passes in (2, 9):
-        if (path := interrupted(scenario, passes, tmp_path)) is not None:
-            outcome, _ = continued(resumption(read_trace(path), scenario))
-            assert outcome == ended.outcome
-
-
-@pytest.mark.parametrize("seed", SEEDS)
-def test_a_checkpoint_restores_each_state(seed: int) -> None:
-    mission = Mission(board(seed))
-    mission.start()
-    while mission.result is None:
-        moment = mission._run.moment()
-        data = json.loads(json.dumps(as_data(record_of(moment))))
-        team, state = _restored(team_of(mission.scenario), convert(data["run"]))
-        plan, before = state.plan, moment.state.plan
-        assert replace(state, plan=None) == replace(moment.state, plan=None)
-        assert (plan and (plan.ways, plan.foreseen)) == (before and (before.ways, before.foreseen))
-        assert [each.source for each in team.obstacles] == [o.source for o in moment.team.obstacles]
-        mission.step()
-
-
-def record_of(moment: Moment) -> records.Checkpoint:
-    return records.Checkpoint(0, 1, msgspec.to_builtins(moment.kept()))
-
-
-def convert(data: Any) -> Any:
-    return msgspec.convert(data, Kept)
 
 
 def test_what_cannot_be_resumed_is_refused(tmp_path: Path) -> None:

@@ -1,57 +1,11 @@
-"""Runs of robots with batteries: random ones, and live steps; others are ``cases/energy``."""
-
-import json
-import os
-from collections.abc import Callable
-from functools import partial
-from random import Random
+"""Live steps of robots with batteries; others are ``cases/energy``."""
 
 import pytest
 
-from drawn import loads
 from once import SCENARIOS
 from runtime.facts import case
 from runtime.played import completed, play
 from safenav.errors import InputError, UsageError
-from support.boards import walled
-
-COUNT = (int(os.environ.get("SAFENAV_FUZZ", "0")) or 24) // 3
-
-
-def stop(seed: int, *, once: bool = False) -> str:
-    """A robot with a battery, alone on its floor, among rooms with doors that it opens itself."""
-    random = Random(seed)
-    grid = walled(random, 4, 7, 0.15)
-    free = [k for k, cell in enumerate("".join(grid)) if cell == "."]
-    random.shuffle(free)
-    turns = random.random() < 0.5
-    goals = f"once: {free[5:8]}" if once else f"visit: {free[5:7]}"
-    battery = f"{{capacity: {random.randint(8, 24)}, charge: {random.choice((1, 4))}, stay: 0}}"
-    chargers = free[: random.randint(1, 3)]
-    text = [
-        "safenav: 1",
-        f"map: {{grid: {json.dumps(grid)}}}",
-        "catalogue:",
-        "  robots:",
-        f"    cart: {{mobility: {'heading' if turns else 'free'}, layer: ground,",
-        f"           capabilities: [], battery: {battery}}}",
-        "robots:",
-        f"  cart: {{model: cart, start: {free[4]}, heading: east,",
-        f"         objective: {{{goals}}}}}",
-        f"chargers: {chargers}",
-        "until: {rounds: 3}",
-        "limits: {ticks: 600}",
-    ]
-    return "\n".join(text) + "\n"
-
-
-@pytest.mark.parametrize("seed", range(COUNT))
-def test_a_lone_robot_completes_its_rounds_or_is_refused(
-    seed: int, played: Callable[[], None]
-) -> None:
-    text, _ = loads(partial(stop, once=seed % 3 == 0), seed)
-    assert play(text).outcome["outcome"] in ("completed", "unrealizable")
-    played()
 
 
 def test_a_live_step_takes_the_same_charge_at_any_speed() -> None:
