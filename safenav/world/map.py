@@ -34,7 +34,7 @@ class Frame(Struct, frozen=True):
         return self.in_world(east, north)
 
     def in_world(self, east: float, north: float) -> tuple[float, float]:
-        """x and y of a point that is so many metres from the map's south-western corner."""
+        """x and y of a point by its metres east and north of the map's south-western corner."""
         x = self.origin[0] + east * cos(self.yaw) - north * sin(self.yaw)
         y = self.origin[1] + east * sin(self.yaw) + north * cos(self.yaw)
         return x, y
