@@ -115,7 +115,7 @@ def export(
     run = read_trace(trace)
     moved = _computed(run, side, gust, seed, track=track) if computed else None
     if motion is not None:
-        from safenav.motion.file.mismatch import read_motion_of
+        from safenav.motion.check.mismatch import read_motion_of
 
         moved = read_motion_of(motion, run, trace)
         if side is not None and abs(moved.header.side - side) > 1e-6 * side:

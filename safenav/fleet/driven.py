@@ -18,6 +18,7 @@ from safenav.fleet.following import Follower
 from safenav.fleet.place import Places
 from safenav.fleet.transport import Located, SentGoal
 from safenav.fleet.world import FleetWorld
+from safenav.motion.check.mismatch import GAPS
 from safenav.motion.file.records import (
     Action,
     GoalLine,
@@ -42,8 +43,6 @@ DIGITS = 5
 """Decimals of metres, seconds and radians that were measured."""
 ROUNDING = 1e-6
 """Tolerance in seconds between a time of the trace and the world's clock."""
-GAPS = {"setpoints": 1.0, "goals": 2.0}
-"""Maximum seconds between two measurements, by how a robot is driven."""
 
 P = TypeVar("P", bound=Piece)
 Step = tuple[records.Depart, records.Arrive | None]

@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from safenav.errors import UsageError
 from safenav.motion.file.records import Curve, Flight, Moving
 from safenav.motion.geometry import MetricFloor, unit_vector
-from safenav.motion.mover import Crossing
+from safenav.motion.mover import Crossing, Mover
 from safenav.motion.polynomial import PEAK, quintic
 from safenav.pace.robot import AT_ONCE, RESERVE, ROOM, TURNING, YAW, glide
 
@@ -22,7 +22,7 @@ PRIMITIVES = {"disc": ("glide", "rest"), "rover": ("drive", "rest"), "flyer": ("
 """The names of a move and of a rest, by kind."""
 
 
-class Glider:
+class Glider(Mover):
     """A body at rest at ``place``, in the centre of its region or short of it, that faces
     ``facing`` (radians). Each move is a quintic from rest to rest along each axis and in its yaw.
 
@@ -39,8 +39,8 @@ class Glider:
         values: Mapping[str, float],
         kind: str,
     ) -> None:
-        self.robot, self.floor, self.region, self.heading = robot, floor, region, heading
-        self.values, self.kind, self.time = values, kind, 0.0
+        super().__init__(robot, floor, region, heading, values)
+        self.kind = kind
         size, side = values["size"], floor.side
         if size + 2 * ROOM > side:
             raise UsageError(
@@ -51,9 +51,6 @@ class Glider:
         self.facing = YAW[heading] if heading else 0.0
         self._height = (values.get("altitude", 0.0),)
         self._pull = RESERVE * values["tilt"] if kind == "flyer" else values.get("acceleration")
-
-    def limits(self) -> Mapping[str, float]:
-        return self.values
 
     def move(self, crossing: Crossing) -> list[Moving]:
         x, y = self.floor.centre(crossing.to)
@@ -69,10 +66,6 @@ class Glider:
         x, y = self.place
         still = Curve(until - self.time, (x,), (y,), self._height, (self.facing,))
         return [self._made(PRIMITIVES[self.kind][1], tick, self.region, [still], until)]
-
-    def halt(self, tick: int) -> list[Moving]:
-        del tick
-        return []
 
     def face(self, tick: int, region: int) -> list[Moving]:
         if region == self.region:

@@ -1,4 +1,4 @@
-"""The interface of a robot in motion: how it moves, acts, halts and rests.
+"""A robot in motion: how it moves, acts, halts and rests.
 
 A mover owns its robot's position and time. The timing decides when the robot moves; the mover
 decides how, and how long it takes. The robot never leaves its region, except by a move to the next
@@ -8,7 +8,6 @@ one.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Protocol
 
 from msgspec import Struct
 
@@ -30,31 +29,41 @@ class Crossing(Struct, frozen=True):
     short: bool = False
 
 
-class Mover(Protocol):
+class Mover:
     """A robot in motion. ``time`` is the end of its motion so far, in seconds; ``values``: the
     parameters of its motion by name (safenav.scenario.motion)."""
 
-    robot: str
-    floor: MetricFloor
-    region: int
-    heading: str | None
-    values: Mapping[str, float]
-    time: float
+    def __init__(
+        self,
+        robot: str,
+        floor: MetricFloor,
+        region: int,
+        heading: str | None,
+        values: Mapping[str, float],
+    ) -> None:
+        self.robot, self.floor, self.region, self.heading = robot, floor, region, heading
+        self.values, self.time = values, 0.0
 
     def move(self, crossing: Crossing) -> list[Moving]:
         """Carry out a move that begins now."""
+        raise NotImplementedError
 
     def rest(self, tick: int, until: float) -> list[Moving]:
         """Stay at rest until then."""
+        raise NotImplementedError
 
-    def halt(self, tick: int) -> list[Moving]:
+    def halt(self, tick: int) -> list[Moving]:  # noqa: ARG002
         """Come to rest within the region."""
+        return []
 
-    def face(self, tick: int, region: int) -> list[Moving]:
+    def face(self, tick: int, region: int) -> list[Moving]:  # noqa: ARG002
         """Turn towards a neighbouring region, to act on it; for its own region, do not turn."""
+        return []
 
-    def resume(self, tick: int) -> list[Moving]:
+    def resume(self, tick: int) -> list[Moving]:  # noqa: ARG002
         """Continue to the robot's usual place of rest, after an action short of it."""
+        return []
 
     def limits(self) -> Mapping[str, float]:
         """Its parameters and limits, for the header of the motion."""
+        return self.values

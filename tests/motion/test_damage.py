@@ -15,8 +15,8 @@ from motion.runs import SHIPPED, motion, played, trace_of
 from once import beside, made_once
 from safenav.errors import UsageError
 from safenav.motion.check.examination import Finding
+from safenav.motion.check.mismatch import read_motion_of
 from safenav.motion.check.verdict import check_motion
-from safenav.motion.file.mismatch import read_motion_of
 from safenav.motion.file.reading import parsed, text_of
 from safenav.motion.file.records import (
     Action,

@@ -9,6 +9,7 @@ from itertools import pairwise
 from safenav.motion.check.examination import NEAR, Examination, Finding
 from safenav.motion.check.execution import GOALS, check_execution
 from safenav.motion.check.joins import check_joins, check_path
+from safenav.motion.check.mismatch import mismatch
 from safenav.motion.check.order import (
     Passage,
     check_actions,
@@ -26,7 +27,6 @@ from safenav.motion.check.room import (
 )
 from safenav.motion.check.tracking import check_wind
 from safenav.motion.check.walking import check_segment
-from safenav.motion.file.mismatch import mismatch
 from safenav.motion.file.records import Flight, Motion, Moving, Segment
 from safenav.trace.reading import Trace
 

@@ -6,25 +6,21 @@ skipped.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from math import ceil, log10
 from pathlib import Path
 from typing import Any
 
-from msgspec import Struct
+from msgspec import to_builtins
 
 from safenav.errors import Diagnostic, InputError
 from safenav.file_kind import another_kind
 from safenav.lines import json_flaw, json_line, read_file
 from safenav.motion.file import records
 from safenav.strict_json import read_json
-from safenav.trace.fields import WrongError, convert, entries
+from safenav.trace.fields import WrongError, convert
 
 _DIAGNOSTIC_LIMIT = 20
-
-
-class _HeaderError(Exception):
-    """The first line is not a header that can be read."""
 
 
 def read_motion(path: Path) -> records.Motion:
@@ -45,9 +41,9 @@ def parsed(content: bytes, source: str) -> records.Motion:
     outcome: records.MotionOutcome | None = None
     lines: list[records.Line] = []
     wrong: list[Diagnostic] = []
-    number = 0
+    number = 1
     for number, line in enumerate(content.split(b"\n"), start=1):
-        if not line.strip() or len(wrong) >= _DIAGNOSTIC_LIMIT:
+        if not line.strip():
             continue
         try:
             data = read_json(line)
@@ -56,43 +52,35 @@ def parsed(content: bytes, source: str) -> records.Motion:
                 header = _header(data, kind)
             elif kind == "outcome":
                 outcome = convert(records.MotionOutcome, data)
-            elif isinstance(kind, str) and kind in records.TYPES:
+            elif isinstance(kind, str) and kind in records.TYPES and kind != "header":
                 lines.append(convert(records.TYPES[kind], data))
         except ValueError as error:
-            wrong.append(
-                Diagnostic(source, number, 1, f"this line is not JSON: {json_flaw(error)}")
-            )
+            found = f"this line is not JSON: {json_flaw(error)}"
+            wrong.append(Diagnostic(source, number, 1, found))
         except WrongError as error:
             wrong.append(Diagnostic(source, number, 1, str(error)))
-        except _HeaderError as error:
-            wrong.append(Diagnostic(source, number, 1, str(error)))
-        if header is None:
+        if header is None or len(wrong) == _DIAGNOSTIC_LIMIT:
             break
-    if header is not None and outcome is None and not wrong:
+    if not wrong and header is None:
+        wrong.append(Diagnostic(source, 1, 1, "the file is empty"))
+    elif not wrong and outcome is None:
         found = "the file ends without its 'outcome' line: it was cut off"
         hint = "write it again: safenav export TRACE --motion FILE"
         wrong.append(Diagnostic(source, number, 1, found, hint))
-    if header is None and not wrong:
-        wrong.append(Diagnostic(source, 1, 1, "the file is empty"))
-    if wrong:
+    if header is None or outcome is None or wrong:
         raise InputError(wrong)
-    assert header is not None
-    assert outcome is not None
     return records.Motion(header, tuple(lines), outcome)
 
 
 def _header(data: Any, kind: object) -> records.MotionHeader:
     if kind != "header" or "motion" not in data:
-        raise _HeaderError("the first line must be the header of a motion file")
+        raise WrongError("the first line must be the header of a motion file")
     if data["motion"] != records.VERSION:
-        raise _HeaderError(
-            f"motion version {data['motion']!r}: this safenav reads {records.VERSION}"
-        )
+        version = data["motion"]
+        raise WrongError(f"motion version {version!r}: this safenav reads {records.VERSION}")
     header: records.MotionHeader = convert(records.MotionHeader, data)
     return header
 
-
-NAMES = {kind: name for name, kind in records.TYPES.items()}
 
 DECIMALS = 12
 """Decimals of metres, seconds and radians: joins are exact to 1e-9."""
@@ -100,38 +88,29 @@ DECIMALS = 12
 
 def text_of(motion: records.Motion) -> str:
     """The lines of the file."""
-    header = motion.header
-    lines: list[dict[str, object]] = [
-        {"type": "header", "motion": records.VERSION, **_object(header)}
-    ]
-    lines += [{"type": NAMES[type(line)], **_object(line)} for line in motion.lines]
-    lines.append({"type": "outcome", **_object(motion.outcome)})
-    return "".join(map(json_line, lines))
+    return "".join(
+        json_line({key: _rounded(value, key) for key, value in to_builtins(line).items()})
+        for line in (motion.header, *motion.lines, motion.outcome)
+    )
 
 
-def _object(record: object) -> dict[str, object]:
-    kind: Any = type(record)
-    return {entry.key: _plain(getattr(record, entry.name)) for entry in entries(kind)}
-
-
-def _plain(value: object) -> object:
+def _rounded(value: object, key: str = "") -> object:
     if isinstance(value, float):
         return round(value, DECIMALS) + 0.0  # no -0.0
-    if isinstance(value, tuple | list):
-        return [_plain(item) for item in value]
-    if isinstance(value, Mapping):
-        return {key: _plain(item) for key, item in value.items()}
-    kind: Any = type(value)
-    if not isinstance(value, Struct):
-        return value
-    fields = [getattr(value, entry.name) for entry in entries(kind)]
-    if isinstance(value, records.Curve):
-        known = value.seconds
-        return [_polynomial(f, known) if isinstance(f, tuple) else _plain(f) for f in fields]
-    return list(map(_plain, fields))
+    if isinstance(value, list | tuple):
+        return [_curve(*item) if key == "curves" else _rounded(item) for item in value]
+    if isinstance(value, dict):
+        return {name: _rounded(item) for name, item in value.items()}
+    return value
 
 
-def _polynomial(coefficients: records.Numbers, seconds: float) -> list[float]:
+def _curve(seconds: float, *polynomials: Sequence[float]) -> list[object]:
     """Round with more decimals for higher powers, so that each adds the same error at the end."""
     more = log10(max(seconds, 1.0))
-    return [round(c, DECIMALS + ceil(k * more)) + 0.0 for k, c in enumerate(coefficients)]
+    return [
+        _rounded(seconds),
+        *(
+            [round(c, DECIMALS + ceil(k * more)) + 0.0 for k, c in enumerate(p)]
+            for p in polynomials
+        ),
+    ]

@@ -22,13 +22,14 @@ FootState = tuple[float, float, float, float, float, float, float, float, float]
 """x, y and yaw, their velocities, their accelerations."""
 
 
-class MotionHeader(Struct, frozen=True):
+class MotionHeader(Struct, frozen=True, kw_only=True, tag="header"):
     """``trace``: sha256 of the trace; ``side``: metres of a region; ``origin``: x, y and yaw of the
     map's south-western corner in the world; ``robots``: how each moves, with its ``kind``, its
     parameters and its limits; of a physical robot also how it is ``driven`` (``setpoints`` or
     ``goals``), its ``tolerance`` in metres and the most seconds (``gap``) between two measurements;
-    ``seed`` and ``gust`` (m/s): disturbances."""
+    ``seed`` and ``gust`` (m/s): disturbances; ``motion``: the version of the format."""
 
+    motion: int = VERSION
     trace: str
     safenav: str
     side: float
@@ -91,7 +92,7 @@ class Moving(Piece, frozen=True):
     """A piece that defines its robot's position at every instant; successive ones leave no gaps."""
 
 
-class Segment(Moving, frozen=True):
+class Segment(Moving, frozen=True, tag="segment"):
     """A walker. ``turning``: yaw before, yaw after, and the times between which the body turns;
     ``start``, ``goal``: states of the centre of mass."""
 
@@ -113,13 +114,13 @@ class Curve(Struct, frozen=True, array_like=True):
     yaw: Numbers
 
 
-class Flight(Moving, frozen=True):
+class Flight(Moving, frozen=True, tag="flight"):
     """A flyer's reference, or the path of a disc or a rover."""
 
     parts: tuple[Curve, ...] = field(name="curves")
 
 
-class GoalLine(Piece, frozen=True):
+class GoalLine(Piece, frozen=True, tag="goal"):
     """A robot that navigates itself was sent to a pose (``yaw`` null: any direction) at ``t0``; the
     command ended at ``t1``: ``end`` is ``succeeded``, ``aborted``, ``canceled``, ``rejected``,
     ``unreachable`` or, if something else came instead, ``replaced``."""
@@ -141,14 +142,14 @@ class Measurement(Struct, frozen=True, array_like=True):
     yaw: float
 
 
-class Measured(Struct, frozen=True):
+class Measured(Struct, frozen=True, tag="measured"):
     """The measurements of a robot, in the order of their reception."""
 
     robot: str
     rows: tuple[Measurement, ...]
 
 
-class Reset(Struct, frozen=True):
+class Reset(Struct, frozen=True, tag="reset"):
     """A robot had lost its reference: its plan continues at rest from its measured position, or
     ends there if no command followed."""
 
@@ -164,7 +165,7 @@ class Reset(Struct, frozen=True):
 TRACK_COLUMNS = 16
 
 
-class FlownTrack(Struct, frozen=True):
+class FlownTrack(Struct, frozen=True, tag="track"):
     """Flight of a flyer along its references in wind: rows of a simulated flight, every ``step``
     seconds from ``t0``: position, velocity, quaternion (w, x, y, z), body rates (rad/s), thrust
     (N), wind (m/s, x and y). ``errors``: metres off the reference at each row."""
@@ -177,7 +178,7 @@ class FlownTrack(Struct, frozen=True):
     errors: Numbers
 
 
-class Reserve(Struct, frozen=True):
+class Reserve(Struct, frozen=True, tag="reserve"):
     """Reservation of the region by the robot from ``t`` on."""
 
     robot: str
@@ -186,7 +187,7 @@ class Reserve(Struct, frozen=True):
     t: float
 
 
-class Release(Struct, frozen=True):
+class Release(Struct, frozen=True, tag="release"):
     """End of a reservation at ``t``."""
 
     robot: str
@@ -195,7 +196,7 @@ class Release(Struct, frozen=True):
     t: float
 
 
-class Action(Struct, frozen=True):
+class Action(Struct, frozen=True, tag="action"):
     """A robot resolves an obstacle; it counts as resolved from ``t1`` on."""
 
     robot: str
@@ -207,7 +208,7 @@ class Action(Struct, frozen=True):
     t1: float
 
 
-class Wait(Struct, frozen=True):
+class Wait(Struct, frozen=True, tag="wait"):
     """A robot waits. ``cause``: ``region`` (until another robot has left it), ``obstacle`` (until
     it is resolved), ``synthesis`` (until the event that its new strategy follows); ``on``: the
     robot and ``on_tick`` the turn that it waits for."""
@@ -233,7 +234,7 @@ class Link(Struct, frozen=True, array_like=True):
     cause: str
 
 
-class MotionOutcome(Struct, frozen=True):
+class MotionOutcome(Struct, frozen=True, tag="outcome"):
     """``busy`` and ``waiting``: seconds of each robot until its last move or action ended;
     ``chain``: the longest chain of the dependency graph, whose length is the makespan."""
 
@@ -244,18 +245,14 @@ class MotionOutcome(Struct, frozen=True):
 
 
 Line = Moving | GoalLine | Measured | Reset | FlownTrack | Reserve | Release | Action | Wait
-TYPES: Mapping[str, type[Line]] = {
-    "segment": Segment,
-    "flight": Flight,
-    "goal": GoalLine,
-    "measured": Measured,
-    "reset": Reset,
-    "track": FlownTrack,
-    "reserve": Reserve,
-    "release": Release,
-    "action": Action,
-    "wait": Wait,
+TYPES: Mapping[object, type[Struct]] = {
+    kind.__struct_config__.tag: kind
+    for kind in (
+        *(MotionHeader, Segment, Flight, GoalLine, Measured, Reset, FlownTrack),
+        *(Reserve, Release, Action, Wait, MotionOutcome),
+    )
 }
+"""The lines of a file by their ``type``."""
 L = TypeVar("L")
 
 

@@ -16,7 +16,7 @@ from msgspec.structs import replace
 from safenav.errors import UsageError
 from safenav.motion.file import records
 from safenav.motion.geometry import MetricFloor, turn, unit_vector
-from safenav.motion.mover import Crossing
+from safenav.motion.mover import Crossing, Mover
 from safenav.motion.polynomial import between, derivative, values
 from safenav.motion.walker import primitives
 from safenav.motion.walker.pendulum import Array, advanced, mass
@@ -100,7 +100,7 @@ _WORDS = {
 }
 
 
-class WalkerMover:
+class WalkerMover(Mover):
     """A walker that stands, or is at a walking pose with ``foot`` on the ground, 0 if it stands."""
 
     def __init__(
@@ -111,9 +111,8 @@ class WalkerMover:
         heading: str | None,
         values: Mapping[str, float],
     ) -> None:
-        self.robot, self.floor, self.region = robot, floor, region
-        self.heading: str | None = heading or "east"
-        self.values, self.time, self.foot = values, 0.0, 0
+        super().__init__(robot, floor, region, heading or "east", values)
+        self.foot = 0
         walker = Walker(*(values[name] for name in WALKER))
         try:
             self.gait = gait_on(floor.side, walker)
@@ -132,17 +131,13 @@ class WalkerMover:
     def limits(self) -> Mapping[str, float]:
         return {**self.values, "omega": self.gait.omega, **BUILD}
 
-    def face(self, tick: int, region: int) -> list[records.Moving]:
-        del tick, region
-        return []
-
-    def resume(self, tick: int) -> list[records.Moving]:
-        del tick
-        return []
+    @property
+    def _facing(self) -> str:
+        assert self.heading is not None, "a walker has one"
+        return self.heading
 
     def move(self, crossing: Crossing) -> list[records.Moving]:
-        assert self.heading is not None
-        quarters = turn(self.heading, crossing.heading)
+        quarters = turn(self._facing, crossing.heading)
         if self.foot:
             primitive = primitives.walk(self.gait, quarters, self.foot)
         else:
@@ -153,21 +148,18 @@ class WalkerMover:
         if not self.foot:
             return []
         stop = primitives.stop(self.gait, self.foot)
-        assert self.heading is not None
-        return [self._carried_out(stop, tick, self.region, self.heading)]
+        return [self._carried_out(stop, tick, self.region, self._facing)]
 
     def rest(self, tick: int, until: float) -> list[records.Moving]:
         assert not self.foot, "a walker in mid-step cannot rest"
-        assert self.heading is not None
         stand = primitives.stand(self.gait, until - self.time)
-        return [self._carried_out(stand, tick, self.region, self.heading, until)]
+        return [self._carried_out(stand, tick, self.region, self._facing, until)]
 
     def _carried_out(
         self, primitive: Primitive, tick: int, to: int, heading: str, until: float | None = None
     ) -> records.Segment:
-        assert self.heading is not None
         end = self.time + primitive.seconds if until is None else until
-        place = Placing(self.floor, self.region, self.heading)
+        place = Placing(self.floor, self.region, self._facing)
         who = records.Piece(self.robot, tick, primitive.name, self.region, to, self.time, end)
         segment = place.segment(who, primitive)
         self.region, self.heading, self.foot, self.time = to, heading, primitive.foot, end

@@ -9,21 +9,16 @@ from pathlib import Path
 from safenav.errors import UsageError
 from safenav.motion.file.reading import read_motion
 from safenav.motion.file.records import TRACK_COLUMNS, Flight, FlownTrack, Motion, Moving, Segment
+from safenav.motion.walker.mover import BUILD
 from safenav.trace.reading import Trace
 
-MOST = {
-    **{"step": 0.65, "friction": 0.45, "swing": 3.0, "stance": 0.45},
-    **{"sole_length": 0.2, "sole_width": 0.09, "most_double": 0.25},
-}
-"""Upper limits of a walker (docs/models.md)."""
-LEAST = {"aside": 0.2, "least_double": 0.15}
-"""Lower limits of a walker."""
-WALKER = ("omega", "height", "size", "clearance", *MOST, *LEAST)
+AT_LEAST = ("aside", "least_double")
+"""The limits of a walker that are lower bounds; the others are upper ones."""
+WALKER = ("omega", "height", "size", "clearance", *BUILD)
 """The fields that the header must hold for a walker."""
 
 GAPS = {"setpoints": 1.0, "goals": 2.0}
 """The longest time without a measurement, in seconds, by how a robot is driven."""
-BUILT_IN = ("walker", "flyer", "rover", "disc")
 
 WRITTEN = 1e-9
 """The difference that writing a number may make."""
@@ -83,17 +78,15 @@ def _limits(trace: Trace, name: str, limits: Mapping[str, object]) -> str:
     empty if there is none."""
     traced = dict(trace.header.scenario.robots[name].motion or {})
     for key, value in traced.items():
-        if traced["kind"] not in BUILT_IN and key not in ("kind", "size"):
-            continue
         same = limits.get(key) == value
         if isinstance(value, float) and isinstance(found := limits.get(key), int | float):
             same = abs(found - value) <= WRITTEN
         if not same:
             return f"'{key}' is {limits.get(key)!r}, in the trace {value!r}"
-    for key, bound in {**MOST, **LEAST}.items() if limits["kind"] == "walker" else ():
+    for key, bound in BUILD.items() if limits["kind"] == "walker" else ():
         value = limits[key]
         assert isinstance(value, int | float)
-        if not (value >= bound if key in LEAST else value <= bound):
+        if not (value >= bound if key in AT_LEAST else value <= bound):
             return f"'{key}' is {value:g}; the limit of a walker is {bound:g}"
     if "driven" in limits:
         if trace.header.scenario.world != "external":
