@@ -19,9 +19,7 @@ from safenav import errors
 from safenav.batch.case import Case, CaseVerdict, Conditions, Result, file_name, without_a_run
 from safenav.batch.expectation import Ledger, differences
 from safenav.batch.matrix import varied
-from safenav.certify.bundle import make_bundle
-from safenav.certify.record import syntheses_of
-from safenav.certify.run import Kept
+from safenav.certify.bundle import Kept, make_bundle
 from safenav.certify.sources import sources_of
 from safenav.extras import missing
 from safenav.outcome import Outcome
@@ -33,7 +31,7 @@ from safenav.scenario.yaml.findings import Findings
 from safenav.scenario.yaml.source import root_of
 from safenav.synthesis.binary import Binary, find_binary
 from safenav.synthesis.slugs import Synthesizer
-from safenav.trace.reading import read_trace
+from safenav.trace.reading import read_bytes, read_trace
 from safenav.trace.writing import Listener, TraceWriter
 
 if TYPE_CHECKING:
@@ -130,7 +128,7 @@ def _certify(
     target.unlink(missing_ok=True)
     data = trace.read_bytes()
     try:
-        kept.complete(syntheses_of(data, case.name), synthesizer.cache, synthesizer)
+        kept.complete(read_bytes(data, case.name), synthesizer.cache, synthesizer)
         sources = sources_of(Path(case.file), _text_as_run(case))
         make_bundle(target, data, sources, kept, synthesizer)
     except (errors.NotCertifiedError, errors.UsageError) as error:

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
-from msgspec import Struct
+from msgspec import Struct, field
 
 import safenav
 import safenav.judge
@@ -21,13 +21,65 @@ from safenav import line_values, strict_json
 from safenav.certify.check import Acceptance, BundleVerdict, check_bundle
 from safenav.certify.evidence import proofs_of
 from safenav.certify.page import page_of
-from safenav.certify.run import Kept, read_lines
 from safenav.errors import FULL_DISK, NotCertifiedError, ResourceLimitError, UsageError
 from safenav.judge.bundle.check import VERSION
 from safenav.outcome import Verdict
 from safenav.spec.assignable import may_leave
 from safenav.spec.parsing import read_specification
+from safenav.synthesis.cache import Cache
+from safenav.synthesis.request import SynthesisProgress
 from safenav.synthesis.slugs import Synthesizer
+from safenav.trace.reading import Trace
+from safenav.trace.records import Synthesis
+
+
+class Kept(Struct):
+    """Strategies, and the specifications that need a counterstrategy, by the sha256 in the trace.
+
+    ``__call__`` receives the synthesizer's progress reports and stores its results.
+    """
+
+    texts: dict[str, str] = field(default_factory=dict)
+    strategies: dict[str, bytes] = field(default_factory=dict)
+
+    def __call__(self, progress: SynthesisProgress) -> None:
+        result = progress.result
+        if result is None:
+            return
+        if result.strategy_json is not None and result.strategy_sha256 is not None:
+            self.strategies[result.strategy_sha256] = result.strategy_json
+
+    def complete(self, trace: Trace, cache: Cache, synthesizer: Synthesizer) -> None:
+        """Add the missing strategies of a trace's ``synthesis`` lines, by repeated synthesis, and
+        the specifications without a strategy, from the cache.
+
+        Raises UsageError, which states what is missing, if that is not possible.
+        """
+        for line in (line for line in trace.records if isinstance(line, Synthesis)):
+            strategy = None if line.node is None else line.strategy
+            missing = strategy is not None and strategy not in self.strategies
+            if missing or line.verdict is Verdict.UNREALIZABLE:
+                text = cache.load_text(line.spec)
+                if text is None:
+                    raise UsageError(
+                        f"the specification of {line.robot} at tick {line.tick} "
+                        f"({line.spec[:12]}) is no longer in the cache; run the scenario again "
+                        "with `safenav certify`"
+                    )
+                self.texts[line.spec] = text
+            if missing:
+                self.strategies[str(strategy)] = self._again(line, synthesizer)
+
+    def _again(self, line: Synthesis, synthesizer: Synthesizer) -> bytes:
+        spec = read_specification(self.texts[line.spec], robot=line.robot)
+        data = synthesizer.synthesize(spec).strategy_json
+        if data is None or hashlib.sha256(data).hexdigest() != line.strategy:
+            raise UsageError(
+                f"the strategy of {line.robot} at tick {line.tick} "
+                f"({str(line.strategy)[:12]}) is no longer in the cache, and the installed "
+                "synthesizer gives another one; run the scenario again with `safenav certify`"
+            )
+        return data
 
 
 class Made(Struct, frozen=True):
@@ -70,7 +122,7 @@ def make_bundle(
             raise ResourceLimitError(f"no bundle: {verdict.reason}")
         if not verdict.accepted:
             raise NotCertifiedError(f"the checker refuses this run: {verdict.reason}")
-        files["index.html"] = page_of(read_lines(trace, "trace.jsonl"), verdict, files).encode()
+        files["index.html"] = page_of(trace, verdict, files).encode()
         write_files(folder, files)
         if target.suffix == ".zip":
             _pack(folder, Path(directory) / "bundle.zip")

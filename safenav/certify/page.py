@@ -8,17 +8,17 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 from pathlib import Path
 from typing import Any
 
 from safenav.certify.check import BundleVerdict
-from safenav.certify.map_picture import glyph, map_svg
-from safenav.run.looks import looks
+from safenav.run.looks import Look, looks
 from safenav.run.wording import Wording
-from safenav.trace.reading import read_lines
-from safenav.trace.records import KINDS
+from safenav.scenario.objective import target_regions, to_data
+from safenav.trace.reading import Trace, read_bytes
+from safenav.trace.setting import RobotHeader, ScenarioHeader
 from safenav.trace.words import counted
 from safenav.world.map import RegionMap
 
@@ -44,30 +44,36 @@ _LIMITS = (
     "The checker and Python itself.",
 )
 _STYLE = Path(__file__).with_suffix(".css")
+SIDE = 24
+_LETTERS = (7.5, 12.0, 55)
+"""Least and largest height of letters (SVG units), and letters across the width of the map."""
 
 
-def page_of(lines: Sequence[Data], verdict: BundleVerdict, files: Mapping[str, bytes]) -> str:
-    """Return the page of a bundle with these files and a verdict of its checker."""
-    scenario = lines[0]["scenario"]
+def page_of(content: bytes, verdict: BundleVerdict, files: Mapping[str, bytes]) -> str:
+    """Return the page of a bundle with these files, the content of its trace, and a verdict of its
+    checker."""
+    trace = read_bytes(content)
+    scenario = trace.header.scenario
+    world = RegionMap.from_grid(scenario.map.grid, scenario.map.names, scenario.map.areas)
     body = [
-        f'<section id="summary">{_summary(scenario, lines, verdict)}</section>',
-        _mission(scenario),
+        f'<section id="summary">{_summary(trace, verdict)}</section>',
+        _mission(scenario, world),
         _claims(verdict.claims),
-        _happened(lines),
-        _evidence(verdict.claims, lines, files),
+        _happened(trace, world),
+        _evidence(verdict.claims, content.splitlines(), files),
     ]
     return (
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>Assurance: {escape(scenario['name'])}</title>"
+        f"<title>Assurance: {escape(scenario.name)}</title>"
         f"<style>\n{_STYLE.read_text()}</style></head><body>{''.join(body)}</body></html>\n"
     )
 
 
-def _summary(scenario: Data, lines: Sequence[Data], verdict: BundleVerdict) -> str:
-    ends = [line for line in lines if line["type"] == "outcome"]
-    outcome = ends[-1]["outcome"] if ends else "unfinished"
-    why = ends[-1]["explanation"] if ends else "the trace ends before the run does"
+def _summary(trace: Trace, verdict: BundleVerdict) -> str:
+    end = trace.outcome
+    outcome = "unfinished" if end is None else end.outcome.value
+    why = "the trace ends before the run does" if end is None else end.explanation
     colour = "good" if outcome == "completed" else "bad"
     texts = {kind: [] for _, kinds in _GROUPS for kind in kinds}  # type: dict[str, list[str]]
     for claim in verdict.claims:
@@ -83,7 +89,7 @@ def _summary(scenario: Data, lines: Sequence[Data], verdict: BundleVerdict) -> s
     rest = [text for kind in (*_GROUPS[2][1], *_GROUPS[3][1]) for text in texts[kind]]
     left = [f"Not compared: {what}." for what in verdict.not_compared]
     return (
-        f"<header><h1>{escape(scenario['name'])}</h1></header>"
+        f"<header><h1>{escape(trace.header.scenario.name)}</h1></header>"
         f'<p>Outcome: <strong class="{colour}">{escape(outcome.replace("_", " "))}</strong>. '
         f"{escape(why[:1].upper() + why[1:].rstrip('.'))}.</p>"
         f"<h2>Guaranteed</h2>{_list([*promises, *rest[:6]])}"
@@ -99,22 +105,18 @@ def _list(texts: Sequence[str]) -> str:
     return f"<ul>{''.join(f'<li>{escape(text)}</li>' for text in texts)}</ul>"
 
 
-def _mission(scenario: Data) -> str:
-    known = scenario["map"]
-    world = RegionMap.from_grid(known["grid"], known.get("names"), known.get("areas"))
+def _mission(scenario: ScenarioHeader, world: RegionMap) -> str:
     rows = [
         '<tr><td><svg class="who" viewBox="-1.4 -1.4 2.8 2.8" aria-hidden="true">'
-        f"{glyph(look)}</svg>{escape(name)}</td><td>{escape(r['model'])}</td>"
-        f"<td>{escape(world.place(r['start']))}</td>"
-        f"<td><code>{escape(json.dumps(r['objective']))}</code></td>"
-        f"<td>{escape(', '.join(r['capabilities']).replace('_', ' ') or 'none')}</td></tr>"
-        for (name, r), look in zip(
-            scenario["robots"].items(), looks([*scenario["robots"]]), strict=True
-        )
+        f"{_glyph(look)}</svg>{escape(name)}</td><td>{escape(robot.model)}</td>"
+        f"<td>{escape(world.place(robot.start))}</td>"
+        f"<td><code>{escape(json.dumps(to_data(robot.objective)))}</code></td>"
+        f"<td>{escape(', '.join(sorted(robot.capabilities)).replace('_', ' ') or 'none')}</td></tr>"
+        for (name, robot), look in _robots(scenario)
     ]
     named = ", ".join(f"{name} is {region}" for name, region in world.names.items())
     return (
-        f"<h2>Mission</h2>{map_svg(scenario, world)}"
+        f"<h2>Mission</h2>{_picture(scenario, world)}"
         '<p class="soft">Robots are drawn where they start, in the shapes, colours and letters of '
         "the replay; squares in their colours are their targets, crosses are hidden obstacles. "
         "Regions are numbered from the north-west, row by row"
@@ -156,21 +158,17 @@ def _anchor(path: str) -> str:
     return f"file-{hashlib.sha256(path.encode()).hexdigest()[:10]}"
 
 
-def _happened(lines: Sequence[Data]) -> str:
-    trace = read_lines(map(json.dumps, lines))
-    known = trace.header.scenario
-    world = RegionMap.from_grid(known.map.grid, known.map.names, known.map.areas)
+def _happened(trace: Trace, world: RegionMap) -> str:
     wording = Wording(
         world.word,
         world.place,
         actions={o.name: [n.action for n in o.all_needs] for o in trace.obstacles.values()},
-        skills={name: robot.capabilities for name, robot in known.robots.items()},
+        skills={name: robot.capabilities for name, robot in trace.header.scenario.robots.items()},
     )
-    numbers = (number for number, line in enumerate(lines[1:], 2) if line["type"] in KINDS)
     rows = [
         f"<tr><td>{record.tick}</td><td>{escape(wording.sentence(record))}</td>"
-        f"<td>line {number}</td></tr>"
-        for number, record in zip(numbers, trace.records, strict=True)
+        f"<td>line {record.line}</td></tr>"
+        for record in trace.records
         if record.type in _EVENTS
     ]
     if not rows:
@@ -179,11 +177,11 @@ def _happened(lines: Sequence[Data]) -> str:
     return f"<h2>Events</h2><table>{head}{''.join(rows)}</table>"
 
 
-def _evidence(claims: Sequence[Data], lines: Sequence[Data], files: Mapping[str, bytes]) -> str:
+def _evidence(claims: Sequence[Data], lines: Sequence[bytes], files: Mapping[str, bytes]) -> str:
     named = {line for claim in claims for _, line in claim["evidence"] if line}
     shown = [
         f'<h3 id="line-{number}">trace.jsonl, line {number}</h3>'
-        f"<pre>{escape(json.dumps(lines[number - 1]))}</pre>"
+        f"<pre>{escape(json.dumps(json.loads(lines[number - 1])))}</pre>"
         for number in sorted(named)
     ]
     rows = [
@@ -198,3 +196,104 @@ def _evidence(claims: Sequence[Data], lines: Sequence[Data], files: Mapping[str,
         f"{''.join(rows)}</table>"
         f'<section id="lines"><h2>Lines of the trace</h2>{"".join(shown)}</section>'
     )
+
+
+def _robots(scenario: ScenarioHeader) -> Iterator[tuple[tuple[str, RobotHeader], Look]]:
+    return zip(scenario.robots.items(), looks([*scenario.robots]), strict=True)
+
+
+def _picture(scenario: ScenarioHeader, world: RegionMap) -> str:
+    """Return the map as SVG: each robot at its start, a square in its colour around each of its
+    targets, a cross in the region of each hidden obstacle, and the names of regions and areas. The
+    page's style sets the colours of the floor, in a light and a dark variant."""
+    width, height = world.cols * SIDE, world.rows * SIDE
+    parts = [
+        f'<svg class="map" viewBox="0 0 {width} {height}" role="img" '
+        f'aria-label="Map of {escape(scenario.name)}" xmlns="http://www.w3.org/2000/svg">'
+    ]
+    for region in range(world.size):
+        x, y = _corner(region, world)
+        kind = "wall" if region in world.walls else "floor"
+        parts.append(f'<rect class="{kind}" x="{x}" y="{y}" width="{SIDE}" height="{SIDE}"/>')
+    for area in world.areas.values():
+        for region in sorted(area):
+            x, y = _corner(region, world)
+            parts.append(f'<rect class="area" x="{x}" y="{y}" width="{SIDE}" height="{SIDE}"/>')
+    marked = {obstacle.region for obstacle in scenario.obstacles}
+    starts = []
+    for number, ((_, robot), look) in enumerate(_robots(scenario)):
+        inset = 2 + 1.6 * (number % 4)
+        targets = target_regions(robot.objective)
+        marked |= targets
+        for region in sorted(targets):
+            x, y = _corner(region, world)
+            size = SIDE - 2 * inset
+            parts.append(
+                f'<rect x="{x + inset}" y="{y + inset}" width="{size}" height="{size}" rx="3" '
+                f'fill="none" stroke="{look.colour}" stroke-width="1.6"/>'
+            )
+        x, y = _corner(robot.start, world)
+        starts.append(
+            f'<g transform="translate({x + SIDE / 2} {y + SIDE / 2}) scale(7)">{_glyph(look)}</g>'
+        )
+    for obstacle in scenario.obstacles:
+        x, y = _corner(obstacle.region, world)
+        a, b = 7, SIDE - 7
+        parts.append(
+            f'<path class="cross" d="M{x + a} {y + a}L{x + b} {y + b}M{x + b} {y + a}'
+            f'L{x + a} {y + b}"><title>{escape(obstacle.name)}</title></path>'
+        )
+    return "".join([*parts, *starts, *_names(world, marked), "</svg>"])
+
+
+def _glyph(look: Look) -> str:
+    """Return a robot's glyph as SVG, as in the replay: radius 1, around the origin."""
+    return (
+        f'<path d="{look.path}" fill="{look.colour}" class="body"/><text y="{look.drop}" '
+        f'font-size="{look.size}" font-weight="bold" fill="{look.ink}" text-anchor="middle">'
+        f"{escape(look.letters)}</text>"
+    )
+
+
+def _names(world: RegionMap, marked: set[int]) -> list[str]:
+    """Return names, where they cover no other name, and the numbers of marked regions without a
+    name."""
+    subjects = [(name, frozenset({region})) for name, region in world.names.items()]
+    subjects += [(name, area) for name, area in world.areas.items() if area]
+    unnamed = sorted(marked - {*world.names.values()})
+    subjects += [(str(region), frozenset({region})) for region in unnamed]
+    least, largest, across = _LETTERS
+    high = min(max(least, world.cols * SIDE / across), largest)
+    placed: list[tuple[float, float, float]] = []  # middle and half of the width
+    parts = []
+    for text, regions in subjects:
+        corners = [_corner(region, world) for region in regions]
+        x = sum(corner[0] for corner in corners) / len(corners) + SIDE / 2
+        y = sum(corner[1] for corner in corners) / len(corners) + SIDE / 2
+        half = 0.3 * high * len(text) + 1
+        x = max(min(x, world.cols * SIDE - half), half)
+        downs = (0.5, -0.5, 0.85, -0.85) if len(regions) == 1 else (0, 0.35, -0.35, 0.7, -0.7)
+        free = (
+            y + down * SIDE
+            for down in downs
+            if high < y + down * SIDE < world.rows * SIDE - 2
+            and not any(
+                abs(y + down * SIDE - other) < high and abs(x - middle) < half + wide
+                for middle, other, wide in placed
+            )
+        )
+        there = next(free, None)
+        if there is None:
+            continue
+        placed.append((x, there, half))
+        kind, size = ("name number", 0.8 * high) if text.isdecimal() else ("name", high)
+        parts.append(
+            f'<text class="{kind}" x="{x:.1f}" y="{there + 0.35 * high:.1f}" '
+            f'font-size="{size:.1f}" text-anchor="middle">{escape(text)}</text>'
+        )
+    return parts
+
+
+def _corner(region: int, world: RegionMap) -> tuple[int, int]:
+    row, col = world.position(region)
+    return col * SIDE, row * SIDE

@@ -7,8 +7,7 @@ from pathlib import Path
 
 from msgspec.structs import replace
 
-from safenav.certify.bundle import Made, make_bundle
-from safenav.certify.run import Kept, read_lines
+from safenav.certify.bundle import Kept, Made, make_bundle
 from safenav.certify.sources import sources_of
 from safenav.errors import NotCertifiedError, UsageError
 from safenav.lines import read_file
@@ -46,7 +45,7 @@ def bundle_of_run(
         with TraceWriter(trace) as writer:
             uninterrupted(Mission(plan, synthesizer, listeners=[writer], progress=kept).run())
         data = trace.read_bytes()
-        kept.complete(syntheses_of(data, scenario.name), cache, synthesizer)
+        kept.complete(read_bytes(data, scenario.name), cache, synthesizer)
         moved = motion_made(data) if motion else None
         sources = sources_of(scenario, text)
         return make_bundle(target, data, sources, kept, synthesizer, moved)
@@ -62,10 +61,9 @@ def bundle_of_trace(trace: Path, target: Path, motion: Path | None = None) -> Ma
         data = read_file(trace)
     except OSError as error:
         raise UsageError(f"{trace} cannot be read: {error.strerror}") from error
-    read_bytes(data, str(trace))
-    cache, kept = Cache.from_environment(), Kept()
+    read, cache, kept = read_bytes(data, str(trace)), Cache.from_environment(), Kept()
     synthesizer = Synthesizer(cache=cache, verifier=first_failure)
-    kept.complete(syntheses_of(data, trace.name), cache, synthesizer)
+    kept.complete(read, cache, synthesizer)
     moved = None if motion is None else motion_checked(motion, data, trace.name)
     return make_bundle(target, data, {}, kept, synthesizer, moved)
 
@@ -88,8 +86,3 @@ def motion_checked(motion: Path, trace: bytes, name: str) -> bytes:
     if found:
         raise NotCertifiedError(f"{motion} is not a motion of this run: {found[0]}")
     return motion.read_bytes()
-
-
-def syntheses_of(trace: bytes, name: str) -> list[dict[str, object]]:
-    """Return the ``synthesis`` lines of a trace."""
-    return [line for line in read_lines(trace, name) if line["type"] == "synthesis"]

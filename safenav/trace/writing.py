@@ -68,10 +68,3 @@ class TraceWriter:
         except OSError as failure:
             if kind is None:
                 raise self._failure(failure) from failure
-
-
-def next_part(trace: Path) -> Path:
-    """Return the file for the rest of a run: ``run-2.jsonl`` after ``run.jsonl``."""
-    stem, _, number = trace.stem.rpartition("-")
-    before = int(number) if stem and number.isdecimal() else 1
-    return trace.with_stem(f"{stem if before > 1 else trace.stem}-{before + 1}")

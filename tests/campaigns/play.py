@@ -25,8 +25,7 @@ from campaigns.world import FaultyWorld
 from runtime.worlds import Driven
 from safenav import Mission
 from safenav.certify import bundle as writing
-from safenav.certify.record import syntheses_of
-from safenav.certify.run import Kept
+from safenav.certify.bundle import Kept
 from safenav.checked_trace import check_trace
 from safenav.errors import InputError, ResourceLimitError, SafenavError, UsageError
 from safenav.lines import json_line
@@ -35,7 +34,7 @@ from safenav.runtime.run.checkpoint import resumption
 from safenav.runtime.run.mission import default_synthesizer
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.synthesis.cache import Cache
-from safenav.trace.reading import read_lines
+from safenav.trace.reading import read_bytes, read_lines
 from safenav.trace.records import Checkpoint
 from safenav.trace.writing import as_data
 
@@ -143,7 +142,7 @@ def play(
             trace = "".join(played.lines).encode()
             try:
                 with limited(patience):
-                    kept.complete(syntheses_of(trace, "run"), cache, synthesizer)
+                    kept.complete(read_bytes(trace), cache, synthesizer)
                     writing.make_bundle(Path(folder) / "bundle", trace, {}, kept, synthesizer)
             except (SlowError, SafenavError) as error:
                 played.found.append(f"certify: {type(error).__name__} {str(error)[-300:]}")

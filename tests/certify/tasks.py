@@ -10,8 +10,7 @@ from pathlib import Path
 
 from msgspec.structs import replace
 
-from safenav.certify.bundle import files_of_run
-from safenav.certify.run import Kept
+from safenav.certify.bundle import Kept, files_of_run
 from safenav.judge.bundle.evidence import Evidence
 from safenav.judge.engine import judge
 from safenav.lines import json_line
