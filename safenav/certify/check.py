@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import zipfile
 from collections.abc import Mapping
 from enum import StrEnum
@@ -15,6 +14,7 @@ from msgspec.structs import replace
 from safenav.certify.sources import difference
 from safenav.errors import UsageError
 from safenav.judge.bundle.check import SOURCE, UNCOMPARED, check, open_bundle
+from safenav.trace.reading import read_bytes
 
 
 class Acceptance(StrEnum):
@@ -45,20 +45,16 @@ def check_bundle(bundle: Path) -> BundleVerdict:
     if not (bundle / "manifest.json").is_file() and not zipfile.is_zipfile(bundle):
         what = "a folder with a manifest.json, or a .zip of one"
         raise UsageError(f"{bundle} is not a bundle: {what}")
-    verdict, reason, claims, left = check(bundle)
-    found = BundleVerdict(Acceptance(verdict), reason, tuple(claims), tuple(left))
-    return compared(bundle, found)
-
-
-def compared(bundle: Path, verdict: BundleVerdict) -> BundleVerdict:
-    """Return the verdict on a bundle after the comparison of its source."""
+    said, reason, claims, left = check(bundle)
+    verdict = BundleVerdict(Acceptance(said), reason, tuple(claims), tuple(left))
     files = open_bundle(bundle) if verdict.accepted else {}
     found = {n.partition("/")[2]: f.read_bytes() for n, f in files.items() if n.startswith(SOURCE)}
     if not found:
         return verdict
-    told = difference(found, json.loads(files["trace.jsonl"].read_bytes().splitlines()[0]))
+    first = files["trace.jsonl"].read_bytes().splitlines()[0]
+    told = difference(found, read_bytes(first).header)
     if told is not None:
         reason = f"the source is of another scenario than the trace: {told}"
         return BundleVerdict(Acceptance.REFUSED, reason, ())
-    left = tuple(each for each in verdict.not_compared if each != UNCOMPARED[SOURCE])
-    return replace(verdict, not_compared=left)
+    left = [each for each in verdict.not_compared if each != UNCOMPARED[SOURCE]]
+    return replace(verdict, not_compared=tuple(left))

@@ -3,7 +3,6 @@ with the scenario of the trace."""
 
 from __future__ import annotations
 
-import json
 import tempfile
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -12,11 +11,11 @@ from typing import Any
 from msgspec.structs import replace
 
 from safenav.errors import InputError
-from safenav.lines import json_line
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.yaml.source import STDIN, referenced_files, root_of
 from safenav.trace.fields import plain
-from safenav.trace.setting import scenario_header
+from safenav.trace.records import Header
+from safenav.trace.setting import ScenarioHeader, scenario_header
 
 FOLDER = Path("a/b/c/d")
 """Where a scenario is read again: files in folders above it have room."""
@@ -40,24 +39,26 @@ def _referenced(text: str, folder: Path, taken: list[str]) -> Iterator[tuple[str
         yield name, path
 
 
-def difference(sources: Mapping[str, bytes], header: Mapping[str, Any]) -> str | None:
+def difference(sources: Mapping[str, bytes], header: Header) -> str | None:
     """Return how the scenario of a trace's header differs from its source; None if it does not.
     What a run adds is not compared: the truths of obstacles, and another seed or clock."""
+    truths = [replace(each, traversable=None) for each in header.scenario.obstacles]
+    traced = replace(header.scenario, world="external", obstacles=tuple(truths))
     told = None
     for name, data in sources.items():
         try:
             read = _read_again(name, data.decode(), sources, header)
         except (InputError, ValueError):
             continue  # a catalogue, or a map
-        told = next(_differences(read, _plain(header["scenario"])), None)
+        told = next(_differences(plain(read), plain(traced)), None)
         if told is None:
             return None
     return told or "no file in it is a scenario"
 
 
 def _read_again(
-    name: str, text: str, sources: Mapping[str, bytes], header: Mapping[str, Any]
-) -> Any:
+    name: str, text: str, sources: Mapping[str, bytes], header: Header
+) -> ScenarioHeader:
     with tempfile.TemporaryDirectory() as folder:
         here = Path(folder) / FOLDER
         here.mkdir(parents=True)
@@ -68,16 +69,8 @@ def _read_again(
                     path.parent.mkdir(parents=True, exist_ok=True)
                     path.write_bytes(sources[kept])
         scenario = load_scenario_text(text, str(here / name))
-        scenario = replace(scenario, seed=header["scenario"]["seed"])
-    live = header.get("clock") == "live"
-    return _plain(json.loads(json_line(plain(scenario_header(scenario, None, live=live)))))
-
-
-def _plain(scenario: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a scenario without what a run adds."""
-    rest = {key: value for key, value in scenario.items() if key not in ("world", "begun")}
-    rest["obstacles"] = [each | {"traversable": None} for each in scenario["obstacles"]]
-    return rest
+    scenario = replace(scenario, seed=header.scenario.seed)
+    return scenario_header(scenario, None, live=header.clock is not None)
 
 
 def _differences(one: Any, other: Any, where: str = "") -> Iterator[str]:
