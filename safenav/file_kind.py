@@ -58,13 +58,12 @@ _KINDS: dict[str, tuple[tuple[str, ...], str]] = {
     ),
 }
 """For each kind, the patterns of which a text contains all, and what to do with such a file."""
-_PATTERNS = {kind: tuple(map(re.compile, patterns)) for kind, (patterns, _) in _KINDS.items()}
 
 
 def kind_of(text: str) -> str | None:
     """Return the kind of a file with this text; None if it looks like none of them."""
-    for kind, patterns in _PATTERNS.items():
-        if all(pattern.search(text) for pattern in patterns):
+    for kind, (patterns, _) in _KINDS.items():
+        if all(re.search(pattern, text) for pattern in patterns):
             return kind
     return None
 

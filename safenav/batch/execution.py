@@ -16,8 +16,16 @@ import yaml
 from msgspec.structs import replace
 
 from safenav import errors
-from safenav.batch.case import Case, CaseVerdict, Conditions, Result, file_name, without_a_run
-from safenav.batch.expectation import Ledger, differences
+from safenav.batch.case import (
+    Case,
+    CaseVerdict,
+    Conditions,
+    Ledger,
+    Result,
+    differences,
+    file_name,
+    without_a_run,
+)
 from safenav.batch.matrix import varied
 from safenav.certify.bundle import Kept, make_bundle
 from safenav.certify.sources import sources_of

@@ -19,7 +19,7 @@ import click
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.batch.expectation import Ledger, differences
+from safenav.batch.case import Ledger, differences
 from safenav.cli import warn
 from safenav.errors import ExitCode, UsageError, exit_code_of
 from safenav.lines import read_file

@@ -47,9 +47,13 @@ from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.specification_file import load_specification, slugsin_of
 from safenav.synthesis.strategy import Strategy
 from safenav.trace.words import shortened
-from safenav.verify.counterstrategy import lost_opening
 from safenav.verify.measures import counterstrategy_measures, strategy_measures
-from safenav.verify.verification import first_failure, verify_counterstrategy, verify_strategy
+from safenav.verify.verification import (
+    first_failure,
+    lost_opening,
+    verify_counterstrategy,
+    verify_strategy,
+)
 
 WARNING_SECONDS, WARNING_MB = 5.0, 100
 """Limits of the synthesis whose strategy is examined for warnings, after the verdict."""
@@ -430,7 +434,7 @@ def explain(scenario: Path, robot: str | None, as_json: bool) -> int:
 
 def _explain_specification(file: Path, as_json: bool) -> int:
     """Print why a specification is unrealizable; return the exit code."""
-    from safenav.explain.lines import explain_lines
+    from safenav.explain.investigation import explain_lines
 
     spec = load_specification(file)
     synthesizer = Synthesizer(verifier=first_failure)

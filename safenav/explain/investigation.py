@@ -1,4 +1,4 @@
-"""Whole explanation of one robot: cause, core, witness, repairs.
+"""Whole explanation of one robot (cause, core, witness, repairs), or of a specification by lines.
 
 Graph search comes first; the game decides the rest."""
 
@@ -9,9 +9,10 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from itertools import islice, product
 
+from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.explain.core import find_core
+from safenav.explain.core import find_core, find_line_core
 from safenav.explain.diagnosis import diagnose
 from safenav.explain.explanation import (
     Core,
@@ -28,11 +29,19 @@ from safenav.explain.explanation import (
 from safenav.explain.play import MOST_INPUTS, losing_play
 from safenav.explain.realizability import Questions
 from safenav.explain.repair import Judge, find_repairs
+from safenav.outcome import Verdict
 from safenav.scenario.guarantees import values_of
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Ltl
 from safenav.spec.compile import compile_task
-from safenav.spec.specification import Constraint, Owner, Section, Specification, Variable
+from safenav.spec.specification import (
+    Constraint,
+    Origin,
+    Owner,
+    Section,
+    Specification,
+    Variable,
+)
 from safenav.spec.task import Task
 from safenav.synthesis.slugs import Synthesizer
 from safenav.verify.automaton import clauses
@@ -144,3 +153,52 @@ def _valuations(variables: Sequence[Variable]) -> Iterator[Values]:
     first = (variable.range[:MOST_INPUTS] for variable in variables)
     for choice in islice(product(*first), MOST_INPUTS):
         yield dict(zip(names, choice, strict=True))
+
+
+MOST_ASSUMPTIONS = 32
+PLAY_SHARE = 0.85
+"""Share of the budget by which the play ends."""
+
+
+class LineExplanation(Struct, frozen=True):
+    """Explanation of an unrealizable specification.
+
+    ``fairness``: the lines of ENV_LIVENESS, which it may assume. ``play``: of the core; None where
+    the limits did not allow it. ``assumptions``: lines of ENV_LIVENESS, each of which makes it
+    realizable."""
+
+    core: Core
+    fairness: tuple[Constraint, ...]
+    play: LosingPlay | None
+    assumptions: tuple[str, ...]
+
+
+def explain_lines(spec: Specification, synthesizer: Synthesizer) -> LineExplanation:
+    """Explain why a specification is unrealizable, as far as the budget allows."""
+    ask = Questions(synthesizer)
+    core = find_line_core(spec, ask)
+    ask.spend(PLAY_SHARE)
+    play = losing_play(spec, with_guarantees(spec, core.constraints), ask)
+    ask.spend(1.0)
+    assumptions = () if core.alone else tuple(_helpful(spec, ask))
+    fairness = spec.section(Section.ENV_LIVENESS)
+    return LineExplanation(core, fairness, play, assumptions)
+
+
+def _helpful(spec: Specification, ask: Questions) -> Iterator[str]:
+    """Yield assumptions that one Boolean input is on, or off, infinitely often, where this makes
+    the specification realizable and does not let the system win by breaking it."""
+    inputs = [v.name for v in spec.owned(Owner.INPUT) if v.bounds is None]
+    lines = [line for name in inputs for line in (f"{name}'", f"!{name}'")][:MOST_ASSUMPTIONS]
+    fair = {line: Constraint(Section.ENV_LIVENESS, line, _TRIED) for line in lines}
+    tried = {line: spec.with_more(constraint) for line, constraint in fair.items()}
+    ask.prepare(list(tried.values()))
+    never = Constraint(Section.SYS_LIVENESS, "FALSE", _TRIED)
+    for line, stronger in tried.items():
+        if ask.verdict(stronger) is Verdict.REALIZABLE:
+            hopeless = stronger.without(spec.section(Section.SYS_LIVENESS)).with_more(never)
+            if ask.verdict(hopeless) is Verdict.UNREALIZABLE:
+                yield line
+
+
+_TRIED = Origin("explanation", "tried")

@@ -15,7 +15,7 @@ from safenav.spec.specification import Constraint, Owner, Section, Specification
 from safenav.synthesis.strategy import Strategy
 from safenav.verify.automaton import Automaton, clauses
 from safenav.verify.completions import Clause, Completions, Row, Slot
-from safenav.verify.counterstrategy import counterstrategy_starts
+from safenav.verify.verification import counterstrategy_starts
 
 MOST_MOMENTS = 200
 """Moments in which a system meets goals."""

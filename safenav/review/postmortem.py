@@ -13,8 +13,7 @@ from msgspec.structs import replace
 
 from safenav.errors import SafenavError
 from safenav.explain.explanation import Repair, RepairKind
-from safenav.explain.map_repair import without_walls, without_words
-from safenav.explain.repair import nearest, offered, with_robots
+from safenav.explain.repair import nearest, offered, with_robots, without_walls, without_words
 from safenav.outcome import Outcome
 from safenav.review.foresight import Foresight, foresee
 from safenav.runtime.run.mission import Mission, RunResult, uninterrupted

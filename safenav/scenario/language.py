@@ -15,7 +15,7 @@ from safenav.scenario.objective import EXAMPLE, KINDS, STAYING, kinds_that, one_
 from safenav.scenario.settings import Clock, Coordination, LatePolicy, Limits, Until
 from safenav.scenario.yaml.document import Node, Scalar
 from safenav.scenario.yaml.findings import Findings
-from safenav.scenario.yaml.typed import MOST, Item, Key, NameForm, Raw, key, version
+from safenav.scenario.yaml.typed import MOST, NAME, Item, Key, NameForm, Raw, key, version
 from safenav.world.moves import Mobility
 
 OWN_VARIABLES = frozenset({"region", "heading"})
@@ -44,6 +44,10 @@ Variable = Annotated[Scalar, NameForm("a variable", True, RESERVED, PREFIXES)]
 RequirementName = Annotated[Scalar, NameForm("a requirement")]
 
 
+SPAN = r"(\d{1,9})(?:\s*-\s*(\d{1,9}))?"
+"""A whole number, or a range of them."""
+
+
 def matching(pattern: str) -> dict[str, object]:
     """Return the schema of a text that matches a pattern as a whole."""
     return {"type": "string", "pattern": f"^(?:{pattern})$"}
@@ -51,7 +55,7 @@ def matching(pattern: str) -> dict[str, object]:
 
 _COUNT = {"type": "integer", "minimum": 0}
 _CELL = {"type": "array", "prefixItems": [_COUNT, _COUNT], "items": False, "minItems": 2}
-_NAMED = matching("[A-Za-z_][A-Za-z0-9_-]{0,99}")
+_NAMED = matching(NAME)
 _GRID = r"\s*[#.]+[ \t]*(\r?\n[#.]+[ \t]*)*\s*"
 _ROWS = {"type": "array", "minItems": 1, "items": matching(r"[#.]+\s*")}
 
@@ -113,7 +117,7 @@ Range = Annotated[
 
 
 _TICK = {"type": "integer", "minimum": 1, "maximum": MOST}
-_TICKS = {"anyOf": [_TICK, matching(r"(\d{1,9})(?:\s*-\s*(\d{1,9}))?")]}
+_TICKS = {"anyOf": [_TICK, matching(SPAN)]}
 Spans = Annotated[Raw, Key(form={"anyOf": [_TICKS, {"type": "array", "items": _TICKS}]})]
 Recurrence = Annotated[Raw, Key(form={"enum": ["off", "on", "both", True, False]})]
 

@@ -12,8 +12,7 @@ from collections.abc import Iterator
 from safenav.errors import Diagnostic, InputError
 from safenav.file_kind import another_kind
 from safenav.formula import syntax
-from safenav.formula.checking import check
-from safenav.formula.parser import MAX_NUMBER, FormulaError, parse
+from safenav.formula.parser import MAX_NUMBER, FormulaError, check, parse
 from safenav.formula.prefix import TooLongError, to_infix
 from safenav.lines import HINT, foreign_character
 from safenav.spec.specification import Constraint, Origin, Owner, Section, Specification, Variable

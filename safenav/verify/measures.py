@@ -19,7 +19,7 @@ from safenav.spec.specification import Owner, Section, Specification
 from safenav.synthesis.strategy import Strategy
 from safenav.verify.automaton import Automaton
 from safenav.verify.completions import Completions, Row
-from safenav.verify.counterstrategy import counterstrategy_starts, lost_opening
+from safenav.verify.verification import counterstrategy_starts, lost_opening
 
 
 class NoMeasureError(ValueError):

@@ -2,7 +2,7 @@
 
 import pytest
 
-from safenav.batch.expectation import Ledger, differences
+from safenav.batch.case import Ledger, differences
 from safenav.outcome import Outcome
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.settings import Expect

@@ -5,7 +5,7 @@ from random import Random
 
 from msgspec.structs import replace
 
-from safenav.explain.diagnosis import diagnose, explain_unrealizable
+from safenav.explain.diagnosis import diagnose, explain_unrealizable, play
 from safenav.explain.explanation import (
     NoStrategyCause,
     PlayEnd,
@@ -13,7 +13,6 @@ from safenav.explain.explanation import (
 )
 from safenav.explain.investigation import explain
 from safenav.explain.repair import find_repairs
-from safenav.explain.undisturbed import play
 from safenav.outcome import Verdict
 from safenav.report.terminal.explanation_text import cause_words
 from safenav.scenario.model import Robot, RobotModel, Scenario

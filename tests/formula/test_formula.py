@@ -7,9 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from safenav.formula import syntax
-from safenav.formula.checking import check
 from safenav.formula.evaluator import evaluate
-from safenav.formula.parser import MAX_DEPTH, FormulaError, parse
+from safenav.formula.parser import MAX_DEPTH, FormulaError, check, parse
 from safenav.formula.syntax import to_text
 
 BOOLEANS = ("a", "b", "next_one", "Xs")

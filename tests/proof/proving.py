@@ -19,14 +19,13 @@ from safenav.spec.parsing import read_specification
 from safenav.spec.specification import Section
 from safenav.synthesis.strategy import Strategy
 from safenav.verify.automaton import Automaton
-from safenav.verify.counterstrategy import counterstrategy_starts
 from safenav.verify.measures import (
     NoMeasureError,
     _met,
     counterstrategy_measures,
     strategy_measures,
 )
-from safenav.verify.verification import first_failure
+from safenav.verify.verification import counterstrategy_starts, first_failure
 
 ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / "proof"

@@ -18,7 +18,7 @@ from once import SCENARIOS
 from runtime.played import Run, completed, loaded, play
 from runtime.worlds import Clocked
 from safenav import Mission
-from safenav.batch.expectation import Ledger, differences
+from safenav.batch.case import Ledger, differences
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.worlds.live_simulation import LiveSimulation
 from safenav.runtime.worlds.protocol import (

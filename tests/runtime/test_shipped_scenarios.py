@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from once import SCENARIOS, trace_of_shipped
-from safenav.batch.expectation import Ledger, differences
+from safenav.batch.case import Ledger, differences
 from safenav.checked_trace import check_trace
 from safenav.scenario.reading.loader import load_scenario
 from safenav.trace.reading import read_bytes

@@ -7,7 +7,7 @@ from random import Random
 
 import pytest
 
-from safenav.explain.undisturbed import play
+from safenav.explain.diagnosis import play
 from safenav.scenario.objective import (
     Cover,
     Hold,

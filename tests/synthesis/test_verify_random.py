@@ -25,11 +25,11 @@ from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.strategy import Strategy
-from safenav.verify.counterstrategy import counterstrategy_starts
 from safenav.verify.verification import (
     Failure,
     Fault,
     Verification,
+    counterstrategy_starts,
     verify_counterstrategy,
     verify_strategy,
 )

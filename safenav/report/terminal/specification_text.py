@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from safenav.explain.explanation import LosingPlay, PlayEnd, Values
-from safenav.explain.lines import LineExplanation
+from safenav.explain.investigation import LineExplanation
 from safenav.explain.vacuity import Cause, Vacuity
 from safenav.report.terminal.explanation_text import core_heading, core_notes
 from safenav.spec.specification import Constraint, Owner

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
 import msgspec
@@ -11,14 +12,14 @@ from safenav.runtime.worlds.reports import misfit
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.model import FAILURES, Obstacle, ObstacleType, ResolveAt, Scenario
 from safenav.scenario.objective import Ltl, Objective, formulas_in
-from safenav.scenario.yaml.findings import NAME
+from safenav.scenario.yaml.typed import NAME
 
 
 def wrong_type(kind: ObstacleType, scenario: Scenario) -> str | None:
     """Return the reason why an obstacle of a type cannot be part of a scenario; None if it can."""
     if (found := misfit(Obstacle(kind, 0))) is not None:
         return found.replace("the obstacle in region 0", f"the type {kind.name}")
-    if not NAME.fullmatch(kind.name):
+    if not re.fullmatch(NAME, kind.name):
         return f"{kind.name!r} cannot name an obstacle type: use letters, digits, - and _"
     if kind.name.startswith(FAILURES):
         return f"the name {kind.name} is reserved"

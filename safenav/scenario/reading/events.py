@@ -18,8 +18,8 @@ from safenav.scenario.reading.robots import misses_targets
 from safenav.scenario.settings import Expect, Input, RobotChange
 from safenav.scenario.yaml import document
 from safenav.scenario.yaml.document import Node, Scalar, clipped
-from safenav.scenario.yaml.findings import Findings, described, well_named
-from safenav.scenario.yaml.typed import MOST, Raw, read, sequence
+from safenav.scenario.yaml.findings import Findings, described
+from safenav.scenario.yaml.typed import MOST, NameForm, Raw, read, sequence
 
 
 def resolve_obstacles(
@@ -151,7 +151,6 @@ def _objective(item: language.ChangeKeys, name: str | None, reading: Reading) ->
     return found
 
 
-_SPAN = re.compile(r"(\d{1,9})(?:\s*-\s*(\d{1,9}))?")
 _AGAIN = {"off": (False,), "on": (True,), "both": (False, True)}
 
 
@@ -175,7 +174,8 @@ def _spans(value: Raw | None, findings: Findings) -> tuple[tuple[int, int], ...]
     found = []
     node = value.node
     for part in node.items if isinstance(node, document.Sequence) else (node,):
-        match = _SPAN.fullmatch(str(part.value)) if isinstance(part, Scalar) else None
+        text = str(part.value) if isinstance(part, Scalar) else ""
+        match = re.fullmatch(language.SPAN, text, re.ASCII)
         first, last = (int(match[1]), int(match[2] or match[1])) if match else (0, 0)
         if not 1 <= first <= last <= MOST:
             hint = "for example at: [12, 20-30]; ticks count from 1"
@@ -280,7 +280,7 @@ def resolve_requirements(value: Raw | None, reading: Reading) -> dict[str, str]:
         if text is None or not isinstance(item, Scalar):
             continue
         if name is not None:
-            well_named(name, "a requirement", reading)
+            NameForm("a requirement").check(name, reading)
         cut = 0 if item.style else max(0, _open(text))
         if cut:
             message = f"{what}: '{clipped(text)}' ends within parentheses"

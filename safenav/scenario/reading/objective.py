@@ -6,8 +6,7 @@ from collections.abc import Mapping as Ranges
 
 from msgspec.structs import replace
 
-from safenav.formula.checking import check
-from safenav.formula.parser import FormulaError, parse
+from safenav.formula.parser import FormulaError, check, parse
 from safenav.formula.syntax import Comparison, Name, resolve_constants, to_text, variables
 from safenav.scenario import language
 from safenav.scenario.language import FORM, RULES, STRICT, TIMED, WITHIN
@@ -27,8 +26,6 @@ from safenav.scenario.yaml.findings import Findings, suggestion
 from safenav.scenario.yaml.typed import Raw, read, sequence
 from safenav.world.map import HEADINGS, Region
 from safenav.world.moves import Mobility
-
-__all__ = ["FORM", "RULES", "STRICT", "TIMED", "WITHIN", "resolve_objective", "stated", "within_of"]
 
 
 def stated(node: Node | None) -> tuple[str, tuple[Node, ...]]:

@@ -285,8 +285,6 @@ def _place(event: Any) -> Place:
 
 
 def _sentence(error: yaml.MarkedYAMLError) -> str:
-    if "maximum nesting depth" in str(error.problem):  # a limit of some versions of libyaml
-        return f"nested more than {MAX_DEPTH} deep"
     return clipped(", ".join(str(part) for part in (error.context, error.problem) if part), 160)
 
 

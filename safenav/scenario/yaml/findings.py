@@ -264,23 +264,3 @@ FORMER_PARTS = {
     "probability": "write 'true' or 'false'",
 }
 """Former keys of values that no longer are mappings, and what to write instead."""
-
-
-MOST_OF_A_NAME = 100
-NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]{0,99}")
-IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,99}")
-"""The form of names that become variables of specifications."""
-
-
-def well_named(key: Scalar, what: str, findings: Findings, *, identifier: bool = False) -> bool:
-    """Return whether a key can name ``what``; report it if not. ``identifier``: without hyphens."""
-    if (IDENTIFIER if identifier else NAME).fullmatch(key.text):
-        return True
-    signs = "digits and '_'" if identifier else "digits, '_' and '-'"
-    hint = f"use letters from a to z, {signs}, beginning with a letter"
-    if len(key.text) > MOST_OF_A_NAME:
-        hint = f"it has {len(key.text)} characters; use at most {MOST_OF_A_NAME}"
-    elif not key.text.isascii():
-        hint += ": specifications are ASCII; 'name' of the scenario may be any text"
-    findings.add(key, f"'{clipped(key.text)}' cannot name {what}", hint)
-    return False

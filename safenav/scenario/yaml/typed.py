@@ -29,12 +29,15 @@ from safenav.scenario.yaml.findings import (
     is_nothing,
     listed,
     suggestion,
-    well_named,
     wrong_type,
 )
 
 MOST = 2**31 - 1
 """The largest whole number unless a key sets another limit."""
+MOST_OF_A_NAME = 100
+NAME = "[A-Za-z_][A-Za-z0-9_-]{0,99}"
+IDENTIFIER = "[A-Za-z_][A-Za-z0-9_]{0,99}"
+"""The form of names that become variables of specifications."""
 
 Check = Callable[[Any, Node, str, Findings], Any]
 """Returns the value that was read (with its node and name), changed if need be; None after it
@@ -88,9 +91,21 @@ class NameForm(Struct, frozen=True):
     reserved: str = "is reserved"
     why: str = "use another name"
 
+    @property
+    def pattern(self) -> str:
+        """The form of such a name, as a regular expression."""
+        return IDENTIFIER if self.identifier else NAME
+
     def check(self, key: Scalar, findings: Findings) -> bool:
         """Return whether a key can be such a name; report it if not."""
-        if not well_named(key, self.what, findings, identifier=self.identifier):
+        if not re.fullmatch(self.pattern, key.text):
+            signs = "digits and '_'" if self.identifier else "digits, '_' and '-'"
+            hint = f"use letters from a to z, {signs}, beginning with a letter"
+            if len(key.text) > MOST_OF_A_NAME:
+                hint = f"it has {len(key.text)} characters; use at most {MOST_OF_A_NAME}"
+            elif not key.text.isascii():
+                hint += ": specifications are ASCII; 'name' of the scenario may be any text"
+            findings.add(key, f"'{clipped(key.text)}' cannot name {self.what}", hint)
             return False
         if key.text in self.taken or (self.prefixes and key.text.startswith(self.prefixes)):
             findings.add(key, f"'{clipped(key.text)}' {self.reserved}", self.why)
@@ -100,11 +115,11 @@ class NameForm(Struct, frozen=True):
     @property
     def schema(self) -> dict[str, object]:
         """The JSON Schema of such a name."""
-        form = f"^[A-Za-z_][A-Za-z0-9_{'' if self.identifier else '-'}]{{0,99}}$"
         barred: list[object] = [{"enum": sorted(self.taken)}] if self.taken else []
         if self.prefixes:
             barred.append({"pattern": f"^({'|'.join(self.prefixes)})"})
-        return {"type": "string", "pattern": form, **({"not": {"anyOf": barred}} if barred else {})}
+        unless = {"not": {"anyOf": barred}} if barred else {}
+        return {"type": "string", "pattern": f"^{self.pattern}$", **unless}
 
 
 class Raw(Struct, frozen=True):

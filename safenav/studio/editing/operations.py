@@ -11,9 +11,9 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from safenav.errors import UsageError
+from safenav.scenario.language import FORM, RULES, STRICT, TIMED, WITHIN
 from safenav.scenario.model import name_parts
 from safenav.scenario.objective import KINDS, STAYING, to_data
-from safenav.scenario.reading.objective import FORM, RULES, STRICT, TIMED, WITHIN
 from safenav.scenario.reading.regions import place_of
 from safenav.scenario.yaml.document import plain, read_document
 from safenav.studio.editing.splice import YamlText, flow
