@@ -21,7 +21,7 @@ from safenav.lines import json_line
 from safenav.report.page.encode import LiveRun
 from safenav.studio.process import DONE, FAILED, REFUSED, RunOrder, kill, started
 from safenav.trace.fields import convert
-from safenav.trace.records import KINDS, End, Header, Inputs, Record
+from safenav.trace.records import KINDS, Header, Inputs, Record
 
 SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
 PATIENCE = 1.0
@@ -29,6 +29,9 @@ PATIENCE = 1.0
 
 IDLE = 0.1
 """Seconds until the next tick after one without a trace line: the run waits for its operator."""
+
+BUSY = 0.3
+"""Seconds after which pages show a tick as long."""
 
 Tell = Callable[[dict[str, Any]], None]
 
@@ -50,18 +53,17 @@ class StudioRun:
     ) -> None:
         self.order = order
         self.lines: list[bytes] = []
+        self.records: list[Record] = []
         self.phase = LivePhase.STARTING
         self.speed = speed
         self.failure: str | None = None
-        self.records: list[Record] = []
         self._complete = 0  # number of records of complete ticks
         self._tell = tell
-        self._inputs: dict[str, bool] = {}
         self._live: LiveRun | None = None
         self._process: asyncio.subprocess.Process | None = None
         self._ready = asyncio.Event()
-        self._busy_since: float | None = None
-        self._reported_busy = False
+        self._busy = False  # the current tick has taken more than BUSY seconds
+        self._late: asyncio.TimerHandle | None = None
         self._ending = False  # a user has requested its end
         self._tasks: list[asyncio.Task[None]] = []
         self._playing = False
@@ -75,21 +77,16 @@ class StudioRun:
     @property
     def state(self) -> dict[str, Any]:
         """The state that pages show beside the run itself."""
-        outcome = next((r for r in reversed(self.records) if isinstance(r, End)), None)
+        run = None if self._live is None else self._live.run
         return {
             "phase": self.phase.value,
             "speed": self.speed,
             "seed": self.order.seed,
             "failure": self.failure,
-            "outcome": None if outcome is None else outcome.outcome.value,
-            "inputs": self._inputs,
+            "outcome": run and run.ending and run.ending.outcome.value,
+            "inputs": {} if run is None else run.inputs,
             "busy": self._busy,
         }
-
-    @property
-    def _busy(self) -> bool:
-        """Whether the current tick has taken more than 0.3 s."""
-        return self._busy_since is not None and time.monotonic() - self._busy_since > 0.3
 
     @property
     def whole(self) -> dict[str, Any] | None:
@@ -104,9 +101,8 @@ class StudioRun:
     async def start(self) -> None:
         """Start the process, which synthesizes and then waits for ticks."""
         self._process = await started("safenav.studio.process", self.order)
-        self._busy_since = time.monotonic()
-        for job in (self._listen(), self._drive(), self._tell_when_busy()):
-            self._tasks.append(asyncio.create_task(job))
+        self._tasks = [asyncio.create_task(job) for job in (self._listen(), self._drive())]
+        self._wait()
         self._tell_state()
 
     def play(self) -> None:
@@ -161,8 +157,19 @@ class StudioRun:
 
     def _step(self) -> None:
         self._ready.clear()
-        self._busy_since = time.monotonic()
+        self._wait()
         self._send({"do": "step"})
+
+    def _wait(self) -> None:
+        """Wait for the process; pages learn that it takes long, and when it no longer does."""
+        self._late = asyncio.get_running_loop().call_later(BUSY, self._set_busy, True)
+
+    def _set_busy(self, busy: bool) -> None:
+        if self._late is not None:
+            self._late.cancel()
+        if busy is not self._busy:
+            self._busy = busy
+            self._tell_state()
 
     async def _drive(self) -> None:
         """Request ticks while the run is playing."""
@@ -193,13 +200,6 @@ class StudioRun:
         timed = self._live is not None and self._live.run.clock.unit == "second"
         took = now - before if timed else 1.0
         return took / self.speed
-
-    async def _tell_when_busy(self) -> None:
-        """Report long ticks to pages; ``_done`` reports their end."""
-        while self.phase is not LivePhase.ENDED:
-            await asyncio.sleep(0.2)
-            if self._busy and not self._reported_busy:
-                self._tell_state()
 
     async def _listen(self) -> None:
         """Take the lines that the process writes, until it ends."""
@@ -245,53 +245,45 @@ class StudioRun:
             self._live = LiveRun(header, Path(self.order.file).name)
             self.records.append(header)
             self._complete = 1
-            self._inputs = {each.name: False for each in header.scenario.inputs or ()}
             self._tell({"is": "run", "run": self.whole, "state": self.state})
-            return
-        record: Record = convert(kind, data)
-        self.records.append(record)
-        if isinstance(record, Inputs):
-            self._inputs |= record.values
-            self._tell_state()
+        else:
+            self.records.append(convert(kind, data))
 
     def _done(self) -> None:
         """Handle the end of a tick."""
-        live = self._complete_tick()
-        long, self._busy_since = self._busy, None
+        live, switched = self._complete_tick()
+        self._set_busy(False)
         if not self._begun:
             self._begun = True
             self._set(LivePhase.RUNNING if self._playing else LivePhase.PAUSED)
-        elif long:  # pages may show the run as busy
+        elif switched:
             self._tell_state()
         self._tell({"is": "news", "news": live.news()})
         self._ready.set()
 
-    def _complete_tick(self) -> LiveRun:
+    def _complete_tick(self) -> tuple[LiveRun, bool]:
         """Show the lines of a tick together, so that neither open pages nor one that opens during
-        the tick miss a line."""
+        the tick miss a line. Return also whether the inputs changed in it."""
         assert self._live is not None
-        for record in self.records[self._complete :]:
+        new, self._complete = self.records[self._complete :], len(self.records)
+        for record in new:
             self._live.append(record)
-        self._complete = len(self.records)
-        return self._live
+        return self._live, any(isinstance(record, Inputs) for record in new)
 
     def _process_ended(self) -> None:
         """Handle the end of the process."""
         self.phase = LivePhase.ENDED
-        self._busy_since = None
+        self._set_busy(False)
         self._ready.set()
         self._wake.set()
-        self._close()
+        if self._file is not None:
+            with suppress(OSError):  # a full disk, reported when it was written
+                self._file.close()
         if self._live is not None:
             self._complete_tick()
             self._tell({"is": "run", "run": self.whole, "state": self.state})
         else:
             self._tell_state()
-
-    def _close(self) -> None:
-        if self._file is not None:
-            with suppress(OSError):  # a full disk, reported when it was written
-                self._file.close()
 
     def _set(self, phase: LivePhase) -> None:
         if self._begun and self.phase is not LivePhase.ENDED:
@@ -299,7 +291,6 @@ class StudioRun:
         self._tell_state()
 
     def _tell_state(self) -> None:
-        self._reported_busy = self._busy  # any state message also reports this
         self._tell({"is": "state", "state": self.state})
 
     def _send(self, data: Mapping[str, Any]) -> None:
