@@ -150,7 +150,6 @@ class _Stage:
 
         options = Options(
             layers=frozenset({layer}),
-            legend=False,
             caption=caption,
             shading=self._film.shading(self._run, tick),
             robot=robot,

@@ -9,7 +9,7 @@ from msgspec import Struct
 
 from safenav.report.picture.floor import AREA, INK, MUTED, WALL, WALL_LINE
 from safenav.report.picture.glyphs import GLYPHS, STATUS_MARKS
-from safenav.report.picture.svg import SvgWriter, number, text_width, wrapped
+from safenav.report.picture.svg import SvgWriter, number, wrapped
 from safenav.run.looks import Look, looks
 from safenav.run.run import Shading
 from safenav.run.values import ObstacleStatus, Scene, StoryKind
@@ -77,32 +77,11 @@ def _height(column: Sequence[Row]) -> float:
     return sum(row.height for row in column)
 
 
-class KeyRow(Struct, frozen=True):
-    """The robots' signs and names in running text: the legend of a film."""
-
-    entries: tuple[tuple[Icon, str], ...]
-
-    def _places(self, width: float) -> Iterator[tuple[float, float]]:
-        x, y = 0.0, 0.0
-        for _, name in self.entries:
-            needed = ICON + text_width(name, 13) + 18
-            if x and x + needed > width:
-                x, y = 0.0, y + 28.0
-            yield x, y
-            x += needed
-
-    def height(self, width: float) -> float:
-        return max((y + 28.0 for _, y in self._places(width)), default=0.0)
-
-    def draw(self, page: SvgWriter, left: float, top: float, width: float) -> None:
-        for (icon, name), (x, y) in zip(self.entries, self._places(width), strict=True):
-            icon(page, left + x + 12, top + y + 11)
-            page.text(left + x + ICON, top + y + 15.5, name, 13, fill=INK)
-
-
-def key_row(scene: Scene) -> KeyRow:
+def key_of(scene: Scene) -> Legend:
+    """Return the robots' signs and names alone: the legend of a film."""
     names = [robot.name for robot in scene.robots]
-    return KeyRow(tuple(zip(map(_body, looks(names)), names, strict=True)))
+    pairs = zip(map(_body, looks(names)), names, strict=True)
+    return Legend(tuple(Row(icon, lines_of(name, 13)) for icon, name in pairs))
 
 
 def legend_of(

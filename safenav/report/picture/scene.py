@@ -34,7 +34,7 @@ from safenav.report.picture.glyphs import (
     opened_pictogram,
     separated,
 )
-from safenav.report.picture.legend import KeyRow, Legend, key_row, legend_of
+from safenav.report.picture.legend import key_of, legend_of
 from safenav.report.picture.svg import SvgWriter, polyline, wrapped
 from safenav.run.looks import Look, looks
 from safenav.run.run import Shading
@@ -109,14 +109,12 @@ def svg_of(scene: Scene, options: Options | None = None) -> str:
     caption = [line for text in says for line in wrapped(text, 13, inner)]
     spoken = LINE * (CAPTION_LINES if film else len(caption))
     below = top + height + (14.0 if options.axes else 0.0) + (spoken + 14 if spoken else 0.0)
-    legend: KeyRow | Legend | None = None
-    if film:
-        legend = key_row(scene)
-    elif options.legend:
+    legend = key_of(scene) if film else None
+    if options.legend and not film:
         legend = legend_of(scene, options.hidden, options.shading, EXCLUSION)
+    end = below + (legend.height(inner) + 20 if legend else 0.0) + MARGIN
     page = SvgWriter()
     if Layer.GROUND in options.layers:
-        end = below + (legend.height(inner) + 20 if legend else 0.0) + MARGIN
         page.rect(0, 0, inner + 2 * MARGIN, end, fill="#FFFFFF")
         for i, line in enumerate(title):
             page.text(MARGIN, MARGIN + 15 + 21 * i, line, 17, bold=True, fill=INK)
@@ -126,7 +124,6 @@ def svg_of(scene: Scene, options: Options | None = None) -> str:
             page.open("g", transform=f"translate({MARGIN - left} {top - upper})")
             draw_axes(page, scene.map, cell)
             page.close("g")
-    end = below + (legend.height(inner) + 20 if legend else 0.0) + MARGIN
     if Layer.STATE in options.layers:
         page.text(MARGIN, top - 9, scene.moment, 13, fill=MUTED)
         for i, line in enumerate(caption[: CAPTION_LINES if film else None]):
