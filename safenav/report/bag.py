@@ -22,7 +22,7 @@ from safenav.fleet.ros2.interfaces import INTERFACES
 from safenav.report.picture.floor import INK
 from safenav.report.picture.glyphs import STATUS_MARKS
 from safenav.run.looks import looks
-from safenav.run.run import Run
+from safenav.run.run import CLOSED, Run
 from safenav.run.values import Event, ObstacleStatus, StoryKind
 from safenav.scenario.motion import AIR
 from safenav.scenario.objective import Objective, target_regions
@@ -35,8 +35,6 @@ _FLIES = 0.8
 _HEIGHTS = {ObstacleStatus.FOUND: 0.15, ObstacleStatus.BLOCKED: 0.8}
 """Heights of obstacles by status, in regions, for people who cannot tell the colours apart."""
 _COLOURS = {status: mark.colour for status, mark in STATUS_MARKS.items()}
-_SEEN = {ObstacleStatus.FOUND, ObstacleStatus.REQUESTED, ObstacleStatus.BLOCKED}
-"""Statuses of obstacles that have a marker."""
 TRAIL = 8
 """Most corners in a path: with all so far, bags would grow with the square of the ticks."""
 _ADD, _DELETE, _DELETE_ALL = 0, 2, 3
@@ -113,7 +111,7 @@ class _Messages:
                     topic = f"/{self.names[track.name]}/path"
                     yield Stamped(seconds, topic, "nav_msgs/msg/Path", path)
             statuses = {name: told.at(tick) for name, told in run.statuses.items()}
-            known = ((n, s if s in _SEEN else ObstacleStatus.ABSENT) for n, s in statuses.items())
+            known = ((n, s if s in CLOSED else ObstacleStatus.ABSENT) for n, s in statuses.items())
             shown = [pair for pair in known if changes.new(*pair, ObstacleStatus.ABSENT)]
             if shown:
                 yield self._markers(tick, "/obstacles", (self._obstacle(tick, *s) for s in shown))

@@ -9,11 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from msgspec import Struct, field
-from msgspec.structs import replace
+from msgspec.structs import asdict
 
-from safenav.errors import Diagnostic, InputError, UsageError
+from safenav.errors import InputError, UsageError
 from safenav.scenario.beginning import TEMPLATES, template_text
-from safenav.scenario.model import Scenario
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import Draft, load_draft
 from safenav.scenario.yaml.findings import ReadableFolder
@@ -131,7 +130,7 @@ class Editor(Studio):
             "file": None if file is None else self.scenarios.name(file),
             "drawing": self._drawing,
             "palette": palette(self._draft.catalogue),
-            "problems": [_problem(found) for found in self._draft.diagnostics],
+            "problems": [asdict(found) for found in self._draft.diagnostics],
         }
 
     def _reach(self) -> ReadableFolder:
@@ -174,9 +173,7 @@ class Editor(Studio):
     def _changed(self) -> None:
         """Send the changed text to every page, and check it. The check that robots can reach their
         targets takes longer on large maps; its result is sent later."""
-        before = self._draft.scenario
         self._draft, self._checked = self._drafted(reachable=False), False
-        first = _altered(before, self._draft.scenario)
         self._draw()
         self.tell(self._view())
         self.tell(self._hello())
@@ -184,8 +181,7 @@ class Editor(Studio):
             self._checking.cancel()
         self._checking = asyncio.create_task(self._check(self.document.revision))
         hopeless = self._draft.world is None
-        order = replace(self._order_of(self.document.text), first=first)
-        self._realizability.check(None if hopeless else order)
+        self._realizability.check(None if hopeless else self._order_of(self.document.text))
 
     async def _check(self, revision: int) -> None:
         await asyncio.sleep(0.1)
@@ -275,22 +271,6 @@ class Editor(Studio):
     def _played(self) -> str:
         assert self.run is not None
         return played(self.run.order.text, self.run.records, self.run.order.seed)
-
-
-def _altered(before: Scenario | None, after: Scenario | None) -> tuple[str, ...]:
-    """Return the names of robots that are new or changed."""
-    if before is None or after is None:
-        return ()
-    return tuple(robot.name for robot in after.robots if robot not in before.robots)
-
-
-def _problem(found: Diagnostic) -> dict[str, Any]:
-    return {
-        "line": found.line,
-        "column": found.column,
-        "found": found.found,
-        "hint": found.hint,
-    }
 
 
 MOST = 500

@@ -161,7 +161,7 @@ class StudioRun:
         self._send({"do": "step"})
 
     def _wait(self) -> None:
-        """Wait for the process; pages learn that it takes long, and when it no longer does."""
+        """Wait for the process; after ``BUSY`` seconds pages show that the tick takes long."""
         self._late = asyncio.get_running_loop().call_later(BUSY, self._set_busy, True)
 
     def _set_busy(self, busy: bool) -> None:

@@ -42,14 +42,13 @@ DONE, REFUSED, FAILED = "~done", "~refused", "~failed"
 class RunOrder(Struct, frozen=True):
     """A scenario to run. ``folder``: the folder whose files it may read (None: none); ``trusted``:
     it may read any file, since the user named it. ``seed`` and ``clock`` override its own.
-    ``first``: robots whose realizability is checked first."""
+    """
 
     text: str
     file: str
     folder: str | None = None
     trusted: bool = False
     seed: int | None = None
-    first: tuple[str, ...] = ()
     clock: str | None = None
 
     @property

@@ -21,10 +21,8 @@ import socket
 import webbrowser
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from functools import cache
 from http import HTTPStatus
 from http.client import HTTPException, parse_headers
-from importlib.resources import files
 from io import BytesIO
 from pathlib import Path, PurePath
 from typing import Any
@@ -34,7 +32,7 @@ import click
 from msgspec import Struct
 
 from safenav.errors import SafenavError, UsageError, file_words
-from safenav.report.page.html import framed
+from safenav.report.page.html import asset, framed
 from safenav.scenario.reading.loader import schema_text
 from safenav.studio.scenario_folder import ReplaceError
 from safenav.studio.session import Studio
@@ -240,7 +238,8 @@ class Server:
         if path == "":
             return Answer(200, page(self.studio.title).encode(), "text/html")
         if path in FILES:
-            return Answer(200, asset(path).encode(), FILES[path])
+            text = schema_text() if path == "schema.json" else asset(path, __package__)
+            return Answer(200, text.encode(), FILES[path])
         if path == "events":
             full = len(self.studio.pages) >= PAGES
             words = f"{PAGES} pages are already open\n".encode()
@@ -353,14 +352,6 @@ def page(title: str) -> str:
     return framed(title, style, '<script src="studio.js"></script>')
 
 
-@cache
-def asset(name: str) -> str:
-    """Return the text of a file of the page, or of the schema of its editor."""
-    if name == "schema.json":
-        return schema_text()
-    return files("safenav.studio").joinpath("assets", name).read_text(encoding="utf-8")
-
-
 def start_studio(
     file: Path | None,
     *,
@@ -373,7 +364,7 @@ def start_studio(
     available."""
     from safenav.studio.editor import Editor
 
-    _serve(lambda: Editor.of_file(file, folder), port, browser, keep)
+    asyncio.run(_served(Editor.of_file(file, folder), port, browser, keep))
 
 
 def start_live(
@@ -384,26 +375,18 @@ def start_live(
     clock: str | None = None,
 ) -> None:
     """Serve the run of a scenario, without the editor, until Ctrl-C. Raises UsageError."""
-    from safenav.studio.session import Studio
-
-    _serve(lambda: Studio.of_run(scenario, seed, trace, clock), None, True, False)
+    asyncio.run(_served(Studio.of_run(scenario, seed, trace, clock), None, True, False))
 
 
-def _serve(make: object, port: int | None, browser: bool, keep: bool) -> None:
-    from safenav.studio.server import Server
+async def _served(studio: Studio, port: int | None, browser: bool, keep: bool) -> None:
+    server = Server(studio, port=port, keep=keep)
+    loop = asyncio.get_running_loop()
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        with suppress(NotImplementedError):
+            loop.add_signal_handler(number, server.stop)
 
-    async def main() -> None:
-        assert callable(make)
-        server = Server(make(), port=port, keep=keep)
-        loop = asyncio.get_running_loop()
-        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-            with suppress(NotImplementedError):
-                loop.add_signal_handler(number, server.stop)
-        await server.serve(browser=browser, ready=_ready)
+    def ready(address: str) -> None:
+        click.echo(f"studio: {address}")
+        click.echo("    Ctrl-C ends it", err=True)
 
-    asyncio.run(main())
-
-
-def _ready(address: str) -> None:
-    click.echo(f"studio: {address}")
-    click.echo("    Ctrl-C ends it", err=True)
+    await server.serve(browser=browser, ready=ready)

@@ -31,7 +31,6 @@ from safenav.trace.reading import read_bytes
 
 
 def replay_page(trace: bytes, name: str) -> bytes:
-    """Return the replay as one HTML page."""
     return page_of_trace(read_bytes(trace, name), name).encode()
 
 

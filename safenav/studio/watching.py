@@ -109,11 +109,8 @@ class _Watching(Studio):
     def __init__(self, scenario: Scenario) -> None:
         order = RunOrder("", scenario.source or f"{scenario.name}.yaml", seed=scenario.seed)
         super().__init__(order, scenario.catalogue)
-        self._watched = WatchedRun(order, self.tell, trace=None)
-        self.run = self._watched
-
-    def hear(self, data: dict[str, Any]) -> None:
-        self._watched.hear(data)
+        self.run = watched = WatchedRun(order, self.tell, trace=None)
+        self.hear = watched.hear
 
     async def take(self, _: Mapping[str, Any]) -> None:
         raise UsageError("this page watches: the program that called the mission drives the run")

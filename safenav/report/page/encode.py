@@ -151,7 +151,7 @@ def grown(run: Run, known: PageKnowledge) -> dict[str, Any]:
         "times": times,
         "robots": [growth.robot(track) for track in run.robots],
         "obstacles": [*filter(None, map(growth.obstacle, run.hidden.values()))],
-        "stack": growth.changes(run.stack, lambda rows: stack_data(rows, run.map), "stack"),
+        "stack": growth.changes(run.stack, growth.rows, "stack"),
         "events": [growth.event(event) for event in events],
         "deadlines": [[*astuple(slack)] for slack in known.new(run.deadlines, "deadlines")],
     }
@@ -182,7 +182,7 @@ class _Growth:
             "tasks": self.changes(
                 run.objectives[name], partial(task_data, run, name), "tasks", name
             ),
-            "progress": self.changes(run.progress[name], progress_data, "progress", name),
+            "progress": self.changes(run.progress[name], self._progress, "progress", name),
             "charge": charge and self.changes(charge, lambda percent: [percent], "charge", name),
             "view": self._view(track) if name in self._viewers else None,
         }
@@ -217,6 +217,14 @@ class _Growth:
     def _carriers(self, robots: Sequence[str]) -> list[Any]:
         return [[self._index[robot] for robot in robots]]
 
+    def rows(self, stack: Sequence[StackRow]) -> list[Any]:
+        word = self._run.map.word
+        return [[[row.about(word), row.roles, row.requester, [*row.helpers]] for row in stack]]
+
+    @staticmethod
+    def _progress(done: RobotProgress) -> list[Any]:
+        return [done.rounds, -1 if done.reached is None else done.reached]
+
     def event(self, event: Event) -> list[Any]:
         return [
             min(event.tick, self._run.last),
@@ -248,15 +256,6 @@ def _robot(track: RobotTrack) -> dict[str, Any]:
         "shape": robot_pictogram(track.model),
         "can": track.capabilities,
     }
-
-
-def progress_data(done: RobotProgress) -> list[Any]:
-    return [done.rounds, -1 if done.reached is None else done.reached]
-
-
-def stack_data(frames: Sequence[StackRow], world: RegionMap) -> list[Any]:
-    rows = ((f.about(world.word), f.roles, f.requester, [*f.helpers]) for f in frames)
-    return [[list(row) for row in rows]]
 
 
 def task_data(run: Run, robot: str, objective: Objective | None) -> list[Any]:

@@ -71,9 +71,9 @@ def page_of(run: Run, source: str, curves: Sequence[Mapping[str, object]] = ()) 
     of its requirements (``curves_of``)."""
     return document(
         f"{run.name}: replay",
-        _asset("replay.css"),
+        asset("replay.css"),
         data_element("run", encoded(run, source) | {"curves": list(curves)}),
-        f"<script>\n{_asset('replay.js')}</script>",
+        f"<script>\n{asset('replay.js')}</script>",
     )
 
 
@@ -108,5 +108,6 @@ def embedded(data: object) -> str:
 
 
 @cache
-def _asset(name: str) -> str:
-    return files("safenav.report.page").joinpath("assets", name).read_text(encoding="utf-8")
+def asset(name: str, package: str = "safenav.report.page") -> str:
+    """Return the text of a built file of a page."""
+    return files(package).joinpath("assets", name).read_text(encoding="utf-8")

@@ -15,7 +15,6 @@ from safenav.explain.diagnosis import why_words
 from safenav.explain.explanation import (
     Core,
     CoreMember,
-    Dilemma,
     Explanation,
     LosingPlay,
     NoStrategyCause,
@@ -94,8 +93,10 @@ def cause_words(found: Explanation, world: RegionMap) -> str:
 def member_words(member: CoreMember, found: Explanation, world: RegionMap) -> str:
     """Return one member of a core in the scenario's terms."""
     if member.origin.item == "map" and member.regions:
-        return f"{_regions(member.regions, world)} {_is_a_wall(member.regions)}"
-    about = f" [{_regions(member.regions, world)}]" if _about_one_goal(member) else ""
+        verb = "is a wall" if len(member.regions) == 1 else "are walls"
+        return f"{_regions(member.regions, world)} {verb}"
+    one_goal = len(member.constraints) == 1 and member.regions
+    about = f" [{_regions(member.regions, world)}]" if one_goal else ""
     return _constraint_words(member.constraints[0], found, world, about)
 
 
@@ -157,7 +158,9 @@ def play_lines(play: LosingPlay, found: Explanation, world: RegionMap) -> Iterat
         else:
             yield "Then no move is left:"
         for dilemma in play.dilemmas:
-            yield f"  {_dilemma_words(dilemma, play.walk[-1], found, world)}"
+            stays = dilemma.region == play.walk[-1]["region"]
+            move = "staying" if stays else f"going to {world.label(dilemma.region)}"
+            yield f"  {move} breaks: {_constraint_words(dilemma.broken, found, world)}"
         return
     count = len(play.cycle)
     if count:
@@ -232,14 +235,6 @@ def _in_order(core: Core) -> list[CoreMember]:
     return [*rest, CoreMember(walls[0].origin, constraints, core.walls)]
 
 
-def _about_one_goal(member: CoreMember) -> bool:
-    return len(member.constraints) == 1 and bool(member.regions)
-
-
-def _is_a_wall(regions: Sequence[Region]) -> str:
-    return "is a wall" if len(regions) == 1 else "are walls"
-
-
 def _regions(regions: Sequence[Region], world: RegionMap) -> str:
     if not regions:
         return "no region"
@@ -251,15 +246,11 @@ def _regions(regions: Sequence[Region], world: RegionMap) -> str:
 def _moment_words(values: Values, play: LosingPlay, found: Explanation, world: RegionMap) -> str:
     heading = Heading(values["heading"]) if "heading" in values else None
     words = f"{found.robot} at {world.stance(values['region'], heading)}"
-    declared = getattr(found.task.objective, "memory", {})
-    shown = (*_inputs_of(play), *(name for name in values if name in declared))
+    declared, strategy = getattr(found.task.objective, "memory", {}), play.strategy
+    inputs = strategy.specification.owned(Owner.INPUT) if strategy else ()
+    shown = (*(v.name for v in inputs), *(name for name in values if name in declared))
     others = _inputs_words([(name, values[name]) for name in shown], world)
     return f"{words}; {others}" if others else words
-
-
-def _inputs_of(play: LosingPlay) -> list[str]:
-    strategy = play.strategy
-    return [v.name for v in strategy.specification.owned(Owner.INPUT)] if strategy else []
 
 
 def _inputs_words(inputs: Sequence[tuple[str, int]], world: RegionMap) -> str:
@@ -273,12 +264,6 @@ def _inputs_words(inputs: Sequence[tuple[str, int]], world: RegionMap) -> str:
         else:
             words.append(f"{name} = {value}")
     return ", ".join(words)
-
-
-def _dilemma_words(dilemma: Dilemma, last: Values, found: Explanation, world: RegionMap) -> str:
-    stays = dilemma.region == last["region"]
-    move = "staying" if stays else f"going to {world.label(dilemma.region)}"
-    return f"{move} breaks: {_constraint_words(dilemma.broken, found, world)}"
 
 
 def _picture(found: Explanation, scenario: Scenario) -> list[str]:
@@ -349,7 +334,8 @@ def postmortem_lines(found: Postmortem, word: Word) -> Iterator[str]:
     if result.outcome is Outcome.COMPLETED:
         good = click.style("realizable", fg="green")
         done = f"the run is completed after {_time(result.ticks, result.makespan)}"
-        yield f"every robot is {good}, and {done}: {_late(result.lost)}"
+        late = "these deadlines could not be met:" if result.lost else "nothing to explain"
+        yield f"every robot is {good}, and {done}: {late}"
         yield from (f"  {loss}" for loss in result.lost)
         return
     ended = click.style(result.outcome.value.replace("_", " "), fg="red", bold=True)
@@ -389,10 +375,6 @@ def _missing_lines(missing: Sequence[Missing], word: Word) -> Iterator[str]:
 
 def _time(ticks: int, makespan: float | None) -> str:
     return counted(ticks, "tick") if makespan is None else seconds_words(makespan)
-
-
-def _late(lost: tuple[str, ...]) -> str:
-    return "these deadlines could not be met:" if lost else "nothing to explain"
 
 
 def postmortem_data(found: Postmortem, scenario: Scenario) -> dict[str, Any]:

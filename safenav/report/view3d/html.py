@@ -14,8 +14,6 @@ import zlib
 from base64 import b64encode
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import cache
-from importlib.resources import files
 from operator import itemgetter
 from typing import Any
 
@@ -29,7 +27,7 @@ from safenav.motion.file import records
 from safenav.motion.requirements import curves
 from safenav.motion.timing.in_time import in_time, turns_in_time
 from safenav.report.page.encode import encoded
-from safenav.report.page.html import data_element, document
+from safenav.report.page.html import asset, data_element, document
 from safenav.run.paths import SAME
 from safenav.run.reading import run_of
 from safenav.run.run import Run
@@ -192,7 +190,11 @@ def packed(columns: Iterable[Sequence[float]]) -> str:
                 struct.pack("<b", step) if -128 < step < 128 else struct.pack("<bi", -128, step)
             )
             before = now
-    return b64encode(zlib.compress(bytes(found), 9)).decode()
+    return deflated(bytes(found))
+
+
+def deflated(data: bytes) -> str:
+    return b64encode(zlib.compress(data, 9)).decode()
 
 
 _LOADER = """\
@@ -214,12 +216,13 @@ def page3d_of(trace: Trace, source: str, motion: records.Motion) -> str:
     run = run_of(timed)
     if timed is not trace:
         run = _timed(run, trace, motion)
+    program = asset("view3d.js", __package__)
     return document(
         f"{run.name}: replay in 3D",
-        _asset("view3d.css"),
+        asset("view3d.css", __package__),
         data_element("run", encoded(run, source) | {"curves": curves(motion, timed)}),
         data_element("motion", encoded_motion(motion)),
-        f'<script type="text/plain" id="program">{_program()}</script>',
+        f'<script type="text/plain" id="program">{deflated(program.encode())}</script>',
         f"<script>\n{_LOADER}</script>",
     )
 
@@ -248,13 +251,3 @@ def _timed(run: Run, trace: Trace, motion: records.Motion) -> Run:
         for one in ticked.deadlines
     ]
     return replace(run, charges=charges, deadlines=deadlines)
-
-
-@cache
-def _program() -> str:
-    return b64encode(zlib.compress(_asset("view3d.js").encode(), 9)).decode()
-
-
-@cache
-def _asset(name: str) -> str:
-    return files("safenav.report.view3d").joinpath("assets", name).read_text(encoding="utf-8")

@@ -72,7 +72,7 @@ def main() -> None:
     if scenario is None:
         return
     verdicts: dict[str, dict[str, Any]] = {}
-    for robot in sorted(scenario.robots, key=lambda robot: robot.name not in order.first):
+    for robot in scenario.robots:
         verdicts[robot.name] = _verdict(scenario, robot.name)
         if verdicts[robot.name]["verdict"] != "unrealizable":
             say(verdicts[robot.name])
