@@ -67,7 +67,6 @@ WORDS: dict[str, set[str]] = {
     "result": {"arrived", "elsewhere", "blocked", "failed", "lost"},
     "results": {"done", "untraversable", "failed", "nothing"},
     "verdict": _VERDICTS,
-    "verified": {"moves"},
     "why": {"strategy", "held", "synthesis", "acting", "service", "operator"},
     "world": {"simulated", "external"},
 }

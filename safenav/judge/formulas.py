@@ -136,7 +136,7 @@ class Formulas:
 
     def __init__(self, body: Mapping[str, Any], always: Iterable[str] = ()) -> None:
         memory = body.get("memory") or {}
-        self.inputs: list[str] = _listed(body.get("inputs"))
+        self.inputs: list[str] = [*body.get("inputs", ())]
         self.names = [*memory, *self.inputs]
         ranges = [range(2) if kind == "bool" else range(kind[0], kind[1] + 1)
                   for kind in memory.values()] + [range(2)] * len(self.inputs)  # fmt: skip
@@ -144,7 +144,7 @@ class Formulas:
         rows = product(*ranges) if self.whole else [()]
         self.values: list[tuple[int, ...]] = [*rows]
         truths = frozenset([*self.inputs, *(k for k, kind in memory.items() if kind == "bool")])
-        texts = {part: _listed(body.get(part)) for part in ("init", "safety", "liveness")}
+        texts = {part: [*body.get(part, ())] for part in ("init", "safety", "liveness")}
         texts["safety"] += [f"region' = region | ({text})" for text in always]
         named = {"region", "heading", *self.names}
         parts = {key: [read_formula(text, truths) for text in each] for key, each in texts.items()}
@@ -214,10 +214,6 @@ class Formulas:
 
 def _number(heading: str | None) -> int:
     return -1 if heading is None else HEADINGS.index(heading)
-
-
-def _listed(value: Any) -> list[str]:
-    return [value] if isinstance(value, str) else [*(value or ())]
 
 
 def all_memories(formulas: Formulas, pairs: Iterable[tuple[Pose, Pose]]) -> Iterator[Any]:

@@ -49,41 +49,21 @@ class Line:
 
 class Objective(Line):
     """``targets``: for each its regions, none for formulas; ``formulas``: of ``ltl`` and
-    ``always``, None if there are none."""
+    ``always``, None if there are none. ``settles``: the robot stays at its ``last`` target, where
+    each tick is a round; ``single``: from its first arrival on, ``ends``: after it has met each
+    target once. ``strict``: it leaves a target immediately, and touches none out of turn."""
 
     targets: list[frozenset[int]]
+
+    def __init__(self, kind: str, **fields: Any) -> None:
+        super().__init__(kind=kind, **fields)
+        self.single, self.ends, self.strict = kind == "hold", kind == "once", kind == "patrol"
+        self.settles, self.covers = self.single or self.ends, kind == "cover"
+        self.in_turn = self.strict or self.ends or kind == "visit"
 
     def __eq__(self, other: object) -> bool:
         keys = ("kind", "data", "literal")
         return all(getattr(self, key) == getattr(other, key, None) for key in keys)
-
-    @property
-    def settles(self) -> bool:
-        """Return whether the robot stays at its last target, where each tick is a round."""
-        return self.kind in ("hold", "once")
-
-    @property
-    def ends(self) -> bool:
-        """Return whether it meets each target once before that."""
-        return self.kind == "once"
-
-    @property
-    def strict(self) -> bool:
-        """Return whether it leaves a target immediately, and touches none out of turn."""
-        return self.kind == "patrol"
-
-    @property
-    def in_turn(self) -> bool:
-        return self.strict or self.ends or self.kind == "visit"
-
-    @property
-    def single(self) -> bool:
-        """Return whether it has one target, where the robot stays from the first arrival on."""
-        return self.settles and not self.ends
-
-    @property
-    def covers(self) -> bool:
-        return self.kind == "cover"
 
     @property
     def last(self) -> frozenset[int]:
@@ -202,10 +182,6 @@ def _add(**shapes: str) -> None:
         READS[f"{name}_list"], READS[f"{name}_by_name"] = _list(read, list), _by_name(read)
 
 
-def _formulas(value: Any) -> Any:
-    return value if isinstance(value, str) else _list(_STR, list)(value)
-
-
 def _memory(value: Any) -> Any:
     kinds = _by_name(lambda kind: kind if kind == "bool" else _pair(_INT, _INT)(kind))(value)
     if any(kind != "bool" and kind[0] > kind[1] for kind in kinds.values()):
@@ -213,8 +189,8 @@ def _memory(value: Any) -> Any:
     return kinds
 
 
-READS["memory"], READS["formulas"] = _memory, _formulas
-_add(ltl="memory?:memory inputs?:formulas init?:formulas safety?:formulas liveness?:formulas")
+READS["memory"] = _memory
+_add(ltl="memory?:memory inputs?:names init?:names safety?:names liveness?:names")
 
 
 def _objective(value: Any) -> Objective:

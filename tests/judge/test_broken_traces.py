@@ -122,7 +122,7 @@ def test_a_robot_that_leaves_a_target_does_not_meet_it_again() -> None:
 def test_a_step_that_the_formulas_of_its_robot_forbid_is_refused() -> None:
     memory = {f"m{k}": "bool" for k in range(9)}
     for more in ({}, {"memory": memory}):  # few values of the memory, or many
-        own = {"ltl": {"safety": "region' != 10", "liveness": "region' = 9", **more}}
+        own = {"ltl": {"safety": ["region' != 10"], "liveness": ["region' = 9"], **more}}
         s = Script(CORRIDOR, {"rover": robot("ground", [], 8, own)}, [])
         for to in (9, 10):
             s.next_tick().move("rover", to)

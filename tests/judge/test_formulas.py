@@ -27,15 +27,15 @@ from safenav.judge.formulas import Formulas, UnreadError
 )
 def test_formulas_mean_what_the_reference_says(formula: str, holds: bool) -> None:
     """At a step from 3 to 4."""
-    assert Formulas({"safety": formula}).allows((3, None), (4, None)) is holds
+    assert Formulas({"safety": [formula]}).allows((3, None), (4, None)) is holds
 
 
 @pytest.mark.parametrize(
     "body",
     [
-        {"safety": "region ="},
-        {"safety": "region = door"},
-        {"safety": "region = 3 region"},
+        {"safety": ["region ="]},
+        {"safety": ["region = door"]},
+        {"safety": ["region = 3 region"]},
         {"safety": ["region % 2"]},
     ],
 )

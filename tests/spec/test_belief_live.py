@@ -12,7 +12,7 @@ from msgspec.structs import replace
 
 from safenav.formula.evaluator import Predicate, predicate
 from safenav.formula.parser import parse
-from safenav.judge.bundle.others import sees
+from safenav.judge.bundle.tasks import sees
 from safenav.judge.world import World
 from safenav.runtime.control.observing import after_look
 from safenav.spec.other_robots import belief

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import chain
 from typing import Any
@@ -11,9 +11,8 @@ from typing import Any
 from safenav.judge.bundle import plans
 from safenav.judge.bundle.strategies import RefusedError, require
 from safenav.judge.bundle.tasks import TOLD, Task, formed
-from safenav.judge.bundle.wording import aims, outcome, word
 from safenav.judge.formulas import Pose
-from safenav.judge.lines import Line
+from safenav.judge.lines import Line, Objective
 from safenav.judge.rule import STEPS, Rule
 from safenav.judge.state import State
 from safenav.strict_json import read_json
@@ -123,7 +122,7 @@ class Evidence:
         """Each strategy obeys the scenario: moves, walls, an answer to each observation, goals
         under named assumptions; and a robot for which none exists has a counterstrategy."""
         proof = proof_file(e)
-        text = f"{e.robot} for '{aims(formed(e.objective, e.form), s)}'"
+        text = f"{e.robot} for '{_objective(formed(e.objective, e.form), s)}'"
         if e.verdict == "unrealizable" and proof in self.files:
             self.named.add(proof)
             if proof not in self.tasks:
@@ -276,7 +275,7 @@ class Evidence:
         """Negatives that the judge has proven, and the end, are claims."""
         if e.kind == "blocked" and e.proof is not None:
             kind, region = e.obstacle.partition("@")[0], s.obstacles[e.obstacle].region
-            self.claim("never", e, f"No robot can ever resolve {kind}@{word({region}, s)}.")
+            self.claim("never", e, f"No robot can ever resolve {kind}@{_word({region}, s)}.")
         elif e.kind == "blocked" and e.reason == "operator":
             self.claim("operator", e, f"An operator has declared {e.obstacle} permanent.")
         elif e.kind == "deadline" and e.verdict == "lost" and e.of in s.obstacles:
@@ -287,7 +286,7 @@ class Evidence:
             if stated and e.proof is None and stated.items() <= self.hopeless:
                 self.proven.add(e.number)
             if e.kind == "outcome":
-                self.claim("outcome", e, outcome(e, s))
+                self.claim("outcome", e, _end(e, s))
 
     def finish(self, strays: int, hands: int) -> None:
         """Add the claims about the whole run."""
@@ -305,3 +304,73 @@ class Evidence:
             self.claim("apart", None, f"Rivals never meet: {what}.")
         if hands:
             self.claim("changed", None, f"A user, an operator or the world made {hands} changes.")
+
+
+def _word(regions: Collection[int], s: State) -> str:
+    """Return the name of an area or a region, or its numbers."""
+    known = s.scenario.map
+    names = {frozenset([region]): name for name, region in (known.names or {}).items()}
+    names |= {area: name for name, area in (known.areas or {}).items()}
+    each = (names.get(frozenset([region]), str(region)) for region in sorted(regions))
+    return names.get(frozenset(regions)) or " or ".join(each)
+
+
+def _objective(own: Objective, s: State) -> str:
+    """Return an objective as a sentence without its subject."""
+    never = ", ".join(_word([region], s) for region in sorted(own.avoid))
+    rest = f"; never enter {never}" if never else ""
+    return _aims(own, s) + rest + "".join(f"; always {text}" for text in own.always)
+
+
+def _aims(own: Objective, s: State) -> str:
+    if own.kind == "ltl":
+        return "satisfy the formulas of its own objective"
+    listed = [_word(target, s) for target in own.targets]
+    if own.single:
+        return f"go to {listed[0]} and stay"
+    if own.ends:
+        return f"be at {', '.join(listed)} once, in this order, and stay at the last"
+    if own.covers:
+        return f"be at each of {', '.join(listed)} infinitely often, in any order"
+    turns = " in turn" if len(listed) > 1 else ""
+    how = ", without crossing a target out of turn" if own.strict else ""
+    return f"be at {' and '.join(listed)}{turns}, infinitely often{how}"
+
+
+def _end(e: Line, s: State) -> str:
+    """Return the claim about the end of a run, which the judge has judged."""
+    what, rounds = e.outcome, s.scenario.until.rounds or 0
+    if what == "completed":
+        often = "once" if rounds == 1 else f"{rounds} times"
+        message = f"every robot has met its objective {often} after the last resolution"
+        if stay := [name for name, robot in s.robots.items() if robot.own.settles]:
+            at = "is at its last target" if len(stay) == 1 else "are at their last targets"
+            message += f", and {' and '.join(stay)} {at}"
+        return f"The mission is completed: {message}."
+    if what == "tick_limit":
+        return f"The run ended at its limit of {e.ticks} ticks."
+    if what == "unrealizable":
+        return "The mission never began: a robot has no strategy."
+    if what != "operator_needed":
+        return f"The run ended early ({what.replace('_', ' ')}); no claim about its goal."
+    if e.cause == "out_of_service":
+        out = [name for name, robot in s.robots.items() if robot.out]
+        return f"An operator is needed: {' and '.join(out)} out of service."
+    if e.proof is None:
+        lost = {**s.unrealizable, **(e.unrealizable or {})}
+        return f"An operator is needed: there is no strategy for {' and '.join(lost)}."
+    if e.proof.kind in ("joint", "room"):
+        names = [name for name in s.robots if name in e.proof.robots]
+        message = f"no order of moves of {' and '.join(names)} completes the mission"
+        return f"An operator is needed: {message}."
+    stuck = " and ".join(sorted(_stuck(e.proof))) or "in each case some robot"
+    message = f"{stuck} cannot continue, whatever the robots in service with strategies do"
+    return f"An operator is needed: {message}."
+
+
+def _stuck(proof: Line) -> set[str]:
+    """Return the robots that cannot continue in any case of a proof."""
+    if proof.kind == "closure":
+        return {name for name, table in proof.robots.items() if not table.live}
+    cases = [_stuck(choice.proof) for choice in proof.choices]
+    return set.intersection(*cases) if cases else set()
