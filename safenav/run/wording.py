@@ -257,13 +257,6 @@ class Wording(Struct, frozen=True):
         words += [self.objective(line.objective)] if line.objective else []
         return f"{what} {' '.join(words)}".rstrip()
 
-    def objectives(self, line: records.Push | records.Pop, names: Iterable[str]) -> str:
-        """Return the objectives of these robots after the line, in brackets; empty if no robot has
-        one."""
-        known = (name for name in names if name in line.objectives)
-        sentences = "; ".join(f"{name}: {self.objective(line.objectives[name])}" for name in known)
-        return f" ({sentences})" if sentences else ""
-
     def objective(self, objective: Objective) -> str:
         """An objective in a few words."""
         return describe(objective, self.word)

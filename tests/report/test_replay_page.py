@@ -1,4 +1,5 @@
-"""The page in a real browser: it opens from disk, plays, and is usable by everybody."""
+"""The replay page in a real browser, as its readers use it: it opens from disk, plays, tells what
+the trace tells, and is legible for everybody."""
 
 import re
 from pathlib import Path
@@ -12,6 +13,20 @@ from safenav.run.reading import read_run
 from safenav.run.run import Run
 
 CELL = 40.0  # side of a region in the page, see front/src/camera.ts
+PHONE = {"width": 390, "height": 844}
+
+
+def view(browser: Browser) -> tuple[float, ...]:
+    """x, y, width and height of what the map shows, in regions."""
+    box = browser.one(".motion").get_dom_attribute("viewBox") or ""
+    return tuple(float(number) / CELL for number in box.split())
+
+
+def made(lines: made_traces.Lines, folder: Path, source: str = "t.jsonl") -> tuple[Path, Run]:
+    """The page of a changed trace, and its run."""
+    run, page = read_run(made_traces.write(lines, folder / "t.jsonl")), folder / "page.html"
+    page.write_text(page_of(run, source))
+    return page, run
 
 
 @pytest.mark.parametrize("name", ["door", "chain", "detour", "meeting", "crowd"])
@@ -26,13 +41,16 @@ def test_a_page_opens_without_error_or_request(
 
 
 def test_a_page_plays_smoothly_to_its_end(browser: Browser, pages: dict[str, Path]) -> None:
-    browser.open(pages["door"])
-    browser.run("""
+    """With reduced motion, robots move in whole ticks."""
+    watch = """
         window.seen = [];
-        const robot = document.querySelector('[data-robot="quad"]');
-        new MutationObserver(() => window.seen.push(robot.getAttribute("transform")))
-            .observe(robot, {attributes: true});
-    """)
+        const robot = document.querySelector(`[data-robot="${arguments[0]}"]`);
+        const note = () => window.seen.push(robot.getAttribute("transform"));
+        note();
+        new MutationObserver(note).observe(robot, {attributes: true});
+    """
+    browser.open(pages["door"])
+    browser.run(watch, "quad")
     for _ in range(3):
         browser.press("+")
     assert browser.one(".speed select").get_attribute("value") == "32"
@@ -50,6 +68,14 @@ def test_a_page_plays_smoothly_to_its_end(browser: Browser, pages: dict[str, Pat
     off_centre = [xy for xy in places if any((float(v) - CELL / 2) % CELL for v in xy)]
     assert len(off_centre) > len(places) / 3, "robots leap from region to region"
     assert browser.errors() == []
+
+    browser.open(pages["door"], motion="reduce")
+    browser.run(watch, "digit")
+    browser.slow()
+    browser.button("Play").click()
+    browser.wait(lambda: browser.tick >= 4)
+    browser.button("Pause").click()
+    assert len(set(browser.run("return window.seen"))) <= browser.tick + 1
 
 
 def test_the_state_of_a_tick_is_that_of_the_trace(
@@ -73,7 +99,35 @@ def test_the_state_of_a_tick_is_that_of_the_trace(
             assert abs(x - col) < 0.3 and abs(y - row) < 0.3
 
 
-def test_events_can_be_clicked(browser: Browser, pages: dict[str, Path]) -> None:
+@pytest.mark.parametrize("tick", [2, 12, 20])
+def test_each_robot_shows_its_current_target_and_the_way_there(
+    browser: Browser, pages: dict[str, Path], tick: int
+) -> None:
+    browser.open(pages["door"], f"#tick={tick}")
+    browser.wait(lambda: browser.tick == tick)
+    current = browser.run(
+        "return Object.fromEntries([...document.querySelectorAll('.aim.current')]"
+        ".map(ring => [ring.parentElement.dataset.of, +ring.parentElement.dataset.target]))"
+    )
+    ways = browser.run(
+        "return Object.fromEntries([...document.querySelectorAll('[data-intention]')]"
+        ".map(way => [way.dataset.intention, way.getAttribute('d').split(/[ML]/).pop()]))"
+    )
+    robots = browser.run("return JSON.parse(document.getElementById('run').textContent).robots")
+    for robot in robots:
+        name, path = robot["name"], robot["path"]
+        until = min((row[0] for row in robot["tasks"] if row[0] > tick), default=len(path) - 1)
+        met = (each[2] for each in robot["progress"] if tick < each[0] <= until and each[2] >= 0)
+        first = next(met, path[until])  # before it gets another task
+        assert current[name] == first, name
+        if path[tick] != first:
+            x, y = map(float, ways[name].split())
+            assert (x, y) == ((first % 13 + 0.5) * CELL, (first // 13 + 0.5) * CELL), name
+
+
+def test_events_lead_to_their_moment_and_their_place(
+    browser: Browser, pages: dict[str, Path]
+) -> None:
     browser.open(pages["door"])
     browser.one('.event[data-kind="resolved"]').click()
     assert browser.tick == 16
@@ -81,16 +135,20 @@ def test_events_can_be_clicked(browser: Browser, pages: dict[str, Path]) -> None
     assert {event.get_attribute("data-tick") for event in current} == {"16"}
     browser.one('.marks button[data-tick="11"]').click()
     assert browser.tick == 11
-
-
-def test_kinds_of_events_can_be_filtered(browser: Browser, pages: dict[str, Path]) -> None:
-    browser.open(pages["door"])
-    before = len(browser.all(".event"))
-    goals = len(browser.all('.event[data-kind="goal"]'))
+    before, goals = (len(browser.all(f".event{kind}")) for kind in ("", '[data-kind="goal"]'))
     filters = {button.text: button for button in browser.all(".filters button")}
     filters["goals"].click()
     assert filters["goals"].get_attribute("aria-pressed") == "false"
     assert goals > 0 and len(browser.all(".event")) == before - goals
+
+    browser.open(pages["crowd"], **PHONE)
+    browser.run("arguments[0].click()", browser.one('.event[data-kind="violation"]'))
+    browser.wait(lambda: browser.all(".pointed"))
+    ring = browser.one(".pointed")
+    col, line = (float(ring.get_dom_attribute(name) or "nan") / CELL for name in ("cx", "cy"))
+    x, y, width, height = view(browser)
+    assert x < col < x + width and y < line < y + height
+    assert width < 32, "on a map too large to see it comes nearer"
 
 
 @pytest.mark.parametrize("focus", ["body", "input[type=range]", ".event"])
@@ -99,21 +157,18 @@ def test_keys_work_wherever_the_focus_is(
 ) -> None:
     browser.open(pages["door"])
     browser.run("document.querySelector(arguments[0]).focus()", focus)
-    browser.press(Keys.ARROW_RIGHT)
-    browser.press(Keys.ARROW_RIGHT)
-    assert browser.tick == 2
-    browser.press(Keys.ARROW_LEFT)
-    assert browser.tick == 1
-    browser.press(Keys.SHIFT, Keys.ARROW_RIGHT)
-    assert browser.tick == 11
-    browser.press(Keys.SHIFT, Keys.ARROW_LEFT)
-    assert browser.tick == 0
-    browser.press(Keys.END)
-    assert browser.tick == 46
-    browser.press(Keys.ARROW_RIGHT)
-    assert browser.tick == 46
-    browser.press(Keys.HOME)
-    assert browser.tick == 0
+    for keys, tick in (
+        ((Keys.ARROW_RIGHT,), 1),
+        ((Keys.ARROW_RIGHT,), 2),
+        ((Keys.ARROW_LEFT,), 1),
+        ((Keys.SHIFT, Keys.ARROW_RIGHT), 11),
+        ((Keys.SHIFT, Keys.ARROW_LEFT), 0),
+        ((Keys.END,), 46),
+        ((Keys.ARROW_RIGHT,), 46),
+        ((Keys.HOME,), 0),
+    ):
+        browser.press(*keys)
+        assert browser.tick == tick, keys
 
 
 def test_the_address_names_the_tick(browser: Browser, pages: dict[str, Path]) -> None:
@@ -121,10 +176,9 @@ def test_the_address_names_the_tick(browser: Browser, pages: dict[str, Path]) ->
     assert browser.tick == 12
     browser.press(Keys.ARROW_RIGHT)
     browser.wait(lambda: browser.run("return location.hash") == "#tick=13")
-    browser.run('location.hash = "#tick=30"')
-    browser.wait(lambda: browser.tick == 30)
-    browser.run('location.hash = "#tick=4711"')
-    browser.wait(lambda: browser.tick == 46)
+    for asked, tick in ((30, 30), (4711, 46)):
+        browser.run("location.hash = arguments[0]", f"#tick={asked}")
+        browser.wait(lambda tick=tick: browser.tick == tick)
 
 
 def test_what_the_map_shows_can_be_chosen(browser: Browser, pages: dict[str, Path]) -> None:
@@ -142,14 +196,36 @@ def test_what_the_map_shows_can_be_chosen(browser: Browser, pages: dict[str, Pat
         assert not browser.all(shown[label.text]), label.text
 
 
+def test_the_map_is_zoomed_and_follows_a_robot(browser: Browser, pages: dict[str, Path]) -> None:
+    browser.open(pages["door"])
+    whole = view(browser)
+    assert whole[0] <= 0.5 and whole[1] <= 0.5 and whole[0] + whole[2] >= 12.5
+    browser.press("i")
+    assert view(browser)[2] == pytest.approx(whole[2] / 1.5, rel=0.01)
+    before = view(browser)
+    browser.press("d")
+    assert view(browser)[0] > before[0]
+    browser.button("Zoom in").click()
+    assert view(browser)[2] == pytest.approx(whole[2] / 2.25, rel=0.01)
+    browser.press("f")
+    assert view(browser) == pytest.approx(whole, abs=0.01)
+    browser.press("r")
+    for tick in (0, 9):
+        browser.run("location.hash = arguments[0]", f"#tick={tick}")
+        browser.wait(lambda tick=tick: browser.tick == tick)
+        x, y, width, height = view(browser)
+        name = browser.run("return document.querySelector('.motion [data-robot]').dataset.robot")
+        col, row = browser.centre(name)
+        assert (x + width / 2, y + height / 2) == pytest.approx((col + 0.5, row + 0.5), abs=0.1)
+    assert not browser.errors()
+
+
 def test_names_in_a_trace_cannot_break_out(browser: Browser, tmp_path: Path) -> None:
     evil = '</script><script>document.title="broken"</script><!-- <b>&amp;\u2028'
     lines = made_traces.door()
     lines[0]["scenario"]["name"] = evil
     lines[-1]["explanation"] = evil
-    page = tmp_path / "evil.html"
-    page.write_text(page_of(read_run(made_traces.write(lines, tmp_path / "t.jsonl")), evil))
-    browser.open(page, "#tick=46")
+    browser.open(made(lines, tmp_path, evil)[0], "#tick=46")
     assert browser.errors() == []
     assert browser.driver.title != "broken"
     shown = evil.replace("\u2028", "\\u2028")  # control characters are read as their escapes
@@ -157,13 +233,21 @@ def test_names_in_a_trace_cannot_break_out(browser: Browser, tmp_path: Path) -> 
     assert shown in browser.run('return document.querySelector(".story").textContent')
 
 
-def test_a_trace_that_was_cut_off_can_be_seen(
+def test_runs_that_failed_or_were_cut_off_are_seen(
     browser: Browser, traces: dict[str, Path], tmp_path: Path
 ) -> None:
+    """One that failed opens at its last moment."""
+    lines = made_traces.door()
+    why = {"explanation": "-", "cause": "no_capable_robot"}
+    lines[-1] |= {"outcome": "operator_needed", **why}
+    page, replay = made(lines, tmp_path)
+    browser.open(page)
+    assert browser.tick == replay.last > 0
+    browser.open(page, "#tick=3")
+    browser.wait(lambda: browser.tick == 3)
     text = traces["door"].read_text()
     cut = tmp_path / "cut.jsonl"
     cut.write_text(text[: len(text) // 2])
-    page = tmp_path / "cut.html"
     page.write_text(page_of(read_run(cut), "cut.jsonl"))
     browser.open(page)
     assert browser.errors() == []
@@ -171,6 +255,7 @@ def test_a_trace_that_was_cut_off_can_be_seen(
 
 
 def test_the_page_hatches_beliefs_and_tints_sight(browser: Browser, pages: dict[str, Path]) -> None:
+    """Those of the robot that the reader chooses."""
     browser.open(pages["meeting"], "#tick=1")
     (belief,) = browser.all(".shading .belief")
     assert belief.get_attribute("data-viewer") == "west"
@@ -181,10 +266,8 @@ def test_the_page_hatches_beliefs_and_tints_sight(browser: Browser, pages: dict[
     for _ in range(2):
         browser.press(Keys.ARROW_RIGHT)
     assert "seen" in (browser.one(".shading .belief").get_attribute("class") or "")
-
-
-def test_the_shown_view_can_be_chosen(browser: Browser, pages: dict[str, Path]) -> None:
-    browser.open(pages["meeting"], "#tick=1")
+    browser.press(Keys.ARROW_LEFT)
+    browser.press(Keys.ARROW_LEFT)
     browser.one(".show summary").click()
     chosen = browser.one(".viewer select")
     for option in chosen.find_elements("css selector", "option"):
@@ -194,8 +277,8 @@ def test_the_shown_view_can_be_chosen(browser: Browser, pages: dict[str, Path]) 
             shown = [e.get_attribute("data-viewer") for e in browser.all(f".shading .{kind}")]
             assert shown == expected
     for label in browser.all(".choices label"):
-        kind = {"sight": "sight", "beliefs": "belief"}.get(label.text)
-        if kind is not None:
+        kind = {"sight": "sight", "beliefs": "belief"}.get(label.text, "")
+        if kind:
             label.click()
             assert not browser.all(f".shading .{kind}")
     assert not browser.all(".shading path[class]")
@@ -214,3 +297,106 @@ def test_a_robot_in_transit_is_drawn_between_both_regions(
         browser.press(Keys.ARROW_RIGHT)
     assert not browser.all(".knowledge .taken")
     assert abs(browser.centre("slow")[0] - 2) < 0.02
+
+
+def _luminance(colour: str) -> float:
+    parts = [float(part) / 255 for part in colour[colour.index("(") + 1 : -1].split(",")[:3]]
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_texts_are_readable_in_both_themes(
+    browser: Browser, pages: dict[str, Path], scheme: str
+) -> None:
+    """The reader can choose the theme."""
+    browser.open(pages["chain"], "#tick=6", scheme=scheme)
+    background = "return getComputedStyle(document.body).backgroundColor"
+    ground = browser.run(background)
+    assert (_luminance(ground) > 0.5) == (scheme == "light")
+    script = """
+        return [...document.querySelectorAll("p, b, li, button, span, h1, h2, label, summary")]
+            .filter(e => [...e.childNodes].some(n => n.nodeType === 3 && n.data.trim()))
+            .filter(e => e.getClientRects().length && !e.closest(".unseen"))
+            .map(e => {
+                let behind = e;
+                const ground = () => getComputedStyle(behind).backgroundColor;
+                while (ground() === "rgba(0, 0, 0, 0)") behind = behind.parentElement;
+                return [e.textContent.slice(0, 40), getComputedStyle(e).color, ground()];
+            });
+    """
+    texts = browser.run(script)
+    assert len(texts) > 40
+    for words, ink, behind in texts:
+        light, dark = sorted((_luminance(ink), _luminance(behind)), reverse=True)
+        assert (light + 0.05) / (dark + 0.05) >= 4.5, f"{words!r}: {ink} on {behind}"
+    browser.press("t")
+    assert (browser.run(background) == ground) == (scheme == "light")
+    browser.button("Theme: light").click()
+    assert (browser.run(background) == ground) == (scheme == "dark")
+    browser.press("t")
+    assert browser.all('button[aria-label="Theme: auto"]')
+
+
+@pytest.mark.parametrize("name", ["chain", "crowd"])
+def test_no_width_needs_sideways_scrolling(
+    browser: Browser, pages: dict[str, Path], name: str
+) -> None:
+    """Opened on a phone, and in a window that becomes narrower."""
+    for width in (390, 1920, 1280, 900, 700, 320):
+        if width in (390, 1920):
+            browser.open(pages[name], "#tick=6", width=width, height=800)
+        else:
+            browser.resize(width, 800)
+            browser.wait(lambda width=width: browser.run("return innerWidth") == width)
+        assert browser.run("return document.documentElement.scrollWidth") <= width
+        for selector in (".map", ".controls", "aside", "header"):
+            box = browser.one(selector).rect
+            assert box["x"] >= 0 and box["x"] + box["width"] <= width + 0.5, selector
+        assert browser.one(".map").rect["height"] > 80
+    browser.open(pages[name], **PHONE)
+    browser.run("scrollTo(0, document.documentElement.scrollHeight)")
+    top = browser.run('return document.querySelector(".controls").getBoundingClientRect().top')
+    assert 0 < top < PHONE["height"] - 80, "playback is always at hand"
+    for button in browser.all(".buttons .group button"):
+        assert button.rect["width"] >= 36 and button.rect["height"] >= 36
+
+
+def test_paper_gets_all_events_and_no_controls(browser: Browser, pages: dict[str, Path]) -> None:
+    """The list of events was cut, and playback lay over it."""
+    browser.open(pages["door"], width=794, height=1123)
+    print_ = {"media": "print", "features": []}
+    browser.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", print_)
+    try:
+        shown = browser.run(
+            "return [...document.querySelectorAll('.buttons *, .tools *, .filters *, .choices *')]"
+            ".filter((each) => each.checkVisibility()).length"
+        )
+        cut = browser.run(
+            "const list = document.querySelector('.events .list');"
+            "return [list.scrollHeight - list.clientHeight,"
+            " getComputedStyle(document.querySelector('.controls')).position]"
+        )
+    finally:
+        browser.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "", "features": []})
+    assert (shown, cut) == (0, [0, "static"])
+
+
+def test_everything_has_a_name_and_shows_its_focus(
+    browser: Browser, pages: dict[str, Path]
+) -> None:
+    browser.open(pages["door"], "#tick=11")
+    told = browser.one(".map").get_attribute("aria-label") or ""
+    assert "quad in region 46 [3, 7]" in told and "door@47 requested" in told
+    assert browser.one(".story").get_attribute("aria-live") == "polite"
+    for element in browser.all("button:not([aria-hidden]), select, input, summary"):
+        if element.is_displayed():
+            assert element.accessible_name, element.get_attribute("outerHTML")
+    focused = set()
+    for _ in range(14):
+        browser.press(Keys.TAB)
+        which = "return [...document.querySelectorAll('*')].indexOf(document.activeElement)"
+        focused.add(browser.run(which))
+        outline = "return getComputedStyle(document.activeElement).outlineStyle"
+        assert browser.run(outline) != "none"
+    assert len(focused) == 14
