@@ -105,6 +105,17 @@ def test_the_page_opens_and_moves_without_a_complaint(page: Path, browser: Brows
     assert browser.errors() == []
 
 
+def test_the_scene_has_the_theme_of_the_page(page: Path, browser: Browser) -> None:
+    def corner() -> int:
+        return sum(map(int, browser.run(PICTURE).split(",")[:3]))
+
+    browser.open(page, scheme="dark")
+    browser.wait(lambda: browser.all(".cameras"))
+    assert corner() < 150
+    browser.press("t")  # from automatic to light
+    browser.wait(lambda: corner() > 600)
+
+
 def test_the_3d_page_has_the_words_of_the_flat_page(trace: Path) -> None:
     """Bids of a run in lockstep are ticks, whatever its clock: one page had '17' without a unit."""
     run = read_trace(trace)

@@ -136,6 +136,7 @@ def test_the_keyboard_passes_through_the_text(house: Board) -> None:
         ("robots:\n  a:\n    ", "head", "heading", "    heading: "),
         ("robots:\n  a:\n    objective: {", "patr", "patrol", "objective: {patrol: "),
         ("robots: {a: {heading: ", "no", "north", "heading: north"),
+        ("robots: {a: {start: 4,\n    ", "head", "heading", "    heading: "),
         ("obstacles:\n  - ty", "p", "type", "  - type: "),
         ("obstacles:\n  - type: door\n    trav", "e", "traversable", "    traversable: "),
         ("map:\n  ", "mov", "movingai", "  movingai: "),

@@ -2,19 +2,18 @@
 
 import type { ComponentChildren } from "preact";
 import { useCallback, useLayoutEffect, useMemo, useReducer, useRef, useState } from "preact/hooks";
-import { Button, Press } from "./panels/button";
 import { Playback } from "./panels/controls";
-import { Drawer } from "./panels/drawer";
+import { Drawer } from "./panels/button";
 import { Events } from "./panels/events";
-import { Help, withKeys, type Keys } from "./panels/help";
-import { KEYS, listen } from "./keyboard";
+import { Header, useShell, withKeys, type Keys } from "./panels/header";
+import { actionsOf, KEYS, listenToKeys } from "./keyboard";
 import { Legend } from "./panels/legend";
 import { Obstacles, Robots, Stack } from "./panels/sidebar";
 import type { Player } from "./run/player";
 import { EVENTS, eventsAfter, eventsAt, when, type Ending, type Run, type RunEvent } from "./run/run";
-import { ALL, applyTheme, EVERYONE, nextTheme, storedTheme, useLow, useWindow, type Shown } from "./settings";
+import { ALL, EVERYONE, useLow, useWindow, type Shown } from "./settings";
 import { viewersOf } from "./map/shading";
-import type { Hand } from "./map/hand";
+import type { Hand } from "./map/cursor";
 import type { Choice, Stage } from "./map/stage";
 
 function isTold([, kind]: RunEvent): boolean {
@@ -51,7 +50,7 @@ export interface Extras {
 
 export function App({ run, player, stage, extras = {} }: AppProps) {
   const [, redraw] = useReducer((count: number) => count + 1, 0);
-  const [theme, setTheme] = useState(storedTheme);
+  const shell = useShell();
   const [shown, setShown] = useState<Shown>({
     ...ALL,
     viewer: run.robots.findIndex((robot) => robot.view !== null),
@@ -67,13 +66,10 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
     },
     [eye, run],
   );
-  const help = useRef<HTMLDialogElement>(null);
-  const openHelp = (): void => help.current!.showModal();
   useLayoutEffect(() => player.onTick(() => redraw(0)), [player]);
-  useLayoutEffect(() => applyTheme(theme), [theme]);
   // Before the page shows: a reader who sees it may press a key.
   useLayoutEffect(
-    () => listen(run, player, { eye, help: openHelp, theme: () => setTheme(nextTheme) }),
+    () => listenToKeys({ ...actionsOf(run, player, eye), t: shell.turn, T: shell.turn, "?": shell.help }),
     [run, player, eye],
   );
   const followed = useRef(eye.followed);
@@ -92,19 +88,22 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
   const close = layout !== "" || low || extras.beside !== undefined || run.robots.length > MANY_ROBOTS;
   return (
     <>
-      <header>
-        <div>
-          <h1>{run.name}</h1>
-          {extras.title ?? (run.ending ? <OutcomeBadge {...run.ending} /> : <p class="badge cut">cut off</p>)}
-        </div>
-        <div class="group">
-          {extras.bar}
-          <Button icon={theme} label={`Theme: ${theme}`} act={() => setTheme(nextTheme)} />
-          <Press title="Help" aria-label="Help" act={openHelp}>
-            ?
-          </Press>
-        </div>
-      </header>
+      <Header
+        shell={shell}
+        name={run.name}
+        state={extras.title ?? (run.ending ? <OutcomeBadge {...run.ending} /> : <p class="badge cut">cut off</p>)}
+        keys={withKeys(KEYS, extras.keys ?? [])}
+        about={
+          <>
+            {extras.about ?? <About run={run} />}
+            <p class="quiet">
+              {run.source} · safenav {run.version}
+            </p>
+          </>
+        }
+      >
+        {extras.bar}
+      </Header>
       <main class={layout}>
         <section class="stage" aria-label="Map">
           {extras.above}
@@ -115,7 +114,7 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
             shown={shown}
             pointed={pointed}
             leader={leaderOf(run, tick)}
-            theme={theme}
+            theme={shell.theme}
             hand={extras.hand}
           />
           <div class="strip">
@@ -138,12 +137,6 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
           <Events run={run} player={player} tick={tick} point={point} />
         </aside>
       </main>
-      <Help dialog={help} keys={withKeys(KEYS, extras.keys ?? [])}>
-        {extras.about ?? <About run={run} />}
-        <p class="quiet">
-          {run.source} · safenav {run.version}
-        </p>
-      </Help>
     </>
   );
 }
@@ -223,7 +216,7 @@ function Choices({ run, shown, choices, onChange }: ChoicesProps) {
   return (
     <fieldset class="choices">
       {offered.map(([key, words]) => (
-        <label key={key}>
+        <label key={key} class="row">
           <input
             type="checkbox"
             checked={shown[key]}
@@ -233,7 +226,7 @@ function Choices({ run, shown, choices, onChange }: ChoicesProps) {
         </label>
       ))}
       {viewers.length > 0 && (
-        <label class="viewer">
+        <label class="viewer row">
           of
           <select
             aria-label="Sight and beliefs"

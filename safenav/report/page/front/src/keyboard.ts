@@ -1,13 +1,14 @@
-/** Keys of the page; a focused control's own keys come first. */
+/** Keys of the pages. */
 
 import { heard } from "./listening";
 import type { Eye } from "./map/camera";
+import type { Keys } from "./panels/header";
 import type { Player } from "./run/player";
 import { eventsAfter, type Run } from "./run/run";
 
 const PAN = 80;
 
-export const KEYS: [keys: string, meaning: string][] = [
+export const KEYS: Keys = [
   ["Space", "play or pause"],
   ["← →", "previous or next tick"],
   ["Shift ← →", "previous or next event"],
@@ -21,30 +22,26 @@ export const KEYS: [keys: string, meaning: string][] = [
   ["?", "this help"],
 ];
 
-export interface Actions {
-  eye: Eye;
-  help(): void;
-  theme(): void;
-}
+type Actions = Record<string, (shift: boolean) => void>;
 
-export function listen(run: Run, player: Player, actions: Actions): () => void {
-  const known = actionsOf(run, player, actions);
+/** Call the action of a pressed key, `Ctrl+s` also while text is written; a focused control's own keys come first. */
+export function listenToKeys(actions: Actions): () => void {
   const pressed = (event: KeyboardEvent): void => {
-    if (event.ctrlKey || event.metaKey || event.altKey) return;
-    if (document.querySelector("dialog[open]")) return;
+    if (event.altKey || document.querySelector("dialog[open]")) return;
+    const name = event.ctrlKey || event.metaKey ? `Ctrl+${event.key.toLowerCase()}` : event.key;
     const focus = event.target instanceof HTMLElement ? event.target : null;
-    if (focus?.matches("select, input:not([type=range])")) return;
-    const activates = event.key === " " && focus?.matches("button, summary, a");
-    if (activates) return;
-    const action = known[event.key];
-    if (action === undefined) return;
+    const writes = focus?.isContentEditable || focus?.matches("select, input:not([type=range])");
+    const activates = name === " " && focus?.matches("button, summary, a");
+    const action = actions[name];
+    if (action === undefined || activates || (writes && name !== "Ctrl+s")) return;
     event.preventDefault();
     action(event.shiftKey);
   };
   return heard(window, { keydown: pressed });
 }
 
-function actionsOf(run: Run, player: Player, { eye, help, theme }: Actions): Record<string, (shift: boolean) => void> {
+/** What the keys of a run do, besides theme and help. */
+export function actionsOf(run: Run, player: Player, eye: Eye): Actions {
   const along = (way: 1 | -1) => (shift: boolean) => (shift ? toEvent(run, player, way) : player.step(way));
   const [faster, slower] = [() => player.faster(1), () => player.faster(-1)];
   return {
@@ -54,7 +51,6 @@ function actionsOf(run: Run, player: Player, { eye, help, theme }: Actions): Rec
     Home: () => player.seek(0),
     End: () => player.seek(player.last),
     ...{ "+": faster, "=": faster, "-": slower, "−": slower },
-    ...{ t: theme, T: theme, "?": help },
     i: () => eye.zoom(1.5),
     o: () => eye.zoom(1 / 1.5),
     f: () => eye.fit(),
@@ -73,8 +69,7 @@ function followNext(run: Run, eye: Eye): void {
 }
 
 /** To the nearest tick before or after this one in which something other than a goal happened. */
-export function toEvent(run: Run, player: Player, direction: 1 | -1): void {
-  const events = run.events;
+function toEvent({ events }: Run, player: Player, direction: 1 | -1): void {
   let i = direction > 0 ? eventsAfter(events, player.tick) : eventsAfter(events, player.tick - 1) - 1;
   while (i >= 0 && i < events.length && events[i]![1] === "goal") i += direction;
   const found = events[i];

@@ -4,7 +4,7 @@ import { useState } from "preact/hooks";
 import { ordered, square } from "../map/marks";
 import { notice, Press } from "../panels/button";
 import { at, isWall, label, regionAt, type EventKind, type Obstacle, type Run } from "../run/run";
-import type { Hand } from "../map/hand";
+import type { Hand } from "../map/cursor";
 import { isOrder, resolving, type ObjectiveKind, type Palette } from "../studio/model";
 import type { Say } from "./player";
 
@@ -65,7 +65,7 @@ export function World({ run, tick, palette, out, inputs, tool, choose, say, over
             Below, assign another objective or put a robot back. The run then continues.
           </p>
           {there.map((o) => (
-            <p class="truth" key={o.name}>
+            <p class="truth row" key={o.name}>
               <b>{o.label}</b> <Press act={change("resolved", { obstacle: o.name })}>mark resolved</Press>
               <Press act={change("permanent", { obstacle: o.name })}>mark permanent</Press>
             </p>
@@ -74,7 +74,7 @@ export function World({ run, tick, palette, out, inputs, tool, choose, say, over
         </div>
       )}
       <h2 id="world-title">Change the world</h2>
-      <div class="tools-of-world" role="group" aria-label="What a click on the map does">
+      <div class="tools-of-world row" role="group" aria-label="What a click on the map does">
         {choice("Look", { does: "look" })}
         {types
           .filter((type) => isOrder(type, run.robots))
@@ -109,14 +109,14 @@ export function World({ run, tick, palette, out, inputs, tool, choose, say, over
         {choice("Remove", { does: "open" })}
       </div>
       {truths.map((o) => (
-        <p class="truth" key={o.name}>
+        <p class="truth row" key={o.name}>
           <b>{o.label}</b> turns out{" "}
           <Press off={off} act={change("truth", { obstacle: o.name, traversable: true })}>passable</Press>
           <Press off={off} act={change("truth", { obstacle: o.name, traversable: false })}>impassable</Press>
         </p>
       ))}
       {Object.entries(inputs).map(([input, on]) => (
-        <p class="truth" key={input}>
+        <p class="truth row" key={input}>
           <b>{input}</b>{" "}
           <Press role="switch" aria-checked={on} aria-label={input} off={off} act={change("input", { input, on: !on })}>
             {on ? "on" : "off"}
@@ -125,7 +125,7 @@ export function World({ run, tick, palette, out, inputs, tool, choose, say, over
       ))}
       <ul class="crew">
         {run.robots.map(({ name, look, headings }) => (
-          <li key={name}>
+          <li key={name} class="row">
             <b style={{ "--colour": look.colour }}>{name}</b>
             {choice("Assign", { does: "send", robot: name, regions: [] })}
             {waits !== null &&
@@ -152,7 +152,7 @@ type ToolLineProps = Pick<WorldProps, "run" | "tool" | "choose" | "say" | "over"
 /** A line above the map: the effect of a click, or the regions and kinds of an objective. */
 export function ToolLine({ run, tool, choose, say, over, objectives }: ToolLineProps) {
   return (
-    <div class="tool-line" aria-live="polite">
+    <div class="tool-line row" aria-live="polite">
       {tool.does === "send" && !over ? (
         <Assignment run={run} tool={tool} choose={choose} say={say} objectives={objectives} />
       ) : (

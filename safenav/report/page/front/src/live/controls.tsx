@@ -47,7 +47,7 @@ function Again({ player, say }: { player: LivePlayer; say: Say }) {
     say("restart", { play: true, ...(seed !== "" && { seed: Number(seed) }) });
   };
   return (
-    <div class="group again">
+    <div class="group again row">
       <label>
         seed
         <input

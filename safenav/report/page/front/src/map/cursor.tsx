@@ -1,10 +1,24 @@
 /** The region under the pointer, or at the cursor of the arrow keys where a hand draws. */
 
+import type { ComponentChildren } from "preact";
 import { useLayoutEffect, useState } from "preact/hooks";
 import { heard } from "../listening";
 import { CELL, type Camera } from "./camera";
 import { regionAt } from "../run/run";
-import type { Hand } from "./hand";
+
+/** Receiver of pointer events on the map; positions are columns and rows, with fractions. */
+export interface Hand {
+  /** A press; false leaves it to the map. */
+  down(x: number, y: number): boolean;
+  move(x: number, y: number): void;
+  up(x: number, y: number): void;
+  /** Cancel the gesture: a second finger zooms the map. */
+  drop?(): void;
+  /** The pointer is no longer over the map. */
+  leave(): void;
+  cursor: string;
+  over: ComponentChildren;
+}
 
 const STEPS: Record<string, [dx: number, dy: number]> = {
   ArrowUp: [0, -1],

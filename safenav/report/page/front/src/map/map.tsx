@@ -17,7 +17,7 @@ import { growth, Robots, Trails } from "./motion";
 import type { Player } from "../run/player";
 import { at, clamp, isWall, label, poseAt, transitAt, when, type Run } from "../run/run";
 import type { Shown } from "../settings";
-import type { Hand } from "./hand";
+import type { Hand } from "./cursor";
 import { shadesAt, Shading, viewersOf } from "./shading";
 
 /** The least and the largest width of a trail, in pixels. */

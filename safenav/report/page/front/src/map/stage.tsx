@@ -1,14 +1,15 @@
 /** The stage of a page, which shows the run at a moment: the flat map or the 3D scene. */
 
 import type { ComponentType } from "preact";
+import { useLayoutEffect, useReducer } from "preact/hooks";
 import { Camera, type Extent, type Eye } from "./camera";
-import type { Hand } from "./hand";
+import type { Hand } from "./cursor";
 import { FlatMarks } from "./legend";
 import { MapView } from "./map";
+import { Button } from "../panels/button";
 import type { Player } from "../run/player";
 import type { Run } from "../run/run";
 import type { Shown, Theme } from "../settings";
-import { Zoom } from "./tools";
 
 export interface StageProps {
   run: Run;
@@ -59,4 +60,18 @@ export function flatStage(extent: Extent): Stage {
   const View = ({ theme: _, ...props }: StageProps) => <MapView {...props} camera={camera} />;
   const Tools = () => <Zoom camera={camera} />;
   return { View, Tools, Marks: FlatMarks, eye: camera, choices: CHOICES };
+}
+
+/** The zoom of the map. */
+export function Zoom({ camera }: { camera: Camera }) {
+  const [, redraw] = useReducer((count: number) => count + 1, 0);
+  useLayoutEffect(() => camera.onChange(() => redraw(0)), [camera]);
+  const off = camera.isWhole && "the whole map is shown";
+  return (
+    <div class="tools row" role="group" aria-label="View of the map">
+      <Button icon="minus" label="Zoom out" off={off} act={() => camera.zoom(1 / 1.5)} />
+      <Button icon="plus" label="Zoom in" act={() => camera.zoom(1.5)} />
+      <Button icon="fit" label="Whole map" off={off} act={() => camera.fit()} />
+    </div>
+  );
 }

@@ -1,6 +1,6 @@
-/** Buttons, and short messages, which the toast of the studio shows. */
+/** Buttons, drawers, and short messages, which the toast of the studio shows. */
 
-import type { JSX } from "preact";
+import type { ComponentChildren, JSX } from "preact";
 import { heard } from "../listening";
 import { Icon, type ButtonIcon } from "./icons";
 
@@ -37,5 +37,15 @@ export function Button({ icon, label, primary, ...does }: ButtonProps) {
     <Press class={primary ? "primary" : ""} aria-label={label} title={label} {...does}>
       <Icon name={icon} />
     </Press>
+  );
+}
+
+/** A part of the page that opens over the map, which keeps its size. */
+export function Drawer({ name, kind, children }: { name: string; kind: string; children: ComponentChildren }) {
+  return (
+    <details class={`drawer ${kind}`} onKeyDown={(event) => event.key === "Escape" && (event.currentTarget.open = false)}>
+      <summary class="card">{name}</summary>
+      <div class="inside card">{children}</div>
+    </details>
   );
 }

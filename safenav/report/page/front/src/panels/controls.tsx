@@ -2,8 +2,7 @@
 
 import type { ComponentChildren } from "preact";
 import { useCallback, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
-import { Curves } from "./curves";
-import { Deadlines } from "./deadlines";
+import { Curves, Deadlines } from "./curves";
 import { Button } from "./button";
 import { EventSign } from "./icons";
 import { Axis, Lanes } from "./lanes";
@@ -35,13 +34,13 @@ export function Controls({ name, kind = "", children, paced = true, end, ...prop
   return (
     <section class={`controls ${kind}`} aria-label={name}>
       <Timeline {...props} />
-      <div class="buttons">
-        <div class="group">
+      <div class="buttons row">
+        <div class="group row">
           <Button icon="first" label={player.timed ? "Start" : "First tick"} act={() => player.seek(0)} />
           <Button icon="back" label={player.timed ? "Previous moment" : "Previous tick"} act={() => player.step(-1)} />
           {children}
         </div>
-        <p class="clock">
+        <p class="clock row">
           {player.timed ? <Seconds player={player} /> : <>tick <b>{tick}</b> of {run.last}</>}
           {run.within && tick === run.last && <span class="quiet">(ended within it)</span>}
         </p>

@@ -3,7 +3,6 @@
 import { memo } from "preact/compat";
 import { useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 import { EventSign } from "./icons";
-import { resized } from "../listening";
 import type { Player } from "../run/player";
 import { moment, type EventKind, type Run, type RunEvent } from "../run/run";
 
@@ -31,17 +30,12 @@ export function Events({ run, player, tick, point }: EventsProps) {
   const events = useMemo(() => folded(run.events.filter((event) => shown[groupOf(event[1])])), [run, shown]);
   const list = useRef<HTMLOListElement>(null);
   useLayoutEffect(() => mark(list.current!, events, tick), [events, tick]);
-  useLayoutEffect(() => {
-    const rows = list.current!;
-    rows.addEventListener("scroll", () => trim(rows), { passive: true });
-    return resized(rows, () => trim(rows));
-  }, []);
   return (
     <section class="panel events" aria-labelledby="events-title">
       <h2 id="events-title">
         Events <span class="count">{events.length}</span>
       </h2>
-      <div class="filters" role="group" aria-label="Kinds of events">
+      <div class="filters row" role="group" aria-label="Kinds of events">
         {GROUPS.map((name) => (
           <button
             type="button"
@@ -124,18 +118,5 @@ function mark(list: HTMLOListElement, events: RunEvent[], tick: number): void {
     const ends = last === events.length - 1 && height > list.clientHeight;
     const margin = Math.max(0, Math.min(list.clientHeight / 3, list.clientHeight - height));
     list.scrollTop = ends ? list.scrollHeight : top - margin;
-  }
-  trim(list);
-}
-
-/** Hides the rows that the edges of the list would cut. */
-function trim(list: HTMLOListElement): void {
-  const top = list.scrollTop;
-  const bottom = top + list.clientHeight;
-  for (const row of list.children as HTMLCollectionOf<HTMLElement>) {
-    const begin = row.offsetTop;
-    const end = begin + row.offsetHeight;
-    const cut = (begin < top - 1 && end > top) || (begin < bottom && end > bottom + 1);
-    row.classList.toggle("cut", cut && row.offsetHeight < list.clientHeight);
   }
 }

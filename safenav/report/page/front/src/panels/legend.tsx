@@ -2,7 +2,7 @@
 
 import type { ComponentChildren } from "preact";
 import { memo } from "preact/compat";
-import { Drawer } from "./drawer";
+import { Drawer } from "./button";
 import { EventSign, StatusSign } from "./icons";
 import { bar, DOINGS } from "./lanes";
 import { EVENTS, STATUSES, UNORDERED, type EventKind, type Run, type Status } from "../run/run";
@@ -26,7 +26,7 @@ interface RowProps {
 export function Row({ words, shown = true, colour, children, width = 18, height = 18, ...rest }: RowProps) {
   if (!shown) return null;
   return (
-    <li>
+    <li class="row">
       <svg width={width} height={height} aria-hidden="true" {...rest} {...(colour && { style: { "--colour": colour } })}>
         {children}
       </svg>
@@ -39,7 +39,7 @@ export function Row({ words, shown = true, colour, children, width = 18, height 
 export function Statuses({ run, before }: { run: Run; before?: (status: Exclude<Status, "absent">) => ComponentChildren }) {
   const hidden = `obstacle, still hidden${run.obstacles.some((each) => each.ordered) ? `, or ${UNORDERED}` : ""}`;
   return STATUSES.map((status) => (
-    <li key={status}>
+    <li key={status} class="row">
       {before?.(status)}
       <StatusSign run={run} status={status} />
       {status === "hidden" ? hidden : run.marks.status[status].meaning}
@@ -53,7 +53,7 @@ export const Legend = memo(({ run, Marks }: { run: Run; Marks: Stage["Marks"] })
       <Marks run={run} />
       {Object.entries(EVENTS).map(([kind, [, , meaning]]) =>
         meaning && run.events.some((event) => event[1] === kind) ? (
-          <li key={kind}>
+          <li key={kind} class="row">
             <EventSign run={run} kind={kind as EventKind} />
             {meaning}
           </li>

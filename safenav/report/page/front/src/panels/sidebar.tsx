@@ -1,7 +1,6 @@
 /** The side of the page: robots with their objectives, the stack, the obstacles. */
 
-import { useLayoutEffect, useReducer, useRef } from "preact/hooks";
-import { resized } from "../listening";
+import { useLayoutEffect, useReducer } from "preact/hooks";
 import type { Eye } from "../map/camera";
 import type { Stage } from "../map/stage";
 import type { Player } from "../run/player";
@@ -43,16 +42,8 @@ export function Robots({ run, tick, eye, player, where }: RobotsProps) {
     };
   }, [player, where]);
   const frames = at(run.stack, tick)[1];
-  const panel = useRef<HTMLElement>(null);
-  useLayoutEffect(() => fade(panel.current!));
-  useLayoutEffect(() => resized(panel.current!, () => fade(panel.current!)), []);
   return (
-    <section
-      class="panel robots"
-      aria-labelledby="robots-title"
-      ref={panel}
-      onScroll={(event) => fade(event.currentTarget)}
-    >
+    <section class="panel robots" aria-labelledby="robots-title">
       <h2 id="robots-title">Robots</h2>
       <ul>
         {run.robots.map((robot, i) => {
@@ -124,12 +115,6 @@ function Charge({ percent }: { percent: number }) {
       {percent} %
     </span>
   );
-}
-
-/** Fade the last visible row if more follow, so that none seems cut. */
-function fade(section: HTMLElement): void {
-  const below = section.scrollHeight - section.clientHeight - section.scrollTop;
-  section.classList.toggle("more", below > 1);
 }
 
 export function Stack({ run, tick }: PanelProps) {

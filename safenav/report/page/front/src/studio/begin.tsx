@@ -124,7 +124,7 @@ export function Asked({ asking, ...props }: AskedProps) {
   return (
     <Dialog title="Replace the file" close={() => ask(null)}>
       <p>{asking.message}. Its content would be lost.</p>
-      <form method="dialog" class="group">
+      <form method="dialog" class="group row">
         <button class="primary" onClick={() => say("save", { name: asking.name, replace: true })}>
           Replace
         </button>
@@ -162,7 +162,7 @@ function Open({ folder, files, say, ask }: Omit<AskedProps, "asking">) {
           No scenario{wanted && " of that name"} in this folder. Another folder: <code>safenav studio FOLDER</code>
         </p>
       )}
-      <div class="group">
+      <div class="group row">
         <FileButton
           words="From this computer …"
           chosen={(file) => {
@@ -185,7 +185,7 @@ function SaveAs({ doc, folder, say, ask }: Omit<AskedProps, "asking">) {
   return (
     <Dialog title="Save as" close={() => ask(null)}>
       <form
-        class="group"
+        class="group row"
         onSubmit={(event) => {
           event.preventDefault();
           say("save", { name: /\.ya?ml$/.test(name) ? name : `${name}.yaml` });

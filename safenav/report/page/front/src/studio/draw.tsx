@@ -1,16 +1,16 @@
 /** The drawing board: map and text of a scenario, side by side. */
 
-import { heard } from "../listening";
+import { listenToKeys } from "../keyboard";
 import type { ComponentChildren } from "preact";
-import { useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
-import { Help, type Keys } from "../panels/help";
-import { Button, Press } from "../panels/button";
+import { useLayoutEffect, useMemo, useState } from "preact/hooks";
+import { Header, useShell, type Keys } from "../panels/header";
+import { Press } from "../panels/button";
 import type { Say } from "../live/player";
 import { MapView } from "../map/map";
 import { Camera } from "../map/camera";
-import { Zoom } from "../map/tools";
+import { Zoom } from "../map/stage";
 import { Player } from "../run/player";
-import { ALL, applyTheme, nextTheme, storedTheme } from "../settings";
+import { ALL } from "../settings";
 import { useDrawingHand } from "./hand";
 import type { Chosen, Doc, Drawing, Pen, Verdict } from "./model";
 import { Selection } from "./selection";
@@ -50,30 +50,19 @@ export function Draw({ doc, verdicts, say, save, menus, run }: DrawProps) {
   const [pen, setPen] = useState<Pen>({ does: "select" });
   const [chosen, choose] = useState<Chosen>(null);
   const [line, go] = useState<{ number: number } | null>(null);
-  const [theme, setTheme] = useState(storedTheme);
-  const help = useRef<HTMLDialogElement>(null);
-  useLayoutEffect(() => applyTheme(theme), [theme]);
+  const shell = useShell();
   useLayoutEffect(() => {
-    const pressed = (event: KeyboardEvent): void => {
-      if (document.querySelector("dialog[open]")) return;
-      const control = event.ctrlKey || event.metaKey;
-      const typing = event.target instanceof HTMLElement && (event.target.isContentEditable || event.target.matches("input, select"));
-      if (control && event.key.toLowerCase() === "s") save();
-      else if (control && !typing && event.key.toLowerCase() === "z") say(event.shiftKey ? "redo" : "undo");
-      else if (control && !typing && event.key.toLowerCase() === "y") say("redo");
-      else if (typing || control || event.altKey) return;
-      else if (event.key === "v" || event.key === "Escape") setPen({ does: "select" });
-      else if (event.key === "1" && drawing?.grid) setPen({ does: "wall" });
-      else if (event.key === "2" && drawing?.grid) setPen({ does: "floor" });
-      else if (event.key === "?") help.current!.showModal();
-      else if (event.key === "Delete" || event.key === "Backspace") {
-        if (chosen && "robot" in chosen) say("edit", { op: "remove_robot", robot: chosen.robot });
-        else if (chosen) say("edit", { op: "remove_obstacle", index: chosen.obstacle });
-        choose(null);
-      } else return;
-      event.preventDefault();
+    const chosenItem = chosen && ("robot" in chosen ? { op: "remove_robot", robot: chosen.robot } : { op: "remove_obstacle", index: chosen.obstacle });
+    const remove = (): void => {
+      if (chosenItem) say("edit", chosenItem);
+      choose(null);
     };
-    return heard(window, { keydown: pressed });
+    const select = (): void => setPen({ does: "select" });
+    return listenToKeys({
+      ...{ "Ctrl+s": save, "Ctrl+z": (shift) => say(shift ? "redo" : "undo"), "Ctrl+y": () => say("redo") },
+      ...{ v: select, Escape: select, Delete: remove, Backspace: remove, "?": shell.help },
+      ...(drawing?.grid && { 1: () => setPen({ does: "wall" }), 2: () => setPen({ does: "floor" }) }),
+    });
   }, [say, save, chosen, drawing]);
   const robot = chosen && "robot" in chosen ? chosen.robot : null;
   const verdict = (robot !== null && verdicts[robot]) || null;
@@ -81,33 +70,29 @@ export function Draw({ doc, verdicts, say, save, menus, run }: DrawProps) {
   const first = problems[0];
   return (
     <>
-      <header>
-        <div>
-          <h1>{drawing?.name ?? doc.file ?? "scenario"}</h1>
-          <span class="quiet">{doc.file ?? "not saved yet"}</span>
-        </div>
-        <div class="group">
-          {menus}
-          <Press aria-label="Undo" off={!doc.undoable && "nothing to undo yet"} title="Undo (Ctrl Z)" act={() => say("undo")}>
-            ↶
-          </Press>
-          <Press aria-label="Redo" off={!doc.redoable && "nothing to redo: undo a change first"} title="Redo (Ctrl Y)" act={() => say("redo")}>
-            ↷
-          </Press>
-          <Press
-            class="primary run"
-            off={first && `Fix the scenario first${first.line ? `, line ${first.line}` : ""}: ${first.found}`}
-            title="Run it"
-            act={run}
-          >
-            ▶ Run
-          </Press>
-          <Button icon={theme} label={`Theme: ${theme}`} act={() => setTheme(nextTheme)} />
-          <Press title="Help" aria-label="Help" act={() => help.current!.showModal()}>
-            ?
-          </Press>
-        </div>
-      </header>
+      <Header
+        shell={shell}
+        name={drawing?.name ?? doc.file ?? "scenario"}
+        state={<span class="quiet">{doc.file ?? "not saved yet"}</span>}
+        keys={KEYS}
+        about={<p>Drag a robot's handle to turn it, and its targets to move them. The text and the map change together.</p>}
+      >
+        {menus}
+        <Press aria-label="Undo" off={!doc.undoable && "nothing to undo yet"} title="Undo (Ctrl Z)" act={() => say("undo")}>
+          ↶
+        </Press>
+        <Press aria-label="Redo" off={!doc.redoable && "nothing to redo: undo a change first"} title="Redo (Ctrl Y)" act={() => say("redo")}>
+          ↷
+        </Press>
+        <Press
+          class="primary run"
+          off={first && `Fix the scenario first${first.line ? `, line ${first.line}` : ""}: ${first.found}`}
+          title="Run it"
+          act={run}
+        >
+          ▶ Run
+        </Press>
+      </Header>
       <main class="board">
         {drawing ? (
           <>
@@ -142,9 +127,6 @@ export function Draw({ doc, verdicts, say, save, menus, run }: DrawProps) {
           />
         </aside>
       </main>
-      <Help dialog={help} keys={KEYS}>
-        <p>Drag a robot's handle to turn it, and its targets to move them. The text and the map change together.</p>
-      </Help>
     </>
   );
 }
@@ -170,7 +152,7 @@ function Stage({ doc, drawing, pen, setPen, chosen, choose, say, verdict }: Stag
   return (
     <section class="stage" aria-label="Drawing">
       <MapView key={`${cols}x${rows}`} run={drawing.run} player={player} camera={camera} tick={0} shown={SHOWN} pointed={null} hand={hand} />
-      <div class="tool-line" aria-live="polite">
+      <div class="tool-line row" aria-live="polite">
         <p class="hint quiet">{hintOf(pen, drawing)}</p>
         <Press class={pen.does === "select" ? "unused" : ""} title="Back to Select (Esc)" act={() => setPen({ does: "select" })}>
           Done

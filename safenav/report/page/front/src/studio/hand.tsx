@@ -3,11 +3,10 @@
 import { useEffect, useRef, useState } from "preact/hooks";
 import { CELL } from "../map/camera";
 import { ordered, square as squareOf } from "../map/marks";
-import type { Hand } from "../map/hand";
+import type { Hand } from "../map/cursor";
 import { notice } from "../panels/button";
 import { isWall, label, regionAt as regionOf } from "../run/run";
-import type { DrawnObstacle, DrawnRobot, Drawing, Problem, Target, Verdict } from "./model";
-import { choose as chooseTarget, targetsOf } from "./objective";
+import { chooseTarget, targetsOf, type DrawnObstacle, type DrawnRobot, type Drawing, type Problem, type Target, type Verdict } from "./model";
 import type { Drawn } from "./tools";
 
 interface HandArgs extends Omit<Drawn, "doc"> {

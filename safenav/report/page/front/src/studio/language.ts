@@ -1,10 +1,8 @@
 /** The language of scenarios in the editor: its JSON Schema at a place of the text. */
 
 import type { Completion, CompletionContext, CompletionResult } from "@codemirror/autocomplete";
-import { ensureSyntaxTree } from "@codemirror/language";
 import type { EditorState } from "@codemirror/state";
 import type { Tooltip } from "@codemirror/view";
-import type { SyntaxNode } from "@lezer/common";
 
 export interface Schema {
   description?: string;
@@ -47,21 +45,6 @@ function wordsOf(root: Schema, schema: Schema): string {
   return formsOf(root, schema).find((form) => form.description)?.description ?? "";
 }
 
-const PAIR = new Set(["Pair", "FlowPair"]);
-
-/** The keys and indices that lead to a node of the text. */
-function pathOf(state: EditorState, node: SyntaxNode | null): Step[] {
-  const path: Step[] = [];
-  for (let at = node; at !== null; at = at.parent) {
-    if (PAIR.has(at.name)) {
-      const key = at.getChild("Key");
-      if (key !== null) path.unshift(state.sliceDoc(key.from, key.to).replace(/^["']|["']$/g, ""));
-    } else if (at.name === "Item") path.unshift(0);
-    else if (at.parent?.name === "FlowSequence" && !/[[\],]/.test(at.name)) path.unshift(0);
-  }
-  return path;
-}
-
 /** The path by indentation: a line that is being written has no node of its own yet. */
 function indented(state: EditorState, at: number): Step[] {
   const line = state.doc.lineAt(at);
@@ -83,23 +66,24 @@ function indented(state: EditorState, at: number): Step[] {
   return path;
 }
 
-/** The innermost bracket that is open before a place on its line: the text from it on, and the keys before it. */
+/** The innermost bracket that is open before a place: the text from it on, and the keys that lead there. */
 function inBrackets(state: EditorState, at: number): { path: Step[]; rest: string } | null {
-  const before = state.sliceDoc(state.doc.lineAt(at).from, at);
-  const open: { key: Step | null; from: number }[] = [];
-  for (let i = 0; i < before.length; i++) {
-    if (before[i] === "{" || before[i] === "[") {
-      const key = /([\w@-]+) *: *$/.exec(before.slice(0, i));
-      open.push({ key: key ? key[1]! : 0, from: i + 1 });
-    } else if (before[i] === "}" || before[i] === "]") open.pop();
+  const text = state.sliceDoc(0, at);
+  let open: { key: Step; from: number }[] = [];
+  for (const { index, 0: found } of text.matchAll(/#.*|^(?=\w)|[[\]{}]/gm)) {
+    if (found === "") open = []; // a key of the scenario
+    else if (found === "{" || found === "[") {
+      const key = /([\w@-]+) *: *$/.exec(state.sliceDoc(state.doc.lineAt(index).from, index));
+      open.push({ key: key ? key[1]! : 0, from: index + 1 });
+    } else if (found === "}" || found === "]") open.pop();
   }
-  const last = open.pop();
-  if (last === undefined) return null;
-  const outer = indented(state, at);
-  const within = [...open, last].map(({ key }) => key!);
-  if (/^ *- *[{[]/.test(before) && within[0] === 0) within.shift();
-  const list = before[last.from - 1] === "[";
-  return { path: [...outer, ...within, ...(list ? [0] : [])], rest: before.slice(last.from) };
+  if (open.length === 0) return null;
+  const first = state.doc.lineAt(open[0]!.from);
+  const { from } = open[open.length - 1]!;
+  const within = open.map(({ key }) => key);
+  if (/^ *- *[{[]/.test(first.text) && within[0] === 0) within.shift();
+  const list = text[from - 1] === "[";
+  return { path: [...indented(state, first.from), ...within, ...(list ? [0] : [])], rest: text.slice(from) };
 }
 
 /** Offer the keys that a mapping may have at the cursor, or the values of its key. */
@@ -122,21 +106,19 @@ export function completions(root: Schema | null, context: CompletionContext): Co
 
 /** The documentation of the key under the pointer. */
 export function documentation(root: Schema | null, state: EditorState, at: number): Tooltip | null {
-  const tree = ensureSyntaxTree(state, state.doc.length, 200);
-  if (root === null || tree === null) return null;
-  let node: SyntaxNode | null = tree.resolveInner(at, 1);
-  while (node !== null && node.name !== "Key") node = node.parent;
-  if (node === null) return null;
-  const path = pathOf(state, node.parent);
-  const found = below(root, path.slice(0, -1)).map((form) => form.properties?.[String(path[path.length - 1])]);
-  const words = found.filter((schema) => schema !== undefined).map((schema) => wordsOf(root, schema))[0];
+  const line = state.doc.lineAt(at);
+  const keys = [...line.text.replace(/#.*/, "").matchAll(/[\w@-]+(?= *:)/g)];
+  const found = keys.find((key) => line.from + key.index <= at && at <= line.from + key.index + key[0].length);
+  if (root === null || found === undefined) return null;
+  const [pos, key] = [line.from + found.index, found[0]];
+  const path = inBrackets(state, pos)?.path ?? indented(state, pos);
+  const words = below(root, path).flatMap((form) => (form.properties?.[key] ? [wordsOf(root, form.properties[key])] : []))[0];
   if (!words) return null;
-  const { from, to } = node;
   const create = () => {
     const dom = document.createElement("div");
     dom.className = "cm-documentation";
     dom.textContent = words;
     return { dom };
   };
-  return { pos: from, end: to, above: true, create };
+  return { pos, end: pos + key.length, above: true, create };
 }

@@ -12,7 +12,7 @@ import type { Run } from "../run/run";
 import { Menu } from "./menus";
 import type { Palette } from "./model";
 import { flatStage } from "../map/stage";
-import type { Keys } from "../panels/help";
+import type { Keys } from "../panels/header";
 
 interface LiveViewProps {
   run: Run | null;
@@ -122,7 +122,7 @@ function Begin({ player, wire, bar }: Pick<LiveViewProps, "player" | "wire" | "b
   const starting = phase === "starting";
   return (
     <div class="begin">
-      <div class="group">{bar}</div>
+      <div class="group row">{bar}</div>
       <h1>{document.title.split(": safenav")[0]}</h1>
       {failure !== null && <pre class="failure">{failure}</pre>}
       <p>{starting ? "Synthesizing the first controllers …" : "No run yet."}</p>

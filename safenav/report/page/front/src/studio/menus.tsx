@@ -11,11 +11,11 @@ export function Menu({ title, children, mark }: { title: string; children: Compo
   };
   return (
     <details class="menu" ref={menu} data-menu={title}>
-      <summary>
+      <summary class="card">
         {title}
         {mark}
       </summary>
-      <div onClick={chosen}>{children}</div>
+      <div class="card" onClick={chosen}>{children}</div>
     </details>
   );
 }
@@ -51,7 +51,7 @@ export function Dialog({ title, close, children }: DialogProps) {
   const dialog = useRef<HTMLDialogElement>(null);
   useLayoutEffect(() => dialog.current!.showModal(), []); // before a key can be pressed
   return (
-    <dialog ref={dialog} aria-label={title} onClose={close}>
+    <dialog class="card" ref={dialog} aria-label={title} onClose={close}>
       <div>
         <h2>{title}</h2>
         {children}

@@ -1,5 +1,6 @@
 /** Messages of the studio about the scenario being drawn. */
 
+import type { Say } from "../live/player";
 import type { Run } from "../run/run";
 
 export interface DrawnRobot {
@@ -119,3 +120,16 @@ export type Target = number | number[] | string;
 
 /** What is selected: a robot by its name, or an obstacle by its index. */
 export type Chosen = { robot: string } | { obstacle: number } | null;
+
+/** Add a target; the objective is set when it has enough of them. */
+export function chooseTarget(pen: Pen & { does: "objective" }, target: Target, setPen: (pen: Pen) => void, say: Say): void {
+  const targets = [...pen.targets, target];
+  const { kind, least, most } = pen.kind;
+  if (targets.length >= least) say("edit", { op: "set_objective", robot: pen.robot, kind, regions: targets });
+  setPen(targets.length >= (most ?? Infinity) ? { does: "select" } : { ...pen, targets });
+}
+
+/** Return the targets of a robot as an edit writes them. */
+export function targetsOf(robot: DrawnRobot): Target[] {
+  return robot.targets.map((regions, i) => robot.areas[i] ?? (regions.length === 1 ? regions[0]! : regions));
+}

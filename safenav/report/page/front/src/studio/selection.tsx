@@ -2,8 +2,7 @@
 
 import { Press } from "../panels/button";
 import { label } from "../run/run";
-import { resolving, type Verdict } from "./model";
-import { choose as chooseTarget } from "./objective";
+import { chooseTarget, resolving, type Verdict } from "./model";
 import type { Drawn } from "./tools";
 import { VerdictDetails } from "./verdicts";
 

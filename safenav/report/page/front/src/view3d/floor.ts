@@ -3,7 +3,7 @@
 import { BoxGeometry, BufferGeometry, CanvasTexture, Float32BufferAttribute, Group, InstancedMesh, LineBasicMaterial, LineSegments } from "three";
 import { Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial, PlaneGeometry } from "three";
 import { isWall, type Run } from "../run/run";
-import { themeColour } from "./colours";
+import { themeColour } from "./solids";
 
 export const LOW = 0.35;
 export const HIGH = 2.0;

@@ -4,7 +4,7 @@ import { BufferGeometry, Float32BufferAttribute, Group, LineBasicMaterial, LineS
 import { CELL } from "../map/camera";
 import { outline, overlap, type Box } from "../map/names";
 import { clamp, type Run } from "../run/run";
-import { themeColour } from "./colours";
+import { themeColour } from "./solids";
 import { centreOf } from "./floor";
 import { FIELD_ANGLE, sign } from "./signs";
 

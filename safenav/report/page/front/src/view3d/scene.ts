@@ -6,15 +6,13 @@ import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { at, roleOf, type Run } from "../run/run";
 import type { Shown } from "../settings";
 import { bodyOf } from "./bodies";
-import { themeColour } from "./colours";
-import type { Lens, View } from "./eye";
+import { focusAt, type Lens, type View } from "./eye";
 import { centreOf, Floor, HIGH, LOW } from "./floor";
 import { sampleAt, type Motion, type Sampled } from "./motion";
 import { Obstacles } from "./obstacles";
 import { Places, tidied } from "./places";
-import { focusAt } from "./story";
 import { FIELD_ANGLE, Notice, sign } from "./signs";
-import type { Body, Doing } from "./solids";
+import { themeColour, type Body, type Doing } from "./solids";
 import { Trails } from "./trails";
 
 const EASE = 0.35;

@@ -24,6 +24,15 @@ export interface Body {
 export const DARK = 0x2b3038;
 export const GLASS = 0x8fd3ff;
 
+export type Role = "page" | "accent" | "ground" | "grid" | "wall" | "ink" | "hidden" | "found" | "requested" | "resolved" | "blocked" | "number";
+
+/** A colour of the page's theme: the stylesheet has both of each, `light-dark(#…, #…)`. */
+export function themeColour(role: Role): Color {
+  const root = document.documentElement;
+  const [light, dark] = getComputedStyle(root).getPropertyValue(`--${role}`).match(/#\w+/g)!;
+  return new Color(root.dataset.theme === "dark" ? dark : light);
+}
+
 export function paint(colour: string | number): MeshLambertMaterial {
   return new MeshLambertMaterial({ color: new Color(colour) });
 }

@@ -108,7 +108,7 @@ function Tools({ run, eye, high, onHigh }: ToolsProps) {
   const [, redraw] = useReducer((count: number) => count + 1, 0);
   useLayoutEffect(() => eye.onChange(() => redraw(0)), [eye]);
   return (
-    <div class="cameras" role="group" aria-label="View of the scene">
+    <div class="cameras card row" role="group" aria-label="View of the scene">
       <select
         aria-label="Camera"
         value={String(eye.view)}

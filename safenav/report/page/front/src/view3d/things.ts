@@ -5,8 +5,7 @@
 
 import { BoxGeometry, Color, CylinderGeometry, DoubleSide, EdgesGeometry, Group, IcosahedronGeometry, LineBasicMaterial, LineSegments, Mesh, MeshLambertMaterial, SphereGeometry } from "three";
 import type { Status } from "../run/run";
-import { themeColour } from "./colours";
-import { box, column, paint, solid as placed, upright } from "./solids";
+import { box, column, paint, solid as placed, themeColour, upright } from "./solids";
 
 const HEIGHT = 1.5;
 
