@@ -23,7 +23,6 @@ from safenav.errors import (
 )
 from safenav.file_kind import another_kind, kind_of
 from safenav.report.terminal.layout import echo_folded
-from safenav.trace.reading import read_bytes, read_content
 from safenav.trace.words import counted, listed, shortened
 
 if TYPE_CHECKING:
@@ -75,6 +74,8 @@ class GivenFile(Struct, frozen=True):
         return "<stdin>" if str(self.path) == "-" else str(self.path)
 
     def bytes(self) -> bytes:
+        from safenav.trace.reading import read_content
+
         return read_content(self.path) if self.content is None else self.content
 
 
@@ -169,6 +170,8 @@ def recognized(path: Path) -> GivenFile:
             with path.open("rb") as stream:
                 text = stream.read(BEGINNING).decode("utf-8", "replace")
         elif name == "-" or path.exists():
+            from safenav.trace.reading import read_content
+
             content = read_content(path)
             text = content[:BEGINNING].decode("utf-8", "replace")
     except OSError:  # reported by its reader
@@ -312,6 +315,7 @@ def _ahead(plan: Scenario, ahead: Rehearsal, warnings: Sequence[str]) -> list[st
 def of_trace(file: GivenFile, show_all: bool, partial: bool, with_motion: bool) -> JudgedFile:
     """Judge a trace. Its requirements are judged on the motion, if that is given."""
     from safenav.checked_trace import checked
+    from safenav.trace.reading import read_bytes
 
     content = file.bytes()
     trace = read_bytes(content, file.source)
@@ -355,6 +359,7 @@ def of_motion(
     from safenav.motion.check.verdict import check_motion
     from safenav.motion.file.reading import parsed
     from safenav.motion.requirements import SATISFIED, MotionRecording, judged, requirements_of
+    from safenav.trace.reading import read_bytes
 
     motion = parsed(file.bytes(), file.source)
     runs = [read_bytes(each.bytes(), each.source) for each in traces]

@@ -12,7 +12,6 @@ import re
 from collections.abc import Iterator
 from functools import cached_property, lru_cache
 from pathlib import Path
-from shutil import which
 
 from msgspec import Struct
 
@@ -97,6 +96,8 @@ def _own_places() -> Iterator[Path]:
 
 
 def _named_by_environment(named: str) -> Binary:
+    from shutil import which  # imported here: it loads the modules of all archives
+
     on_path = None if os.sep in named else which(named)
     path = Path(on_path or named).expanduser()
     if _executable(path):

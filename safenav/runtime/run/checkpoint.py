@@ -11,7 +11,7 @@ import json
 from collections.abc import Callable
 from enum import Enum
 from types import UnionType
-from typing import Any, NamedTuple, Union, get_args, get_origin, get_type_hints
+from typing import TYPE_CHECKING, Any, NamedTuple, Union, get_args, get_origin, get_type_hints
 
 import msgspec
 from msgspec import Struct, ValidationError, defstruct, field
@@ -32,8 +32,10 @@ from safenav.team.state import Is, Plan, RobotNow, State
 from safenav.team.team import Team, assigned, introduced, team_of
 from safenav.trace import records
 from safenav.trace.fields import objective_of
-from safenav.trace.reading import Trace
 from safenav.trace.setting import scenario_header
+
+if TYPE_CHECKING:
+    from safenav.trace.reading import Trace
 
 ENDED = ("completed", "unrealizable", "late")
 FEWEST, SHARE, LINE = 50, 2, 150
