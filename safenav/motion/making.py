@@ -8,6 +8,7 @@ from msgspec import Struct
 
 import safenav
 from safenav.errors import Diagnostic, InputError, SafenavError, UsageError
+from safenav.motion.check.walking import fault_of
 from safenav.motion.file.records import Flight, Line, Motion, MotionHeader
 from safenav.motion.flyer.simulation import check_gust, flown
 from safenav.motion.geometry import MetricFloor
@@ -166,7 +167,14 @@ def mover(
             raise UsageError(f"{robot}: '{name}' of its motion is {value:g}, not {limits}")
         values[name] = float(value)
     if kind == "walker":
-        return WalkerMover(robot, floor, region, heading, values)
+        walker = WalkerMover(robot, floor, region, heading, values)
+        if (fault := fault_of(walker.gait)) is not None:
+            raise UsageError(
+                f"{robot}: a walker {values['height']:g} m high at {values['speed']:g} m/s cannot "
+                f"turn on regions of {floor.side:g} m: {fault}\n"
+                "    change 'speed' or 'height' of its model"
+            )
+        return walker
     return Glider(robot, floor, region, heading, values, kind)
 
 

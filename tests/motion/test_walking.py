@@ -3,6 +3,7 @@
 import os
 import random
 from itertools import pairwise
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 
 from safenav.errors import UsageError
 from safenav.motion.check.joins import joined
-from safenav.motion.check.paths import Swinging, swing_states, walk
+from safenav.motion.check.paths import swing_states, walk
 from safenav.motion.check.walking import check_segment
 from safenav.motion.columns import sample
 from safenav.motion.file.records import Segment
@@ -18,7 +19,6 @@ from safenav.motion.geometry import HEADINGS, MetricFloor
 from safenav.motion.mover import Crossing
 from safenav.motion.walker import primitives
 from safenav.motion.walker.mover import WalkerMover, cut_off
-from safenav.motion.walker.pendulum import Mass
 from safenav.pace.gait import Walker, gait_on
 
 VALUES = {"size": 0.6, "speed": 0.45, "height": 0.8, "foot": 0.18, "clearance": 0.12}
@@ -83,30 +83,20 @@ def test_ten_thousand_random_moves_join_exactly_and_nothing_grows() -> None:
     assert all(before.t1 == after.t0 for before, after in pairwise(found))
 
 
-class Case:
-    """What the checker needs of a motion to judge the segments of one walker."""
-
-    def __init__(self, mover: WalkerMover) -> None:
-        self.numbers = {mover.robot: dict(mover.limits())}
-        self.resets: set[tuple[str, float]] = set()
-        self.findings: list[tuple[float, str, str, str]] = []
-
-    def wrong(self, *finding: Any) -> None:
-        self.findings.append(finding)
-
-    def walk(self, segment: Segment) -> tuple[Mass, Swinging]:
-        return walk(segment, self.numbers[segment.robot]["omega"]), swing_states(segment.swings)
-
-
 @pytest.mark.parametrize("side", [1.8, 2.4, 2.7, 3.0, 3.7, 4.4, 6.0])
 def test_walker_keeps_to_its_limits_on_regions_of(side: float) -> None:
     """By the rules of the checker, in each move and from one to the next, with room to spare."""
-    case: Any = Case(walker(side))
+    limits: Any = walker(side).limits()
+    wrong: list[Any] = []
+    case: Any = SimpleNamespace(wrong=lambda *found: wrong.append(found))
     where = centres(side)
     found = wandering(walker(side), 200, seed=2)
     for segment in [*every_primitive(side), *found[:20]]:
-        check_segment(case, segment)
-        path, (_, swinging, _) = case.walk(segment)
+        path, (_, swinging, _) = walked = (
+            walk(segment, limits["omega"]),
+            swing_states(segment.swings),
+        )
+        check_segment(segment, limits, walked, case.wrong)
         feet = np.array([[foot.x, foot.y] for foot in segment.feet])
         ends = np.array([where[segment.origin], where[segment.to]])
         low, high = ends.min(axis=0) - side / 2, ends.max(axis=0) + side / 2
@@ -115,7 +105,7 @@ def test_walker_keeps_to_its_limits_on_regions_of(side: float) -> None:
                 assert min((points - low).min(), (high - points).min()) >= room - 1e-9
     for before, after in pairwise(found):
         joined(case, before, after)
-    assert case.findings == []
+    assert wrong == []
 
 
 def test_swing_foot_passes_the_standing_foot_at_a_distance() -> None:

@@ -74,7 +74,13 @@ def _paths(case: Examination) -> None:
 
 def _dynamics(case: Examination, piece: Moving) -> None:
     if isinstance(piece, Segment):
-        check_segment(case, piece)
+        check_segment(
+            piece,
+            case.numbers[piece.robot],
+            case.walk(piece),
+            lambda t, *found: case.wrong(piece.t0 + t, piece.robot, *found),
+            cut=(piece.robot, piece.t1) in case.resets,
+        )
     elif isinstance(piece, Flight):
         check_path(case, piece)
 

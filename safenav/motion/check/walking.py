@@ -3,29 +3,62 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import lru_cache
 from itertools import pairwise
 from math import cos, hypot, sin
 
 import numpy as np
 
-from safenav.motion.check.examination import NEAR, Examination
-from safenav.motion.check.paths import Array
-from safenav.motion.file.records import Foothold, Segment
+from safenav.motion.check.examination import NEAR
+from safenav.motion.check.paths import Array, Swinging, swing_states, walk
+from safenav.motion.file.records import Foothold, Piece, Segment
+from safenav.motion.geometry import MetricFloor
+from safenav.motion.walker import primitives
+from safenav.motion.walker.mover import BUILD, Placing
 from safenav.motion.walker.pendulum import Mass
+from safenav.motion.walker.primitives import LEFT, RIGHT
+from safenav.pace.gait import Gait
 
 GRAVITY = 9.81
 INNER = 0.6
 """Share of a sole, around its middle, in which the centre of pressure stays."""
 
-
 Wrong = Callable[[float, str, str], None]
 
 
-def check_segment(case: Examination, segment: Segment) -> None:
-    def wrong(t: float, rule: str, found: str) -> None:
-        case.wrong(segment.t0 + t, segment.robot, rule, found)
+@lru_cache(maxsize=64)
+def fault_of(gait: Gait) -> str | None:
+    """The first rule that a gait breaks, in words; None if it keeps all."""
+    limits = {"omega": gait.omega, "height": gait.walker.height, **BUILD}
+    place = Placing(MetricFloor(1, 1, gait.side), 0, "east")
+    found: list[str] = []
+    try:
+        made = [primitives.stop(gait, LEFT), primitives.walk(gait, LEFT, RIGHT)]
+        for quarters in (0, LEFT, RIGHT):
+            made += [
+                primitives.walk(gait, quarters, LEFT),
+                primitives.start(gait, quarters, LEFT),
+            ]
+    except ValueError:  # a step of an arc whose mass never gets over its foot
+        return "the mass would fall back on an arc"
+    for each in made:
+        segment = place.segment(Piece("", 0, each.name, 0, 0, 0.0, each.seconds), each)
+        walked = walk(segment, gait.omega), swing_states(segment.swings)
+        check_segment(segment, limits, walked, lambda *wrong: found.append(wrong[2]))
+    return found[0] if found else None
 
-    limits = case.numbers[segment.robot]
+
+def check_segment(
+    segment: Segment,
+    limits: Mapping[str, float],
+    walked: tuple[Mass, Swinging],
+    wrong: Wrong,
+    *,
+    cut: bool = False,
+) -> None:
+    """Report each broken rule with its time since the segment's start. ``walked``: its mass and its
+    feet in the air; ``cut``: it was cut off."""
+    path, (_, _, speeds) = walked
     omega, height = limits["omega"], limits["height"]
     gravity = omega**2 * height
     if abs(gravity - GRAVITY) > 1e-6:
@@ -41,7 +74,6 @@ def check_segment(case: Examination, segment: Segment) -> None:
     if any(swing.t1 <= swing.t0 for swing in segment.swings):
         wrong(0, "time", "a swing that takes no time")
         return
-    path, (_, _, speeds) = case.walk(segment)
     for end, missed in (("start", path.late), ("goal", path.early)):
         if missed > 1e-8:
             what = f"the centre of mass misses the {end} of its segment by {missed:.4f} m"
@@ -52,7 +84,7 @@ def check_segment(case: Examination, segment: Segment) -> None:
     if pull[worst] > limits["friction"]:
         what = f"friction of {pull[worst]:.3f} needed, more than {limits['friction']:g}"
         wrong(float(path.times[worst]), "friction", what)
-    if _support(segment, limits, wrong) and (segment.robot, segment.t1) not in case.resets:
+    if _support(segment, limits, wrong) and not cut:
         _double(segment, limits, wrong)
     _stance(segment, path, limits, wrong)
     _steps(segment, limits, wrong)

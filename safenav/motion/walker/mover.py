@@ -1,16 +1,11 @@
-"""A walker as a mover: it joins primitives, each at the absolute pose of a region.
-
-The demands of the primitives are compared with the limits of a walker before it moves."""
+"""A walker as a mover: it joins primitives, each at the absolute pose of a region."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import lru_cache
-from itertools import pairwise
-from math import cos, hypot, pi, sin
+from math import pi
 
 import numpy as np
-from msgspec import Struct, to_builtins
 from msgspec.structs import replace
 
 from safenav.errors import UsageError
@@ -19,85 +14,27 @@ from safenav.motion.geometry import MetricFloor, turn, unit_vector
 from safenav.motion.mover import Crossing, Mover
 from safenav.motion.polynomial import between, derivative, values
 from safenav.motion.walker import primitives
-from safenav.motion.walker.pendulum import Array, advanced, mass
-from safenav.motion.walker.primitives import LEFT, RIGHT, Primitive
-from safenav.pace.gait import Gait, Walker, gait_on
+from safenav.motion.walker.pendulum import Array, advanced
+from safenav.motion.walker.primitives import LEFT, Primitive
+from safenav.pace.gait import Walker, gait_on
 from safenav.pace.robot import WALKER, YAW
 
-SAMPLES = 200
-
-
-class Demand(Struct, frozen=True):
-    """The longest step (m), the least distance by which a foot lands on its own side of the
-    other (m), the friction needed (of the ground's normal force), the fastest swing (m/s), the
-    farthest that the mass gets from a foot that carries it (m, on the ground)."""
-
-    step: float
-    aside: float
-    friction: float
-    swing: float
-    stance: float
-
-
-LIMITS = Demand(step=0.65, aside=0.2, friction=0.45, swing=3.0, stance=0.45)
-"""Limits of the walker (docs/models.md); ``aside`` is a lower bound, the others are upper ones."""
 BUILD = {
-    **to_builtins(LIMITS),
+    "step": 0.65,
+    "aside": 0.2,
+    "friction": 0.45,
+    "swing": 3.0,
+    "stance": 0.45,
     "sole_length": 0.2,
     "sole_width": 0.09,
     "least_double": 0.15,
     "most_double": 0.25,
 }
-"""The limits in the header of a motion: with the size of a sole (m), and bounds of the share of
-walking in which both feet are on the ground."""
-
-
-def demand(gait: Gait, primitive: Primitive) -> Demand:
-    times = np.linspace(0, primitive.seconds, SAMPLES)
-    path = mass(
-        primitive.phases, primitive.start.tolist(), primitive.goal.tolist(), times, gait.omega
-    )
-    places = path.states[:, :2]
-    off = np.hypot(*(places - path.pressures).T).max()
-    step, aside, stance, fastest = 0.0, np.inf, 0.0, 0.0
-    for hold in primitive.footholds:
-        carried = places[(times >= hold.down) & (times <= hold.up)]
-        stance = max(stance, float(np.hypot(*(carried - (hold.x, hold.y)).T).max(initial=0.0)))
-    for before, after in pairwise(primitive.footholds):
-        dx, dy = after.x - before.x, after.y - before.y
-        step = max(step, hypot(dx, dy))
-        if before.side != after.side:
-            yaw = (before.yaw + after.yaw) / 2
-            aside = min(aside, after.side * (dy * cos(yaw) - dx * sin(yaw)))
-    for swing in primitive.swings:
-        span = np.linspace(0, swing.t1 - swing.t0, 50)
-        paths = between(swing.t1 - swing.t0, swing.start, swing.goal)[:2]
-        speed = np.hypot(*(values(derivative(path), span) for path in paths))
-        fastest = max(fastest, float(speed.max()))
-    return Demand(step, aside, float(off) / gait.walker.height, fastest, stance)
-
-
-@lru_cache(maxsize=64)
-def broken(gait: Gait) -> str | None:
-    """The first limit that a gait's primitives break, in words; None if they keep all."""
-    found = [primitives.stop(gait, LEFT), primitives.walk(gait, LEFT, RIGHT)]
-    for quarters in (0, 1, -1):
-        found += [primitives.walk(gait, quarters, LEFT), primitives.start(gait, quarters, LEFT)]
-    for each in (demand(gait, primitive) for primitive in found):
-        for field, words in _WORDS.items():
-            value, limit = getattr(each, field), getattr(LIMITS, field)
-            if (value < limit) if field == "aside" else (value > limit):
-                return words.format(value=value, limit=limit)
-    return None
-
-
-_WORDS = {
-    "step": "a step of {value:.2f} m is longer than {limit:g} m",
-    "aside": "its feet come within {value:.2f} m of each other, the least is {limit:g} m",
-    "friction": "it needs a friction of {value:.2f}, more than {limit:g}",
-    "swing": "a foot swings at {value:.1f} m/s, faster than {limit:g} m/s",
-    "stance": "the mass gets {value:.2f} m from a foot that carries it, more than {limit:g} m",
-}
+"""The limits of a walker in the header of a motion (docs/models.md): the longest step (m), the
+least distance by which a foot lands on its own side of the other (m), the friction needed (of the
+ground's normal force), the fastest swing (m/s), the farthest that the mass gets from a foot that
+carries it (m, on the ground); the size of a sole (m); bounds of the share of walking in which both
+feet are on the ground."""
 
 
 class WalkerMover(Mover):
@@ -116,17 +53,8 @@ class WalkerMover(Mover):
         walker = Walker(*(values[name] for name in WALKER))
         try:
             self.gait = gait_on(floor.side, walker)
-            fault = broken(self.gait)
         except UsageError as error:
             raise UsageError(f"{robot}: {error}") from error
-        except ValueError:  # a step of an arc whose mass never gets over its foot
-            fault = "the mass would fall back on an arc"
-        if fault is not None:
-            raise UsageError(
-                f"{robot}: a walker {walker.height:g} m high at {walker.speed:g} m/s cannot "
-                f"turn on regions of {floor.side:g} m: {fault}\n"
-                "    change 'speed' or 'height' of its model"
-            )
 
     def limits(self) -> Mapping[str, float]:
         return {**self.values, "omega": self.gait.omega, **BUILD}
