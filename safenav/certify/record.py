@@ -71,7 +71,7 @@ def bundle_of_trace(trace: Path, target: Path, motion: Path | None = None) -> Ma
 def motion_made(trace: bytes) -> bytes:
     """Return the motion file of a run, computed by its robots' models."""
     # Imported here and below: motion needs numpy, which a batch must do without.
-    from safenav.motion.file.reading import text_of
+    from safenav.motion.file import text_of
     from safenav.motion.making import motion_of
 
     return text_of(motion_of(read_bytes(trace))).encode()
@@ -80,7 +80,7 @@ def motion_made(trace: bytes) -> bytes:
 def motion_checked(motion: Path, trace: bytes, name: str) -> bytes:
     """Return a motion file. Raises NotCertifiedError if it breaks a rule of motion."""
     from safenav.motion.check.verdict import check_motion
-    from safenav.motion.file.reading import read_motion
+    from safenav.motion.file import read_motion
 
     found = check_motion(read_motion(motion), read_bytes(trace, name))
     if found:

@@ -357,7 +357,7 @@ def of_motion(
     the requirements of the scenario and ``more``."""
     from safenav.motion.check.execution import trackings
     from safenav.motion.check.verdict import check_motion
-    from safenav.motion.file.reading import parsed
+    from safenav.motion.file import parsed
     from safenav.motion.requirements import SATISFIED, MotionRecording, judged, requirements_of
     from safenav.trace.reading import read_bytes
 

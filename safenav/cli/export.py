@@ -8,7 +8,7 @@ import click
 
 from safenav.cli import options
 from safenav.errors import ExitCode, UsageError
-from safenav.motion.file.records import Motion
+from safenav.motion.file import Motion
 from safenav.motion.waypoints import as_csv, as_json, frame_of, timed_waypoints, waypoints
 from safenav.outfile import tell, write_all, write_out, write_whole
 from safenav.report.bag import Poses, messages
@@ -115,14 +115,14 @@ def export(
     run = read_trace(trace)
     moved = _computed(run, side, gust, seed, track=track) if computed else None
     if motion is not None:
-        from safenav.motion.check.mismatch import read_motion_of
+        from safenav.motion.check.verdict import read_motion_of
 
         moved = read_motion_of(motion, run, trace)
         if side is not None and abs(moved.header.side - side) > 1e-6 * side:
             own = f"the regions of the motion measure {moved.header.side:g} m, not {side:g} m"
             raise UsageError(f"{own}\n    leave out --side, or compute another motion with it")
     if (path := files.get(".jsonl")) is not None and moved is not None:
-        from safenav.motion.file.reading import parsed, text_of
+        from safenav.motion.file import parsed, text_of
 
         write_out(path, text := text_of(moved))
         moved = parsed(text.encode(), str(path))  # as every reader of the file sees it

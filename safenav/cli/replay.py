@@ -143,7 +143,7 @@ def _page3d(lines: Trace, trace: Path, file: Path | None) -> str:
     """Return the 3D page, with the motion from a file or computed from the trace. Raises UsageError
     for a trace that breaks a rule."""
     try:
-        from safenav.motion.check.mismatch import read_motion_of
+        from safenav.motion.check.verdict import read_motion_of
         from safenav.motion.making import motion_of, refuse_broken
         from safenav.report.view3d.html import page3d_of
     except ModuleNotFoundError as error:

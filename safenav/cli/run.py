@@ -118,7 +118,7 @@ def _check_movable(plan: Scenario, motion: Path | None) -> None:
 
 def _write_motion(trace: Path, motion: Path) -> list[str]:
     """Write the motion of a run; return a message for each requirement that is not satisfied."""
-    from safenav.motion.file.reading import text_of
+    from safenav.motion.file import text_of
     from safenav.motion.making import motion_of
     from safenav.motion.requirements import MotionRecording, judged, requirements_of
     from safenav.trace.reading import read_trace
@@ -297,7 +297,7 @@ def drive(
 
     def write_motion(trace: Path, file: Path) -> Sequence[str]:
         from safenav.fleet.driven import driven_motion
-        from safenav.motion.file.reading import text_of
+        from safenav.motion.file import text_of
 
         made, world = driven[0]
         if world is not None:

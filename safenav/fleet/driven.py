@@ -18,8 +18,8 @@ from safenav.fleet.following import Follower
 from safenav.fleet.place import Places
 from safenav.fleet.transport import Located, SentGoal
 from safenav.fleet.world import FleetWorld
-from safenav.motion.check.mismatch import GAPS
-from safenav.motion.file.records import (
+from safenav.motion.check.verdict import GAPS
+from safenav.motion.file import (
     Action,
     GoalLine,
     Line,
@@ -31,9 +31,8 @@ from safenav.motion.file.records import (
 )
 from safenav.motion.making import described, floor_of, header_of, movers_of
 from safenav.motion.mover import Mover
-from safenav.motion.timing.actions import TimedAction, actions_of, by_command
-from safenav.motion.timing.execution import when
-from safenav.motion.timing.recorded_times import TraceLedger
+from safenav.motion.timing.execution import TimedAction, actions_of, by_command, when
+from safenav.motion.timing.schedule import TraceLedger
 from safenav.trace import records
 from safenav.trace.reading import Trace
 

@@ -32,11 +32,10 @@ from safenav.fleet.transport import (
     Performed,
     Transport,
 )
-from safenav.motion.file.records import Curve, Flight, Moving, Reset, Segment
+from safenav.motion.file import Curve, Flight, Moving, Reset, Segment
 from safenav.motion.geometry import MetricFloor, turn
-from safenav.motion.glider import Glider
 from safenav.motion.making import mover
-from safenav.motion.mover import Crossing, Mover
+from safenav.motion.mover import Crossing, Glider, Mover
 from safenav.motion.walker.mover import WalkerMover, cut_off
 from safenav.scenario.model import Robot, name_parts
 from safenav.scenario.motion import resolved

@@ -15,7 +15,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from safenav.motion.columns import placed, sampled
-from safenav.motion.file.records import Foothold, Moving, Segment
+from safenav.motion.file import Foothold, Moving, Segment
 from safenav.world.map import Frame
 
 Array = NDArray[np.float64]

@@ -19,7 +19,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from safenav.errors import UsageError
-from safenav.motion.file.records import (
+from safenav.motion.file import (
     Curve,
     Flight,
     FlownTrack,
@@ -29,8 +29,8 @@ from safenav.motion.file.records import (
     Segment,
     Swing,
 )
-from safenav.motion.polynomial import between, derivative, values
-from safenav.motion.walker.pendulum import mass
+from safenav.motion.geometry import between, derivative, values
+from safenav.motion.walker.primitives import mass
 
 Array = NDArray[np.float64]
 

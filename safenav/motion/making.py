@@ -8,15 +8,13 @@ from msgspec import Struct
 
 import safenav
 from safenav.errors import Diagnostic, InputError, SafenavError, UsageError
-from safenav.motion.check.walking import fault_of
-from safenav.motion.file.records import Flight, Line, Motion, MotionHeader
-from safenav.motion.flyer.simulation import check_gust, flown
+from safenav.motion.check.pieces import fault_of
+from safenav.motion.file import Flight, Line, Motion, MotionHeader
+from safenav.motion.flyer import check_gust, flown
 from safenav.motion.geometry import MetricFloor
-from safenav.motion.glider import Glider, flown_through
-from safenav.motion.mover import Mover
+from safenav.motion.mover import Glider, Mover, flown_through
 from safenav.motion.timing.execution import when
-from safenav.motion.timing.recorded_times import motion_at_recorded_times
-from safenav.motion.timing.schedule import motion_at_earliest_times
+from safenav.motion.timing.schedule import motion_at_earliest_times, motion_at_recorded_times
 from safenav.motion.walker.mover import WalkerMover
 from safenav.pace.robot import SIDE as SIDE
 from safenav.scenario.model import Scenario

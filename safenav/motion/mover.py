@@ -2,17 +2,23 @@
 
 A mover owns its robot's position and time. The timing decides when the robot moves; the mover
 decides how, and how long it takes. The robot never leaves its region, except by a move to the next
-one.
+one. Bodies that glide along curves are a disc, a rover, a flyer; a curve has a polynomial in time
+for each axis, and one for the yaw.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from math import atan2, hypot, pi, remainder, tau
 
 from msgspec import Struct
+from msgspec.structs import replace
 
-from safenav.motion.file.records import Moving
-from safenav.motion.geometry import MetricFloor
+from safenav.errors import UsageError
+from safenav.motion.file import Curve, Flight, Moving
+from safenav.motion.geometry import PEAK, MetricFloor, quintic, unit_vector
+from safenav.pace.robot import AT_ONCE, RESERVE, ROOM, TURNING, YAW, glide
 
 
 class Crossing(Struct, frozen=True):
@@ -67,3 +73,155 @@ class Mover:
     def limits(self) -> Mapping[str, float]:
         """Its parameters and limits, for the header of the motion."""
         return self.values
+
+
+PRIMITIVES = {"disc": ("glide", "rest"), "rover": ("drive", "rest"), "flyer": ("fly", "hover")}
+"""The names of a move and of a rest, by kind."""
+
+
+class Glider(Mover):
+    """A body at rest at ``place``, in the centre of its region or short of it, that faces
+    ``facing`` (radians). Each move is a quintic from rest to rest along each axis and in its yaw.
+
+    A disc and a flyer turn as they move. A rover, a unicycle, turns on the spot first, then drives
+    straight; its body has room to turn in a region.
+    """
+
+    def __init__(
+        self,
+        robot: str,
+        floor: MetricFloor,
+        region: int,
+        heading: str | None,
+        values: Mapping[str, float],
+        kind: str,
+    ) -> None:
+        super().__init__(robot, floor, region, heading, values)
+        self.kind = kind
+        size, side = values["size"], floor.side
+        if size + 2 * ROOM > side:
+            raise UsageError(
+                f"{robot}: a body of {size:g} m does not fit into regions of {side:g} m\n"
+                "    give the map a larger 'resolution', or the model a smaller 'size'"
+            )
+        self.place = floor.centre(region)
+        self.facing = YAW[heading] if heading else 0.0
+        self._height = (values.get("altitude", 0.0),)
+        self._pull = RESERVE * values["tilt"] if kind == "flyer" else values.get("acceleration")
+
+    def move(self, crossing: Crossing) -> list[Moving]:
+        x, y = self.floor.centre(crossing.to)
+        if crossing.short:
+            ahead = unit_vector(crossing.heading)
+            back = self.floor.side / 2 - self.values["size"] / 2 - ROOM
+            x, y = x - ahead[0] * back, y - ahead[1] * back
+        moved = self._go(crossing.tick, (x, y), YAW[crossing.heading], crossing.to)
+        self.region, self.heading = crossing.to, crossing.heading
+        return moved
+
+    def rest(self, tick: int, until: float) -> list[Moving]:
+        x, y = self.place
+        still = Curve(until - self.time, (x,), (y,), self._height, (self.facing,))
+        return [self._made(PRIMITIVES[self.kind][1], tick, self.region, [still], until)]
+
+    def face(self, tick: int, region: int) -> list[Moving]:
+        if region == self.region:
+            return []
+        (x, y), (u, v) = self.floor.centre(self.region), self.floor.centre(region)
+        turned = self._curves(self.place, atan2(v - y, u - x))
+        return [self._made("turn", tick, self.region, turned)] if turned else []
+
+    def resume(self, tick: int) -> list[Moving]:
+        (x, y), centre = self.place, self.floor.centre(self.region)
+        if self.place == centre:
+            return []
+        rover = self.kind == "rover"
+        wanted = atan2(centre[1] - y, centre[0] - x) if rover else self.facing
+        return self._go(tick, centre, wanted, self.region)
+
+    def _go(self, tick: int, there: tuple[float, float], wanted: float, to: int) -> list[Moving]:
+        if self.kind == "rover":
+            parts = [*self._curves(self.place, wanted), *self._curves(there, wanted)]
+        else:
+            parts = self._curves(there, wanted)
+        return [self._made(PRIMITIVES[self.kind][0], tick, to, parts)]
+
+    def _turning(self, angle: float) -> float:
+        """Return the duration of a turn on the spot."""
+        if self.kind != "rover":
+            return PEAK * angle / TURNING
+        pull = self.values["acceleration"] / (self.values["size"] / 2)
+        return glide(angle, self.values["turning"], pull)
+
+    def _curves(self, there: tuple[float, float], wanted: float) -> list[Curve]:
+        """Return the path to a pose, from rest to rest; none to where the robot is."""
+        here = self.place
+        metres = hypot(there[0] - here[0], there[1] - here[1])
+        angle = remainder(wanted - self.facing, tau)
+        if abs(angle) < 1e-9:
+            angle = 0.0
+        if abs(angle + pi) < 1e-9:
+            angle = pi
+        if metres == angle == 0.0:
+            return []
+        straight = glide(metres, self.values["speed"], self._pull)
+        seconds = max(straight, self._turning(abs(angle)))
+        x, y = (quintic(seconds, here[i], 0.0, there[i], 0.0) for i in (0, 1))
+        turning = quintic(seconds, self.facing, 0.0, self.facing + angle, 0.0)
+        self.place, self.facing = there, wanted
+        return [Curve(seconds, x, y, self._height, turning)]
+
+    def _made(
+        self, name: str, tick: int, to: int, parts: Sequence[Curve], until: float | None = None
+    ) -> Moving:
+        """Return a piece of motion from now on, as long as its parts, or ``until`` a time."""
+        begin = self.time
+        self.time = begin + sum(part.seconds for part in parts) if until is None else until
+        return Flight(self.robot, tick, name, self.region, to, begin, self.time, tuple(parts))
+
+
+def flown_through(flights: Sequence[Flight], floor: MetricFloor, size: float) -> list[Flight]:
+    """Return the flights of a flyer of ``size`` metres without a halt between two that follow each
+    other: through the same centres at the same times.
+
+    It passes a centre at the lower mean speed of both flights, so both stay below the speed and the
+    acceleration that they have from rest to rest. At a corner it flies diagonally, no faster than
+    keeps its body in its regions: a quintic that ends where it began swings out by at most a tenth
+    of a side.
+    """
+    width = min(1.0, (floor.side / 2 - size / 2 - ROOM) / (floor.side / 10))
+    found = list(flights)
+    speeds = [(0.0, 0.0)] * (len(found) + 1)
+    for index, (one, other) in enumerate(pairwise(found), start=1):
+        if one.primitive == other.primitive == "fly" and abs(other.t0 - one.t1) < AT_ONCE:
+            (a, b), (c, d) = _way(one), _way(other)
+            first, second = hypot(a, b), hypot(c, d)
+            if first and second:  # back where it came from, both directions cancel out
+                speed = min(first / (one.t1 - one.t0), second / (other.t1 - other.t0)) / 2
+                speed *= width if abs(a * c + b * d) < AT_ONCE else 1.0
+                speeds[index] = (
+                    speed * (a / first + c / second),
+                    speed * (b / first + d / second),
+                )
+    for index, flight in enumerate(found):
+        start, goal = speeds[index : index + 2]
+        if (start, goal) != ((0.0, 0.0), (0.0, 0.0)):
+            (curve,) = flight.parts
+            x, y = (
+                quintic(curve.seconds, path[0], begin, path[0] + way, end)
+                for path, way, begin, end in zip(
+                    (curve.x, curve.y), _way(flight), start, goal, strict=True
+                )
+            )
+            found[index] = replace(flight, parts=(replace(curve, x=x, y=y),))
+    return found
+
+
+def _way(flight: Flight) -> tuple[float, float]:
+    """Return how far a flight of one curve leads, in metres along x and y."""
+    (curve,) = flight.parts
+    x, y = (
+        sum(c * curve.seconds**power for power, c in enumerate(path) if power)
+        for path in (curve.x, curve.y)
+    )
+    return x, y

@@ -9,7 +9,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.motion.columns import Columns, columns_of
-from safenav.motion.file.records import FlownTrack, Link, Motion, Moving, Wait
+from safenav.motion.file import FlownTrack, Link, Motion, Moving, Wait
 from safenav.motion.geometry import MetricFloor, margin
 
 RATE = 50.0

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from safenav.errors import UsageError
 from safenav.formula.parser import FormulaError
 from safenav.motion.columns import Columns, columns_at
-from safenav.motion.file.records import Motion, Moving
+from safenav.motion.file import Motion, Moving
 from safenav.motion.timing.in_time import in_time
 from safenav.scenario.yaml.findings import suggestion
 from safenav.stl.parser import parse_requirement

@@ -16,7 +16,7 @@ from msgspec import Struct
 
 from safenav.errors import Diagnostic, InputError, UsageError
 from safenav.lines import csv_text
-from safenav.motion.file.records import GoalLine, Motion, Moving, Piece, Segment
+from safenav.motion.file import GoalLine, Motion, Moving, Piece, Segment
 from safenav.pace.robot import YAW
 from safenav.trace.reading import Trace
 from safenav.trace.records import Arrive, Move

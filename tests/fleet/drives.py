@@ -15,8 +15,7 @@ from safenav.fleet.file.reading import load_fleet
 from safenav.fleet.transport import DriveRecording
 from safenav.motion.check.examination import Finding
 from safenav.motion.check.verdict import check_motion
-from safenav.motion.file.reading import parsed, text_of
-from safenav.motion.file.records import Motion
+from safenav.motion.file import Motion, parsed, text_of
 from safenav.runtime.run.mission import Mission
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.settings import Clock

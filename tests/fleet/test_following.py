@@ -27,9 +27,9 @@ from safenav.fleet.transport import (
     Message,
     Performed,
 )
+from safenav.motion.check.examination import walk
 from safenav.motion.check.execution import trackings
-from safenav.motion.check.paths import walk
-from safenav.motion.file.records import Reset, Segment
+from safenav.motion.file import Reset, Segment
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.records import Arrive

@@ -124,7 +124,7 @@ def test_a_stream_is_the_reference_sample_by_sample() -> None:
 def test_steps_tell_both_feet_from_each_landing_on() -> None:
     numpy = pytest.importorskip("numpy", reason="references need the extra 'motion'")
     from safenav.fleet.setpoints import PERIOD, Setpoints
-    from safenav.motion.file.records import Foothold
+    from safenav.motion.file import Foothold
 
     feet = (
         Foothold(1.0, 0.2, 0.1, 1, 8.0, 10.4),

@@ -7,8 +7,7 @@ from msgspec.structs import replace
 
 from once import SCENARIOS, made_once, trace_of_shipped
 from runtime.played import play
-from safenav.motion.file.reading import parsed, text_of
-from safenav.motion.file.records import Motion
+from safenav.motion.file import Motion, parsed, text_of
 from safenav.motion.making import motion_of
 from safenav.runtime.worlds.live_simulation import LiveSimulation
 from safenav.scenario.reading.loader import load_scenario

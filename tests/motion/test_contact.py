@@ -15,7 +15,7 @@ import pytest
 
 from motion.test_walking import SIZE, walker
 from safenav.motion.columns import sample
-from safenav.motion.file.records import Segment
+from safenav.motion.file import Segment
 from safenav.motion.mover import Crossing
 
 mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed: pip install '.[dev]'")

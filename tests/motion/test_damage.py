@@ -15,10 +15,8 @@ from motion.runs import SHIPPED, motion, played, trace_of
 from once import beside, made_once
 from safenav.errors import UsageError
 from safenav.motion.check.examination import Finding
-from safenav.motion.check.mismatch import read_motion_of
-from safenav.motion.check.verdict import check_motion
-from safenav.motion.file.reading import parsed, text_of
-from safenav.motion.file.records import (
+from safenav.motion.check.verdict import check_motion, read_motion_of
+from safenav.motion.file import (
     Action,
     Curve,
     Flight,
@@ -31,9 +29,11 @@ from safenav.motion.file.records import (
     Reserve,
     Reset,
     Segment,
+    parsed,
+    text_of,
 )
 from safenav.motion.making import Disturbances, motion_of
-from safenav.motion.walker.pendulum import advanced
+from safenav.motion.walker.primitives import advanced
 from safenav.trace.reading import read_bytes
 from safenav.trace.records import Service
 

@@ -15,7 +15,7 @@ from fleet.drives import HALL, Drive, driven
 from safenav.motion.check.execution import trackings
 from safenav.motion.check.verdict import check_motion
 from safenav.motion.columns import columns_at
-from safenav.motion.file.records import (
+from safenav.motion.file import (
     Flight,
     GoalLine,
     Measured,

@@ -7,7 +7,7 @@ import pytest
 from motion.runs import motion, played, trace_bytes, trace_of
 from safenav.errors import InputError, UsageError
 from safenav.motion.check.verdict import check_motion
-from safenav.motion.file.reading import parsed, text_of
+from safenav.motion.file import parsed, text_of
 from safenav.motion.making import motion_of
 from safenav.trace.reading import read_bytes
 

@@ -12,9 +12,8 @@ from once import made_once
 from safenav.errors import UsageError
 from safenav.motion.check.verdict import check_motion
 from safenav.motion.columns import sample
-from safenav.motion.file.reading import parsed, text_of
-from safenav.motion.file.records import Flight, FlownTrack, Motion
-from safenav.motion.flyer.tracking import HORIZON, AxisTracker
+from safenav.motion.file import Flight, FlownTrack, Motion, parsed, text_of
+from safenav.motion.flyer import HORIZON, AxisTracker
 from safenav.motion.making import Disturbances, motion_of
 from safenav.trace.reading import read_bytes
 

@@ -5,7 +5,7 @@ import pytest
 from motion.runs import motion, played, trace_of
 from safenav.motion.check.examination import Examination
 from safenav.motion.check.room import holdings
-from safenav.motion.file.records import Action, Moving
+from safenav.motion.file import Action, Moving
 from safenav.motion.making import motion_of
 from safenav.motion.timing.in_time import in_time
 from safenav.run.reading import run_of

@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from motion.runs import live_trace
 from safenav.errors import InputError
 from safenav.motion.check.verdict import check_motion
-from safenav.motion.file.records import Action, Motion, Moving, Release, Reserve
+from safenav.motion.file import Action, Motion, Moving, Release, Reserve
 from safenav.motion.making import motion_of
 from safenav.trace import records
 from safenav.trace.reading import Trace, read_bytes

@@ -13,7 +13,7 @@ import pytest
 from drawn import loads
 from motion.runs import played as traced
 from safenav.motion.check.verdict import check_motion
-from safenav.motion.file.reading import parsed, text_of
+from safenav.motion.file import parsed, text_of
 from safenav.motion.making import motion_of
 from safenav.trace.reading import read_bytes
 from support.missions import mission

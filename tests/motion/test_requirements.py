@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from motion.runs import motion, trace_of
 from safenav.formula.parser import FormulaError
-from safenav.motion.file.records import Action
+from safenav.motion.file import Action
 from safenav.motion.requirements import MotionRecording, curve, judged
 from safenav.report.page.html import curves_of
 from safenav.stl.parser import parse_requirement

@@ -10,11 +10,10 @@ from msgspec.structs import replace
 from motion.runs import SHIPPED, motion, played, trace_of
 from once import beside
 from safenav.motion.check.verdict import check_motion
-from safenav.motion.file.records import Action, Line, Moving, Release, Reserve
+from safenav.motion.file import Action, Line, Moving, Release, Reserve
 from safenav.motion.geometry import MetricFloor
-from safenav.motion.glider import Glider
 from safenav.motion.making import motion_of
-from safenav.motion.mover import Crossing, Mover
+from safenav.motion.mover import Crossing, Glider, Mover
 from safenav.motion.timing.execution import when
 from safenav.motion.timing.in_time import in_time
 from safenav.motion.timing.schedule import motion_at_earliest_times

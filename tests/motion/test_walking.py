@@ -10,11 +10,10 @@ import numpy as np
 import pytest
 
 from safenav.errors import UsageError
-from safenav.motion.check.joins import joined
-from safenav.motion.check.paths import swing_states, walk
-from safenav.motion.check.walking import check_segment
+from safenav.motion.check.examination import swing_states, walk
+from safenav.motion.check.pieces import check_segment, joined
 from safenav.motion.columns import sample
-from safenav.motion.file.records import Segment
+from safenav.motion.file import Segment
 from safenav.motion.geometry import HEADINGS, MetricFloor
 from safenav.motion.mover import Crossing
 from safenav.motion.walker import primitives

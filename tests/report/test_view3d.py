@@ -12,7 +12,7 @@ from report.browser import Browser, Keys
 from safenav.cli import group
 from safenav.errors import UsageError
 from safenav.motion.columns import columns_of
-from safenav.motion.file.records import Action
+from safenav.motion.file import Action
 from safenav.motion.making import motion_of
 from safenav.motion.timing.in_time import in_time
 from safenav.report.view3d.html import RATE, encoded_motion, packed

@@ -17,7 +17,7 @@ from fleet.drives import Drive, driven
 from report.browser import Browser
 from report.test_view3d import PICTURE
 from safenav.motion.columns import columns_of
-from safenav.motion.file.records import GoalLine, Measured, Motion
+from safenav.motion.file import GoalLine, Measured, Motion
 from safenav.report.view3d.html import RATE, encoded_motion, page3d_of
 
 EAST = 0.6

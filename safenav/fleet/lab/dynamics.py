@@ -15,9 +15,8 @@ from safenav.fleet.lab.model import STEP, SimulatedBody, body_of, model_text
 from safenav.fleet.lab.obstacles import Standing, lab_obstacles
 from safenav.fleet.place import Places, turned
 from safenav.fleet.setpoints import Setpoints
-from safenav.motion.flyer.tracking import DRAG, HORIZON, LAG, AxisTracker
-from safenav.motion.flyer.tracking import STEP as PERIOD
-from safenav.motion.polynomial import derivative, quintic, values
+from safenav.motion.flyer import DRAG, HORIZON, LAG, PERIOD, AxisTracker
+from safenav.motion.geometry import derivative, quintic, values
 from safenav.scenario.model import Obstacle, Robot
 
 FORCE = 2.5

@@ -10,7 +10,7 @@ from msgspec import Struct, field
 from safenav.fleet.lab.obstacles import EVERY, LabObstacle, contact_bit
 from safenav.fleet.place import Places
 from safenav.fleet.setpoints import Setpoints
-from safenav.motion.flyer.tracking import AxisTracker
+from safenav.motion.flyer import AxisTracker
 from safenav.scenario.model import Obstacle, Robot
 from safenav.scenario.motion import resolved
 from safenav.world.map import Region

@@ -21,8 +21,7 @@ from safenav.fleet.lab.model import STEP, Handling, SimulatedBody, passage
 from safenav.fleet.lab.obstacles import LabObstacle
 from safenav.fleet.place import turned
 from safenav.fleet.setpoints import Setpoints
-from safenav.motion.flyer.tracking import STEP as PERIOD
-from safenav.motion.flyer.tracking import AxisTracker
+from safenav.motion.flyer import PERIOD, AxisTracker
 from safenav.scenario.model import Obstacle
 from safenav.world.map import Region
 

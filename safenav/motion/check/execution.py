@@ -12,10 +12,9 @@ from math import inf
 import numpy as np
 from msgspec import Struct
 
-from safenav.motion.check.examination import NEAR, Examination, Holding
-from safenav.motion.check.paths import Array
+from safenav.motion.check.examination import NEAR, Array, Examination, Holding
 from safenav.motion.check.room import MEASURED_TOUCH, check_distances, outside
-from safenav.motion.file.records import GoalLine, Measured, Motion, Reset
+from safenav.motion.file import GoalLine, Measured, Motion, Reset
 from safenav.trace.reading import Trace
 from safenav.trace.records import Act, ActionEnd, Arrive, Depart, Operator
 from safenav.trace.vocabulary import ActResult, MoveEnd

@@ -11,9 +11,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from msgspec import Struct
 
-from safenav.motion.check.examination import NEAR, STILL, Examination
-from safenav.motion.check.paths import Array
-from safenav.motion.file.records import Action, GoalLine, Moving, Piece, Release, Reserve
+from safenav.motion.check.examination import NEAR, STILL, Array, Examination
+from safenav.motion.file import Action, GoalLine, Moving, Piece, Release, Reserve
 from safenav.trace import records
 from safenav.trace.reading import Trace
 from safenav.trace.records import Act, Appeared, Arrive, Depart, Met, Move, Resolved, Service

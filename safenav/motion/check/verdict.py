@@ -1,15 +1,16 @@
-"""All rules of a motion, and its findings by time."""
+"""All rules of a motion, and its findings by time; contradictions between a motion file and its
+trace, which rules, pages and tables exclude first."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import partial
 from itertools import pairwise
+from pathlib import Path
 
+from safenav.errors import UsageError
 from safenav.motion.check.examination import NEAR, Examination, Finding
 from safenav.motion.check.execution import GOALS, check_execution
-from safenav.motion.check.joins import check_joins, check_path
-from safenav.motion.check.mismatch import mismatch
 from safenav.motion.check.order import (
     Passage,
     check_actions,
@@ -18,17 +19,123 @@ from safenav.motion.check.order import (
     check_order,
     passages,
 )
+from safenav.motion.check.pieces import check_joins, check_path, check_segment
 from safenav.motion.check.room import (
     check_distances,
     check_never_together,
     check_overlaps,
     check_room,
+    check_wind,
     holdings,
 )
-from safenav.motion.check.tracking import check_wind
-from safenav.motion.check.walking import check_segment
-from safenav.motion.file.records import Flight, Motion, Moving, Segment
+from safenav.motion.file import (
+    TRACK_COLUMNS,
+    Flight,
+    FlownTrack,
+    Motion,
+    Moving,
+    Segment,
+    read_motion,
+)
+from safenav.motion.walker.mover import BUILD
 from safenav.trace.reading import Trace
+
+AT_LEAST = ("aside", "least_double")
+"""The limits of a walker that are lower bounds; the others are upper ones."""
+WALKER = ("omega", "height", "size", "clearance", *BUILD)
+"""The fields that the header must hold for a walker."""
+
+GAPS = {"setpoints": 1.0, "goals": 2.0}
+"""The longest time without a measurement, in seconds, by how a robot is driven."""
+
+WRITTEN = 1e-9
+"""The difference that writing a number may make."""
+LONGEST = 2_000_000
+"""Seconds of a motion, 23 days: it is sampled from its beginning to its end."""
+
+
+def read_motion_of(path: Path, trace: Trace, name: Path) -> Motion:
+    """The motion of this trace in a file; ``name``: the file of the trace.
+
+    Raises InputError as ``read_motion``, and UsageError for the motion of another trace.
+    """
+    motion = read_motion(path)
+    found = mismatch(motion, trace)
+    if any(len(row) != TRACK_COLUMNS for track in motion.of(FlownTrack) for row in track.rows):
+        found = found or f"a row of a flight does not have {TRACK_COLUMNS} numbers"
+    if found:
+        hint = f"recompute it: safenav export {name} --motion {path}"
+        raise UsageError(f"{path}: {found}\n    {hint}")
+    return motion
+
+
+def mismatch(motion: Motion, trace: Trace) -> str:
+    """The first contradiction between the parts of a motion, or with its trace; empty if there is
+    none."""
+    header, world = motion.header, trace.header.scenario.map
+    if header.trace != trace.digest:
+        return "the motion is of another trace: the sha256 of its header is not this one's"
+    if (header.rows, header.cols) != (world.rows, world.cols):
+        return f"a map of {header.rows} x {header.cols} regions"
+    if set(header.robots) != set(trace.header.scenario.robots):
+        return f"the robots {', '.join(sorted(header.robots))[:80]} are not those of the trace"
+    if header.side <= 0:
+        return f"regions of {header.side:g} m"
+    if not 0 <= motion.outcome.makespan <= LONGEST:
+        return f"a makespan of {motion.outcome.makespan:g} s, not of 0 to {LONGEST:,} s"
+    origin = world.origin or (0.0, 0.0, 0.0)
+    if max(abs(a - b) for a, b in zip(header.origin, origin, strict=True)) > WRITTEN:
+        return "the origin of its map is not that of the trace"
+    for name, limits in header.robots.items():
+        if not isinstance(limits.get("kind"), str):
+            return f"{name}: 'kind' is missing, or no text"
+        for key in WALKER if limits["kind"] == "walker" else ("size",):
+            value = limits.get(key)
+            if isinstance(value, bool) or not isinstance(value, int | float) or value <= 0:
+                return f"{name}: '{key}' is missing, or not a positive number"
+        if found := _limits(trace, name, limits):
+            return f"{name}: {found}"
+    stranger = next((line.robot for line in motion.lines if line.robot not in header.robots), None)
+    if stranger is not None:
+        return f"{stranger[:40]} is not a robot of the header"
+    return next(filter(None, (_piece(motion, piece) for piece in motion.of(Moving))), "")
+
+
+def _limits(trace: Trace, name: str, limits: Mapping[str, object]) -> str:
+    """The first parameter of a robot that is not that of the trace, or a limit that no robot has;
+    empty if there is none."""
+    traced = dict(trace.header.scenario.robots[name].motion or {})
+    for key, value in traced.items():
+        same = limits.get(key) == value
+        if isinstance(value, float) and isinstance(found := limits.get(key), int | float):
+            same = abs(found - value) <= WRITTEN
+        if not same:
+            return f"'{key}' is {limits.get(key)!r}, in the trace {value!r}"
+    for key, bound in BUILD.items() if limits["kind"] == "walker" else ():
+        value = limits[key]
+        assert isinstance(value, int | float)
+        if not (value >= bound if key in AT_LEAST else value <= bound):
+            return f"'{key}' is {value:g}; the limit of a walker is {bound:g}"
+    if "driven" in limits:
+        if trace.header.scenario.world != "external":
+            return "it is driven, but the trace is of a simulated world"
+        most, gap = GAPS.get(str(limits["driven"]), 0.0), limits.get("gap")
+        if not (isinstance(gap, int | float) and gap <= most):
+            return f"'gap' is {gap!r}, not at most {most:g} s"
+    return ""
+
+
+def _piece(motion: Motion, piece: Moving) -> str:
+    at = f"{piece.robot} at {piece.t0:.3f} s"
+    parts: tuple[object, ...] = ()
+    match piece:
+        case Segment():
+            if motion.header.robots[piece.robot]["kind"] != "walker":
+                return f"{at}: it walks but is not a walker"
+            parts = piece.phases
+        case Flight():
+            parts = piece.parts
+    return "" if parts else f"{at}: a piece of motion without parts"
 
 
 def check_motion(motion: Motion, trace: Trace) -> list[Finding]:

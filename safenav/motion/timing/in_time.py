@@ -12,7 +12,7 @@ from math import inf
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from safenav.motion.file.records import Action, Motion, Moving
+from safenav.motion.file import Action, Motion, Moving
 from safenav.motion.timing.schedule import SHARED
 from safenav.trace import records
 from safenav.trace.reading import Trace

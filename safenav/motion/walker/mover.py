@@ -9,13 +9,11 @@ import numpy as np
 from msgspec.structs import replace
 
 from safenav.errors import UsageError
-from safenav.motion.file import records
-from safenav.motion.geometry import MetricFloor, turn, unit_vector
+from safenav.motion.file import Foothold, FootState, Moving, Piece, PressurePhase, Segment, Swing
+from safenav.motion.geometry import MetricFloor, between, derivative, turn, unit_vector, values
 from safenav.motion.mover import Crossing, Mover
-from safenav.motion.polynomial import between, derivative, values
 from safenav.motion.walker import primitives
-from safenav.motion.walker.pendulum import Array, advanced
-from safenav.motion.walker.primitives import LEFT, Primitive
+from safenav.motion.walker.primitives import LEFT, Array, Primitive, advanced
 from safenav.pace.gait import Walker, gait_on
 from safenav.pace.robot import WALKER, YAW
 
@@ -64,7 +62,7 @@ class WalkerMover(Mover):
         assert self.heading is not None, "a walker has one"
         return self.heading
 
-    def move(self, crossing: Crossing) -> list[records.Moving]:
+    def move(self, crossing: Crossing) -> list[Moving]:
         quarters = turn(self._facing, crossing.heading)
         if self.foot:
             primitive = primitives.walk(self.gait, quarters, self.foot)
@@ -72,23 +70,23 @@ class WalkerMover(Mover):
             primitive = primitives.start(self.gait, quarters, LEFT)
         return [self._carried_out(primitive, crossing.tick, crossing.to, crossing.heading)]
 
-    def halt(self, tick: int) -> list[records.Moving]:
+    def halt(self, tick: int) -> list[Moving]:
         if not self.foot:
             return []
         stop = primitives.stop(self.gait, self.foot)
         return [self._carried_out(stop, tick, self.region, self._facing)]
 
-    def rest(self, tick: int, until: float) -> list[records.Moving]:
+    def rest(self, tick: int, until: float) -> list[Moving]:
         assert not self.foot, "a walker in mid-step cannot rest"
         stand = primitives.stand(self.gait, until - self.time)
         return [self._carried_out(stand, tick, self.region, self._facing, until)]
 
     def _carried_out(
         self, primitive: Primitive, tick: int, to: int, heading: str, until: float | None = None
-    ) -> records.Segment:
+    ) -> Segment:
         end = self.time + primitive.seconds if until is None else until
         place = Placing(self.floor, self.region, self._facing)
-        who = records.Piece(self.robot, tick, primitive.name, self.region, to, self.time, end)
+        who = Piece(self.robot, tick, primitive.name, self.region, to, self.time, end)
         segment = place.segment(who, primitive)
         self.region, self.heading, self.foot, self.time = to, heading, primitive.foot, end
         return segment
@@ -105,10 +103,10 @@ class Placing:
         self._x, self._y = x - self._cos * half, y - self._sin * half
         self._yaw = YAW[heading]
 
-    def segment(self, who: records.Piece, primitive: Primitive) -> records.Segment:
+    def segment(self, who: Piece, primitive: Primitive) -> Segment:
         """The primitive in the frame of the map."""
         begin, end = primitive.turning
-        return records.Segment(
+        return Segment(
             who.robot,
             who.tick,
             who.primitive,
@@ -117,7 +115,7 @@ class Placing:
             who.t0,
             who.t1,
             phases=tuple(
-                records.PressurePhase(
+                PressurePhase(
                     phase.seconds,
                     *self._point(phase.x, phase.y),
                     *self._point(phase.to_x, phase.to_y),
@@ -141,24 +139,24 @@ class Placing:
         x, y, vx, vy = state.tolist()
         return (*self._point(x, y), *self._turned(vx, vy))
 
-    def _foot(self, hold: records.Foothold) -> records.Foothold:
+    def _foot(self, hold: Foothold) -> Foothold:
         x, y = self._point(hold.x, hold.y)
-        return records.Foothold(x, y, hold.yaw + self._yaw, hold.side, hold.down, hold.up)
+        return Foothold(x, y, hold.yaw + self._yaw, hold.side, hold.down, hold.up)
 
-    def _swing(self, swing: records.Swing) -> records.Swing:
+    def _swing(self, swing: Swing) -> Swing:
         start, goal = self._passed(swing.start), self._passed(swing.goal)
-        return records.Swing(swing.side, swing.t0, swing.t1, swing.u0, swing.u1, start, goal)
+        return Swing(swing.side, swing.t0, swing.t1, swing.u0, swing.u1, start, goal)
 
-    def _passed(self, state: records.FootState) -> records.FootState:
+    def _passed(self, state: FootState) -> FootState:
         x, y, yaw, vx, vy, turning, ax, ay, bending = state
         speed, pull = (*self._turned(vx, vy), turning), (*self._turned(ax, ay), bending)
         return (*self._point(x, y), yaw + self._yaw, *speed, *pull)
 
 
-def cut_off(segment: records.Segment, at: float, omega: float) -> records.Segment:
+def cut_off(segment: Segment, at: float, omega: float) -> Segment:
     """Return a segment until an instant within it (seconds since its start)."""
     state = np.array(segment.start)
-    phases: list[records.PressurePhase] = []
+    phases: list[PressurePhase] = []
     begin = 0.0
     for phase in segment.phases:
         if begin < at:
@@ -179,7 +177,7 @@ def cut_off(segment: records.Segment, at: float, omega: float) -> records.Segmen
     )
 
 
-def _cut(swing: records.Swing, at: float) -> records.Swing:
+def _cut(swing: Swing, at: float) -> Swing:
     if swing.t1 <= at:
         return swing
     since = np.array([at - swing.t0])

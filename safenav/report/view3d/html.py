@@ -22,8 +22,8 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from safenav.errors import UsageError
+from safenav.motion import file as records
 from safenav.motion.columns import columns_of
-from safenav.motion.file import records
 from safenav.motion.requirements import curves
 from safenav.motion.timing.in_time import in_time, turns_in_time
 from safenav.report.page.encode import encoded

@@ -23,7 +23,7 @@ from safenav.fleet.goals import FleetClock
 from safenav.fleet.transport import DriveRecording
 from safenav.fleet.world import FleetWorld
 from safenav.motion.check.verdict import check_motion
-from safenav.motion.file.reading import parsed, text_of
+from safenav.motion.file import parsed, text_of
 from safenav.runtime.run.mission import Mission
 from safenav.runtime.worlds.protocol import Sensed, WorldEvent
 from safenav.scenario.reading.loader import load_scenario_text

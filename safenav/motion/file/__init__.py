@@ -1,1 +1,0 @@
-"""The motion file: JSON Lines, metres, seconds, radians (docs/motion.md)."""

@@ -1,1 +1,0 @@
-"""A quadcopter: its reference, and how it follows that in wind."""
