@@ -102,7 +102,7 @@ def new(
     file = file or Path("scenario.yaml" if fleet is None else "fleet.yaml")
     name = quote(str(file))
     if fleet is not None:
-        from safenav.fleet.file.template import template_text as fleet_text
+        from safenav.fleet.file import template_text as fleet_text
 
         text, about = fleet_text(load_scenario(fleet)), f"how to reach the robots of {fleet}"
         drive = f"safenav drive {quote(str(fleet))} --fleet {name}"
@@ -126,7 +126,7 @@ def _schema(of: str | None) -> str:
     if of == "trace":
         from safenav.trace.schema import schema_text
     elif of == "fleet":
-        from safenav.fleet.file.reading import schema_text
+        from safenav.fleet.file import schema_text
     else:
         from safenav.scenario.reading.loader import schema_text
     return schema_text()

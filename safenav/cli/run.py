@@ -247,10 +247,10 @@ def drive(
 ) -> int:
     """Run SCENARIO with the robots of a fleet file. safenav decides where each robot goes next; the
     robots' own navigation drives them there."""
-    from safenav.fleet.connection import fleet_world
-    from safenav.fleet.file.reading import load_fleet
+    from safenav.fleet.file import load_fleet
     from safenav.fleet.robots.acting import unserved
     from safenav.fleet.transport import DriveRecording
+    from safenav.fleet.world import fleet_world
     from safenav.runtime.run.checkpoint import resumption
     from safenav.scenario.lint import imprecise, oversized
     from safenav.trace.reading import read_trace

@@ -13,7 +13,7 @@ from typing import TypeVar
 
 from msgspec.structs import replace
 
-from safenav.fleet.file.stations import Station
+from safenav.fleet.file import Station
 from safenav.fleet.following import Follower
 from safenav.fleet.place import Places
 from safenav.fleet.transport import Located, SentGoal

@@ -20,7 +20,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from safenav.errors import UsageError
-from safenav.fleet.file.stations import Station
+from safenav.fleet.file import Station
 from safenav.fleet.place import Places
 from safenav.fleet.setpoints import YAW, Setpoints, reference_of
 from safenav.fleet.transport import (

@@ -10,10 +10,9 @@ from msgspec import Struct
 
 from safenav.errors import UsageError
 from safenav.extras import missing
-from safenav.fleet.file.stations import Station
+from safenav.fleet.file import Station
 from safenav.fleet.place import Places
-from safenav.fleet.robots.driven_robot import DrivenRobot, FleetTask, Phase
-from safenav.fleet.robots.lookout import STALE
+from safenav.fleet.robots.driven_robot import STALE, DrivenRobot, FleetTask, Phase
 from safenav.fleet.robots.sensing import Sensing
 from safenav.fleet.transport import (
     DriveRecording,

@@ -16,12 +16,11 @@ from numpy.typing import NDArray
 
 from safenav.motion.columns import placed, sampled
 from safenav.motion.file import Foothold, Moving, Segment
+from safenav.motion.flyer import HORIZON, PERIOD
 from safenav.world.map import Frame
 
 Array = NDArray[np.float64]
 
-PERIOD = 0.05
-HORIZON = 20
 TABLE = 0.01
 """Seconds between the samples of a whole reference, which is interpolated linearly."""
 VELOCITY, ACCELERATION, MOVING, YAW = slice(3, 6), slice(6, 9), slice(3, 9), 9

@@ -15,11 +15,27 @@ from contextlib import suppress
 from math import inf
 
 from safenav.errors import UsageError
-from safenav.fleet.file.stations import Station
-from safenav.fleet.goals import FRESH, LATE, REAL_TIME, SET_BACK, SETTLING, FleetClock, Goals
+from safenav.extras import missing
+from safenav.fleet.file import FleetFile, Station, TransportKind
+from safenav.fleet.goals import (
+    FRESH,
+    LATE,
+    REAL_TIME,
+    SET_BACK,
+    SETTLING,
+    FleetClock,
+    Goals,
+    frame_of,
+)
 from safenav.fleet.robots.acting import FleetProgress, TeamAction
-from safenav.fleet.robots.driven_robot import DrivenRobot, FleetTask, Phase, TrailPoint
-from safenav.fleet.robots.lookout import STALE, Lookout
+from safenav.fleet.robots.driven_robot import (
+    STALE,
+    DrivenRobot,
+    FleetTask,
+    Lookout,
+    Phase,
+    TrailPoint,
+)
 from safenav.fleet.robots.sensing import PASSED, Sighting, View
 from safenav.fleet.transport import (
     DriveRecording,
@@ -422,3 +438,25 @@ class FleetWorld:
                     task.due = max(task.due, task.since + PASSED + FRESH)
             elif task is not None and task.phase is Phase.INSPECTING:
                 self._send_if_clear(body, task)
+
+
+def fleet_world(
+    scenario: Scenario, fleet: FleetFile, recording: DriveRecording | None = None
+) -> FleetWorld:
+    """Return the world, not yet open; ``recording`` takes what is sent and measured.
+
+    Raises UsageError if the transport's library is missing."""
+    stations = fleet.stations
+    frame_of(scenario)
+    if fleet.transport is TransportKind.SIMULATION:
+        from safenav.fleet.lab.simulation import SimulationTransport
+
+        simulated = SimulationTransport(scenario, stations, fleet.simulation)
+        clock = FleetClock(lambda: simulated.physics.now, simulated.step)
+        return FleetWorld(scenario, stations, simulated, clock, recording)
+    try:
+        from safenav.fleet.ros2.transport import Ros2Transport
+    except ImportError as error:
+        raise missing("transport ros2", "cyclonedds", "ros2") from error
+    transport = Ros2Transport(fleet.network, stations, fleet.inputs)
+    return FleetWorld(scenario, stations, transport, recording=recording)

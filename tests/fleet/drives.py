@@ -9,10 +9,10 @@ from pathlib import Path
 from msgspec.structs import replace
 
 from once import beside
-from safenav.fleet.connection import fleet_world
 from safenav.fleet.driven import driven_motion
-from safenav.fleet.file.reading import load_fleet
+from safenav.fleet.file import load_fleet
 from safenav.fleet.transport import DriveRecording
+from safenav.fleet.world import fleet_world
 from safenav.motion.check.examination import Finding
 from safenav.motion.check.verdict import check_motion
 from safenav.motion.file import Motion, parsed, text_of

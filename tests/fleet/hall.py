@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from safenav.fleet import transport
-from safenav.fleet.file.stations import Station
+from safenav.fleet.file import Station
 from safenav.fleet.goals import FleetClock
 from safenav.fleet.world import FleetWorld
 from safenav.runtime.worlds.protocol import WorldEvent

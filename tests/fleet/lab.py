@@ -54,7 +54,7 @@ def ends() -> threading.Event:
 
 
 def main(scenario: Path, fleet: Path, pace: float) -> None:
-    from safenav.fleet.file.reading import load_fleet
+    from safenav.fleet.file import load_fleet
     from safenav.fleet.lab.simulation import SimulationTransport
     from safenav.scenario.reading.loader import load_scenario
 

@@ -4,7 +4,7 @@ import pytest
 from msgspec.structs import replace
 
 from once import beside
-from safenav.fleet.file.stations import FleetFile, Network, SimulationUse, Station, TransportKind
+from safenav.fleet.file import FleetFile, Network, SimulationUse, Station, TransportKind
 from safenav.fleet.robots.acting import FleetProgress, TeamAction, unserved
 from safenav.scenario.model import Need, Obstacle, ObstacleType, Scenario
 from safenav.scenario.reading.loader import load_scenario_text

@@ -11,7 +11,7 @@ from fleet.hall import (
     started,
     told,
 )
-from safenav.fleet.file.stations import ScanUse
+from safenav.fleet.file import ScanUse
 from safenav.fleet.transport import (
     Performed,
     Reported,

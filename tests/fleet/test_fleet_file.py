@@ -10,9 +10,8 @@ import pytest
 import yaml
 
 from safenav.errors import Diagnostic, InputError
-from safenav.fleet.file import reading as fleet_file
-from safenav.fleet.file import stations
-from safenav.fleet.file.template import template_text
+from safenav.fleet import file as fleet_file
+from safenav.fleet.file import template_text
 from safenav.scenario.lint import imprecise
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.scenario.settings import Failures
@@ -25,7 +24,7 @@ SCHEMA = json.loads(fleet_file.schema_text())
 HEAD = "safenav-fleet: 1\ntransport: ros2\n"
 
 
-def loaded(text: str, folder: Path) -> stations.FleetFile:
+def loaded(text: str, folder: Path) -> fleet_file.FleetFile:
     path = folder / "fleet.yaml"
     path.write_text(text)
     return fleet_file.load_fleet(path, load_scenario(CASE))
@@ -44,14 +43,14 @@ robots:
 """
     )
     fleet = loaded(text, tmp_path)
-    assert fleet.transport is stations.TransportKind.ROS2
-    assert fleet.network == stations.Network(7, "wlan0", ("10.0.0.7",))
+    assert fleet.transport is fleet_file.TransportKind.ROS2
+    assert fleet.network == fleet_file.Network(7, "wlan0", ("10.0.0.7",))
     assert fleet.failures == Failures(retries=0, timeout=9.0)
-    scan = stations.ScanUse("scan", "door", 0.35)
+    scan = fleet_file.ScanUse("scan", "door", 0.35)
     assert fleet.stations == {
-        "quad": stations.Station("/quad", speed=0.4, retries=0, scan=scan),
-        "digit": stations.Station(
-            *("/d", 0.3, 0.8, 3.0, 0, scan, "seen", stations.TfUse("/tf", "digit/base_link")),
+        "quad": fleet_file.Station("/quad", speed=0.4, retries=0, scan=scan),
+        "digit": fleet_file.Station(
+            *("/d", 0.3, 0.8, 3.0, 0, scan, "seen", fleet_file.TfUse("/tf", "digit/base_link")),
             act={"push": "open_door"},
         ),
     }
@@ -96,7 +95,7 @@ def test_fleet_files_of_the_documentation_load(page: str, tmp_path: Path) -> Non
 
 
 def test_without_a_network_nothing_leaves_the_machine(tmp_path: Path) -> None:
-    assert loaded(HEAD, tmp_path).network == stations.Network(0, "lo", ("127.0.0.1",))
+    assert loaded(HEAD, tmp_path).network == fleet_file.Network(0, "lo", ("127.0.0.1",))
 
 
 @pytest.mark.parametrize(("side", "tolerance"), [(2.0, 0.3), (1.0, 0.2), (0.6, 0.18)])

@@ -22,7 +22,7 @@ from once import beside
 from runtime.played import Run
 from safenav import Mission
 from safenav.errors import UsageError
-from safenav.fleet.file.stations import ScanUse, Station
+from safenav.fleet.file import ScanUse, Station
 from safenav.fleet.goals import FleetClock
 from safenav.fleet.place import Places
 from safenav.fleet.transport import (

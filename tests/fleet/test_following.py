@@ -15,7 +15,7 @@ import numpy as np
 from fleet.drives import driven
 from once import beside
 from safenav.checked_trace import check_trace
-from safenav.fleet.file.stations import FollowUse, Station
+from safenav.fleet.file import FollowUse, Station
 from safenav.fleet.following import Following, mover_of
 from safenav.fleet.place import Places
 from safenav.fleet.setpoints import ACCELERATION, HORIZON, PERIOD, VELOCITY, Setpoints

@@ -15,7 +15,7 @@ from fleet.hall import (
     started,
     told,
 )
-from safenav.fleet.file.stations import ScanUse
+from safenav.fleet.file import ScanUse
 from safenav.fleet.transport import (
     Reported,
     Scanned,

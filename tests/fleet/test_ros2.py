@@ -105,7 +105,7 @@ def test_a_range_outside_the_limits_of_a_lidar_has_its_meaning(told: float, metr
 def test_a_stream_is_the_reference_sample_by_sample() -> None:
     numpy = pytest.importorskip("numpy", reason="references need the extra 'motion'")
     pytest.importorskip("cyclonedds", reason="the ROS 2 transport needs the extra 'ros2'")
-    from safenav.fleet.file.stations import Network
+    from safenav.fleet.file import Network
     from safenav.fleet.ros2.transport import Ros2Transport
     from safenav.fleet.setpoints import PERIOD, Setpoints
 

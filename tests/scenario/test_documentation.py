@@ -12,7 +12,7 @@ import yaml
 from msgspec import Struct
 
 from safenav.errors import InputError
-from safenav.fleet.file.reading import FleetKeys, StationKeys
+from safenav.fleet.file import FleetKeys, StationKeys
 from safenav.scenario import language
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.settings import Failures

@@ -9,7 +9,7 @@ from typing import Any
 
 from safenav.extras import missing
 from safenav.fleet import transport
-from safenav.fleet.file.stations import SimulationUse, Station
+from safenav.fleet.file import SimulationUse, Station
 from safenav.fleet.place import Places
 from safenav.scenario.model import Obstacle, Scenario, name_parts
 from safenav.trace.vocabulary import ActResult

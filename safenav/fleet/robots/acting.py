@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from msgspec import Struct, field
 
-from safenav.fleet.file.stations import FleetFile, Station
+from safenav.fleet.file import FleetFile, Station
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.team.floor import Floor, Stages, floor_of
 from safenav.team.state import Stage

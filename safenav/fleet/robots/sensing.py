@@ -12,7 +12,7 @@ from math import cos, inf, isfinite, isnan, pi, sin
 
 from msgspec import Struct
 
-from safenav.fleet.file.stations import ScanUse
+from safenav.fleet.file import ScanUse
 from safenav.fleet.place import Places, turned
 from safenav.fleet.transport import Located, Reported, Scanned
 from safenav.scenario.model import Obstacle, Scenario

@@ -15,7 +15,7 @@ from uuid import uuid4
 
 from msgspec import Struct
 
-from safenav.fleet.file.stations import Network, Station
+from safenav.fleet.file import Network, Station
 from safenav.fleet.ros2 import messages as ros
 from safenav.fleet.ros2 import streams
 from safenav.fleet.ros2.node import LATCHED, RELIABLE, SENSOR, Client, Participant

@@ -14,11 +14,11 @@ problem of a whole move is our own.
 States are arrays ``[x, y, vx, vy]`` in metres and metres per second; times are seconds. The centre
 of pressure of n phases is a path through n + 1 knots (n + 1, 2), linear in each phase.
 
-Primitives are planned once, each in its own frame. Local frame: the walker enters its region at the origin, heading along x. A *walking pose* is at
-apex, one step length inside, on the centre line, at the gait's speed, the other foot in mid-air; a
-*standing pose* is at rest two lengths inside with both feet on the ground. Every primitive leads
-exactly from one such pose to another, so primitives compose without limit and no error accumulates:
-each begins at the pose of an absolute region.
+Primitives are planned once, each in its own frame: the walker enters its region at the origin,
+heading along x. A *walking pose* is at apex, one step length inside, on the centre line, at the
+gait's speed, the other foot in mid-air; a *standing pose* is at rest two lengths inside with both
+feet on the ground. Every primitive leads exactly from one such pose to another, so primitives
+compose without limit and no error accumulates: each begins at the pose of an absolute region.
 
 Phase-space intersections give the times of the steps (safenav.pace.gait), as if the mass changed
 feet in an instant. Around each such instant both feet are on the ground, and the centre of pressure

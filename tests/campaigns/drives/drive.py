@@ -18,7 +18,7 @@ from campaigns.drives.rooms import fleet_of, late_mission
 from safenav.checked_trace import check_trace
 from safenav.errors import Diagnostic, InputError, UsageError
 from safenav.fleet.driven import driven_motion
-from safenav.fleet.file.reading import load_fleet
+from safenav.fleet.file import load_fleet
 from safenav.fleet.goals import FleetClock
 from safenav.fleet.transport import DriveRecording
 from safenav.fleet.world import FleetWorld

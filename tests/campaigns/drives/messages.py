@@ -16,7 +16,7 @@ from typing import Any
 from msgspec import Struct
 
 from safenav.fleet import transport
-from safenav.fleet.file.stations import SimulationUse, Station
+from safenav.fleet.file import SimulationUse, Station
 from safenav.fleet.lab.simulation import SimulationTransport
 from safenav.scenario.model import Scenario
 from safenav.trace.vocabulary import ActResult

@@ -8,7 +8,7 @@ from typing import Any
 from msgspec import Struct
 
 from campaigns.drives.messages import LateTransport
-from safenav.fleet.file.stations import Station
+from safenav.fleet.file import Station
 from safenav.runtime.worlds.protocol import Sensed
 from safenav.scenario.model import Scenario
 from safenav.trace import records

@@ -1,30 +1,22 @@
-"""The fleet file: connection, sensors and actions of each robot of a scenario.
+"""The fleet file: connection, sensors and actions of each robot of a scenario (docs/drive.md).
 
-docs/drive.md describes it. One file serves all scenarios with these robots.
+One file serves all scenarios with these robots.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from enum import StrEnum
+from math import floor
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
+from msgspec import Struct, field
 from msgspec.structs import replace
 
-from safenav.fleet.file.stations import (
-    FleetFile,
-    FollowUse,
-    Network,
-    ScanUse,
-    SimulationUse,
-    Station,
-    TfUse,
-    TransportKind,
-    on_regions,
-    side_of,
-)
 from safenav.scenario.language import RegionValue
+from safenav.scenario.lint import arrival_room
 from safenav.scenario.model import Obstacle, ObstacleType, Scenario
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.settings import Failures
@@ -33,6 +25,113 @@ from safenav.scenario.yaml.findings import Findings
 from safenav.scenario.yaml.json_schema import schema_text as schema_of
 from safenav.scenario.yaml.source import parsed, read_source
 from safenav.scenario.yaml.typed import Item, Key, key, read, version
+from safenav.trace.words import listed
+from safenav.world.map import RegionMap
+
+
+class TransportKind(StrEnum):
+    """The middleware or simulator by which robots are driven."""
+
+    ROS2 = "ros2"
+    SIMULATION = "simulation"
+
+
+class ScanUse(Struct, frozen=True):
+    """The meaning of a lidar's rays: a ray that ends less than ``beyond`` metres behind the centre
+    of an adjacent region has hit an obstacle of type ``obstacle`` there. The default is for regions
+    of one metre; behind half a side a ray hits the wall of the next region."""
+
+    topic: str
+    obstacle: str
+    beyond: float = 0.35
+
+
+class TfUse(Struct, frozen=True):
+    """A robot whose pose is the transform from ``map`` to its ``frame``, from the ``topic`` of
+    transforms and that of static ones (``TOPIC_static``), instead of its odometry."""
+
+    topic: str = "tf"
+    frame: str = "base_link"
+
+
+class FollowUse(Struct, frozen=True):
+    """A robot that tracks references: the ``topic`` on which it receives them, and the maximum
+    deviation in metres (``tolerance``)."""
+
+    topic: str = "reference"
+    tolerance: float = 0.25
+
+
+class Station(Struct, frozen=True):
+    """One robot. ``tolerance``: distance from the centre of a region, in metres, that counts as
+    arrival; ``speed``: metres per second, for the time limit of a goal, which is ``timeout`` times
+    the expected time; ``retries``: number of times that a failed goal is sent again; ``scan`` and
+    ``report``: its sensors; ``tf``: None for a robot whose odometry is in the frame of the map;
+    ``follow``: None for a robot that navigates to goals by itself;
+    ``act``: the service that performs each action."""
+
+    namespace: str
+    tolerance: float = 0.3
+    speed: float = 0.5
+    timeout: float = 3.0
+    retries: int = 2
+    scan: ScanUse | None = None
+    report: str | None = None
+    tf: TfUse | None = None
+    follow: FollowUse | None = None
+    act: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def pose_topic(self) -> str:
+        """Return the full name of the topic from which its pose comes."""
+        return self.path("odom" if self.tf is None else self.tf.topic)
+
+    def path(self, name: str) -> str:
+        """Return the full name of a topic, service or action: below the namespace unless
+        absolute."""
+        return name if name.startswith("/") else f"{self.namespace}/{name}"
+
+
+def side_of(world: RegionMap | None) -> float:
+    """Return the side of a region in metres; 1 for a map without metres."""
+    return min(world.frame.resolution) if world is not None and world.frame is not None else 1.0
+
+
+def on_regions(metres: float, side: float) -> float:
+    """Return a default distance for regions with this side (metres): less on small regions, where a
+    robot so far from the centre would be in the next one."""
+    return min(1.0, side) * metres
+
+
+class Network(Struct, frozen=True):
+    """Where the robots are. Default: this machine alone."""
+
+    domain: Annotated[int, Key("ROS_DOMAIN_ID.", most=232)] = 0
+    interface: Annotated[str, Key("The network interface; lo: loopback.")] = "lo"
+    peers: Annotated[
+        tuple[str, ...], Key("Where to find robots; []: multicast. Default: 127.0.0.1.")
+    ] = ("127.0.0.1",)
+
+
+class SimulationUse(Struct, frozen=True):
+    """``pace``: maximum speed-up over real time; ``obstacles``: the true ones, None for those of
+    the scenario."""
+
+    pace: float = 1.0
+    obstacles: tuple[Obstacle, ...] | None = None
+
+
+class FleetFile(Struct, frozen=True):
+    """The data of a fleet file. ``inputs``: the topic (std_msgs/Bool) of each input of the
+    environment that has one. ``failures``: the policies of the drive."""
+
+    transport: TransportKind
+    network: Network
+    simulation: SimulationUse
+    stations: Mapping[str, Station]
+    inputs: Mapping[str, str] = field(default_factory=dict)
+    failures: Failures = Failures()
+
 
 VERSION = 1
 EXAMPLE = "{type: door, region: 47}"
@@ -279,3 +378,52 @@ def _follow(item: FollowKeys | None, side: float, findings: Findings) -> FollowU
 def schema_text() -> str:
     """Return the JSON Schema (draft 2020-12) of fleet files."""
     return schema_of(FleetKeys, "safenav fleet file")
+
+
+def template_text(scenario: Scenario) -> str:
+    """Return a commented fleet file for the robots of a scenario; it loads unchanged."""
+    follow = on_regions(FollowUse().tolerance, side_of(scenario.map))
+    lines = [
+        "# How safenav reaches each robot, what it senses and how it acts (docs/drive.md).",
+        "safenav-fleet: 1",
+        "transport: ros2          # ros2 or simulation",
+        "network:",
+        "  domain: 0              # ROS_DOMAIN_ID",
+        "  interface: lo          # the network of your robots, for example wlan0",
+        "  peers: [127.0.0.1]     # their addresses; [] for multicast",
+        "defaults:",
+        f"  tolerance: {_tolerance(scenario):<11g} # metres from the centre of a region: arrived",
+        "  timeout: 3             # times the expected time, then the goal is cancelled",
+        "  retries: 2             # number of times that a failed goal is sent again",
+        f"  # follow: {{topic: reference, tolerance: {follow:g}}}  # references instead of goals",
+        "robots:",
+    ]
+    if scenario.inputs:
+        topics = ", ".join(f"{each.name}: /{each.name}" for each in scenario.inputs)
+        lines.insert(-1, f"inputs: {{{topics}}}  # topics, std_msgs/Bool")
+    stop = {o.type.name for o in scenario.obstacles if o.type.blocks != frozenset()}
+    solid = sorted(stop - {o.type.name for o in scenario.obstacles if o.type.has_truth})
+    if len(solid) > 1:
+        lines.insert(-1, f"# no 'scan': a lidar cannot distinguish {listed(solid)}; 'report' does")
+    for robot in scenario.robots:
+        acts = ", ".join(f"{action}: {action}" for action in sorted(robot.capabilities))
+        speed = 0.5 if robot.model.speed is None else robot.model.speed
+        lines += [
+            f"  {robot.name}:",
+            f"    namespace: /{robot.name}",
+            f"    speed: {speed:g}",
+            "    report: obstacles    # std_msgs/String: 'door@47', or '-door@47' when it is gone",
+        ]
+        if len(solid) == 1:
+            lines.append(f"    scan: {{topic: scan, obstacle: {solid[0]}}}")
+        if acts:
+            lines.append(f"    act: {{{acts}}}   # std_srvs/Trigger")
+    return "\n".join(lines) + "\n"
+
+
+def _tolerance(scenario: Scenario) -> float:
+    """Return the default tolerance, or less if a robot that arrives so far from the centre of a
+    region reaches into the next one."""
+    rooms = (floor(100 * room) / 100 for _, _, _, room in arrival_room(scenario))
+    default = on_regions(Station("/").tolerance, side_of(scenario.map))
+    return min((default, *filter(None, rooms)))

@@ -1,1 +1,0 @@
-"""The fleet file: the connection, sensors and actions of each robot."""
