@@ -16,8 +16,7 @@ import numpy as np
 
 from safenav.motion.check.verdict import check_motion
 from safenav.motion.columns import sample
-from safenav.motion.file import text_of
-from safenav.motion.file import Segment
+from safenav.motion.file import Segment, text_of
 from safenav.motion.flyer import HORIZON, AxisTracker
 from safenav.motion.geometry import HEADINGS, MetricFloor
 from safenav.motion.making import Disturbances, motion_of
