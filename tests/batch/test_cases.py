@@ -25,47 +25,6 @@ def case(robot: str, number: int = 0, text: str | None = None) -> Case:
 
 
 @pytest.mark.usefixtures("slugs")
-def test_a_crash_and_other_failures_do_not_affect_the_other_cases() -> None:
-    cases = [
-        case("quick"),
-        case("crasher"),
-        case("broken"),
-        case("odd", text="safenav: 1\nmap: 3\n"),
-        case("other", text=scenario("other", "{outcome: completed}")),
-        Case("gone.yaml", "gone.yaml", None),
-        case("quick", 1),
-    ]
-    results = run_batch(cases, Pool(2, Conditions(60.0))).results
-    assert {name: result.verdict for name, result in results.items()} == {
-        "quick-0.yaml": CaseVerdict.PASSED,
-        "crasher-0.yaml": CaseVerdict.CRASHED,
-        "broken-0.yaml": CaseVerdict.ERROR,
-        "odd-0.yaml": CaseVerdict.INVALID,
-        "other-0.yaml": CaseVerdict.DIFFERENT,
-        "gone.yaml": CaseVerdict.INVALID,
-        "quick-1.yaml": CaseVerdict.PASSED,
-    }
-    crashed = results["crasher-0.yaml"]
-    assert crashed.reasons == ["the process that ran it died: killed by SIGSEGV"]
-    assert "Segmentation fault" in crashed.detail
-    assert "slugs.py" in crashed.detail  # the stack says where it was
-    reasons = {name: result.reasons for name, result in results.items()}
-    assert reasons["other-0.yaml"] == ["outcome: expected completed, got unrealizable"]
-    assert "odd-0.yaml:2:6: " in reasons["odd-0.yaml"][1]
-    assert "gone.yaml: no such file" in reasons["gone.yaml"][0]
-    assert "out of order" in reasons["broken-0.yaml"][0]
-
-
-def test_a_case_that_hangs_is_stopped_with_its_synthesizer(slugs: SlugsLog) -> None:
-    worker = Worker()
-    hung = worker.run(case("sleeper"), Conditions(5.0), None)
-    assert hung.verdict is CaseVerdict.HUNG
-    assert hung.reasons == ["stopped after 5 s (time limit)"]
-    assert "slugs.py" in hung.detail and hung.wall_seconds >= 5
-    assert not worker.alive and slugs.pids and slugs.all_gone()
-
-
-@pytest.mark.usefixtures("slugs")
 def test_a_worker_is_used_again_and_keeps_nothing_of_the_case_before() -> None:
     worker = Worker()
     for number, robot in enumerate(["quick", "broken", "quick"]):

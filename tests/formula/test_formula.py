@@ -3,9 +3,11 @@
 import re
 
 import pytest
+import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
+from once import beside
 from safenav.formula import syntax
 from safenav.formula.evaluator import evaluate
 from safenav.formula.parser import MAX_DEPTH, FormulaError, check, parse
@@ -118,40 +120,7 @@ def test_aliases_mean_the_same(alias: str, plain: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "column", "words"),
-    [
-        ("", 1, "empty"),
-        ("a &", 4, "end of the formula.*expected"),
-        ("a b", 3, "'b'.*operator"),
-        ("(a", 3, r"unexpected end.*'\)' for the '\(' in column 1"),
-        ("a)", 2, r"'\)'"),
-        ("x - 1 = 2", 3, "subtraction"),
-        ("x * 2 = 2", 3, "multiplication"),
-        ("x == 2", 3, "equality is written '='"),
-        ("G (a)", 1, "operator G.*safety"),
-        ("a U b", 3, "until"),
-        ("F a", 1, "operator F.*liveness"),
-        ("next a", 1, r"write next\(\.\.\.\)"),
-        ("next(a')", 6, "primed variable a'.*one only"),
-        ("next(X(a))", 6, "X inside X"),
-        ("(a & b)'", 8, r"for a formula write next\(\.\.\.\)"),
-        ("a''", 3, "second prime"),
-        ("next(x) = 3", 9, "the next value of a number is written x'"),
-        ("1 < x < 3", 7, "join two with '&'"),
-        ("(a & b) = c", 9, "expected a number, found a formula"),
-        ("3", 2, "a comparison"),
-        ("x + 1", 6, "a comparison"),
-        ("TRUE = x", 6, "TRUE is not a number"),
-        ("X & a", 1, ""),
-        ("x = 99999999999", 5, "too large"),
-        ("a & é", 5, "unexpected 'é'"),
-        ("a and b", 3, "'and'.*write '&'"),
-        ("a & not b", 5, "'not'.*write '!'"),
-        ("a implies b", 3, "'implies'.*write '->'"),
-        ("x = [1, 7]", 5, "a region is written as its number"),
-        ("x = {1}", 5, "join alternatives with '|'"),
-        ("[]<>a", 1, "under 'liveness' infinitely often"),
-    ],
+    ("text", "column", "words"), yaml.safe_load(beside(__file__, "errors.yaml"))
 )
 def test_errors_point_at_the_place(text: str, column: int, words: str) -> None:
     with pytest.raises(FormulaError, match=f"column {column}: .*{words}") as caught:

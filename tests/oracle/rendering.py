@@ -11,7 +11,7 @@ from dataclasses import replace
 from random import Random
 
 from oracle.formula import Atom, Binary, Compare, Constant, Formula, Next, Not, Number, prime
-from oracle.specification import SECTIONS, Specification, Variable
+from oracle.specification import SECTIONS, Section, Specification, Variable
 
 _PRECEDENCE = {"<->": 1, "->": 2, "^": 3, "|": 4, "&": 5}
 _SPELLINGS = {
@@ -57,6 +57,24 @@ def to_structuredslugs(specification: Specification, source: Random) -> str:
 
     runs = [outputs, inputs] if outputs_first else [inputs, outputs]
     return _render(specification, source, [run for run in runs if run], line)
+
+
+def to_plain(spec: Specification, source: Random) -> tuple[str, dict[int, tuple[Section, Formula]]]:
+    """Structured slugs in infix notation, and the formula in each line."""
+    lines = list[str]()
+    places = dict[int, tuple[Section, Formula]]()
+    for owner in ("input", "output"):
+        lines.append(f"[{owner.upper()}]")
+        for variable in spec.variables:
+            if variable.owner == owner:
+                bounds = variable.range and f":{variable.range[0]}...{variable.range[1]}"
+                lines.append(f"{variable.name}{bounds or ''}")
+    for section in SECTIONS:
+        lines.append(f"[{section.upper()}]")
+        for formula in spec.section(section):
+            lines.append(infix(formula, source))
+            places[len(lines)] = section, formula
+    return "\n".join(lines) + "\n", places
 
 
 def prefix(formula: Formula, source: Random, buffers: bool = True) -> str:

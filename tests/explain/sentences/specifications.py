@@ -8,8 +8,8 @@ from random import Random
 
 from oracle.formula import Atom, Binary, Formula, Not
 from oracle.generator import random_specification
-from oracle.rendering import infix, inputs_first
-from oracle.specification import SECTIONS, Section, Specification
+from oracle.rendering import inputs_first
+from oracle.specification import Section, Specification
 
 
 def drawn(source: Random) -> Specification:
@@ -78,21 +78,3 @@ _CONFLICTS: list[Callable[[Random, list[str], list[str]], Conflict]] = [
     _withheld,
     _alternating,
 ]
-
-
-def text_of(spec: Specification, source: Random) -> tuple[str, dict[int, tuple[Section, Formula]]]:
-    """Structured slugs, and the formula in each line."""
-    lines = list[str]()
-    places = dict[int, tuple[Section, Formula]]()
-    for owner in ("input", "output"):
-        lines.append(f"[{owner.upper()}]")
-        for variable in spec.variables:
-            if variable.owner == owner:
-                bounds = variable.range and f": {variable.range[0]}...{variable.range[1]}"
-                lines.append(f"{variable.name}{bounds or ''}")
-    for section in SECTIONS:
-        lines.append(f"[{section.upper()}]")
-        for formula in spec.section(section):
-            lines.append(infix(formula, source))
-            places[len(lines)] = section, formula
-    return "\n".join(lines) + "\n", places

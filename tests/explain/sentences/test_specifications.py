@@ -21,11 +21,12 @@ from explain.sentences.judge import (
     realizable_together,
     with_lines,
 )
-from explain.sentences.specifications import drawn, text_of
+from explain.sentences.specifications import drawn
 from oracle.automaton import Automaton, from_json
 from oracle.checker import check_strategy
 from oracle.formula import Atom, Not
 from oracle.game import Game, build_game
+from oracle.rendering import to_plain
 from oracle.specification import Specification
 from safenav.cli.synth import explain, synth
 
@@ -41,7 +42,7 @@ def test_every_sentence_about_a_specification_is_true(
     spec = drawn(source)
     while realizable(spec):
         spec = drawn(source)
-    text, places = text_of(spec, source)
+    text, places = to_plain(spec, source)
     file = tmp_path / "s.structuredslugs"
     file.write_text(text)
     answer = invoke(explain, file)
@@ -161,7 +162,7 @@ def test_every_warning_about_a_realizable_specification_is_true(
     spec = drawn(source)
     while not realizable(spec):
         spec = drawn(source)
-    text, places = text_of(spec, source)
+    text, places = to_plain(spec, source)
     file = tmp_path / "s.structuredslugs"
     file.write_text(text)
     answer = invoke(explain, file)

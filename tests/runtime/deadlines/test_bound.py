@@ -3,7 +3,7 @@
 import pytest
 
 from runtime.deadlines.every_behaviour import every_behaviour
-from runtime.deadlines.instances import BATCHES, batch, slow_teams
+from runtime.deadlines.instances import BATCHES, batch
 from safenav.team.bound import NEVER, earliest, rounds_done
 from safenav.world.poses import region_mask
 
@@ -31,13 +31,3 @@ def test_no_round_ends_before_its_bound(number: int) -> None:
         tick = truth.round // asked.moment.count
         assert bound <= tick
         assert bound == tick or asked.moment.opens  # nothing is in its way
-
-
-@pytest.mark.parametrize("name", slow_teams())
-def test_slow_robots_act_where_they_set_out(name: str) -> None:
-    moment, expected = slow_teams()[name]
-    truth = every_behaviour(moment)
-    assert truth is not None
-    assert list(truth.turns) == expected
-    bounds = [turns[-1] for turns in earliest(moment)]
-    assert all(low <= turn for low, turn in zip(bounds, expected, strict=True))
