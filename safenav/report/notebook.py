@@ -8,8 +8,7 @@ from __future__ import annotations
 from html import escape
 
 from safenav.report.page.html import page_of
-from safenav.report.picture.scenario import scene_of
-from safenav.report.picture.scene import svg_of
+from safenav.report.picture.scene import scene_of, svg_of
 from safenav.run.run import Run
 from safenav.runtime.run.mission import RunResult
 from safenav.scenario.model import Scenario

@@ -12,9 +12,9 @@ from safenav.cli import group
 from safenav.report.page.encode import encoded
 from safenav.report.picture.floor import cell_size, placed_names, window
 from safenav.report.picture.glyphs import separated
-from safenav.report.picture.scenario import scenario_text, scene_of
-from safenav.report.picture.scene import EXCLUSION, Options, svg_of
+from safenav.report.picture.scene import EXCLUSION, Options, scene_of, svg_of
 from safenav.report.picture.svg import text_width
+from safenav.report.terminal.map import scenario_text
 from safenav.run.looks import looks
 from safenav.run.reading import read_run
 from safenav.run.run import Run

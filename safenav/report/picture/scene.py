@@ -11,6 +11,7 @@ from collections.abc import Iterable, Sequence
 from enum import Enum
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from safenav.report.picture.floor import (
     INK,
@@ -37,10 +38,15 @@ from safenav.report.picture.glyphs import (
 from safenav.report.picture.legend import key_of, legend_of
 from safenav.report.picture.svg import SvgWriter, polyline, wrapped
 from safenav.run.looks import Look, looks
+from safenav.run.reading import run_of
 from safenav.run.run import Shading
 from safenav.run.values import Event, Hidden, ObstacleStatus, Placed, Scene, StoryKind
+from safenav.scenario.model import Scenario
 from safenav.scenario.objective import target_regions
+from safenav.trace.reading import unstarted
 from safenav.world.map import Region
+from safenav.world.poses import bits
+from safenav.world.sight import visible_from
 
 MARGIN = 16.0
 NARROWEST = 260.0
@@ -94,6 +100,21 @@ class Options(Struct, frozen=True):
     caption: str | None = None
     shading: Shading | None = None
     axes: bool = False
+
+
+def scene_of(scenario: Scenario) -> Scene:
+    """Return the scene of starts, objectives and hidden obstacles."""
+    run = replace(run_of(unstarted(scenario)), charges={})
+    obstacles = tuple((hidden, ObstacleStatus.HIDDEN, 0) for hidden in run.hidden.values())
+    return replace(run.at(0), moment="before the run", obstacles=obstacles)
+
+
+def sight_of(scenario: Scenario, robot: str) -> Shading:
+    """Return a robot's sight from its start, without hidden obstacles."""
+    viewer = next(r for r in scenario.robots if r.name == robot)
+    view = visible_from(scenario.map, viewer.model.vision)
+    seen = frozenset(bits(view.mask(viewer.start.region)))
+    return Shading(robot, viewer.model.vision, seen)
 
 
 def svg_of(scene: Scene, options: Options | None = None) -> str:
