@@ -58,8 +58,7 @@ class Note(Record, frozen=True):
 
 
 class Header(Record, frozen=True, tag="header"):
-    """The first line; the only one without a tick in the file. ``clock``: ``live`` for a run in
-    time, None for lockstep."""
+    """The first line. ``clock``: ``live`` for a run in time, None for lockstep."""
 
     trace: int
     safenav: str
@@ -86,18 +85,18 @@ class PlacesFrom(Struct, frozen=True, rename=without_underscore):
 
 class Synthesis(Record, frozen=True, tag="synthesis"):
     """A robot was synthesized. ``verified``: null if it was not checked; ``spec``, ``strategy``:
-    sha256 of the text of the specification and of the strategy's JSON; ``assumptions``: in words;
-    ``node``: where an installed strategy begins.
+    sha256 of the specification and of the strategy's JSON; ``assumptions``: in words; ``node``:
+    where an installed strategy begins.
 
-    The data of the specification: the pose (``region``, ``heading``); ``memory``: variable -> value
-    at the start; ``inputs`` that its formulas name, and ``again``: the values of these that are
-    assumed infinitely often; ``closed``: regions other than walls, each with the obstacle or rule;
-    ``tracked``: robots whose positions are inputs; ``knowledge``: robot -> its initial region, or
-    the cells that may hold it; ``beliefs``: robot -> lists of cells, value N + i of its input
-    stands for the i-th (N regions); ``sight_closed``: regions that block the view; ``places`` that
-    may be assigned, ``neutral``: the input without a request, ``places_from``: places that may be
-    assigned only from some poses; ``forbidden``: poses from which the team could not continue;
-    ``form`` of the objective, what it ``allows``, and the stronger forms ``tried`` before.
+    The data of the specification: the pose (``region``, ``heading``); ``memory`` at the start;
+    ``inputs`` that its formulas name, and ``again``: their values that are assumed infinitely
+    often; ``closed``: regions other than walls, each with the obstacle or rule; ``tracked``: robots
+    whose positions are inputs; ``knowledge``: robot -> its initial region, or the cells that may
+    hold it; ``beliefs``: robot -> lists of cells, value N + i of its input stands for the i-th (N
+    regions); ``sight_closed``: regions that block the view; ``places`` that may be assigned,
+    ``neutral``: the input without a request, ``places_from``: places that may be assigned only from
+    some poses; ``forbidden``: poses from which the team could not continue; ``form`` of the
+    objective, what it ``allows``, and the stronger forms ``tried`` before.
     """
 
     robot: str
@@ -141,10 +140,10 @@ class Signal(Struct, frozen=True):
 
 
 class Move(Record, frozen=True, tag="move"):
-    """One for each robot and tick, also if it stays. ``heading``: after the move. ``toward``: while
-    a step takes several ticks, the region to which the robot is in transit and which it also
-    occupies. ``by``: what decided the move (null in transit). ``signal``: on the first move after
-    it changed. ``result``: if the step ended elsewhere than commanded."""
+    """One for each robot and tick. ``heading``: after the move. ``toward``: while a step takes
+    several ticks, the region to which the robot is in transit and which it also occupies. ``by``:
+    what decided the move (null in transit). ``signal``: on the first move after it changed.
+    ``result``: if the step ended elsewhere than commanded."""
 
     robot: str
     from_: Region
@@ -157,9 +156,8 @@ class Move(Record, frozen=True, tag="move"):
 
 
 class Depart(Record, frozen=True, tag="depart"):
-    """Live: a robot begins a step, and occupies both regions until the ``arrive`` line with the
-    same ``command``. ``heading``: the one at its end. ``by`` as in ``move``; ``node``: the
-    strategy's node after the step; ``seconds``: expected duration."""
+    """Live: a robot begins a step. ``heading``: the one at its end. ``node``: the strategy's node
+    after the step; ``seconds``: expected duration."""
 
     command: Count
     robot: str
@@ -173,9 +171,8 @@ class Depart(Record, frozen=True, tag="depart"):
 
 
 class Arrive(Record, frozen=True, tag="arrive"):
-    """Live: the step of a robot has ended, and it occupies the region ``at`` only (``regions`` if
-    it is lost: it is somewhere in these). ``reason``: why it is not where it was to go, or took
-    more than one attempt."""
+    """Live: the step of a robot has ended; it occupies only the region ``at`` (lost: it is
+    somewhere in ``regions``). ``reason``: why it is elsewhere, or took more than one attempt."""
 
     command: Count
     robot: str
@@ -197,9 +194,9 @@ class Act(Record, frozen=True, tag="act"):
 
 
 class ActionEnd(Record, frozen=True, tag="acted"):
-    """The end of an action; in lockstep only of a failed one, with ``command`` 0. ``results``: the
-    result for each obstacle. ``barred``: those on which the robot has failed too often; it does not
-    act on them until they change or it is back in service. ``reason``: why it has failed."""
+    """The end of an action; in lockstep only of a failed one, with ``command`` 0. ``results``: of
+    each obstacle. ``barred``: those on which the robot has failed too often; it does not act on
+    them until they change or it is back in service. ``reason``: why it has failed."""
 
     command: Count
     robot: str
@@ -218,8 +215,8 @@ class Held(Record, frozen=True, tag="hold"):
 
 
 class Late(Note, frozen=True, tag="late"):
-    """A report of the world (live) or an intervention that was dropped, and why: ``event`` is its
-    kind, ``at`` the time (live, seconds) that it is about."""
+    """A report of the world or an intervention that was dropped, and why: ``event`` is its kind,
+    ``at`` the time (live, seconds) that it is about."""
 
     event: str
     reason: str
@@ -235,9 +232,8 @@ class Reopened(Record, frozen=True, tag="reopened"):
 
 
 class Waiting(Record, frozen=True, tag="waiting"):
-    """The run waits instead of ending: live for an operator, or ``until`` the tick or second of a
-    change in the scenario. ``outcome``: the end that it would have; the other fields as in
-    ``outcome``."""
+    """The run waits instead of ending as ``outcome`` and its fields say: live for an operator, or
+    ``until`` the tick or second of a change in the scenario."""
 
     outcome: vocabulary.AvertedEnd
     explanation: str
@@ -304,17 +300,16 @@ class NewObjective(Record, frozen=True, tag="objective"):
 
 
 class Inputs(Record, frozen=True, tag="inputs"):
-    """The inputs of the environment from now on, as all robots observe them, when one changes or a
-    user sets one for the first time. Before the first line all are off. ``user``: those that a user
-    has set."""
+    """The inputs of the environment from now on, when one changes; before, all are off. ``user``:
+    those that a user has set."""
 
     values: Mapping[str, bool]
     user: tuple[str, ...] | None = None
 
 
 class Service(Record, frozen=True, tag="service"):
-    """A robot stands still from now on (``active`` false), or is back. It ends a step that it has
-    begun, and it still acts from its present region."""
+    """A robot is out of service (``active`` false), or is back. It ends a step that it has
+    begun."""
 
     robot: str
     active: bool
@@ -342,12 +337,12 @@ class Backtrack(Note, frozen=True, tag="backtrack"):
 
 
 class Request(Record, frozen=True, tag="request"):
-    """A request for help. ``bids``: robots with the action -> ticks, at their slowest step, until
-    they can be there (null: they cannot get there); ``helper``: null if none, or the requester
-    itself; ``helpers``: all, if there are several; ``regions``: where the action can be performed;
-    ``need``: which of the obstacle's needs, from 0, if it has several; ``because``: in words, why
-    no robot helps, or not the nearest one. No ``requester``: it is an order. ``aside``: no joint
-    state serves it; its obstacle is a wall until something changes."""
+    """A request for help. ``bids``: robots with the action -> ticks until they can be there (null:
+    they cannot get there); ``helper``: null if none, or the requester itself; ``helpers``: all, if
+    there are several; ``regions``: where the action can be performed; ``need``: its number, from 0,
+    if the obstacle has several; ``because``: in words, why no robot helps, or not the nearest one.
+    No ``requester``: it is an order. ``aside``: no joint state serves it; its obstacle is a wall
+    until something changes."""
 
     obstacle: str
     requester: str | None
@@ -380,17 +375,15 @@ class Pop(StackEntry, frozen=True, tag="pop"):
 
 
 class Told(Record, frozen=True, tag="told"):
-    """A robot pursues ``objective`` from now on, where no push, pop or synthesis records it: a
-    joint plan drives it, its goals are assignable, or it is out of service."""
+    """A robot pursues ``objective`` from now on, where no push, pop or synthesis records it."""
 
     robot: str
     objective: Objective
 
 
 class Met(Record, frozen=True, tag="met"):
-    """One of several needs of an obstacle was met: the ``need`` with that number, by ``robot``,
-    whose turn it is, ``at`` its region, doing ``action``. ``robots``: all that it took, where one
-    is not enough. With the last need a ``resolved`` line follows."""
+    """One of several needs of an obstacle was met: the ``need`` with that number, by ``robot`` in
+    the region ``at``. ``robots``: all that it took, where one is not enough."""
 
     obstacle: str
     need: Count
@@ -401,9 +394,9 @@ class Met(Record, frozen=True, tag="met"):
 
 
 class Resolved(Record, frozen=True, tag="resolved"):
-    """An obstacle is resolved: its last need (or its only one) was met. ``requested``: whether a
-    request for it was open; ``traversable``: what that revealed; ``robots``: all that took part, if
-    there are several."""
+    """An obstacle is resolved: its last need was met. ``requested``: whether a request for it was
+    open; ``traversable``: what that revealed; ``robots``: all that took part, if there are
+    several."""
 
     obstacle: str
     robot: str
@@ -455,8 +448,8 @@ class Assumption(Record, frozen=True, tag="assumption"):
 
 class Deadline(Record, frozen=True, tag="deadline"):
     """The state of a deadline ``of`` a robot (a round), an obstacle (its resolution) or the
-    ``mission``, ``due`` at the end of that tick. ``earliest``: a tick before whose end it cannot be
-    met, whatever the robots do; ``cause``: ``battery`` if a charge sets it."""
+    ``mission``. ``earliest``: the tick before whose end it cannot be met; ``cause``: ``battery`` if
+    a charge sets it."""
 
     of: str
     due: Count
@@ -482,9 +475,8 @@ class PlanEnd(Record, frozen=True, tag="plan_end"):
 
 
 class Checkpoint(Record, frozen=True, tag="checkpoint"):
-    """The frozen state of the run, from which ``safenav resume`` continues it. ``lines``: the lines
-    of the trace, with the header, that this state follows; ``run``: the state, which only the
-    version of safenav that has written it reads."""
+    """The state of the run after these ``lines`` (with the header), from which ``safenav resume``
+    continues; only the version of safenav that has written ``run`` reads it."""
 
     lines: Count
     run: Mapping[str, object]
@@ -498,10 +490,10 @@ class End(Record, frozen=True, tag="outcome"):
     """The last line of a complete trace. ``rounds`` of each robot; ``syntheses``: calls of the
     synthesizer. ``cause``: why an operator is needed. ``proof``: of a negative outcome.
     ``unrealizable``: robot and spec of each synthesis that ended the run. Live: ``makespan``, the
-    time (seconds) of the last end of a command, and the seconds in which each robot had a command
-    (``busy``) and in which it had none before that (``waiting``). ``late``: the missed deadlines,
-    if the scenario has any; ``refused``: those that cannot be met from the start (``NAME.battery``
-    for a charge), each with the least feasible value (None: there is none)."""
+    end of the last command, and the seconds in which each robot had a command (``busy``) and in
+    which it had none before that (``waiting``). ``late``: the missed deadlines; ``refused``: those
+    that cannot be met from the start (``NAME.battery`` for a charge), each with the least feasible
+    value (None: there is none)."""
 
     outcome: Outcome
     explanation: str

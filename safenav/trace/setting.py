@@ -29,10 +29,8 @@ class WhenHeader(Struct, frozen=True):
 
 
 class RobotHeader(Struct, frozen=True):
-    """A robot in the header. ``conflicts``: those it must not share a region with (None: those
-    of its layer). ``vision``: how far it sees, in regions; None: without limit. ``motion``: its
-    kind of motion in metres and all parameters (docs/motion.md). ``while_waiting``: its objective
-    while it waits for help."""
+    """A robot. ``conflicts``: those it must not share a region with (None: those of its layer).
+    ``vision``: in regions; None: without limit. ``motion``: its kind and all parameters."""
 
     model: str
     mobility: str
@@ -63,12 +61,10 @@ class NeedHeader(Struct, frozen=True):
 
 
 class ObstacleHeader(Struct, frozen=True, rename=without_underscore):
-    """A hidden obstacle. ``blocks``: the names of the robots that it physically stops, whatever
-    they can do. ``traversable``: the truth of this run.
-    ``needs``: all its needs if there are several (``action`` and ``resolution_regions`` are
-    those of the first). ``from_`` and ``until``: when it appears and disappears.
-    ``resolve_within``: the most ticks from its request to its resolution. ``ordered``: the team
-    is to resolve it as soon as it appears."""
+    """A hidden obstacle. ``blocks``: the robots that it physically stops, whatever they can do.
+    ``traversable``: the truth of this run. ``needs``: all its needs if there are several
+    (``action`` and ``resolution_regions`` are those of the first). ``from_`` and ``until``: when it
+    appears and disappears. ``ordered``: the team is to resolve it as soon as it appears."""
 
     type: str
     name: str
@@ -108,8 +104,8 @@ class ChangeHeader(Struct, frozen=True):
 
 
 class MapHeader(Struct, frozen=True):
-    """The map. ``resolution``: metres that a region measures from west to east and from south
-    to north. ``origin``: x, y (metres) and yaw (radians) of its south-western corner."""
+    """The map. ``resolution``: metres of a region from west to east and from south to north.
+    ``origin``: x, y (metres) and yaw (radians) of its south-western corner."""
 
     rows: Count
     cols: Count
@@ -141,9 +137,8 @@ class PromisesHeader(Struct, frozen=True):
 class ScenarioHeader(Struct, frozen=True):
     """The scenario, fully resolved. ``robots`` are in the order of their turns. ``world``:
     ``simulated`` or ``external``. ``partition``: the cells of beliefs, None where no robot keeps
-    any. ``changes``: the changes for robots during the run, by tick. ``requirements``: formulas
-    over the motion of the run, by name. ``chargers``: regions where batteries are charged;
-    ``flat``: the type of obstacle that appears at a robot whose charge is used up."""
+    any. ``requirements``: formulas over the motion of the run, by name. ``flat``: the type of
+    obstacle that appears at a robot whose charge is used up."""
 
     name: str
     map: MapHeader

@@ -3,7 +3,6 @@
 import json
 import os
 from collections.abc import Iterable
-from enum import EnumType
 from inspect import cleandoc
 from pathlib import Path
 from typing import Any
@@ -14,8 +13,8 @@ from jsonschema import Draft202012Validator
 
 from safenav.cli.new import new as command
 from safenav.judge import lines
-from safenav.outcome import Outcome, Verdict
-from safenav.trace import records, setting, vocabulary
+from safenav.outcome import Outcome
+from safenav.trace import records, vocabulary
 from safenav.trace.fields import entries
 from safenav.trace.schema import schema_text, trace_schema
 from safenav.trace.writing import as_data
@@ -23,16 +22,14 @@ from traces.examples import examples
 from traces.real import NAMES, real_trace
 
 DOCS = Path(__file__).parents[2] / "docs"
-OBJECTS = (
-    setting.ScenarioHeader,
-    setting.MapHeader,
-    setting.RobotHeader,
-    setting.ObstacleHeader,
-    setting.NeedHeader,
-    setting.UntilHeader,
-    setting.Limits,
-    records.Tried,
-    records.Signal,
+WORDS = (
+    vocabulary.BlockReason,
+    vocabulary.MoveEnd,
+    vocabulary.ActResult,
+    vocabulary.ChangeCause,
+    vocabulary.DeadlineVerdict,
+    vocabulary.OperatorCause,
+    Outcome,
 )
 
 
@@ -81,33 +78,17 @@ def row(name: str, kind: Any) -> tuple[str, str, str]:
     needed = ", ".join(f"`{each.key}`" for each in fields if not each.optional)
     optional = ", ".join(f"`{each.key}`" for each in fields if each.optional)
     both = "; ".join(filter(None, (needed, optional and f"optional {optional}")))
-    text = (
-        " ".join(cleandoc(kind.__doc__).split())
-        .replace("``", "`")
-        .replace("None", "null")
-        .replace(" (docs/motion.md)", "")
-    )
+    text = " ".join(cleandoc(kind.__doc__).split()).replace("``", "`").replace("None", "null")
     return f"`{name}`", both, "Note. " + text if getattr(kind, "note", False) else text
 
 
 def reference() -> dict[str, str]:
     """The tables of the page, by their marks."""
-    words = [kind for kind in (*vars(vocabulary).values(), Outcome, Verdict) if enumerated(kind)]
-    assert len(words) > 8
+    words = ((kind.__name__, ", ".join(f"`{word}`" for word in kind)) for kind in WORDS)
     return {
         "lines": table("type | fields | meaning", (row(*each) for each in records.KINDS.items())),
-        "words": table(
-            "kind | words",
-            ((kind.__name__, ", ".join(f"`{word}`" for word in kind)) for kind in words),
-        ),
-        "objects": table(
-            "object | fields | meaning", (row(kind.__name__, kind) for kind in OBJECTS)
-        ),
+        "words": table("kind | words", words),
     }
-
-
-def enumerated(kind: Any) -> bool:
-    return isinstance(kind, EnumType) and len(kind) > 0
 
 
 def test_the_reference_is_that_of_the_records() -> None:
