@@ -117,12 +117,13 @@ def main() -> None:
     size = (chosen.rows, chosen.cols, chosen.robots)
     print(f"{chosen.rows} x {chosen.cols} regions, {chosen.robots} robots; CPU seconds")
     text = scenario(*size)
+    world = load_draft(text, "scenario.yaml").world
     for name, operation in {
         "paint a wall": {"op": "paint", "regions": [5 * chosen.cols + 5], "wall": True},
         "move a robot": {"op": "move_robot", "robot": "r1", "region": 2 * chosen.cols + 5},
     }.items():
         begun = time.process_time()
-        text = edited(text, operation)
+        text = edited(text, operation, world)
         draft = load_draft(text, "scenario.yaml", reachable=False)
         assert draft.world is not None
         drawing_of(text, draft.world, draft.catalogue)

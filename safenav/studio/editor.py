@@ -201,7 +201,7 @@ class Editor(Studio):
             self._changed()
 
     async def _edit(self, data: Message) -> None:
-        if self.document.change(edited(self.document.text, data)):
+        if self.document.change(edited(self.document.text, data, self._draft.world)):
             self._changed()
 
     async def _undo(self, _: Message) -> None:

@@ -24,8 +24,9 @@ from safenav.runtime.worlds.truth import SimulatedWorld
 from safenav.scenario.objective import Hold, Visit
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_draft, load_scenario_text
+from safenav.studio.editing import operations
 from safenav.studio.editing.drawing import drawing_of
-from safenav.studio.editing.operations import edited, played
+from safenav.studio.editing.operations import played
 from safenav.studio.editor import OpenDocument, blank
 from safenav.trace.reading import read_lines
 from safenav.trace.records import Record
@@ -105,6 +106,14 @@ def test_an_impossible_edit_is_refused(operation: dict[str, Any]) -> None:
         edited(DOOR, operation)
 
 
+def test_robots_are_placed_on_a_map_from_a_file_and_its_walls_stay() -> None:
+    text, world = DOOR.replace("  grid", "  image"), load_draft(DOOR, "scenario.yaml").world
+    move = {"op": "move_robot", "robot": "quad", "region": 15}
+    assert lines(text, operations.edited(text, move, world)) == lines(DOOR, edited(DOOR, move))
+    with pytest.raises(UsageError, match="the map comes from a file"):
+        operations.edited(text, {"op": "paint", "regions": [15], "wall": True}, world)
+
+
 def test_undo_leads_back_to_the_beginning_and_redo_forth() -> None:
     document = OpenDocument(blank())
     first = document.text
@@ -117,6 +126,10 @@ def test_undo_leads_back_to_the_beginning_and_redo_forth() -> None:
     while document.redoable:
         document.redo()
     assert document.text == last
+
+
+def edited(text: str, operation: dict[str, Any]) -> str:
+    return operations.edited(text, operation, load_draft(text, "scenario.yaml").world)
 
 
 def something(text: str, chance: random.Random) -> dict[str, Any]:

@@ -30,6 +30,7 @@ from safenav.trace.records import (
     Truth,
 )
 from safenav.trace.vocabulary import ChangeCause
+from safenav.world.map import Region, RegionMap
 
 Operation = Mapping[str, Any]
 """A request of a page: ``op`` and its arguments."""
@@ -38,12 +39,13 @@ _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _HEADINGS = ("north", "east", "south", "west")
 
 
-def edited(text: str, operation: Operation) -> str:
-    """Return the text after an operation. Raises UsageError for an impossible one."""
+def edited(text: str, operation: Operation, world: RegionMap | None) -> str:
+    """Return the text after an operation. ``world``: its map; None if that is unreadable. Raises
+    UsageError for an impossible operation."""
     does = OPERATIONS.get(str(operation.get("op")))
     if does is None:
         raise UsageError(f"unknown edit '{str(operation.get('op'))[:40]}'")
-    file = YamlText(text)
+    file = ScenarioText(text, world)
     try:
         does(file, operation)
     except (KeyError, TypeError, IndexError, AttributeError, ValueError) as error:
@@ -51,79 +53,61 @@ def edited(text: str, operation: Operation) -> str:
     return file.text
 
 
-class MapPlaces:
-    """The regions of one text, whose grid has ``rows`` x ``cols``."""
+class ScenarioText(YamlText):
+    """The text of a scenario with its map."""
 
-    def __init__(self, file: YamlText) -> None:
-        self.grid = _grid_of(file)
-        self.rows, self.cols = len(self.grid), len(self.grid[0])
-        names = file.at("map", "names")
-        self.names: dict[str, Any] = names if isinstance(names, dict) else {}
+    def __init__(self, text: str, world: RegionMap | None) -> None:
+        super().__init__(text)
+        if world is None:
+            raise UsageError("fix the map in the text first")
+        self.world = world
 
-    def read(self, value: Any) -> int | None:
+    def region(self, value: Any) -> Region | None:
         """Return the region that a value names; None if it names none."""
-        place = place_of(self.names.get(value) if isinstance(value, str) else value)
-        return place[0] * self.cols + place[1] if isinstance(place, tuple) else place
+        if isinstance(value, str):
+            return self.world.names.get(value)
+        place = place_of(value)
+        return self.world.region(*place) if isinstance(place, tuple) else place
 
-    def written(self, region: int, like: Any = None) -> Any:
+    def written(self, region: Region, like: Any = None) -> Any:
         """Return a region in the notation of ``like``: its name if ``like`` is a text or None and
         it has one, a number, else [row, column]. Raises UsageError for one off the map."""
-        if not 0 <= region < self.rows * self.cols:
+        if not 0 <= region < self.world.size:
             raise UsageError(f"{region} is not a region of the map")
-        if isinstance(like, str) or like is None:
-            for name, value in self.names.items():
-                if self.read(value) == region:
-                    return name
-        return region if isinstance(like, int) else [*divmod(region, self.cols)]
+        if (isinstance(like, str) or like is None) and region in self.world.named:
+            return self.world.named[region]
+        return region if isinstance(like, int) else [*self.world.position(region)]
 
 
-def _grid_of(file: YamlText) -> list[str]:
-    """Return the rows of the grid. Raises UsageError for a map file or an invalid grid."""
-    grid = file.at("map", "grid")
-    if isinstance(grid, str):
-        rows = [line.rstrip() for line in grid.splitlines() if line.strip()]
-    elif isinstance(grid, list):
-        rows = [str(line).rstrip() for line in grid]
-    else:
-        raise UsageError("the map comes from a file: copy it into the scenario to edit it")
-    if not rows or len({len(row) for row in rows}) != 1 or set("".join(rows)) - set("#."):
-        raise UsageError("fix the grid in the text first")
-    return rows
-
-
-def paint(file: YamlText, edit: Operation) -> None:
+def paint(file: ScenarioText, edit: Operation) -> None:
     """Make ``regions`` walls, or floor (``wall`` false)."""
-    places = MapPlaces(file)
-    spot = file.spot("map", "grid")
-    assert spot is not None
+    spot, world = file.spot("map", "grid"), file.world
+    if spot is None:
+        raise UsageError("the map comes from a file: copy it into the scenario to paint it")
     # Comments have no row of the grid on a line of their own: '#' walls touch no other character.
+    part = file.text[spot.start : spot.end]
     starts = [
         spot.start + found.start(1)
-        for found in re.finditer(r"(?m)(?:^|[\s\"'])([#.]+)(?=[\s\"',\]]|$)", _part(file, spot))
+        for found in re.finditer(r"(?m)(?:^|[\s\"'])([#.]+)(?=[\s\"',\]]|$)", part)
     ]
-    rows = [file.text[start : start + places.cols] for start in starts]
-    if rows != places.grid:
+    if [file.text[start : start + world.cols] for start in starts] != world.grid_rows():
         raise UsageError("paint this grid in the text: each of its rows needs a line of its own")
     letters = {}
     for region in edit["regions"]:
-        places.written(region, 0)
-        row, col = divmod(region, places.cols)
+        file.written(region, 0)
+        row, col = world.position(region)
         letters[starts[row] + col] = "#" if edit["wall"] else "."
     file.redraw(letters)
 
 
-def _part(file: YamlText, spot: Any) -> str:
-    return file.text[spot.start : spot.end]
-
-
-def _start_of_any(file: YamlText) -> Any:
+def _start_of_any(file: ScenarioText) -> Any:
     """Return how the first robot writes its start; a list if there is none."""
     robots = file.at("robots")
     found = robots.values() if isinstance(robots, dict) else ()
     return next((r["start"] for r in found if isinstance(r, dict) and "start" in r), [])
 
 
-def add_robot(file: YamlText, edit: Operation) -> None:
+def add_robot(file: ScenarioText, edit: Operation) -> None:
     """Add a robot of ``model`` that holds ``region`` until it is assigned an objective."""
     robots = file.at("robots")
     robots = robots if isinstance(robots, dict) else {}
@@ -132,41 +116,41 @@ def add_robot(file: YamlText, edit: Operation) -> None:
         raise UsageError("a robot's name has letters, digits and '_', and begins with a letter")
     if name in robots:
         raise UsageError(f"a robot '{name}' already exists")
-    start = MapPlaces(file).written(edit["region"], _start_of_any(file))
+    start = file.written(edit["region"], _start_of_any(file))
     heading = {"heading": edit["heading"]} if edit.get("heading") else {}
     objective = {"objective": {STAYING.kind: start}}
     robot = {"model": edit["model"], "start": start} | heading | objective
     file.put(("robots", name), flow(robot))
 
 
-def move_robot(file: YamlText, edit: Operation) -> None:
-    robot, places = _robot(file, edit), MapPlaces(file)
-    before = places.read(robot.get("start"))
+def move_robot(file: ScenarioText, edit: Operation) -> None:
+    robot = _robot(file, edit)
+    before = file.region(robot.get("start"))
     way = ("robots", edit["robot"])
-    file.put((*way, "start"), flow(places.written(edit["region"], robot.get("start"))))
+    file.put((*way, "start"), flow(file.written(edit["region"], robot.get("start"))))
     held = file.at(*way, "objective", STAYING.kind)
-    if held is not None and places.read(held) == before:  # it held its start
-        file.put((*way, "objective", STAYING.kind), flow(places.written(edit["region"], held)))
+    if held is not None and file.region(held) == before:  # it held its start
+        file.put((*way, "objective", STAYING.kind), flow(file.written(edit["region"], held)))
 
 
-def set_heading(file: YamlText, edit: Operation) -> None:
+def set_heading(file: ScenarioText, edit: Operation) -> None:
     if edit["heading"] not in _HEADINGS:
         raise UsageError("a heading is north, east, south or west")
     _robot(file, edit)
     file.put(("robots", edit["robot"], "heading"), edit["heading"], after="start")
 
 
-def set_objective(file: YamlText, edit: Operation) -> None:
+def set_objective(file: ScenarioText, edit: Operation) -> None:
     """Set the objective ``kind`` with ``regions`` in order: numbers, lists of numbers of which any
     counts, or names of areas. Targets that stay keep their text."""
-    robot, places = _robot(file, edit), MapPlaces(file)
+    robot = _robot(file, edit)
     kind, regions = edit["kind"], list(edit["regions"])
     if kind not in KINDS:
         raise UsageError(f"an objective is one of {', '.join(KINDS)}")
     if not regions:
         raise UsageError("an objective needs a region")
     like = robot.get("start", [])
-    written = [_target(file, target, places, like) for target in regions]
+    written = [_target(file, target, like) for target in regions]
     way = ("robots", edit["robot"], "objective")
     before = robot.get("objective")
     old = before.get(kind) if isinstance(before, dict) else None
@@ -183,21 +167,21 @@ def set_objective(file: YamlText, edit: Operation) -> None:
     return file.put(way, flow({kind: value} | others), after="heading")
 
 
-def _target(file: YamlText, target: Any, places: MapPlaces, like: Any) -> Any:
+def _target(file: ScenarioText, target: Any, like: Any) -> Any:
     if isinstance(target, str) and file.at("areas", target) is not None:
         return target
     if isinstance(target, list):
-        return {"any": [_target(file, region, places, like) for region in target]}
-    name = places.written(target)
-    return name if isinstance(name, str) else places.written(target, like)
+        return {"any": [_target(file, region, like) for region in target]}
+    name = file.written(target)
+    return name if isinstance(name, str) else file.written(target, like)
 
 
-def remove_robot(file: YamlText, edit: Operation) -> None:
+def remove_robot(file: ScenarioText, edit: Operation) -> None:
     _robot(file, edit)
     file.remove("robots", edit["robot"])
 
 
-def _robot(file: YamlText, edit: Operation) -> Any:
+def _robot(file: ScenarioText, edit: Operation) -> Any:
     robot = file.at("robots", str(edit.get("robot")))
     if not isinstance(robot, dict):
         raise UsageError(f"there is no robot '{str(edit.get('robot'))[:40]}'")
@@ -213,28 +197,28 @@ def _new_name(model: str, robots: Any) -> str:
     return next(f"{stem}_{n}" for n in range(2, 1000) if f"{stem}_{n}" not in robots)
 
 
-def add_obstacle(file: YamlText, edit: Operation) -> None:
+def add_obstacle(file: ScenarioText, edit: Operation) -> None:
     """Add an obstacle of ``type`` at ``region``; ``from``, ``until``, ``traversable`` if given."""
     _add(file, "obstacles", "robots", ("type", "region", "traversable", "from", "until"), edit)
 
 
-def add_order(file: YamlText, edit: Operation) -> None:
+def add_order(file: ScenarioText, edit: Operation) -> None:
     """Add an order of ``type`` at ``region`` in tick ``at``."""
     _add(file, "orders", "obstacles", ("at", "type", "region"), edit)
 
 
-def _add(file: YamlText, key: str, after: str, keys: Sequence[str], edit: Operation) -> None:
+def _add(file: ScenarioText, key: str, after: str, keys: Sequence[str], edit: Operation) -> None:
     """Add an entry to a list of the scenario, with its region in the notation of other entries."""
     entries = file.at(key)
     entries = entries if isinstance(entries, list) else []
     like = next((e["region"] for e in entries if isinstance(e, dict) and "region" in e), None)
     like = _start_of_any(file) if like is None else like
     new = {each: edit[each] for each in keys if edit.get(each) is not None}
-    new["region"] = MapPlaces(file).written(edit["region"], like)
+    new["region"] = file.written(edit["region"], like)
     file.append((key,), flow(new), after)
 
 
-def add_change(file: YamlText, edit: Operation) -> None:
+def add_change(file: ScenarioText, edit: Operation) -> None:
     """Add a change for ``robot`` at tick ``at``: an ``objective`` (kind and targets, each a region
     number or a list of them of which any counts), or ``service``."""
     new = {"at": edit["at"], "robot": edit["robot"]}
@@ -249,14 +233,14 @@ def add_change(file: YamlText, edit: Operation) -> None:
     file.append(("changes",), flow(new), after)
 
 
-def move_obstacle(file: YamlText, edit: Operation) -> None:
+def move_obstacle(file: ScenarioText, edit: Operation) -> None:
     """Move an obstacle to ``region``."""
-    obstacle, places = _obstacle(file, edit), MapPlaces(file)
-    new = places.written(edit["region"], obstacle.get("region"))
+    obstacle = _obstacle(file, edit)
+    new = file.written(edit["region"], obstacle.get("region"))
     file.put(("obstacles", edit["index"], "region"), flow(new))
 
 
-def remove_obstacle(file: YamlText, edit: Operation) -> None:
+def remove_obstacle(file: ScenarioText, edit: Operation) -> None:
     _obstacle(file, edit)
     if len(file.data["obstacles"]) == 1:
         file.remove("obstacles")
@@ -264,7 +248,7 @@ def remove_obstacle(file: YamlText, edit: Operation) -> None:
         file.remove("obstacles", edit["index"])
 
 
-def _obstacle(file: YamlText, edit: Operation) -> Any:
+def _obstacle(file: ScenarioText, edit: Operation) -> Any:
     index = edit.get("index")
     obstacle = file.at("obstacles", index) if isinstance(index, int) and index >= 0 else None
     if not isinstance(obstacle, dict):
@@ -272,7 +256,7 @@ def _obstacle(file: YamlText, edit: Operation) -> Any:
     return obstacle
 
 
-def repair(file: YamlText, edit: Operation) -> None:
+def repair(file: ScenarioText, edit: Operation) -> None:
     """Apply the changes of a repair (``safenav explain``): items and their new values as YAML."""
     for item, value in edit["change"]:
         freed = re.fullmatch(r"no wall at ([\d, ]+)", value)
@@ -280,12 +264,12 @@ def repair(file: YamlText, edit: Operation) -> None:
             paint(file, {"regions": [int(r) for r in freed[1].split(",")], "wall": False})
         elif item == "obstacles":
             told = plain(read_document(value).root)
-            add_obstacle(file, {**told, "region": MapPlaces(file).read(told["region"])})
+            add_obstacle(file, {**told, "region": file.region(told["region"])})
         else:
             file.put(tuple(str(item).split(".")), value)
 
 
-OPERATIONS: Mapping[str, Callable[[YamlText, Operation], None]] = {
+OPERATIONS: Mapping[str, Callable[[ScenarioText, Operation], None]] = {
     found.__name__: found
     for found in (
         *(paint, add_obstacle, move_obstacle, remove_obstacle, repair),
@@ -298,7 +282,8 @@ def played(text: str, records: Sequence[Record], seed: int | None) -> str:
     """Return the text with the user's changes during the run, and the seed of the run."""
     if not any(_by_user(record) for record in records) and seed is None:
         return text
-    file = YamlText(text)
+    plan = next(record for record in records if isinstance(record, Header)).scenario.map
+    file = ScenarioText(text, RegionMap.from_grid(plan.grid, plan.names))
     _replay(file, records, seed)
     return file.text
 
@@ -307,7 +292,7 @@ def _by_user(record: Record) -> bool:
     return getattr(record, "cause", None) is ChangeCause.USER
 
 
-def _replay(file: YamlText, records: Sequence[Record], seed: int | None) -> None:
+def _replay(file: ScenarioText, records: Sequence[Record], seed: int | None) -> None:
     known = {}
     truths: dict[str, bool] = {}
     standing: set[str] = set()
@@ -359,7 +344,7 @@ def _replay(file: YamlText, records: Sequence[Record], seed: int | None) -> None
         file.put(("seed",), flow(seed))
 
 
-def _settle_draws(file: YamlText, records: Sequence[Record]) -> None:
+def _settle_draws(file: ScenarioText, records: Sequence[Record]) -> None:
     """Replace all probabilities by the values drawn from the seed: replacing only one would change
     the others' draws."""
     header = next(record for record in records if isinstance(record, Header))
@@ -369,11 +354,11 @@ def _settle_draws(file: YamlText, records: Sequence[Record]) -> None:
             _set(file, entry, "traversable", drawn.traversable)
 
 
-def _set(file: YamlText, entry: int, key: str, value: Any) -> None:
+def _set(file: ScenarioText, entry: int, key: str, value: Any) -> None:
     file.put(("obstacles", entry, key), flow(value))
 
 
-def _entry(file: YamlText, name: str, tick: int) -> int | None:
+def _entry(file: ScenarioText, name: str, tick: int) -> int | None:
     """Return the index of the last obstacle of that name that has appeared by a tick."""
     kind, region, _ = name_parts(name)
     since = {
@@ -385,11 +370,10 @@ def _entry(file: YamlText, name: str, tick: int) -> int | None:
     return max(there, key=lambda entry: since[entry], default=None)
 
 
-def _entries_in(file: YamlText, region: int) -> list[int]:
+def _entries_in(file: ScenarioText, region: int) -> list[int]:
     """Return the indices of the obstacles in a region, in order."""
-    places = MapPlaces(file)
     return [
         index
         for index, entry in enumerate(file.at("obstacles") or ())
-        if isinstance(entry, dict) and places.read(entry.get("region")) == region
+        if isinstance(entry, dict) and file.region(entry.get("region")) == region
     ]
