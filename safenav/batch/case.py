@@ -9,7 +9,7 @@ import re
 from collections.abc import Mapping
 from enum import StrEnum
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct, field
 
@@ -18,6 +18,9 @@ from safenav.scenario.objective import Word, number_word
 from safenav.scenario.settings import Expect
 from safenav.trace import records
 from safenav.trace.words import obstacle_words
+
+if TYPE_CHECKING:
+    from safenav.runtime.run.mission import RunResult
 
 Settings = Mapping[str, Any]
 """Dotted path into the scenario (``limits.ticks``) -> the value that replaces the present one."""
@@ -159,6 +162,25 @@ class Ledger(Struct):
                 self.rounds = dict(event.rounds)
                 self.late = tuple(dict.fromkeys((*self.late, *(event.late or ()))))
         self.ticks = event.tick
+
+
+def measured(name: str, result: RunResult, ledger: Ledger) -> dict[str, Any]:
+    """Return the result of a run of a scenario as data."""
+    return {
+        "scenario": name,
+        "outcome": result.outcome.value,
+        "explanation": result.explanation,
+        "cause": result.cause,
+        "resolved": ledger.resolved,
+        "blocked": ledger.blocked,
+        "helpers": ledger.helpers,
+        "rounds": result.rounds,
+        "ticks": result.ticks,
+        "seconds": result.seconds,
+        "makespan": None if result.makespan is None else round(result.makespan, 6),
+        "syntheses": result.syntheses,
+        "synthesis_seconds": result.synthesis_seconds,
+    }
 
 
 def differences(expect: Expect, ledger: Ledger, word: Word = number_word) -> list[str]:

@@ -10,7 +10,7 @@ from contextlib import ExitStack
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import yaml
 from msgspec.structs import replace
@@ -24,6 +24,7 @@ from safenav.batch.case import (
     Result,
     differences,
     file_name,
+    measured,
     without_a_run,
 )
 from safenav.batch.matrix import varied
@@ -94,24 +95,10 @@ def _run(case: Case, scenario: Scenario, conditions: Conditions, trace: Path | N
         expect = replace(expect, outcome=Outcome.COMPLETED)
     wrong = [*differences(expect, ledger, scenario.map.word), *uncertified]
     wrong += [complaint for one in requirements or () if (complaint := one.complaint)]
-    measured: dict[str, Any] = {
-        "scenario": scenario.name,
-        "outcome": ended.outcome.value,
-        "cause": ended.cause,
-        "explanation": ended.explanation,
-        "ticks": ended.ticks,
-        "makespan": None if ended.makespan is None else round(ended.makespan, 6),
-        "rounds": ended.rounds,
-        "resolved": ledger.resolved,
-        "blocked": ledger.blocked,
-        "helpers": ledger.helpers,
-        "requirements": None if requirements is None else {r.name: r.data() for r in requirements},
-        "syntheses": ended.syntheses,
-        "synthesis_seconds": ended.synthesis_seconds,
-        "seconds": ended.seconds,
-    }
+    verdicts = None if requirements is None else {r.name: r.data() for r in requirements}
+    found = measured(scenario.name, ended, ledger) | {"requirements": verdicts}
     verdict = CaseVerdict.DIFFERENT if wrong else CaseVerdict.PASSED
-    return replace(without_a_run(case, verdict, wrong), **measured)
+    return replace(without_a_run(case, verdict, wrong), **found)
 
 
 def _required(trace: Path) -> list[Judgement]:

@@ -19,7 +19,7 @@ import click
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.batch.case import Ledger, differences
+from safenav.batch.case import Ledger, differences, measured
 from safenav.cli import warn
 from safenav.errors import ExitCode, UsageError, exit_code_of
 from safenav.lines import read_file
@@ -157,23 +157,8 @@ def _reported(
     compares = not interrupted or expected.outcome is outcome
     wrong = [*differences(expected, ledger, plan.map.word), *unmet] if compares else []
     if files.as_json:
-        data = {
-            "scenario": plan.name,
-            "outcome": outcome.value,
-            "explanation": result.explanation,
-            "cause": result.cause,
-            "resolved": ledger.resolved,
-            "blocked": ledger.blocked,
-            "helpers": ledger.helpers,
-            "rounds": result.rounds,
-            "ticks": result.ticks,
-            "seconds": result.seconds,
-            "makespan": result.makespan,
-            "syntheses": result.syntheses,
-            "synthesis_seconds": result.synthesis_seconds,
-            "as_expected": not wrong if compares else None,
-            "differences": wrong,
-        }
+        data = measured(plan.name, result, ledger)
+        data |= {"as_expected": not wrong if compares else None, "differences": wrong}
         click.echo(json.dumps(data, indent=2))
     for difference in wrong:
         click.echo(f"{click.style('not as expected:', fg='red')} {difference}", err=True)

@@ -59,20 +59,15 @@ class Failure(Struct, frozen=True):
     state: str = ""
     detail: str = ""
 
-    def __str__(self) -> str:
-        lines = [self.fault.value]
-        if self.node is not None:
-            lines[0] += f" at node {self.node} ({self.state})"
-        if self.detail:
-            lines.append(self.detail)
+    @property
+    def lines(self) -> list[str]:
+        """The fault, and the constraint that it breaks with its origin."""
+        where = "" if self.node is None else f" at node {self.node} ({self.state})"
+        found = [f"{self.fault.value}{where}", *([self.detail] if self.detail else [])]
         if self.constraint is not None:
-            lines.append(f"constraint: {self.constraint.formula}")
-            lines.append(f"from: {self.constraint.origin}")
-        if self.path:
-            lines.append("path: " + _arrows(self.path))
-        if self.cycle:
-            lines.append("cycle: " + _arrows((*self.cycle, self.cycle[0])))
-        return "\n    ".join(lines)
+            found.append(f"constraint: [{self.constraint.section}] {self.constraint.formula}")
+            found.append(f"from: {self.constraint.origin}")
+        return found
 
 
 class Verification(Struct, frozen=True):
@@ -88,13 +83,6 @@ class Verification(Struct, frozen=True):
     @property
     def ok(self) -> bool:
         return not self.failures
-
-
-def _arrows(nodes: tuple[int, ...]) -> str:
-    shown = [str(node) for node in nodes]
-    if len(shown) > 40:
-        shown[20:-20] = ["..."]
-    return " -> ".join(shown)
 
 
 _BLOCK_EDGES = 1 << 16

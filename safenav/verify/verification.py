@@ -179,7 +179,7 @@ def first_failure(
     A synthesizer takes this as its ``verifier``. Raises as ``verify_strategy`` does.
     """
     check = verify_counterstrategy if is_counterstrategy else verify_strategy
-    return next(map(str, check(spec, automaton, alive).failures), None)
+    return next(("\n    ".join(f.lines) for f in check(spec, automaton, alive).failures), None)
 
 
 def _strategy_failures(automaton: Automaton) -> Iterator[Failure]:

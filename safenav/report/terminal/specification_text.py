@@ -25,13 +25,7 @@ _LONGEST = 160
 
 def failure_lines(failure: Failure, strategy: Strategy) -> Iterator[str]:
     """Yield the fault, the constraint that it breaks with its origin, and a shortest path to it."""
-    where = "" if failure.node is None else f" at node {failure.node} ({failure.state})"
-    yield f"{failure.fault.value}{where}"
-    if failure.detail:
-        yield failure.detail
-    if failure.constraint is not None:
-        yield f"constraint: [{failure.constraint.section}] {failure.constraint.formula}"
-        yield f"from: {failure.constraint.origin}"
+    yield from failure.lines
     if failure.path:
         yield f"shortest path, {len(failure.path) - 1} steps:"
         yield from _steps(failure.path, strategy)
