@@ -9,8 +9,7 @@ from __future__ import annotations
 import errno
 from collections.abc import Sequence
 from enum import IntEnum
-
-from msgspec import Struct
+from typing import NamedTuple
 
 from safenav.outcome import Outcome
 
@@ -63,7 +62,7 @@ _REPORTED = 101
 """Maximum number of diagnostics in a message: 100 of a scenario, and one that counts the rest."""
 
 
-class Diagnostic(Struct, frozen=True):
+class Diagnostic(NamedTuple):
     """One error in an input, with a hint for fixing it.
 
     ``line`` and ``column`` count from 1; 0 means no position. ``found``: the error; ``hint``: how

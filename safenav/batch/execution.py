@@ -150,4 +150,4 @@ def _binary() -> Binary:
 
 def _line(diagnostic: errors.Diagnostic) -> str:
     """Return a diagnostic on one line."""
-    return "; ".join(part.strip() for part in str(replace(diagnostic, source="")).splitlines())
+    return "; ".join(part.strip() for part in str(diagnostic._replace(source="")).splitlines())

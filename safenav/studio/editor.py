@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from msgspec import Struct, field
-from msgspec.structs import asdict
 
 from safenav.errors import InputError, UsageError
 from safenav.scenario.beginning import TEMPLATES, template_text
@@ -130,7 +129,7 @@ class Editor(Studio):
             "file": None if file is None else self.scenarios.name(file),
             "drawing": self._drawing,
             "palette": palette(self._draft.catalogue),
-            "problems": [asdict(found) for found in self._draft.diagnostics],
+            "problems": [found._asdict() for found in self._draft.diagnostics],
         }
 
     def _reach(self) -> ReadableFolder:

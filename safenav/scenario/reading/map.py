@@ -198,10 +198,10 @@ def _tell_whole_file(findings: Findings, division: Division) -> None:
         findings.raise_if_any()
     except InputError as error:
         made = [
-            replace(d, line=0, column=0, source="") if d.file == findings.file else d
+            d._replace(line=0, column=0, source="") if d.file == findings.file else d
             for d in error.diagnostics
         ]
         if division == Division() and form_of(Path(findings.file)) != "image":
-            made = [replace(d, hint=_ASK) if d.found == NO_SIZE else d for d in made]
-        made = [replace(d, hint=_AS_OPTIONS.sub(r"--\1 \2", d.hint)) for d in made]
+            made = [d._replace(hint=_ASK) if d.found == NO_SIZE else d for d in made]
+        made = [d._replace(hint=_AS_OPTIONS.sub(r"--\1 \2", d.hint)) for d in made]
         raise InputError(made) from None

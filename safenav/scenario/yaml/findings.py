@@ -117,7 +117,7 @@ class Findings:
         if len(ordered) > MAX_REPORTED:
             more = f"and {len(ordered) - MAX_REPORTED} more"
             ordered[MAX_REPORTED:] = [Diagnostic(self.file, 0, 0, more)]
-        raise InputError([replace(d, source=self._line(d)) for d in ordered])
+        raise InputError([d._replace(source=self._line(d)) for d in ordered])
 
     def refuse_if_any(self) -> None:
         """Raise UsageError with all diagnostics in one line, if there are any."""
