@@ -18,8 +18,7 @@ from safenav.motion.timing.schedule import motion_at_earliest_times, motion_at_r
 from safenav.motion.walker.mover import WalkerMover
 from safenav.pace.robot import SIDE as SIDE
 from safenav.scenario.model import Scenario
-from safenav.scenario.motion import KINDS, resolved
-from safenav.scenario.reading.catalogue import built_in
+from safenav.scenario.motion import KINDS
 from safenav.trace.reading import Trace, unstarted
 from safenav.trace.setting import RobotHeader
 
@@ -176,20 +175,13 @@ def mover(
     return Glider(robot, floor, region, heading, values, kind)
 
 
-def _motion(name: str, robot: RobotHeader) -> dict[str, object]:
-    """The motion of the trace; for an older trace, that of the built-in model."""
-    if robot.motion is not None:
-        return dict(robot.motion)
-    model = built_in().robots.get(robot.model)
-    known = None
-    if model is not None and model.mobility.value == robot.mobility and model.layer == robot.layer:
-        known = resolved(model.motion, model.size, model.speed, model.layer)
-    if known is None:
+def _motion(name: str, robot: RobotHeader) -> Mapping[str, object]:
+    if robot.motion is None:
         raise UsageError(
             f"{name}: the model '{robot.model}' has no motion in metres\n"
             "    add 'motion: rover' or 'speed: 0.5' to it in the scenario, and run it again"
         )
-    return known
+    return robot.motion
 
 
 def described(trace: Trace, name: str, moved: Mover) -> Mapping[str, object]:

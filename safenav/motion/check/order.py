@@ -189,9 +189,12 @@ class _Order:
         self.met: dict[str, tuple[int, float | None]] = {}
         """How many needs of an obstacle the lines so far have fulfilled, and when the last of them
         was."""
+        self.flat: dict[str, tuple[str, float]] = {}
+        """The obstacle that each robot with an empty battery is, and since when."""
 
     def check(self) -> None:
         turn: str | None = None
+        battery = ""
         for record in self.case.trace.records:
             match record:
                 case Move():
@@ -217,17 +220,24 @@ class _Order:
                         done = self._acted(record, last)
                     if done is not None:
                         self.opened[record.obstacle] = done
+                    for name in [n for n, (on, _) in self.flat.items() if on == record.obstacle]:
+                        until = self.case.makespan if done is None else done
+                        _stood(self.case, name, self.flat.pop(name)[1], until)
                 case records.Discovered():
                     self.opened.pop(record.obstacle.name, None)
                 case records.Violation() if self.external:
                     self.opened.pop(record.obstacle, None)
                 case Appeared():
+                    if record.cause is ChangeCause.BATTERY:
+                        battery = record.obstacle
                     self.opened.pop(record.obstacle, None)
                     self.met.pop(record.obstacle, None)
                     self.closed.discard(record.obstacle)
                 case records.Gone():
                     self.opened[record.obstacle] = 0.0
                     self.closed.discard(record.obstacle)
+                case Service(cause=ChangeCause.BATTERY, active=False):
+                    self.flat[record.robot] = battery, self.ended.get(record.robot, 0.0)
                 case records.KnownObstacle():
                     self.closed.add(record.obstacle)
                 case records.Synthesis() if record.t is not None:
@@ -236,6 +246,8 @@ class _Order:
                     self.bound[record.robot] = self._since(turn)
                 case _:
                     pass
+        for name, (_, since) in self.flat.items():
+            _stood(self.case, name, since, self.case.makespan)
         for action in self.waiting:
             what = f"resolves {action.obstacle}, which the trace does not (tick {action.tick})"
             self.case.wrong(action.t0, action.robot, "action", what)
@@ -314,6 +326,7 @@ class _Order:
                 wrong(arrived, robot, "action", f"never acts on {name} (tick {record.tick})")
                 continue
             self.waiting.remove(done)
+            _performed(self.case, done, record.at if robot == record.robot else None)
             spans.append((done.t0, done.t1))
             for since, what in (
                 (arrived, "it has arrived"),
@@ -344,36 +357,26 @@ class _Order:
         return [*dict.fromkeys((record.robot, *able))]
 
 
-def check_actions(case: Examination) -> None:
-    """Check every action of the motion against the line of the trace that it carries out."""
-    lines = {
-        (name, record.obstacle, record.tick): record
-        for record in case.trace.records
-        if isinstance(record, Met | Resolved)
-        for name in (record.robot, *(record.robots or ()))
-    }
-    for action in case.actions:
-        record = lines.get((action.robot, action.obstacle, action.tick))
-        if record is None:
-            continue  # the rule of order reports it
-        path = case.body(action.robot, action.t0, action.t1)
-        if len(path) == 0:
-            continue  # the rule of continuity reports it
-        moved = _moved(path)
-        if moved > STILL:
-            what = f"moves by {moved:.3f} m while it acts on {action.obstacle}"
-            case.wrong(action.t0, action.robot, "action", what)
-        if action.robot == record.robot:
-            off = float(case.grid.distance(path[:1], case.grid.place(record.at))[0])
-            if off > STILL:
-                what = f"acts on {action.obstacle} {off:.3f} m outside region {record.at}"
-                case.wrong(action.t0, action.robot, "action", what)
-        obstacle = case.obstacles.get(action.obstacle)
-        if obstacle is not None and obstacle.region != action.region:
-            what = f"acts on {action.obstacle} in region {action.region}, not {obstacle.region}"
-            case.wrong(action.t0, action.robot, "action", what)
-        if obstacle is not None:
-            _behind(case, obstacle.region, action)
+def _performed(case: Examination, action: Action, at: int | None) -> None:
+    """Check that an action is performed at rest, in region ``at``, on the place of its obstacle."""
+
+    def wrong(found: str, rule: str = "action") -> None:
+        case.wrong(action.t0, action.robot, rule, found)
+
+    path = case.body(action.robot, action.t0, action.t1)
+    if len(path) == 0:
+        return  # the rule of continuity reports it
+    if (moved := _moved(path)) > STILL:
+        wrong(f"moves by {moved:.3f} m while it acts on {action.obstacle}")
+    if at is not None:
+        off = float(case.grid.distance(path[:1], case.grid.place(at))[0])
+        if off > STILL:
+            wrong(f"acts on {action.obstacle} {off:.3f} m outside region {at}")
+    region = case.obstacles[action.obstacle].region
+    if region != action.region:
+        wrong(f"acts on {action.obstacle} in region {action.region}, not {region}")
+    if (past := _past(case, region, action)) > STILL:
+        wrong(f"passes {action.obstacle} by {past:.3f} m before it is resolved", "obstacle")
 
 
 def _moved(path: Array) -> float:
@@ -381,64 +384,32 @@ def _moved(path: Array) -> float:
     return float(np.hypot(*(path - path[0]).T).max()) if len(path) else 0.0
 
 
-def _behind(case: Examination, at: int, action: Action) -> None:
-    """A robot that resolves an obstacle in its own region stays before the region's centre until
-    then."""
+def _past(case: Examination, at: int, action: Action) -> float:
+    """Return how far a robot that resolves an obstacle in its own region gets beyond the region's
+    centre until then; 0 for any other action."""
     own = case.pieces[action.robot]
     entering = [p for p in own if p.to == at and p.origin != at and p.t1 <= action.t0 + NEAR]
     here = [p for p in own if p.t0 <= action.t0 + NEAR and p.t1 >= action.t0 - NEAR]
     if not entering or any(p.to != at for p in here):
-        return
+        return 0.0
     last = entering[-1]
     (col, row), (from_col, from_row) = case.grid.place(at), case.grid.place(last.origin)
     ahead = np.array([col - from_col, row - from_row], dtype=float)
     middle = (np.array([col, row]) + 0.5) * case.grid.side
     path = case.body(action.robot, last.t0, action.t1)
-    past = float(((path - middle) @ ahead).max())
-    if past > STILL:
-        what = f"passes {action.obstacle} by {past:.3f} m before it is resolved"
-        case.wrong(action.t0, action.robot, "obstacle", what)
+    return float(((path - middle) @ ahead).max())
 
 
-def check_charge(case: Examination, steps: Mapping[int, Passage]) -> None:
-    """No robot moves from its last step before its charge is used up until the action that resolves
-    the obstacle there, or until the end."""
-    ended: dict[str, float] = {}
-    flat: dict[str, tuple[str, float]] = {}  # the obstacle, and since when
-    there = ""
-
-    def stood(name: str, since: float, until: float) -> None:
-        for piece in case.pieces[name]:
-            if abs(piece.t0 - since) < NEAR and _comes_to_rest(case, piece):
-                since = piece.t1
-                break
-        moved = _moved(case.body(name, since, until))
-        if moved > STILL:
-            what = f"moves by {moved:.3f} m without charge, before {until:.3f} s"
-            case.wrong(since, name, "charge", what)
-
-    for record in case.trace.records:
-        if isinstance(record, Met | Resolved):
-            own = (record.robot, record.obstacle, record.tick)
-            acted = [a.t1 for a in case.actions if (a.robot, a.obstacle, a.tick) == own]
-            ended[record.robot] = max([ended.get(record.robot, 0.0), *acted])
-        match record:
-            case Move() | Depart() if record.line in steps:
-                ended[record.robot] = steps[record.line].end
-            case Appeared(cause=ChangeCause.BATTERY):
-                there = record.obstacle
-            case Service(cause=ChangeCause.BATTERY, active=False):
-                flat[record.robot] = there, ended.get(record.robot, 0.0)
-                there = ""
-            case Resolved():
-                deed = (record.obstacle, record.tick)
-                done = [a.t1 for a in case.actions if (a.obstacle, a.tick) == deed]
-                for name in [n for n, (obstacle, _) in flat.items() if obstacle == record.obstacle]:
-                    stood(name, flat.pop(name)[1], max(done, default=case.makespan))
-            case _:
-                pass
-    for name, (_, since) in flat.items():
-        stood(name, since, case.makespan)
+def _stood(case: Examination, name: str, since: float, until: float) -> None:
+    """A robot without charge does not move, after it has come to rest."""
+    for piece in case.pieces[name]:
+        if abs(piece.t0 - since) < NEAR and _comes_to_rest(case, piece):
+            since = piece.t1
+            break
+    moved = _moved(case.body(name, since, until))
+    if moved > STILL:
+        what = f"moves by {moved:.3f} m without charge, before {until:.3f} s"
+        case.wrong(since, name, "charge", what)
 
 
 def _comes_to_rest(case: Examination, piece: Moving) -> bool:

@@ -13,8 +13,6 @@ from safenav.motion.check.examination import NEAR, Examination, Finding
 from safenav.motion.check.execution import GOALS, check_execution
 from safenav.motion.check.order import (
     Passage,
-    check_actions,
-    check_charge,
     check_clock,
     check_order,
     passages,
@@ -172,8 +170,6 @@ def _paths(case: Examination) -> None:
     steps = passages(case)
     check_clock(case, steps)
     check_order(case, steps)
-    check_actions(case)
-    check_charge(case, steps)
     check_distances(case, {n: partial(case.places, n) for n, own in case.pieces.items() if own})
     check_execution(case)
     _outcome(case, steps)
