@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from safenav.errors import UsageError
 from safenav.motion.file import Action, Flight, Motion, Moving, Numbers, Reset, Segment, Swing
 from safenav.motion.geometry import values
+from safenav.motion.timing.execution import in_conflict
 from safenav.motion.walker.primitives import Mass, mass
 from safenav.trace.reading import Trace
-from safenav.trace.setting import ScenarioHeader
 
 Array = NDArray[np.float64]
 Swinging = tuple[Array, Array, Array]
@@ -198,8 +198,7 @@ class Grid(Struct, frozen=True):
 
 class Examination:
     """A motion, its trace, and the ``findings`` so far. ``pieces``: of each robot in the order of
-    the file; ``numbers``: of each robot in the header; ``conflicts``: the robots with which each
-    must never share a region; ``held``: the reservations."""
+    the file; ``numbers``: of each robot in the header; ``held``: the reservations."""
 
     def __init__(self, motion: Motion, trace: Trace) -> None:
         header = motion.header
@@ -217,7 +216,6 @@ class Examination:
         """Where the plan of a driven robot is cut off."""
         self.makespan = motion.outcome.makespan
         self.grid = Grid(header.rows, header.cols, header.side)
-        self.conflicts = conflicts_of(trace.header.scenario)
         self.held: list[Holding] = []
         self._walks: dict[int, tuple[Mass, Swinging]] = {}
         self._discs: dict[int, list[Disc]] = {}
@@ -227,7 +225,7 @@ class Examination:
         self.findings.append(Finding(t, robot, rule, found))
 
     def in_conflict(self, one: str, other: str) -> bool:
-        return other in self.conflicts[one] or one in self.conflicts[other]
+        return in_conflict(self.trace.header.scenario.robots, one, other)
 
     def radius(self, robot: str) -> float:
         """The radius of the disc that its body fits in, in metres."""
@@ -267,12 +265,3 @@ class Examination:
         order = np.argsort(samples, kind="stable")
         columns = [np.interp(times, samples[order], centres[order, axis]) for axis in (0, 1)]
         return np.stack(columns, axis=1)
-
-
-def conflicts_of(scenario: ScenarioHeader) -> dict[str, frozenset[str]]:
-    """Return for each robot those with which it must never share a region."""
-    found = {}
-    for name, robot in scenario.robots.items():
-        others = (n for n, other in scenario.robots.items() if other.layer == robot.layer)
-        found[name] = frozenset(others) - {name} if robot.conflicts is None else robot.conflicts
-    return found

@@ -13,10 +13,10 @@ from msgspec import Struct
 
 from safenav.motion.check.examination import NEAR, STILL, Array, Examination
 from safenav.motion.file import Action, GoalLine, Moving, Piece, Release, Reserve
+from safenav.motion.timing.execution import team_of
 from safenav.trace import records
 from safenav.trace.reading import Trace
 from safenav.trace.records import Act, Appeared, Arrive, Depart, Met, Move, Resolved, Service
-from safenav.trace.setting import ObstacleHeader
 from safenav.trace.vocabulary import ChangeCause, MoveEnd
 
 
@@ -317,8 +317,9 @@ class _Order:
         """Check that all participants act after their arrival, and simultaneously if there are
         several. Returns when the last of them is done; None if no robot acts."""
         name, wrong = record.obstacle, self.case.wrong
+        need = self.obstacles[name].all_needs[number]
         spans = []
-        for robot in self._team(record, self.obstacles[name], number):
+        for robot in team_of(self.case.trace, record, need, self.at):
             done = next((a for a in self.waiting if (a.robot, a.obstacle) == (robot, name)), None)
             now = self._since(robot), self.bound.get(robot, 0.0)
             arrived, bound = self.acting.get(robot, now)
@@ -338,8 +339,7 @@ class _Order:
             least = 0.0
             if self.case.trace.header.clock is None:  # else the rule of the clock has its times
                 least = self.case.numbers[robot].get("action_seconds", 0.0)
-            needed = self.obstacles[name].all_needs[number].action
-            if done.t1 - done.t0 < least - NEAR or done.action != needed:
+            if done.t1 - done.t0 < least - NEAR or done.action != need.action:
                 what = f"performs '{done.action}' for {done.t1 - done.t0:.3f} s on {name}"
                 wrong(done.t0, robot, "action", what)
             self._go_on(robot, done)
@@ -347,14 +347,6 @@ class _Order:
             what = f"acts on {name}, but not at the same time as the others"
             wrong(spans[0][0], record.robot, "action", what)
         return max((end for _, end in spans), default=None)
-
-    def _team(self, record: Met | Resolved, obstacle: ObstacleHeader, number: int) -> list[str]:
-        """The robots that fulfil a need: the recorded robot, and the others that are able to."""
-        need = obstacle.all_needs[number]
-        alone = isinstance(record, Met) and not need.together
-        helpers = (n for n in record.robots or () if self.at[n] in need.regions and not alone)
-        able = (n for n in helpers if need.action in self.robots[n].capabilities)
-        return [*dict.fromkeys((record.robot, *able))]
 
 
 def _performed(case: Examination, action: Action, at: int | None) -> None:

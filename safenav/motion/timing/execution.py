@@ -6,7 +6,7 @@ A robot that has more time than its step takes glides or drives more slowly; a w
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from copy import copy
 from math import inf
 
@@ -28,7 +28,7 @@ from safenav.motion.file import (
 from safenav.motion.mover import Crossing, Mover
 from safenav.trace import records
 from safenav.trace.reading import Trace
-from safenav.trace.setting import NeedHeader
+from safenav.trace.setting import NeedHeader, RobotHeader
 from safenav.trace.vocabulary import MoveEnd
 
 
@@ -85,7 +85,7 @@ def actions_of(trace: Trace) -> tuple[list[TimedAction], set[tuple[str, int]]]:
                 if resolved or command is None:
                     continue
                 takes = number + 1 < len(needs) and bool(needs[number + 1].same)
-                team = tuple(_team(trace, record, needs[number], at))
+                team = team_of(trace, record, needs[number], at)
                 what = (obstacle.name, obstacle.region, needs[number].action)
                 found.append(TimedAction(index, command, *what, team, takes))
                 inside = (n for n in team if at[n] == obstacle.region and n not in begun)
@@ -103,18 +103,24 @@ def by_command(actions: list[TimedAction]) -> Mapping[int, list[TimedAction]]:
     return found
 
 
-def _team(
+def team_of(
     trace: Trace, record: records.Met | records.Resolved, need: NeedHeader, at: Mapping[str, int]
-) -> Iterator[str]:
+) -> tuple[str, ...]:
     """The robots that fulfil a need: the recorded robot, and the others that are able to, even
     without a request. ``at``: where each robot is."""
-    yield record.robot
     robots = trace.header.scenario.robots
     alone = isinstance(record, records.Met) and not need.together
-    for name in () if alone else record.robots or ():
-        able = at[name] in need.regions and need.action in robots[name].capabilities
-        if able and name != record.robot:
-            yield name
+    others = (n for n in record.robots or () if at[n] in need.regions and not alone)
+    able = (n for n in others if need.action in robots[n].capabilities)
+    return tuple(dict.fromkeys((record.robot, *able)))
+
+
+def in_conflict(robots: Mapping[str, RobotHeader], one: str, other: str) -> bool:
+    """Whether two robots must never share a region."""
+    mine, theirs = robots[one], robots[other]
+    if one == other or mine.conflicts is None or theirs.conflicts is None:
+        return one != other and mine.layer == theirs.layer
+    return other in mine.conflicts or one in theirs.conflicts
 
 
 STANDING = 1.0

@@ -27,6 +27,7 @@ from safenav.motion.timing.execution import (
     TimedAction,
     actions_of,
     by_command,
+    in_conflict,
     when,
 )
 from safenav.pace.robot import AT_ONCE
@@ -180,7 +181,7 @@ class _Run(Struct):
         for other in self.robots:
             if other == name:
                 continue
-            regions = {to} if self._conflict(name, other) else set()
+            regions = {to} if in_conflict(self.robots, name, other) else set()
             for zone in self.trace.header.scenario.never_together or ():
                 entered = to in zone.regions and origin not in zone.regions
                 if entered and name in zone.robots and other in zone.robots:
@@ -196,12 +197,6 @@ class _Run(Struct):
     def _own(self, name: str, cause: Activity | None) -> list[Before]:
         before = [] if name not in self.last else [(self.last[name], LinkCause.OWN)]
         return before if cause is None else [*before, (cause, LinkCause.SYNTHESIS)]
-
-    def _conflict(self, robot: str, other: str) -> bool:
-        mine, theirs = self.robots[robot], self.robots[other]
-        if robot == other or mine.conflicts is None or theirs.conflicts is None:
-            return robot != other and mine.layer == theirs.layer
-        return other in mine.conflicts or robot in theirs.conflicts
 
     def _decide(self, record: records.Record, turn: str) -> None:
         if self.decided is None or not self.deciding:
