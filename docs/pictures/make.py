@@ -1,8 +1,8 @@
 """Makes the pictures of this folder: scenarios run and replayed.
 
-    python docs/pictures/make.py
+    PYTHONPATH=tests python docs/pictures/make.py
 
-Needs safenav with its synthesizer, the extra `pictures`, selenium, and Chromium with its driver.
+Needs the environment of `make install`, and Chromium with its driver.
 Look at the pictures before you commit them.
 """
 
@@ -19,26 +19,24 @@ from PIL import Image
 from selenium.webdriver.remote.webelement import WebElement
 from selenium.webdriver.support.ui import Select
 
+from report.browser import Browser
+from safenav.report.page.html import page_of
+from safenav.report.picture.scene import svg_of
+from safenav.run.reading import read_run
+from safenav.run.run import Run
+from safenav.run.values import StoryKind
+from studio.serving import ServedAnew
+
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
-sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
-
-from report.browser import Browser  # noqa: E402
-from safenav.report.page.html import page_of  # noqa: E402
-from safenav.report.picture.scene import Options, svg_of  # noqa: E402
-from safenav.run.reading import read_run  # noqa: E402
-from safenav.run.run import Run, shading_of  # noqa: E402
-from safenav.run.values import StoryKind  # noqa: E402
-from studio.serving import ServedAnew  # noqa: E402
 
 
 def main() -> None:
-    """Run each case study and photograph its start, its first request and its end."""
+    """Run the scenarios of the pages and photograph what the pages show of them."""
     browser = Browser()
     try:
         with tempfile.TemporaryDirectory() as folder:
-            for number in (1, 2, 3):
-                _case_study(browser, number, Path(folder))
+            _case_studies(browser, Path(folder))
             _tutorial(browser, Path(folder))
             _solid(Path(folder))
             _team(browser, Path(folder))
@@ -47,19 +45,18 @@ def main() -> None:
         browser.driver.quit()
 
 
-def _case_study(browser: Browser, number: int, folder: Path) -> None:
-    name = f"case_study_{number}"
-    replay, page = _run(name, folder)
-    request = _first(replay, StoryKind.REQUEST)
-    for moment, tick in (("start", 0), ("request", request), ("end", replay.last)):
-        _shoot(browser, page, tick, HERE / f"{name}_{moment}.png")
-    if number == 3:
-        _shoot(browser, page, request, HERE / "dark.png", scheme="dark")
-        _shoot(browser, page, request, HERE / "phone.png", width=390, height=844)
-    if number == 1:
-        (HERE / f"{name}.svg").write_text(svg_of(replay.at(request)))
-        film = ("--gif", "--width", "760", "--speed", "5", "-o", str(HERE / f"{name}.gif"))
-        _safenav("replay", str(folder / f"{name}.jsonl"), *film)
+def _case_studies(browser: Browser, folder: Path) -> None:
+    """The film of the first one, the request of the first and the third one."""
+    replay, _ = _run("case_study_1", folder)
+    request = replay.at(_first(replay, StoryKind.REQUEST))
+    (HERE / "case_study_1.svg").write_text(svg_of(request))
+    film = ("--gif", "--width", "760", "--speed", "5", "-o", str(HERE / "case_study_1.gif"))
+    _safenav("replay", str(folder / "case_study_1.jsonl"), *film)
+    replay, page = _run("case_study_3", folder)
+    tick = _first(replay, StoryKind.REQUEST)
+    _shoot(browser, page, tick, HERE / "case_study_3_request.png")
+    _shoot(browser, page, tick, HERE / "dark.png", scheme="dark")
+    _shoot(browser, page, tick, HERE / "phone.png", width=390, height=844)
 
 
 def _tutorial(browser: Browser, folder: Path) -> None:
@@ -74,11 +71,10 @@ def _tutorial(browser: Browser, folder: Path) -> None:
 
 
 def _solid(folder: Path) -> None:
-    """In 3D: the whole floor, Digit at the door while the quadcopter waits, walking, sensing."""
+    """In 3D: Digit at the door while the quadcopter waits, and Digit walking."""
     trace, page = folder / "case_study_1.jsonl", folder / "solid.html"
     _safenav("replay", str(trace), "--3d", "-o", str(page))
     browser = Browser(solid=True)
-    _shoot(browser, page, 11, HERE / "case_study_1_3d.png")
     browser.open(page, "#tick=15", width=1280, height=720)
     browser.wait(lambda: browser.all(".stage3d canvas"))
     browser.press("r")
@@ -89,14 +85,13 @@ def _solid(folder: Path) -> None:
     _keep(browser, HERE / "door_3d.png")
     trace, page = folder / "case_study_3.jsonl", folder / "chain.html"
     _safenav("replay", str(trace), "--3d", "-o", str(page))
-    for name, robot, seconds in (("walking_3d", 1, 14.0), ("sensing_3d", 0, 65.0)):
-        browser.open(page, "", width=1280, height=720)
-        browser.wait(lambda: browser.all(".stage3d canvas"))
-        for _ in range(robot + 1):
-            browser.press("r")
-        browser.run(_TO_TIME, seconds)
-        time.sleep(1.0)
-        _keep(browser, HERE / f"{name}.png")
+    browser.open(page, "", width=1280, height=720)
+    browser.wait(lambda: browser.all(".stage3d canvas"))
+    browser.press("r")
+    browser.press("r")
+    browser.run(_TO_TIME, 14.0)
+    time.sleep(1.0)
+    _keep(browser, HERE / "walking_3d.png")
     browser.driver.quit()
 
 
@@ -111,17 +106,13 @@ _TO_TIME = """
 
 
 def _team(browser: Browser, folder: Path) -> None:
-    """Beliefs and sight, and a team in which some take two ticks a step and follow a plan."""
+    """Beliefs and sight, and two robots that follow a joint plan."""
     replay, page = _run("case_study_3_beliefs", folder)
     tick = _first(replay, StoryKind.RESOLVED)
     _shoot(browser, page, tick, HERE / "beliefs.png")
-    shading = shading_of(replay, "digit", tick)
-    (HERE / "beliefs.svg").write_text(svg_of(replay.at(tick), Options(shading=shading)))
     replay, _ = _run("corridor_swap", folder)
     aside = replay.at(_first(replay, StoryKind.PLAN) + 6)
     (HERE / "joint_plan.svg").write_text(svg_of(aside))
-    replay, page = _run("team_of_six", folder)
-    _shoot(browser, page, _first(replay, StoryKind.PLAN) + 4, HERE / "giving_way.png")
 
 
 def _studio(browser: Browser) -> None:

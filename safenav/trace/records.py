@@ -206,8 +206,7 @@ class ActionEnd(Record, frozen=True, tag="acted"):
 
 
 class Held(Record, frozen=True, tag="hold"):
-    """Live: a robot stays where it is, from now on for another reason (``held``: others go first,
-    or no step is permitted now)."""
+    """Live: a robot stays where it is, from now on for another reason."""
 
     robot: str
     why: vocabulary.HoldReason
@@ -226,7 +225,7 @@ class Late(Note, frozen=True, tag="late"):
 
 
 class Reopened(Record, frozen=True, tag="reopened"):
-    """An obstacle that was given up (``blocked``) is pending again: it may be resolvable now."""
+    """An obstacle that was given up (``blocked``) is pending again."""
 
     obstacle: str
 
@@ -267,8 +266,8 @@ class ObstacleChange(Record, frozen=True):
 
 
 class Appeared(ObstacleChange, frozen=True, tag="appeared"):
-    """An obstacle is there from now on. ``cause``: ``user`` for a change of a running world,
-    ``battery`` for an empty one, ``world`` if a sensor shows a resolved one again."""
+    """An obstacle is there from now on. ``cause``: ``user``, ``battery`` for an empty one,
+    ``world`` if a sensor shows a resolved one again."""
 
 
 class Ordered(ObstacleChange, frozen=True, tag="order"):
@@ -289,8 +288,8 @@ class Truth(Record, frozen=True, tag="truth"):
 
 
 class NewObjective(Record, frozen=True, tag="objective"):
-    """A robot has another objective of its own from now on; its rounds restart. ``at_once``: it
-    is in force; else the robot waits or helps, and gets it when that ends."""
+    """A robot has another objective of its own from now on; its rounds restart. ``at_once``: unless
+    the robot waits or helps, and gets it when that ends."""
 
     robot: str
     objective: Objective
@@ -317,8 +316,8 @@ class Service(Record, frozen=True, tag="service"):
 
 
 class Violation(Record, frozen=True, tag="violation"):
-    """The robot would have entered ``proposed`` (``at``: it must not pass the obstacle in its own
-    region); ``action`` is that of the obstacle's next need."""
+    """The robot would have entered ``proposed`` (``at``: the obstacle is in its own region);
+    ``action`` is that of the obstacle's next need."""
 
     robot: str
     at: Region
@@ -408,8 +407,7 @@ class Resolved(Record, frozen=True, tag="resolved"):
 
 class KnownObstacle(Record, frozen=True, tag="blocked"):
     """An obstacle became permanent for ``robots``. ``proof``: that it can never be resolved;
-    ``because``: the missing capability, in words; ``for_now``: the scenario changes something
-    later, or lets it disappear."""
+    ``because``: the missing capability; ``for_now``: the scenario changes something later."""
 
     obstacle: str
     robots: frozenset[str]
@@ -420,8 +418,8 @@ class KnownObstacle(Record, frozen=True, tag="blocked"):
 
 
 class Goal(Record, frozen=True, tag="goal"):
-    """An objective made progress. ``goal``: index of the target in it; ``round``: completed rounds
-    after it, since the count restarted."""
+    """An objective made progress. ``goal``: index of the target in it; ``round``: completed
+    rounds."""
 
     robot: str
     goal: Count
@@ -430,8 +428,8 @@ class Goal(Record, frozen=True, tag="goal"):
 
 
 class Belief(Note, frozen=True, tag="belief"):
-    """``robot`` sees ``of`` in the only one of ``regions``, or believes it to be in any. Written
-    after its move if that has changed."""
+    """``robot`` sees ``of`` in the only one of ``regions``, or believes it to be in any, from now
+    on."""
 
     robot: str
     of: str
