@@ -155,7 +155,7 @@ class Ledger(Struct):
                 self.resolved.append(event.obstacle)
             case records.KnownObstacle():
                 self.blocked.append(event.obstacle)
-            case records.Request(helper=str() as helper):
+            case records.Request(helpers=(helper, *_)):
                 self.helpers[event.obstacle] = helper
             case records.End():
                 self.outcome = event.outcome

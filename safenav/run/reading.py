@@ -268,7 +268,7 @@ class RunReader:
                 if OPERATOR_ACTION in run.hidden[name].actions:  # a failure
                     self._status(line.tick, name, ObstacleStatus.HIDDEN)
             case records.Request():
-                helpers = _helpers(line)
+                helpers = line.helpers
                 if helpers:
                     self._status(line.tick, line.obstacle, ObstacleStatus.REQUESTED)
                 else:  # perhaps an order
@@ -349,7 +349,7 @@ class RunReader:
         self.run.events[-1] = replace(self.run.events[-1], **changes)
 
     def _stacked(self, line: records.Push | records.Pop) -> None:
-        run, rows, helpers = self.run, [*self.run.stack.now], _helpers(line)
+        run, rows, helpers = self.run, [*self.run.stack.now], line.helpers
         for name, objective in line.objectives.items():
             self._set_objective(line.tick, name, objective)
         mine = [n for n in (line.requester, *helpers) if n is not None and n in line.objectives]
@@ -453,7 +453,3 @@ def _track(name: str, robot: setting.RobotHeader) -> RobotTrack:
     pose = ([robot.start], [facing(robot.heading)])
     can = tuple(sorted(robot.capabilities))
     return RobotTrack(name, robot.model, robot.layer, can, *pose, robot.vision)
-
-
-def _helpers(line: records.Request | records.Push | records.Pop) -> tuple[str, ...]:
-    return line.helpers or ((line.helper,) if line.helper else ())

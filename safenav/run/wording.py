@@ -276,8 +276,7 @@ class Wording(Struct, frozen=True):
         return f"{self.robot(line.robot)} holds {self._at(line.region)}"
 
     def _request(self, line: records.Request) -> str:
-        helpers = line.helpers or ((line.helper,) if line.helper else ())
-        about = self.obstacle(line.obstacle)
+        helpers, about = line.helpers, self.obstacle(line.obstacle)
         if line.need is not None:
             about += f" (need {line.need + 1})"
         live = self._is_live(line)  # a bid counts ticks of the slowest step, whatever its seconds

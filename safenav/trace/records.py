@@ -337,18 +337,16 @@ class Backtrack(Note, frozen=True, tag="backtrack"):
 
 class Request(Record, frozen=True, tag="request"):
     """A request for help. ``bids``: robots with the action -> ticks until they can be there (null:
-    they cannot get there); ``helper``: null if none, or the requester itself; ``helpers``: all, if
-    there are several; ``regions``: where the action can be performed; ``need``: its number, from 0,
-    if the obstacle has several; ``because``: in words, why no robot helps, or not the nearest one.
-    No ``requester``: it is an order. ``aside``: no joint state serves it; its obstacle is a wall
-    until something changes."""
+    they cannot get there); ``helpers``: perhaps the requester itself; ``regions``: where the action
+    can be performed; ``need``: its number, from 0, if the obstacle has several; ``because``: in
+    words, why no robot helps, or not the nearest one. No ``requester``: it is an order. ``aside``:
+    no joint state serves it; its obstacle is a wall until something changes."""
 
     obstacle: str
     requester: str | None
     bids: Mapping[str, Count | None]
-    helper: str | None
+    helpers: tuple[str, ...]
     regions: tuple[Region, ...]
-    helpers: tuple[str, ...] | None = None
     need: Count | None = None
     because: str | None = None
     aside: bool | None = None
@@ -361,8 +359,7 @@ class StackEntry(Record, frozen=True):
     objectives: Mapping[str, Objective]
     obstacle: str
     requester: str | None
-    helper: str | None
-    helpers: tuple[str, ...] | None = None
+    helpers: tuple[str, ...]
 
 
 class Push(StackEntry, frozen=True, tag="push"):

@@ -176,14 +176,13 @@ class Script:
         self, requester: str | None, what: str, bids: Mapping[str, int | None], helper: str | None
     ) -> Self:
         at = self.obstacles[what]["resolution_regions"]
-        return self.add(
-            "request", obstacle=what, requester=requester, bids=bids, helper=helper, regions=at
-        )
+        why = {"obstacle": what, "requester": requester, "helpers": [helper] if helper else []}
+        return self.add("request", **why, bids=bids, regions=at)
 
     def push(
         self, requester: str | None, what: str | None, helper: str | None, **changed: Line
     ) -> Self:
-        why = {"obstacle": what, "requester": requester, "helper": helper}
+        why = {"obstacle": what, "requester": requester, "helpers": [helper] if helper else []}
         self.stack.append((why, dict(self.objectives)))
         self.objectives |= changed
         return self.add("push", depth=len(self.stack), objectives=self.objectives, **why)

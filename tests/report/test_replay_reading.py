@@ -50,7 +50,7 @@ def test_a_request_leaves_the_stack_wherever_it_stands_in_it(tmp_path: Path) -> 
     lines = made_traces.chain()
     pushes = [line for line in lines if line["type"] == "push"]
     pops = [line for line in lines if line["type"] == "pop"]
-    keys = ("obstacle", "requester", "helper")
+    keys = ("obstacle", "requester", "helpers")
     for pop, push in zip(pops, pushes, strict=True):
         pop.update({key: push[key] for key in keys})
     replay = read_run(made_traces.write(lines, tmp_path / "t.jsonl"))

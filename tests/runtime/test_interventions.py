@@ -121,7 +121,7 @@ def test_a_robot_out_of_service_is_replaced_or_an_operator_is_needed(
     run = play(text.replace("{ticks: 500}", "{ticks: 120}") + changes(told))
     assert run.outcome["outcome"] == ("operator_needed" if says else "completed")
     assert says in run.outcome["explanation"]
-    asked = {line["helper"] for line in run.all("request")} - {None}
+    asked = {name for line in run.all("request") for name in line["helpers"][:1]}
     assert len(asked) == helpers
 
 

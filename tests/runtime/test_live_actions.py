@@ -47,7 +47,7 @@ def test_after_two_failed_actions_another_robot_helps(unasked: bool) -> None:
 
     run = completed(DEBRIS, world=Jammed)
     assert len(run.all("acted", robot="b")) == 2
-    assert run.one("request", helper="a")["because"] == "b has failed"
+    assert run.one("request", helpers=["a"])["because"] == "b has failed"
     assert run.one("resolved")["robot"] == "a"
 
 

@@ -436,9 +436,8 @@ class Recorder:
             self._name(k),
             self._robot(asked[-1][0]) if asked else None,
             bids,
-            helpers[0] if helpers else None,
+            helpers,
             self.team.obstacles[k].source.resolution_regions(self.team.world, number),
-            helpers=helpers if len(helpers) > 1 else None,
             need=number if len(self.team.obstacles[k].needs) > 1 else None,
             because=because,
             aside=True if aside else None,
@@ -479,15 +478,14 @@ class Recorder:
 
     def _entry(self, kind: type, entry: Entry, objectives: list[Objective]) -> None:
         k, who, helpers = entry
-        several = helpers if len(helpers) > 1 else None
         self.told = list(objectives)
         about = (
             {self._robot(i): objective for i, objective in enumerate(objectives)},
             self._name(k),
             None if who is None else self._robot(who),
-            helpers[0] if helpers else None,
+            helpers,
         )
-        self.emit(kind(self.tick, len(self.stack), *about, helpers=several))
+        self.emit(kind(self.tick, len(self.stack), *about))
 
     # Plans.
 
