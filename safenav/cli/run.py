@@ -12,7 +12,7 @@ import click
 from msgspec.structs import replace
 
 from safenav.cli import options, warn
-from safenav.cli.session import Files, MakeMission, attendant, carried_out, limited
+from safenav.cli.session import Files, attendant, carried_out, limited
 from safenav.errors import ExitCode, UsageError
 from safenav.outfile import write_out
 from safenav.report.terminal.layout import WaitingLine
@@ -84,28 +84,31 @@ def run(
     plan = load_scenario(scenario)
     for note in plan.map.notes:
         warn(note)
-    plan = plan if seed is None else replace(plan, seed=seed)
     plan = plan if clock is None else replace(plan, clock=Clock(clock))
-    plan = limited(plan, max_ticks, time_limit)
-    _check_movable(plan, motion)
-    operator = attendant(operator, plan, as_json)
-    files = Files(scenario, trace, html, motion, as_json, maps)
-    make = _simulated(attended=operator is not None)
-    return carried_out(plan, make, files, operator, motion=_write_motion)
+    plan = limited(plan, max_ticks, time_limit, seed)
+    return _simulated(plan, Files(scenario, trace, html, motion, as_json, maps), operator)
 
 
-def _simulated(*, attended: bool, begun: Resumption | None = None) -> MakeMission:
-    """Return a function that makes missions in the scenario's own world. ``begun``: the run that
-    they continue."""
-    return lambda plan, listeners: Mission(
-        plan,
-        default_synthesizer(plan),
-        listeners=listeners,
-        progress=WaitingLine(),
-        attended=attended,
-        begun=begun,
-        checkpoints=True,
-    )
+def _simulated(
+    plan: Scenario, files: Files, operator: str | None, begun: Resumption | None = None
+) -> int:
+    """Run a scenario in its own world; return the exit code. ``begun``: the run that it
+    continues."""
+    _check_movable(plan, files.motion)
+    operator = attendant(operator, plan, files.as_json)
+
+    def make(plan: Scenario, listeners: list[Listener]) -> Mission:
+        return Mission(
+            plan,
+            default_synthesizer(plan),
+            listeners=listeners,
+            progress=WaitingLine(),
+            attended=operator is not None,
+            begun=begun,
+            checkpoints=True,
+        )
+
+    return carried_out(plan, make, files, operator, motion=_write_motion, advice=begun is None)
 
 
 def _check_movable(plan: Scenario, motion: Path | None) -> None:
@@ -174,14 +177,9 @@ def resume(
         raise UsageError(f"{trace}: real robots have run it; safenav drive --resume continues it")
     plan = scenario_of(before)
     live = Clock.LIVE if before.header.clock is not None else Clock.LOCKSTEP
-    plan = limited(replace(plan, clock=live), max_ticks, time_limit)
-    plan = plan if seed is None else replace(plan, seed=seed)
-    begun = resumption(before, plan)
-    _check_movable(plan, motion)
-    operator = attendant(operator, plan, as_json)
+    plan = limited(replace(plan, clock=live), max_ticks, time_limit, seed)
     files = Files(trace, own, html, motion, as_json, maps)
-    make = _simulated(attended=operator is not None, begun=begun)
-    return carried_out(plan, make, files, operator, motion=_write_motion, advice=False)
+    return _simulated(plan, files, operator, resumption(before, plan))
 
 
 DRIVE_EPILOG = """\b

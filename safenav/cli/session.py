@@ -62,12 +62,14 @@ class Files(Struct, frozen=True):
     maps: bool = True
 
 
-def limited(plan: Scenario, ticks: int | None, seconds: float | None) -> Scenario:
-    """Return the scenario with the limits of the command line."""
-    limits = plan.limits
-    ticks = limits.ticks if ticks is None else ticks
-    seconds = limits.seconds if seconds is None else seconds
-    return replace(plan, limits=replace(limits, ticks=ticks, seconds=seconds))
+def limited(
+    plan: Scenario, ticks: int | None, seconds: float | None, seed: int | None = None
+) -> Scenario:
+    """Return the scenario with the limits and the seed of the command line."""
+    given = {"ticks": ticks, "seconds": seconds}
+    limits = {name: value for name, value in given.items() if value is not None}
+    plan = replace(plan, limits=replace(plan.limits, **limits))
+    return plan if seed is None else replace(plan, seed=seed)
 
 
 def attendant(given: str | None, plan: Scenario, as_json: bool) -> str | None:

@@ -20,7 +20,7 @@ from safenav.explain.explanation import NoStrategyCause, Repair, RepairKind, Rep
 from safenav.scenario.model import Obstacle, ObstacleType, Robot, Scenario
 from safenav.scenario.objective import Ltl, Objective, Word, written
 from safenav.scenario.reachability import Reachability
-from safenav.scenario.reading.compatibility import conflicts
+from safenav.scenario.reading.loader import conflicts
 from safenav.scenario.yaml.document import flow
 from safenav.spec.objective import NO_MEMORY
 from safenav.spec.task import Task

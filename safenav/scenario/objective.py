@@ -463,10 +463,8 @@ def written(objective: Objective, word: Word = number_word) -> str:
 
     if isinstance(objective, Ltl):
         return json.dumps(to_data(replace(objective, inputs=())))  # the formulas name their inputs
-    listed = [target(regions) for regions in objective.targets]
-    rules = {
-        "form": "literal" if objective.literal else None,
-        "avoid": [word(region) for region in sorted(objective.avoid)] or None,
-        "always": json.dumps(objective.always) if objective.always else None,
-    }
-    return flow({objective.kind: listed[0] if objective.one else listed, **rules})
+    listed, data = [target(regions) for regions in objective.targets], to_data(objective)
+    data[objective.kind] = listed[0] if objective.one else listed
+    data["avoid"] = [word(region) for region in sorted(objective.avoid)] or None
+    data["always"] = json.dumps(objective.always) if objective.always else None
+    return flow(data)

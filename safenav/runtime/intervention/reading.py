@@ -16,8 +16,8 @@ from safenav.errors import UsageError
 from safenav.runtime.intervention import kinds
 from safenav.scenario.model import Scenario, name_parts
 from safenav.scenario.objective import USAGE
-from safenav.scenario.reading.compatibility import check_assignable
 from safenav.scenario.reading.events import read_changes
+from safenav.scenario.reading.loader import check_assignable
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.settings import Coordination
 from safenav.scenario.yaml.document import DocumentError, Node, read_document

@@ -35,7 +35,7 @@ from safenav.runtime.worlds.live_simulation import LiveSimulation
 from safenav.runtime.worlds.protocol import BlockingWorld
 from safenav.runtime.worlds.truth import SimulatedWorld
 from safenav.scenario.model import Scenario
-from safenav.scenario.reading.compatibility import unsafe_live, unsafe_lockstep
+from safenav.scenario.reading.loader import unsafe_live, unsafe_lockstep
 from safenav.scenario.settings import Clock
 from safenav.solve.reasons import Shortfall
 from safenav.synthesis.binary import Binary

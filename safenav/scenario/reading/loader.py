@@ -6,7 +6,8 @@ items of the format; docs/scenario.md is its reference.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from itertools import repeat
 from pathlib import Path
 
 from msgspec import Struct
@@ -14,28 +15,16 @@ from msgspec import Struct
 from safenav.errors import Diagnostic, InputError
 from safenav.lines import printable
 from safenav.scenario import language
-from safenav.scenario.model import Catalogue, ObstacleType, Scenario
-from safenav.scenario.reading.catalogue import (
-    built_in,
-    read_catalogue_file,
-    resolve_catalogue,
-    type_named,
-)
-from safenav.scenario.reading.compatibility import check_assignable, check_deadlines
-from safenav.scenario.reading.events import (
-    resolve_changes,
-    resolve_expect,
-    resolve_inputs,
-    resolve_obstacles,
-    resolve_orders,
-    resolve_requirements,
-)
+from safenav.scenario.model import Catalogue, ObstacleType, Robot, Scenario
+from safenav.scenario.objective import Ltl, kinds_that, one_of
+from safenav.scenario.reachability import Reachability
+from safenav.scenario.reading import catalogue, events
 from safenav.scenario.reading.map import resolve_map
 from safenav.scenario.reading.regions import Reading, resolve_areas, resolve_exclusions
 from safenav.scenario.reading.robots import resolve_robots
-from safenav.scenario.settings import Coordination
+from safenav.scenario.settings import Clock, Coordination, RobotChange
 from safenav.scenario.yaml import document
-from safenav.scenario.yaml.document import Node, entries_of, items_of
+from safenav.scenario.yaml.document import Mapping, Node, below, entries_of, items_of
 from safenav.scenario.yaml.findings import Findings, ReadableFolder
 from safenav.scenario.yaml.source import parsed, read_source
 from safenav.scenario.yaml.typed import entries, read
@@ -102,7 +91,7 @@ def load_draft(
 ) -> Draft:
     """Return the scenario in a text that is still being edited. Raises nothing."""
     reading = Reading(file, reach, reachable=reachable)
-    reading.catalogue = built_in()
+    reading.catalogue = catalogue.built_in()
     root = parsed(text, reading)
     scenario = None if root is None else _scenario(root, reading)
     try:
@@ -125,8 +114,10 @@ def load_catalogue(path: Path) -> Catalogue:
     keys = {key.text for key, _ in entries_of(root)}
     if not keys or not keys.issubset(entries(language.CatalogueKeys)):
         return load_scenario_text(text, str(path)).catalogue
-    reading.catalogue = built_in()
-    resolve_catalogue(read(language.CatalogueKeys, root, "catalogue", reading), reading, str(path))
+    reading.catalogue = catalogue.built_in()
+    catalogue.resolve_catalogue(
+        read(language.CatalogueKeys, root, "catalogue", reading), reading, str(path)
+    )
     reading.raise_if_any()
     return reading.catalogue
 
@@ -141,7 +132,7 @@ def schema_text() -> str:
 
 def _scenario(root: Node, reading: Reading) -> Scenario | None:
     """Return the scenario, which is valid only if nothing was reported."""
-    reading.catalogue = built_in()
+    reading.catalogue = catalogue.built_in()
     item: language.ScenarioKeys | None = read(language.ScenarioKeys, root, "the scenario", reading)
     if item is None:
         return None
@@ -155,25 +146,25 @@ def _scenario(root: Node, reading: Reading) -> Scenario | None:
     _resolve_catalogue(item, reading)
     types_known = len(reading) == before and not _flawed(item.catalogue)
     reading.inputs = tuple(key.text for key, _ in entries_of(item.at("inputs")))
-    inputs = resolve_inputs(item.inputs or {}, reading)
+    inputs = events.resolve_inputs(item.inputs or {}, reading)
     if item.robots == {} and not reading.named:
         reading.add(item.at("robots"), "there are no robots", "a scenario has at least one")
     reading.team = resolve_robots(item.robots or {}, reading)
     before = len(reading)
     obstacles = (
-        *resolve_obstacles(item.obstacles, reading),
-        *resolve_orders(item.orders, reading),
+        *events.resolve_obstacles(item.obstacles, reading),
+        *events.resolve_orders(item.orders, reading),
     )
     known = types_known and reading.robots_known and reading.world is not None
     if known and len(reading) == before and _all_given(item):
         reading.obstacles = obstacles
-    changes = resolve_changes(item.changes, reading)
+    changes = events.resolve_changes(item.changes, reading)
     reading.flat = _flat(item, reading)
     if item.coordination is Coordination.ASSIGNABLE:
         check_assignable(reading.team, changes, item.at("coordination"), reading)
     never_together = resolve_exclusions(item.never_together, reading)
-    expect = resolve_expect(item.expect, reading)
-    requirements = resolve_requirements(item.requirements, reading)
+    expect = events.resolve_expect(item.expect, reading)
+    requirements = events.resolve_requirements(item.requirements, reading)
     chargers = [reading.regions(place) or frozenset() for place in item.chargers or ()]
     if reading.world is None:
         return None
@@ -222,14 +213,129 @@ def _flawed(part: language.CatalogueKeys | str | None) -> bool:
 def _resolve_catalogue(item: language.ScenarioKeys, reading: Reading) -> None:
     if isinstance(item.catalogue, str):
         path = reading.folder / item.catalogue
-        read_catalogue_file(path, reading, str(path), item.at("catalogue"))
+        catalogue.read_catalogue_file(path, reading, str(path), item.at("catalogue"))
     elif item.at("catalogue") is not None:
-        resolve_catalogue(item.catalogue, reading, reading.file)
+        catalogue.resolve_catalogue(item.catalogue, reading, reading.file)
 
 
 def _flat(item: language.ScenarioKeys, reading: Reading) -> ObstacleType | None:
-    kind = type_named(item.flat, item.named("flat"), reading)
+    kind = catalogue.type_named(item.flat, item.named("flat"), reading)
     if kind is not None and kind.blocks != frozenset():
         found = f"'flat': a {kind.name} appears where a robot stands, and it stops some"
         reading.add(item.at("flat"), found, f"give {kind.name} 'blocks: []'")
     return kind
+
+
+_ASSIGNABLE = "'coordination: assignable' cannot"
+_RESYNTHESIS = "use 'coordination: resynthesis'"
+
+
+def conflicts(scenario: Scenario) -> tuple[Diagnostic, ...]:
+    """Return the errors of a scenario that may differ from its file, without places."""
+    findings = Findings(scenario.source)
+    for robot in scenario.robots:
+        for each in scenario.obstacles:
+            if each.shuts_in(robot):
+                findings.add(None, f"{each.name} is where {robot.name} starts, and blocks it")
+        if robot.start.region in robot.objective.avoid:
+            findings.add(None, f"'avoid' of {robot.name}: it starts in a region of these")
+    if scenario.coordination is Coordination.ASSIGNABLE:
+        check_assignable(scenario.robots, scenario.changes, None, findings)
+    check_deadlines(scenario, None, findings)
+    return findings.diagnostics
+
+
+def check_assignable(
+    team: Sequence[Robot], changes: Sequence[RobotChange], node: Node | None, findings: Findings
+) -> None:
+    """Report settings that 'coordination: assignable' (at ``node``) cannot keep: a goal assigned at
+    runtime may lie beyond a target, or be one."""
+    for robot in team:
+        if robot.while_waiting is not None:
+            found = f"{_ASSIGNABLE} keep 'while_waiting' of {robot.name}"
+            findings.add(node, found, f"leave out the key, or {_RESYNTHESIS}")
+        if isinstance(robot.objective, Ltl) and robot.objective.inputs:
+            found = f"{_ASSIGNABLE} use inputs in 'ltl' of {robot.name}"
+            findings.add(node, found, _RESYNTHESIS)
+    given = [(robot.name, robot.objective) for robot in team]
+    given += [(robot.name, objective) for robot in team for _, objective in robot.when]
+    given += [(change.robot, change.objective) for change in changes if change.objective]
+    for name in dict.fromkeys(n for n, o in given if o.literal):
+        found = f"{_ASSIGNABLE} keep 'form: literal' of {name}"
+        findings.add(node, found, f"leave out the form, or {_RESYNTHESIS}")
+
+
+def check_deadlines(scenario: Scenario, item: Mapping | None, findings: Findings) -> None:
+    """Report deadlines and batteries that no run supports, and deadlines that no run can
+    meet. The scenario has no other error."""
+
+    def report(found: str, hint: str, *keys: str) -> None:
+        findings.add(below(item, *keys) or below(item, keys[0]) or item, found, hint)
+
+    if scenario.clock is Clock.LIVE and scenario.sets_deadlines:
+        found = "'clock: live' with deadlines in ticks: a tick has no length there"
+        hint = f"use 'clock: lockstep', or {in_seconds(scenario)}"
+        report(found, hint, "clock")
+    for robot in (each for each in scenario.robots if each.model.battery is not None):
+        pursued = (robot.objective, robot.while_waiting, *(each for _, each in robot.when))
+        if not all(objective is None or objective.ordered() for objective in pursued):
+            found = f"{robot.name} has a battery, and an objective without an order of its targets"
+            hint = f"use {one_of(kinds_that(lambda kind: kind.ordered()), chr(39))}"
+            report(found, hint, "robots", robot.name)
+        if scenario.coordination is Coordination.ASSIGNABLE:
+            found = f"{robot.name} has a battery, which 'coordination: assignable' does not support"
+            report(found, "use 'resynthesis'", "coordination")
+        if not scenario.chargers:
+            if scenario.flat is None and (item is None or item.get("chargers") is None):
+                found = f"{robot.name} has a battery, and the scenario has no charger"
+                report(found, "list 'chargers', or set 'flat'", "robots", robot.name)
+            continue
+        reach = Reachability(robot.model.mobility, robot.start, scenario.map)
+        if not reach.reaches(scenario.chargers):
+            found = f"{robot.name} has a battery and reaches no charger"
+            report(found, "place a charger in a region that it can reach", "chargers")
+    items = (*items_of(below(item, "obstacles")), *items_of(below(item, "orders")))
+    listed = [*zip(scenario.obstacles, items or repeat(item), strict=False)]
+    for obstacle, node in listed:
+        limit = scenario.limit_of(obstacle)
+        for number, need in enumerate(obstacle.needs if limit is not None else ()):
+            actions = obstacle.type.actions(number)
+            able = sum(actions <= robot.capabilities for robot in scenario.robots)
+            if able < need.robots:
+                found = f"{obstacle.name} must be resolved within {limit} ticks, but "
+                found += f"{able or 'no'} robot{'s' * (able > 1)} can '{need.action}'"
+                where = below(node, "resolve_within") or node
+                findings.add(where, found, "leave out 'resolve_within'")
+                break
+
+
+def unsafe_live(scenario: Scenario) -> str | None:
+    """Return why a scenario cannot run live: a deadline in ticks; None if it can."""
+    if scenario.sets_deadlines:
+        return (
+            "a live run cannot keep deadlines in ticks: a tick has no length there; use "
+            f"'clock: lockstep', or {in_seconds(scenario)}"
+        )
+    return None
+
+
+def unsafe_lockstep(scenario: Scenario) -> str | None:
+    """Return why a scenario cannot run in lockstep: a charge per second; None if it can."""
+    for robot in scenario.robots:
+        battery = robot.model.battery
+        if battery is not None and battery.stay != int(battery.stay):
+            return (
+                f"'stay: {battery.stay:g}' of {robot.name} is a charge per second: use "
+                "'clock: live', or a whole number per tick"
+            )
+    return None
+
+
+def in_seconds(scenario: Scenario) -> str:
+    """Suggest a deadline in seconds: ``require seconds of the motion: ...``, or a limit."""
+    due = [o.name for o in scenario.obstacles if scenario.limit_of(o) is not None]
+    if not due and scenario.until.by is not None:
+        return "end the run by 'limits: {seconds: 60}'"
+    name = due[0] if due else "door@47"
+    requirement = f"always(requested_{name} -> eventually[0,60] resolved_{name})"
+    return f"require seconds of the motion: 'requirements: [\"{requirement}\"]'"
