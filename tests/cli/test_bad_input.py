@@ -22,16 +22,7 @@ def fake(tmp_path: Path, script: str) -> Path:
 @pytest.mark.parametrize(
     "arguments",
     [
-        ("run", "nowhere.yaml"),
-        ("run",),
-        ("run", HELLO, "--max-ticks", "0"),
-        ("run", HELLO, "--sede", "1"),
-        ("run", HELLO, "--time-limit", "nan"),
-        ("run", HELLO, "--clock", "live", "--operator", "nowhere.txt"),
         ("run", HELLO, "--clock", "live", "--operator", sys.executable),
-        ("run", HELLO, "--live", "--json"),
-        ("fly", HELLO),
-        ("synth", HELLO, "--robot", "nobody"),
         ("synth", HELLO, "-o", "/dev/null/out"),
         ("new", "s.yaml", "--map", LONG),
         ("batch", HELLO, "-o", LONG),

@@ -1,10 +1,8 @@
 """Vacuous wins: the robot forces the environment into a dead end, or out of its fairness."""
 
 import json
-from itertools import pairwise
 from pathlib import Path
 
-import networkx
 import pytest
 
 from explain.conftest import Invoke
@@ -13,12 +11,9 @@ from safenav.cli.check import check
 from safenav.cli.run import run
 from safenav.cli.synth import synth
 from safenav.explain.vacuity import Cause, can_force, vacuities, vacuous_wins
-from safenav.formula.evaluator import evaluate
-from safenav.formula.parser import parse
 from safenav.runtime.run.mission import default_synthesizer, first_results
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.spec.parsing import read_specification
-from safenav.spec.specification import Section
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.strategy import Strategy
 from safenav.verify.verification import first_failure
@@ -84,36 +79,6 @@ def test_a_robot_cannot_force_others_that_it_does_not_track() -> None:
         assert strategy is not None
         assert vacuities(strategy) == ()
         assert can_force(strategy.specification, synthesizer) is None
-
-
-def _fair_nodes(strategy: Strategy) -> set[int]:
-    """The nodes from which the others can meet all assumptions for ever, worked out anew."""
-    fair = [parse(c.formula) for c in strategy.specification.section(Section.ENV_LIVENESS)]
-    graph = networkx.DiGraph(
-        (a, b) for a, targets in enumerate(strategy.transitions) for b in targets
-    )
-    good: set[int] = set()
-    for part in networkx.strongly_connected_components(graph):
-        inside = [(strategy.values(a), strategy.values(b)) for a, b in graph.subgraph(part).edges]
-        if inside and all(any(evaluate(f, a, b) for a, b in inside) for f in fair):
-            good |= part
-    return {n for n in graph if n in good or networkx.descendants(graph, n) & good}
-
-
-@pytest.mark.parametrize("tracks", ["[]", "[other]"])
-def test_vacuities_are_exactly_the_nodes_where_the_automaton_breaks_fairness(tracks: str) -> None:
-    scenario = load_scenario_text(ALLEY.format(tracks=tracks))
-    answer = first_results(scenario, default_synthesizer(scenario), names=["hunter"])["hunter"]
-    strategy = answer.result.strategy
-    assert strategy is not None
-    hopeless = set(range(len(strategy.states))) - _fair_nodes(strategy)
-    found = vacuities(strategy)
-    assert bool(found) == bool(hopeless)
-    for vacuity in found:
-        assert vacuity.nodes == len(hopeless)
-        assert vacuity.path[0] in strategy.initial()
-        assert all(b in strategy.transitions[a] for a, b in pairwise(vacuity.path))
-        assert [node in hopeless for node in vacuity.path].index(True) == len(vacuity.path) - 1
 
 
 def test_commands_warn_and_strict_commands_refuse(tmp_path: Path, invoke: Invoke) -> None:

@@ -47,10 +47,6 @@ open' -> region' = 3
 region = 0
 """
 
-HOPELESS = DOOR.replace("open' -> region' = 3", "open' -> region' = 3 & request'").replace(
-    "[SYS_LIVENESS]", "[SYS_LIVENESS]\n# robots.porter.objective: always open\nopen"
-)
-
 
 def test_assumptions_that_cannot_hold_are_reported(tmp_path: Path, invoke: Invoke) -> None:
     text, automaton = _written(tmp_path, DOOR.replace("!request\n\n", "!request\nrequest\n\n"))
@@ -65,13 +61,10 @@ def door(tmp_path: Path) -> tuple[Path, Path]:
     return _written(tmp_path, DOOR)
 
 
-def _written(folder: Path, text: str, counter: bool = False) -> tuple[Path, Path]:
+def _written(folder: Path, text: str) -> tuple[Path, Path]:
     spec, strategy = folder / "spec.structuredslugs", folder / "strategy.json"
     spec.write_text(text)
-    synthesizer = Synthesizer()
-    parsed = read_specification(text)
-    ask = synthesizer.counterstrategy if counter else synthesizer.synthesize
-    data = ask(parsed).strategy_json
+    data = Synthesizer().synthesize(read_specification(text)).strategy_json
     assert data is not None
     strategy.write_bytes(data)
     return spec, strategy
@@ -96,22 +89,6 @@ def _loop(document: dict[str, Any]) -> None:
     """Every node is its own only successor."""
     for number, node in document["nodes"].items():
         node["trans"] = [int(number)]
-
-
-def test_a_strategy_of_slugs_is_accepted(door: tuple[Path, Path], invoke: Invoke) -> None:
-    answer = invoke(command, *door)
-    assert answer.status == 0
-    assert answer.output.startswith("correct:")
-
-
-def test_a_counterstrategy_of_slugs_is_accepted(tmp_path: Path, invoke: Invoke) -> None:
-    answer = invoke(command, *_written(tmp_path, HOPELESS, counter=True), "--counterstrategy")
-    assert answer.status == 0
-    assert "the environment wins" in answer.output
-
-
-def test_a_strategy_is_not_a_counterstrategy(door: tuple[Path, Path], invoke: Invoke) -> None:
-    assert invoke(command, *door, "--counterstrategy").status == 1
 
 
 def test_a_broken_guarantee_is_reported_with_origin_and_path(

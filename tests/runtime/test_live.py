@@ -267,25 +267,6 @@ def gone(world: Faulty, event: Arrived) -> Sequence[WorldEvent]:
     return [Lost(event.at, "a", regions, command=event.command)]
 
 
-def test_a_region_where_a_robot_may_be_lost_is_closed_also_where_another_is() -> None:
-    """That may leave it, but does not enter it again. The report itself is a collision."""
-
-    def beside(world: Faulty, event: Arrived) -> Sequence[WorldEvent]:
-        return [Lost(event.at, "a", frozenset({world._poses["b"].region}), command=event.command)]
-
-    text = RING.replace("[3, 1], [3, 5]", "[3, 5], [2, 5], [3, 5]").replace(
-        "[3, 5], obj", "[2, 5], obj"
-    )
-    run = play_faulty(nth(1, beside), text)
-    lost = run.one("arrive", result="lost")
-    (region,) = lost["regions"]
-    after = Run(run.records[run.records.index(lost) :])
-    assert after.one("violation", robot="a")["obstacle"] == f"lost_a@{region}"
-    assert not after.all("depart", to=region)
-    assert run.outcome["outcome"] == "operator_needed"
-    assert "collision" in run.broken
-
-
 @pytest.mark.parametrize(
     ("extra", "closed"),
     [("never_together: [{robots: [a, b, q], in: [[2, 1], [2, 5]]}]\n", True), ("", False)],
@@ -310,20 +291,6 @@ def test_no_robot_enters_a_region_where_another_may_be_lost_below_a_drone(
     assert "lost_a@11" in names
     assert not run.all("depart", robot="b", to=11)
     assert not closed or not {"collision"} & {*run.broken}
-
-
-def test_a_report_counts_before_the_turn_of_its_robot() -> None:
-    """Robot a, whose turn is before that of b, was sent to where b had just been lost."""
-    ahead = frozenset({10})
-
-    def lost(_: Faulty, event: WorldEvent) -> Sequence[WorldEvent]:
-        if isinstance(event, Arrived) and event.robot == "b":
-            return [Lost(event.at, "b", ahead, command=event.command)]
-        return [event]
-
-    run = play_faulty(lost)
-    assert run.one("arrive", result="lost")["t"] == run.one("arrive", at=9)["t"]
-    assert not run.all("depart", to=10) and "collision" not in run.broken
 
 
 def test_a_robot_that_may_be_in_a_zone_closes_it_to_those_never_together_with_it() -> None:
@@ -443,16 +410,3 @@ def test_robots_without_a_command_fulfil_no_need() -> None:
     text = text.replace("[[1, 5], [1, 1]]", "[[1, 3], [1, 1]]")
     run = completed(text, world=Distant)
     assert not run.all("met") and not run.all("act")
-
-
-def test_a_robot_may_be_lost_where_it_could_not_step() -> None:
-    """With a heading it does not turn round, and proposes no step into a region behind it."""
-    text = RING.replace("free", "heading").replace("[1, 1], obj", "[1, 1], heading: east, obj")
-    text = text.replace("[3, 5], obj", "[3, 5], heading: west, obj")
-
-    def behind(world: Faulty, event: Arrived) -> Sequence[WorldEvent]:
-        region = world.back(event).region
-        return [Lost(event.at, "a", frozenset({region, region - 1}), command=event.command)]
-
-    run = play_faulty(nth(2, behind), text)
-    assert run.all("violation", robot="a") and "violation" not in run.broken

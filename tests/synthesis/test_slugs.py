@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from children import ran
 from safenav.errors import ExitCode, ResourceLimitError, SynthesizerError
 from safenav.outcome import Verdict
 from safenav.spec.specification import (
@@ -272,14 +271,3 @@ def test_limits_of_the_installed_binary_are_distinguished(slugs: Binary) -> None
     large = Synthesizer(slugs, seconds=60, memory_mb=1, cache=Cache.off()).synthesize(spec)
     assert large.verdict is Verdict.OUT_OF_MEMORY
     assert "memory limit" in large.detail
-
-
-def test_importing_it_loads_nothing_heavy() -> None:
-    """``safenav --help`` and small runs, with what is verified, have no time for numpy."""
-    code = (
-        "import sys, safenav.synthesis.slugs, safenav.verify.verification\n"
-        "print(sorted({'numpy', 'networkx', 'scipy', 'tempfile', 'asyncio', 'yaml'} "
-        "& set(sys.modules)))"
-    )
-    printed = ran([sys.executable, "-c", code], check=True).stdout
-    assert printed.strip() == "[]"

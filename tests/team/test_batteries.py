@@ -8,12 +8,11 @@ from random import Random
 import pytest
 
 from drawn import loads
-from safenav.outcome import Outcome
+from runtime.played import play
 from safenav.team.apply import initial
 from safenav.team.battery import NEVER
 from safenav.team.team import team_of
 from support.boards import walled
-from team.playing import play
 
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) or 20
 
@@ -55,9 +54,9 @@ def test_a_robot_alone_completes_its_rounds_if_its_charge_suffices(
     energy = member.energy
     assert energy is not None
     need = float(energy.need(member.floor, robot.pose, energy.turn(robot.own.memory)))
-    end, lines, _ = play(plan)
+    end = play(plan).outcome
     suffices = need <= energy.battery.start
-    assert (end.outcome is Outcome.COMPLETED) is suffices, plan
+    assert (end["outcome"] == "completed") is suffices, plan
     if not suffices:
-        assert lines[-1].refused == {"cart.battery": None if need >= NEVER else need}
+        assert end["refused"] == {"cart.battery": None if need >= NEVER else need}
     played()

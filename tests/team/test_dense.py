@@ -1,18 +1,12 @@
 """Full floors: what nobody can undo is seen at once, and a plan is found leg by leg."""
 
-import yaml
-
-from safenav.checked_trace import check_trace
-from safenav.outcome import Outcome
+from runtime.played import completed
 from safenav.plan.immobile import Immobile
-from safenav.runtime.run.mission import Mission
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.team.apply import initial
 from safenav.team.floor import Floor, floor_now
 from safenav.team.team import team_of
-from safenav.trace.records import Plan, Record
 from support.missions import mission
-from team.playing import play, text_of
 
 FACING = """
 safenav: 1
@@ -40,14 +34,10 @@ def test_robots_that_face_each_other_never_move_again() -> None:
 
 
 def test_eight_robots_on_thirteen_regions_complete() -> None:
-    plan = load_scenario_text(yaml.safe_dump(mission("crowd_hidden", 203), sort_keys=False))
-    assert play(plan)[0].outcome is Outcome.COMPLETED
+    completed(mission("crowd_hidden", 203))
 
 
 def test_a_mission_of_many_rounds_is_planned_part_by_part() -> None:
     """Neither robot can turn round where the other one comes towards it."""
-    plan = load_scenario_text(FACING + "until: {rounds: 60}\nlimits: {ticks: 1000}\n")
-    lines: list[Record] = []
-    assert Mission(plan, listeners=[lines.append]).run().outcome is Outcome.COMPLETED
-    assert sum(isinstance(line, Plan) for line in lines) > 10
-    assert check_trace(text_of(lines)).findings == ()
+    run = completed(FACING + "until: {rounds: 60}\nlimits: {ticks: 1000}\n")
+    assert len(run.all("plan")) > 10

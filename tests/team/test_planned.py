@@ -2,12 +2,9 @@
 
 import pytest
 
-from safenav.checked_trace import check_trace
-from safenav.outcome import Outcome
+from runtime.played import completed
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.team.team import team_of
-from safenav.trace.records import Synthesis
-from team.playing import play, text_of
 
 SCENARIO = """
 safenav: 1
@@ -31,11 +28,8 @@ until: {{rounds: 1}}
 def test_a_plan_is_the_controller_of_robots_with_rivals(
     objective: str, model: str, heading: str, synthesized: list[str]
 ) -> None:
-    plan = load_scenario_text(SCENARIO.format(objective, model, heading))
-    result, lines, _ = play(plan)
-    assert result.outcome is Outcome.COMPLETED
-    assert [line.robot for line in lines if isinstance(line, Synthesis)] == synthesized
-    assert not check_trace(text_of(lines)).findings
+    run = completed(SCENARIO.format(objective, model, heading))
+    assert [line["robot"] for line in run.all("synthesis")] == synthesized
 
 
 def test_robots_that_share_only_a_zone_may_wait_for_each_other() -> None:
