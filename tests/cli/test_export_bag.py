@@ -152,16 +152,6 @@ def test_the_definitions_are_those_of_ros(safenav: Command, trace: Path, tmp_pat
             assert values(own) == values(theirs)
 
 
-def test_the_times_can_be_those_of_a_motion(safenav: Command, trace: Path, tmp_path: Path) -> None:
-    assert safenav("export", trace, "--motion", "motion.jsonl").returncode == 0
-    done = safenav("export", trace, "motion.jsonl", "-o", "run.mcap", "--side", "2.7")
-    assert done.returncode == 0, done.stderr
-    makespan = json.loads((tmp_path / "motion.jsonl").read_text().splitlines()[-1])["makespan"]
-    times = [seconds for seconds, _ in read(tmp_path / "run.mcap")["/tf"]]
-    assert times == sorted(times) and times[0] == 0
-    assert times[-1] == pytest.approx(makespan, abs=0.05)
-
-
 def test_robots_are_where_the_motion_has_them(
     safenav: Command, trace: Path, tmp_path: Path
 ) -> None:
@@ -169,8 +159,13 @@ def test_robots_are_where_the_motion_has_them(
     export = ("export", trace, "motion.jsonl", "-o", "run.mcap")
     done = safenav(*export, "-o", "run.npz", "--rate", "20")
     assert done.returncode == 0, done.stderr
+    transforms = read(tmp_path / "run.mcap")["/tf"]
+    times = [seconds for seconds, _ in transforms]
+    makespan = json.loads((tmp_path / "motion.jsonl").read_text().splitlines()[-1])["makespan"]
+    assert times == sorted(times) and times[0] == 0
+    assert times[-1] == pytest.approx(makespan, abs=0.05)
     told: dict[str, list[tuple[float, float]]] = {}
-    for _, message in read(tmp_path / "run.mcap")["/tf"]:
+    for _, message in transforms:
         for one in message.transforms:
             place = one.transform.translation
             told.setdefault(one.child_frame_id, []).append((place.x, place.y))

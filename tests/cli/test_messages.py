@@ -1,4 +1,4 @@
-"""What a mistake looks like: its line with a caret, the right kind of file, the right command."""
+"""What a mistake looks like, and a broken tool: a clear message, the right exit code."""
 
 import json
 import os
@@ -11,7 +11,7 @@ import pytest
 
 import warm
 from children import ran
-from cli.conftest import MAIN
+from cli.conftest import MAIN, Command
 from once import SCENARIOS
 
 GOOD = """\
@@ -114,3 +114,46 @@ def test_colours_are_for_terminals_and_can_be_switched_off(wanted: bool, tmp_pat
         os.close(near)
         assert told in said
         assert ("\x1b[" in said) == wanted
+
+
+HELLO = SCENARIOS / "hello.yaml"
+LONG = "n" * 5000
+
+
+def fake(tmp_path: Path, script: str) -> Path:
+    binary = tmp_path / "fake slugs"
+    binary.write_text(f"#!/bin/bash\ncat > /dev/null\n{script}\n")
+    binary.chmod(0o755)
+    return binary
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("run", HELLO, "--clock", "live", "--operator", sys.executable),
+        ("synth", HELLO, "-o", "/dev/null/out"),
+        ("new", "s.yaml", "--map", LONG),
+        ("batch", HELLO, "-o", LONG),
+        ("studio", f"{LONG}.yaml", "--no-browser"),
+    ],
+    ids=lambda arguments: " ".join(Path(str(a)).name[:12] for a in arguments),
+)
+def test_bad_usage_is_exit_2_without_traceback(
+    safenav: Command, arguments: tuple[object, ...]
+) -> None:
+    done = safenav(*arguments)
+    assert done.returncode == 2
+    assert done.stderr.strip()
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.slow
+def test_synthesizer_that_hangs_is_a_resource_limit(safenav: Command, tmp_path: Path) -> None:
+    slow = tmp_path / "slow.yaml"
+    slow.write_text(
+        HELLO.read_text().replace("{ticks: 100}", "{ticks: 100, synthesis_seconds: 0.3}")
+    )
+    done = safenav("run", slow, SAFENAV_SLUGS=str(fake(tmp_path, "sleep 60")))
+    assert done.returncode == 3
+    assert "timeout" in done.stderr
+    assert "synthesis_seconds" in done.stderr

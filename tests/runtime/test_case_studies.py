@@ -1,4 +1,5 @@
-"""The paper's three case studies, by resynthesis and by assignable goals: their events in order."""
+"""The paper's three case studies, by resynthesis, by assignable goals and with limited sight: their
+events in order."""
 
 import pytest
 
@@ -90,3 +91,17 @@ def test_assignable_goals_need_new_strategies_only_for_new_walls(
     assert trace.order(*EVENTS) == usual.order(*EVENTS)
     for key in ("robot", "at", "proposed"):
         assert [v[key] for v in trace.all("violation")] == [v[key] for v in usual.all("violation")]
+
+
+def test_case_study_3_with_a_digit_that_sees_four_regions() -> None:
+    """The paper's own belief tracking: nothing depends on where the quadcopter is, so the
+    robots do what they do without it."""
+    text = (SCENARIOS / "case_study_3.yaml").read_text()
+    usual = play(text)
+    told = "digit: {model: digit, vision: 4, tracks: [quad],"
+    trace = completed(text.replace("digit: {model: digit,", told))
+    kinds = ("violation", "request", "push", "resolved", "pop")
+    assert trace.order(*kinds) == usual.order(*kinds)
+    beliefs = trace.all("belief", robot="digit", of="quad")
+    assert any(b["seen"] for b in beliefs) and not all(b["seen"] for b in beliefs)
+    assert not usual.all("belief")

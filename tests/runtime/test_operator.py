@@ -247,7 +247,7 @@ def test_a_change_of_the_scenario_ends_a_wait_for_an_operator() -> None:
     scenario, run = loaded(near + change), Run()
     mission = Mission(scenario, world=Clocked(scenario), listeners=[run], attended=True)
     mission.start()
-    end = time.monotonic() + 60.0  # a step does not wait for a synthesis
+    end = time.monotonic() + 300.0  # a step does not wait for a synthesis
     while mission.result is None and time.monotonic() < end:
         mission.step()
     assert mission.result is not None and mission.result.outcome is Outcome.COMPLETED

@@ -164,17 +164,9 @@ def _with_names(data: Data, draft: Draft) -> Data:
     return found
 
 
-def crowd(random: Random, name: str, seed: int) -> Data | None:
-    """Two to eight ground robots and flyers in rooms with doors one region wide."""
-    return _crowd(random, name, seed, hidden=False)
-
-
 def crowd_hidden(random: Random, name: str, seed: int) -> Data | None:
-    """The same with hidden obstacles in doorways."""
-    return _crowd(random, name, seed, hidden=True)
-
-
-def _crowd(random: Random, name: str, seed: int, hidden: bool) -> Data | None:
+    """Two to eight ground robots and flyers in rooms with doors one region wide, and hidden
+    obstacles in doorways."""
     grid = rooms(
         random,
         random.randint(1, 2),
@@ -198,11 +190,9 @@ def _crowd(random: Random, name: str, seed: int, hidden: bool) -> Data | None:
             return None
     for k in range(random.randint(0, 2)):
         draft.place(f"quad{k}", "quadcopter", kinds, taken)
-    if hidden:
-        doors = draft.narrow()
-        for region in random.sample(doors, min(len(doors), random.randint(1, 3))):
-            kind = random.choice(["door", "door", "uncertainty"])
-            draft.obstacle(kind, region)
+    doors = draft.narrow()
+    for region in random.sample(doors, min(len(doors), random.randint(1, 3))):
+        draft.obstacle(random.choice(["door", "door", "uncertainty"]), region)
     return draft.data(2, 5000, seed)
 
 
@@ -263,6 +253,5 @@ FAMILIES: dict[str, Family | Callable[..., Data | None]] = {
     ),
     "parking": PARKING,
     "parking_hidden": replace(PARKING, hidden=(1, 2)),
-    "crowd": crowd,
     "crowd_hidden": crowd_hidden,
 }

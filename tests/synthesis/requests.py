@@ -23,8 +23,8 @@ def impossible(spec: Specification) -> Specification:
     return spec.with_more(wall)
 
 
-def ask(binary: Binary, spec: Specification, seconds: float | None = 20.0) -> Verdict:
-    return Synthesizer(binary, seconds=seconds, cache=Cache.off()).synthesize(spec).verdict
+def ask(binary: Binary, spec: Specification) -> Verdict:
+    return Synthesizer(binary, seconds=300, cache=Cache.off()).synthesize(spec).verdict
 
 
 def gone(pid: int) -> bool:

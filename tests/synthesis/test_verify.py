@@ -1,14 +1,17 @@
-"""The independent check on hand-written automata: how it names what is wrong. That it finds all of
-that, and nothing else: ``test_verify_random``."""
+"""The independent check: how it names what is wrong, and large sets that it counts without going
+through them. That it finds all that is wrong, and nothing else: ``test_verify_random``."""
 
 import json
 from typing import Any
 
 import pytest
 
+from safenav.formula.parser import parse
 from safenav.outcome import Verdict
-from safenav.spec.specification import Specification
+from safenav.spec.specification import Constraint, Origin, Owner, Section, Specification, Variable
 from safenav.synthesis.slugs import Synthesizer
+from safenav.verify.completions import Clause, Completions, Slot
+from safenav.verify.cycles import cyclic_parts
 from safenav.verify.verification import (
     first_failure,
 )
@@ -37,3 +40,34 @@ def test_a_wrong_strategy_is_an_error_of_the_synthesizer(
     for cached in (False, True):
         result = Synthesizer(honest, verifier=first_failure).synthesize(patrol)
         assert (result.verified, result.cached) == (True, cached)
+
+
+ANY = Constraint(Section.ENV_TRANS, "", Origin("", ""))
+
+
+def test_unconnected_variables_are_not_multiplied_out() -> None:
+    """Sixty Boolean inputs have 2^60 valuations; counting them takes no time."""
+    inputs = [Variable(f"b{i}", Owner.INPUT) for i in range(60)]
+    unknown = [Slot(variable, True) for variable in inputs]
+    formulas = [Clause(ANY, parse("b0 -> b0'")), Clause(ANY, parse("b1' | b2'"))]
+    counter = Completions([Slot(inputs[0], False)], unknown, formulas)
+    assert counter.count([(0,), (1,)]) == [3 * 2**58, 3 * 2**57]
+
+
+def test_a_large_map_is_counted_by_looking_up() -> None:
+    """2,500 regions, 2,500 rows: the constraint is evaluated for each pair, once, together."""
+    here = Variable("x", Owner.INPUT, (0, 2499))
+    near = "x' <= x + 1 & x <= x' + 1 | x' = x + 50 | x = x' + 50"
+    counter = Completions([Slot(here, False)], [Slot(here, True)], [Clause(ANY, parse(near))])
+    counts = counter.count([(i,) for i in range(2500)])
+    assert counts[0] == 3
+    assert counts[1] == counts[2498] == 4
+    assert set(counts[50:2450]) == {5}
+
+
+def test_a_long_cycle_needs_no_recursion() -> None:
+    count = 100_000
+    edges = [(n, (n + 1) % count) for n in range(count)]
+    assert set(cyclic_parts(edges).values()) == {0}
+    assert cyclic_parts(edges[:-1]) == {}
+    assert cyclic_parts([(0, 0), (0, 1), (1, 2), (2, 2)]).keys() == {0, 2}

@@ -1,4 +1,4 @@
-"""Exhaustive search for whether a team that shares its floor can complete a mission.
+"""Exhaustive search for whether a team can complete a mission.
 
 A state has the pose and progress of each robot and the stage of each obstacle. One robot moves at a
 time, into a region without a robot in conflict with it. Robots perform actions wherever they can.

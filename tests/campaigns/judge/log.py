@@ -11,7 +11,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from campaigns.judge import independent, joint
+from campaigns.judge import joint
 from campaigns.judge.charges import Charges
 from campaigns.judge.mission import (
     BUILT_IN_ROBOTS,
@@ -290,8 +290,7 @@ def _false_statement(data: Data, listed: set[str], walk: Walk, budget: int) -> s
     known = {name: walk.stages.get(name, FIRST) for name in there} | shown
     poses = {name: walk.pose(name) for name in walk.at}
     begin = Situation(poses, dict.fromkeys(walk.at, (0, 0)), known, frozenset(walk.walls))
-    search = joint.can_complete if mission.crowded else independent.can_complete
-    answer = search(mission, begin, budget)
+    answer = joint.can_complete(mission, begin, budget)
     if answer is Answer.YES:
         return "it says that an operator is needed, but the mission can be completed"
     return "?" if answer is Answer.OVER_BUDGET else ""

@@ -8,7 +8,6 @@ shares nothing with safenav, so that an error there cannot be repeated here.
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 HEADINGS = ("north", "east", "south", "west")
@@ -110,11 +109,6 @@ class Mission:
     obstacles: Mapping[str, Obstacle]
     conflicts: Mapping[str, frozenset[str]]
     rounds: int
-
-    @cached_property
-    def crowded(self) -> bool:
-        """Whether any two robots must keep apart."""
-        return any(self.conflicts.values())
 
     def neighbour(self, region: int, way: int) -> int | None:
         """The free region one step away, or None."""

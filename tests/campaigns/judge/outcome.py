@@ -7,19 +7,14 @@ must find the mission infeasible from the run's end and (if nothing was hidden) 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from campaigns.judge import independent, joint
+from campaigns.judge import joint
 from campaigns.judge.mission import Mission
 from campaigns.judge.replay import Ending, rounds_done
-from campaigns.judge.situation import Answer, Situation, at_start
+from campaigns.judge.situation import Answer, at_start
 
 Line = Mapping[str, Any]
-
-
-def can_complete(mission: Mission, begin: Situation, budget: int = 40_000) -> Answer:
-    """The answer of the search that suits the mission."""
-    if mission.crowded or any(robot.stays and robot.targets[1:] for robot in mission.robots):
-        return joint.can_complete(mission, begin, budget)
-    return independent.can_complete(mission, begin, budget)
+BUDGET = 40_000
+"""States of a search."""
 
 
 def judge_outcome(mission: Mission, ending: Ending, outcome: Line) -> str:
@@ -32,7 +27,7 @@ def judge_outcome(mission: Mission, ending: Ending, outcome: Line) -> str:
         case "operator_needed":
             return _operator_needed(mission, ending, outcome)
         case other:
-            answer = can_complete(mission, ending.situation)
+            answer = joint.can_complete(mission, ending.situation, BUDGET)
             return f"{other}; the judge: {answer.value}; {outcome['explanation']}"
 
 
@@ -65,7 +60,7 @@ def _operator_needed(mission: Mission, ending: Ending, outcome: Line) -> str:
     if not mission.obstacles:
         begins.append(("from its start", at_start(mission)))
     for where, begin in begins:
-        answer = can_complete(mission, begin)
+        answer = joint.can_complete(mission, begin, BUDGET)
         if answer is Answer.YES:
             return f"given up ({outcome.get('cause')}), and can be completed {where}"
         if answer is Answer.OVER_BUDGET:
