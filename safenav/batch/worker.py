@@ -237,8 +237,10 @@ def main() -> None:
                 os.chdir(conditions.directory)
             trace = None if task["trace"] is None else Path(task["trace"])
             answer(to_builtins(execute(Case(**task["case"]), conditions, trace)))
-    except BrokenPipeError:
-        os._exit(0)  # the reader has gone
+    except (BrokenPipeError, SystemExit):
+        # The reader has gone, or SIGTERM has ended a synthesis. The interpreter's own end would
+        # wait for the thread that listens, and then abort.
+        os._exit(0)
 
 
 def _listen(tasks: queue.SimpleQueue[bytes]) -> None:

@@ -5,7 +5,9 @@ import os
 import pty
 import signal
 import subprocess
+import time
 import xml.etree.ElementTree as ET
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -198,6 +200,26 @@ def test_no_case_begins_in_a_batch_that_has_ended(write: Write, slugs: SlugsLog)
     with pytest.raises(SafenavError, match="the batch has ended"):
         run_case("interrupted", case, Conditions(600.0, None, False))
     assert not slugs.pids
+
+
+def test_a_process_that_is_ended_during_a_synthesis_ends_in_order(
+    write: Write, slugs: SlugsLog
+) -> None:
+    """Its interpreter waited for a thread, then aborted."""
+    write("a.yaml", "sleeper")
+    (case,) = find_cases(["a.yaml"]).cases
+    with ThreadPoolExecutor(1) as threads:
+        running = threads.submit(run_case, "ended", case, Conditions(600.0, None, False))
+        while not slugs.pids:
+            time.sleep(0.01)
+        stat = Path(f"/proc/{slugs.pids[0]}/stat").read_text()
+        os.kill(int(stat.rpartition(")")[2].split()[1]), signal.SIGTERM)
+        result, _ = running.result()
+    assert (result.detail, result.reasons) == (
+        "",
+        ["the process that ran it died: exit status 0"],
+    )
+    assert slugs.all_gone()
 
 
 def test_a_terminal_shows_the_progress_of_a_batch(write: Write) -> None:
