@@ -87,10 +87,12 @@ def leave(batch: str) -> None:
     """End all processes of a batch that has ended: none of its cases begins afterwards."""
     with _lock:
         _ended.add(batch)
-        workers = [*_idle.pop(batch, []), *_busy.pop(batch, ())]
-    for worker in workers:
+        idle, busy = _idle.pop(batch, []), [*_busy.pop(batch, ())]
+    for worker in (*idle, *busy):
         worker.send(signal.SIGTERM)
-    for worker in workers:
+    for worker in busy:  # the thread that reads its pipes closes them: else it would wait forever
+        worker.kill()
+    for worker in idle:
         worker.end()
 
 
@@ -160,13 +162,17 @@ class Worker:
             with contextlib.suppress(ProcessLookupError, PermissionError):
                 os.killpg(self.pid, number)
 
-    def end(self) -> None:
-        """End the process with its synthesis, and close its pipes."""
+    def kill(self) -> None:
+        """End the process with its synthesis."""
         for number, seconds in ((signal.SIGTERM, _STACK_SECONDS), (signal.SIGKILL, None)):
             self.send(number)
             with contextlib.suppress(subprocess.TimeoutExpired):
                 self._process.wait(seconds)
                 break
+
+    def end(self) -> None:
+        """End the process with its synthesis, and close its pipes."""
+        self.kill()
         for pipe in (self._stdin, self._stdout, self._stderr):
             with contextlib.suppress(OSError):
                 pipe.close()
