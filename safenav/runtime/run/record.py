@@ -146,7 +146,7 @@ class Recorder:
                 truth = (self.truths or {}).get(source.name)
                 header = obstacle_header(source, self.team.scenario, truth)
                 self.emit(records.Discovered(self.tick, header))
-            case now.Seen(k) if before.obstacles[k].state is now.Is.OVER:
+            case now.Seen(k) if before.obstacles[k].state in (now.Is.OVER, now.Is.AWAY):
                 self.emit(records.Appeared(self.tick, self._name(k), ChangeCause.WORLD))
             case now.Met(i, k, pose):
                 self.helpers.pop(k, None)

@@ -64,6 +64,8 @@ class Replay:
                 self.toward[line["robot"]] = line["to"]
             case "arrive":
                 self._moved({**line, "to": line["at"]})
+            case "acted":  # at its start, where it has not arrived
+                self._acts(line["robot"])
             case "violation":
                 self.met.add(line["obstacle"])
             case "blocked":
@@ -128,10 +130,7 @@ class Replay:
         )
         self.toward[name] = line.get("toward")
         self.visits[name].append(region)
-        for obstacle, stage in self.there.items():
-            while (after := self._performed(obstacle, stage, name)) != stage:
-                stage = after  # a robot goes on where it stands with what is needed next
-            self.there[obstacle] = stage
+        self._acts(name)
 
     def _check_entries(self, line: Line, robot: Robot) -> None:
         standing = self.standing
@@ -144,6 +143,12 @@ class Replay:
                 inside = name in standing and self.mission.blocked(robot, one, standing[name][0])
             if inside:
                 self.problems.append(f"tick {line['tick']}: {robot.name} is in {name}")
+
+    def _acts(self, name: str) -> None:
+        for obstacle, stage in self.there.items():
+            while (after := self._performed(obstacle, stage, name)) != stage:
+                stage = after  # a robot goes on where it stands with what is needed next
+            self.there[obstacle] = stage
 
     def _performed(self, obstacle: str, stage: Stage, mover: str) -> Stage:
         """The stage after the mover's turn; a need that is met goes over to the next."""
