@@ -1,15 +1,26 @@
-"""The page of a live run: it plays in seconds, and shows robots in transit."""
+"""Time on the page: the seconds of a live run, deadlines and their slack, a run that ends within a
+tick."""
 
+from __future__ import annotations
+
+import json
+import re
 from pathlib import Path
 
 import pytest
 
 from motion.runs import live_trace
+from once import beside
 from report.browser import Browser
+from runtime.played import play
+from safenav.cli.run import run as run_command
+from safenav.motion.making import motion_of
+from safenav.report.page.encode import LiveRun, encoded
 from safenav.report.page.html import page_of
-from safenav.run.reading import run_of
+from safenav.report.view3d.html import page3d_of
+from safenav.run.reading import read_run, run_of
 from safenav.run.run import Run
-from safenav.trace.reading import read_bytes
+from safenav.trace.reading import Trace, read_bytes, read_trace
 
 
 @pytest.fixture(scope="module")
@@ -65,3 +76,78 @@ def test_a_robot_is_between_two_regions_while_it_is_under_way(
             (col + part * (to_col - col), row + part * (to_row - row)), abs=0.1
         )
     assert f"in transit to {replay.map.label(step.toward)}" in browser.one(".robots").text
+
+
+TIMED = """
+map:
+  grid: ["#######", "#.....#", "#.....#", "#######"]
+robots:
+  r: {model: digit, start: [1, 1], heading: east, objective: OBJECTIVE}
+until: {rounds: 2, by: 60}
+late: go_on
+""".replace("OBJECTIVE", "{visit: [[1, 5], [1, 1]], within: 14}")
+
+
+def _trace(folder: Path) -> Path:
+    path = folder / "timed.jsonl"
+    path.write_text(play(TIMED).text)
+    return path
+
+
+def test_in_3d_deadlines_are_at_the_instants_of_their_ticks(tmp_path: Path) -> None:
+    """Their slack was that between the number of an instant and a tick."""
+    trace = read_trace(_trace(tmp_path))
+    (data,) = re.findall(r'id="run">(.*?)</script>', page3d_of(trace, "t", motion_of(trace)))
+    run = json.loads(data)
+    flat = encoded(run_of(trace), "t")["deadlines"]
+    for (instant, of, begin, due, *told), tick in zip(run["deadlines"], flat, strict=True):
+        assert [of, *told] == [tick[1], *tick[4:]]
+        assert begin <= instant <= due <= run["last"], of
+
+
+def test_the_page_shows_the_slack(browser: Browser, tmp_path: Path) -> None:
+    replay = read_run(_trace(tmp_path))
+    page = tmp_path / "timed.html"
+    page.write_text(page_of(replay, "timed.jsonl"))
+    browser.open(page)
+    assert browser.errors() == []
+    told = {one.get_attribute("data-of"): one.text for one in browser.all(".deadlines li")}
+    least = min(left for _, of, *_, left in encoded(replay, "t")["deadlines"] if of == "r")
+    assert told["r"] == f"r: met, {least} ticks of slack"
+    assert told["mission"] == f"mission: met, {60 - replay.last} ticks of slack"
+    bars = browser.all('.deadlines li[data-of="r"] .used')
+    assert len(bars) == 2
+
+
+SCENARIO = beside(__file__, "scenarios/failing.yaml")
+
+
+@pytest.fixture(scope="module")
+def trace(tmp_path_factory: pytest.TempPathFactory) -> Trace:
+    folder = tmp_path_factory.mktemp("failed")
+    (folder / "s.yaml").write_text(SCENARIO)
+    file: Path = folder / "run.jsonl"
+    arguments = [str(folder / "s.yaml"), "--trace", str(file), "--no-map"]
+    assert run_command.main(arguments, standalone_mode=False) == 1
+    return read_trace(file)
+
+
+@pytest.fixture
+def failed(trace: Trace) -> Run:
+    return run_of(trace)
+
+
+def test_the_last_tick_is_that_of_the_outcome(failed: Run) -> None:
+    (violation,) = [event for event in failed.events if event.kind.value == "violation"]
+    assert failed.events[-1].tick == failed.last == violation.tick
+    assert failed.within, "the second robot had not taken its turn"
+    assert f"tick {failed.last} of {failed.last}, ended within it: operator needed" == (
+        failed.at(failed.last).moment
+    )
+
+
+def test_all_pages_that_are_opened_later_show_the_same_moment(trace: Trace, failed: Run) -> None:
+    live = LiveRun(trace.header, "run.jsonl")
+    for record in trace.records:
+        live.append(record)
+    assert live.whole() == live.whole() == encoded(failed, "run.jsonl")
