@@ -57,6 +57,8 @@ READ_BY = {
     "rate": (MOTION,),
 }
 """The kinds of files that each option is for."""
+ARCHIVE = ("PK\x03\x04", "PK\x05\x06")
+"""Beginnings of a zip file."""
 BEGINNING = 5_000_000
 """Bytes of a file from which its kind is recognized."""
 
@@ -176,21 +178,20 @@ def recognized(path: Path) -> GivenFile:
             text = content[:BEGINNING].decode("utf-8", "replace")
     except OSError:  # reported by its reader
         pass
+    if text.startswith(ARCHIVE) and path.is_file():
+        from zipfile import ZipFile
+
+        try:
+            with ZipFile(path) as archive:
+                names = archive.namelist()
+        except Exception:  # a broken archive, which the checker refuses
+            return GivenFile(path, BUNDLE)
+        if "manifest.json" in names:
+            return GivenFile(path, BUNDLE)
+        hint = "a bundle has a manifest.json: safenav certify writes one"
+        raise InputError([Diagnostic(name, 0, 0, "this archive is not a bundle", hint)])
     if (kind := kind_of(text)) in (SCENARIO, TRACE, MOTION):
         return GivenFile(path, str(kind), content)
-    if path.is_file():
-        from zipfile import ZipFile, is_zipfile
-
-        if is_zipfile(path):
-            try:
-                with ZipFile(path) as archive:
-                    names = archive.namelist()
-            except Exception:  # a broken archive, which the checker refuses
-                return GivenFile(path, BUNDLE)
-            if "manifest.json" in names:
-                return GivenFile(path, BUNDLE)
-            hint = "a bundle has a manifest.json: safenav certify writes one"
-            raise InputError([Diagnostic(name, 0, 0, "this archive is not a bundle", hint)])
     if wrong := another_kind(text, f"{SCENARIO}, {TRACE}, {BUNDLE} or {MOTION}", name):
         raise InputError([Diagnostic(name, 0, 0, *wrong)])
     lines = path.suffix == ".jsonl" or (name == "-" and text.lstrip().startswith("{"))
