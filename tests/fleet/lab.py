@@ -19,6 +19,42 @@ IDLE = 5
 """How much slower time passes while no robot moves: half of a drive, for the processor."""
 
 
+def watched(physics: Any) -> Any:
+    """The same physics with ``contacts``: the steps of each pair that touched, as names of robots,
+    ``wall`` and obstacles; ``moving``: its robots under way; and ``log``."""
+    physics.contacts, step = {}, physics._step
+
+    def named(geom: int) -> str:
+        return str(physics._model.geom(geom).name).split(".")[0].split("~")[0]
+
+    def noted() -> None:
+        step()
+        for index in range(physics._data.ncon):
+            pair = tuple(sorted(named(int(g)) for g in physics._data.contact[index].geom))
+            if {*pair} & {*physics._bodies}:
+                physics.contacts[pair] = physics.contacts.get(pair, 0) + 1
+
+    def moving() -> list[str]:
+        with physics.lock:
+            return sorted(name for name in physics._bodies if physics._moves(name))
+
+    def log() -> dict[str, Any]:
+        with physics.lock:
+            standing = physics._obstacles.now.items()
+            doors = {n for n, one in standing if one.is_door and not physics._is_open(one)}
+            places = {n: physics._at(body)[:2] for n, body in physics._bodies.items()}
+            return {
+                "now": physics.now,
+                "contacts": {" ".join(pair): count for pair, count in physics.contacts.items()},
+                "closed": sorted(doors),
+                "regions": {n: physics._places.region(*at) for n, at in places.items()},
+                "moving": moving(),
+            }
+
+    physics._step, physics.moving, physics.log = noted, moving, log
+    return physics
+
+
 class Access(BaseManager):
     """A lab in another process."""
 
@@ -60,7 +96,7 @@ def main(scenario: Path, fleet: Path, pace: float) -> None:
 
     plan = load_scenario(scenario)
     given = load_fleet(fleet, plan)
-    lab = SimulationTransport(plan, given.stations, given.simulation).physics
+    lab = watched(SimulationTransport(plan, given.stations, given.simulation).physics)
     Access.register("lab", callable=lambda: lab)
     server = Access(("127.0.0.1", 0), authkey=KEY).get_server()
     threading.Thread(target=server.serve_forever, daemon=True).start()

@@ -9,6 +9,7 @@ from msgspec.structs import replace
 pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
 
 from fleet.drives import driven
+from fleet.lab import watched
 from once import beside
 from safenav.fleet.lab.physics import FAR, Physics
 from safenav.fleet.place import Places
@@ -44,7 +45,7 @@ def hall(obstacles: str = "[]", begins: int = 8) -> tuple[Physics, Places]:
     scenario = load_scenario_text(text, "hall.yaml")
     assert scenario.map.frame is not None
     places = Places(scenario.map, scenario.map.frame)
-    return Physics(places, scenario.robots, scenario.obstacles), places
+    return watched(Physics(places, scenario.robots, scenario.obstacles)), places
 
 
 def gone(physics: Physics, places: Places, name: str, region: int, limit: float = 30.0) -> Any:
@@ -80,7 +81,7 @@ def test_a_wide_robot_passes_below_a_drone() -> None:
     scenario = load_scenario_text(text, "hall.yaml")
     assert scenario.map.frame is not None
     places = Places(scenario.map, scenario.map.frame)
-    physics = Physics(places, scenario.robots, ())
+    physics = watched(Physics(places, scenario.robots, ()))
     physics.send("digit", *places.centre(12), None)
     assert ended(physics, "digit", "end") == "succeeded"
     assert places.region(*(physics.state("quad")[key] for key in "xy")) == 12
@@ -134,7 +135,7 @@ obstacles: [{{type: door, region: 10}}]
     )
     assert scenario.map.frame is not None
     places = Places(scenario.map, scenario.map.frame)
-    physics = Physics(places, scenario.robots, scenario.obstacles)
+    physics = watched(Physics(places, scenario.robots, scenario.obstacles))
     assert gone(physics, places, "a", 10) == "succeeded"
     physics.perform("a", "push")
     assert ended(physics, "a", "acted") == "done"
@@ -186,7 +187,7 @@ GATE = Obstacle(built_in().obstacles["gate"], 10)
 def yard(*obstacles: Obstacle) -> Physics:
     scenario = load_scenario_text(YARD, "yard.yaml")
     assert scenario.map.frame is not None
-    return Physics(Places(scenario.map, scenario.map.frame), scenario.robots, obstacles)
+    return watched(Physics(Places(scenario.map, scenario.map.frame), scenario.robots, obstacles))
 
 
 def test_two_robots_lift_what_one_cannot() -> None:

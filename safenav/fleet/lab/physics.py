@@ -62,9 +62,8 @@ ACTING, WAITING = 2.0, 2.0
 
 
 class Physics:
-    """A world in MuJoCo. ``contacts`` counts the steps of each pair that touched, as names of
-    robots, ``wall`` and obstacles. ``begin``: x, y and yaw of robots that do not start in the
-    centre of their region."""
+    """A world in MuJoCo. ``begin``: x, y and yaw of robots that do not start in the centre of their
+    region."""
 
     def __init__(
         self,
@@ -88,7 +87,6 @@ class Physics:
         self._coordinate, self._velocity = self._data.qpos.item, self._data.qvel.item
         self._force = self._data.qfrc_applied
         self._leaves: dict[str, list[int]] = {}
-        self.contacts: dict[tuple[str, str], int] = {}
         self._parts: dict[str, set[str]] = {}
         for name, body in self._bodies.items():
             axes = "xyza" if body.flies else "xya"
@@ -209,18 +207,6 @@ class Physics:
         dofs, at = body.dofs, self._coordinate
         return at(dofs[0]), at(dofs[1]), at(dofs[-1])
 
-    def _note_contacts(self) -> None:
-        for index in range(self._data.ncon):
-            pair = self._data.contact[index].geom
-            names = sorted(self._named(int(geom)) for geom in pair)
-            if any(name in self._bodies for name in names):
-                key = (names[0], names[1])
-                self.contacts[key] = self.contacts.get(key, 0) + 1
-
-    def _named(self, geom: int) -> str:
-        name = str(self._model.geom(geom).name)
-        return name.split(".")[0].split("~")[0]
-
     # Commands
 
     def send(self, name: str, x: float, y: float, yaw: float | None) -> None:
@@ -329,29 +315,6 @@ class Physics:
                     found[one.obstacle.region] = one.obstacle.name
             return found
 
-    def log(self) -> dict[str, Any]:
-        """Return the time, contacts, closed doors and the robots' positions."""
-        with self.lock:
-            return {
-                "now": self.now,
-                "contacts": {" ".join(pair): count for pair, count in self.contacts.items()},
-                "closed": sorted(
-                    name
-                    for name, one in self._obstacles.now.items()
-                    if one.is_door and not self._is_open(one)
-                ),
-                "regions": {
-                    name: self._places.region(*self._at(body)[:2])
-                    for name, body in self._bodies.items()
-                },
-                "moving": self.moving(),
-            }
-
-    def moving(self) -> list[str]:
-        """Return the robots with a goal or a reference."""
-        with self.lock:
-            return sorted(name for name in self._bodies if self._moves(name))
-
     def step(self, seconds: float) -> None:
         """Advance the simulation by a time, to the nearest step."""
         with self.lock:
@@ -397,7 +360,6 @@ class Physics:
         for body in self._bodies.values():
             (self._fly if body.flies else self._drive)(body, thinks)
         mujoco.mj_step(self._model, self._data)
-        self._note_contacts()
         for body in self._bodies.values():
             self._judge(body)
 

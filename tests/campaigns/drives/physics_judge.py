@@ -8,6 +8,7 @@ from typing import Any
 from msgspec import Struct
 
 from campaigns.drives.messages import LateTransport
+from fleet.lab import watched
 from safenav.fleet.file import Station
 from safenav.runtime.worlds.protocol import Sensed
 from safenav.scenario.model import Scenario
@@ -38,10 +39,11 @@ class PhysicsLog:
         self.moments: list[Moment] = []
         self._contacts: dict[tuple[str, str], int] = {}
         late.watch = self.note
+        watched(late.physics)
 
     def note(self) -> None:
         """Keep the present moment."""
-        physics = self._late.physics
+        physics: Any = self._late.physics
         bodies = physics._bodies
         new = tuple(k for k, n in physics.contacts.items() if n > self._contacts.get(k, 0))
         self._contacts = dict(physics.contacts)
