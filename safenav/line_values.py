@@ -34,7 +34,7 @@ _NUMBERS = {
     *("assigned", "bids", "capacity", "charge", "chargers", "cols", "command"),
     *("depth", "due", "earliest", "makespan", "move", "need"),
     *("neutral", "node", "origin", "partition", "places"),
-    *("proposed", "refused", "region", "regions", "resolution", "resolution_regions"),
+    *("proposed", "refused", "region", "regions", "resolution"),
     *("resolve_within", "round", "rounds", "rows", "seconds", "seed", "sight_closed"),
     *("spans", "stages", "states", "stay", "syntheses", "synthesis_memory"),
     *("synthesis_seconds", "t", "targets", "tick", "ticks", "to", "toward", "vision"),

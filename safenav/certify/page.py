@@ -162,7 +162,7 @@ def _happened(trace: Trace, world: RegionMap) -> str:
     wording = Wording(
         world.word,
         world.place,
-        actions={o.name: [n.action for n in o.all_needs] for o in trace.obstacles.values()},
+        actions={o.name: [n.action for n in o.needs] for o in trace.obstacles.values()},
         skills={name: robot.capabilities for name, robot in trace.header.scenario.robots.items()},
     )
     rows = [

@@ -228,7 +228,19 @@ def _proof(value: Any) -> Line:
     return line
 
 
-READS |= {"objective": _objective, "objectives": _by_name(_objective), "proof": _proof}
+def _needs(value: Any) -> list[Line]:
+    found: list[Line] = READS["need_list"](value)
+    if not found:
+        raise WrongError("must have a need")
+    return found
+
+
+READS |= {
+    "needs": _needs,
+    "objective": _objective,
+    "objectives": _by_name(_objective),
+    "proof": _proof,
+}
 _add(
     need="action regions:regions robots?:count together?:bool same?:bool",
     battery="capacity:count start:count move:count stay:number charge:count",
@@ -246,8 +258,8 @@ _add(
     option="obstacle need:count robots:set",
 )
 _add(
-    obstacle="type name region:int action resolution_regions:regions blocks:set traversable:truth"
-    " needs?:need_list from?:count until?:count resolve_within?:count ordered?:bool",
+    obstacle="type name region:int needs:needs blocks:set traversable:truth"
+    " from?:count until?:count resolve_within?:count ordered?:bool",
     robot="mobility layer capabilities:set start:int heading:heading objective:objective"
     " conflicts?:set vision?:number timing?:count battery?:battery"
     " when?:when_list while_waiting?:objective",

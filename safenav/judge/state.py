@@ -262,10 +262,9 @@ class State:
         """Add an obstacle; several entries of one name are one."""
         if data.name in self.obstacles:
             return
-        one = Line(action=data.action, regions=data.resolution_regions)
-        listed, needs = data.needs or [one], list[Need]()
-        for k, need in enumerate(listed):
-            chain = [need, *takewhile(lambda other: other.same, listed[k + 1 :])]
+        needs = list[Need]()
+        for k, need in enumerate(data.needs):
+            chain = [need, *takewhile(lambda other: other.same, data.needs[k + 1 :])]
             actions = {each.action for each in chain}
             able = frozenset(n for n, r in self.robots.items() if actions <= r.data.capabilities)
             how = need.robots or 1, bool(need.together), bool(need.same)

@@ -146,7 +146,7 @@ class RunReader:
         self._wording = self._worded()
 
     def _add(self, each: setting.ObstacleHeader) -> None:
-        run, needs = self.run, each.all_needs
+        run, needs = self.run, each.needs
         run.hidden[each.name] = Hidden(
             each.name,
             each.type,

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Annotated
 
-from msgspec import Struct
+from msgspec import Meta, Struct
 
 from safenav.bounds import Count, Heading, Positive, Region
 from safenav.scenario.model import Battery, Obstacle, Robot, Scenario
@@ -50,7 +51,7 @@ class RobotHeader(Struct, frozen=True):
 
 
 class NeedHeader(Struct, frozen=True):
-    """One of several actions that an obstacle needs, in order: by ``robots`` distinct robots,
+    """An action that an obstacle needs: by ``robots`` distinct robots,
     ``together`` in one tick, from ``regions``; ``same``: by robots that met the need before it."""
 
     action: str
@@ -62,33 +63,25 @@ class NeedHeader(Struct, frozen=True):
 
 class ObstacleHeader(Struct, frozen=True, rename=without_underscore):
     """A hidden obstacle. ``blocks``: the robots that it physically stops, whatever they can do.
-    ``traversable``: the truth of this run. ``needs``: all its needs if there are several
-    (``action`` and ``resolution_regions`` are those of the first). ``from_`` and ``until``: when it
-    appears and disappears. ``ordered``: the team is to resolve it as soon as it appears."""
+    ``traversable``: the truth of this run. ``needs``: in their order. ``from_`` and ``until``: when
+    it appears and disappears. ``ordered``: the team is to resolve it as soon as it appears."""
 
     type: str
     name: str
     region: Region
-    action: str
-    resolution_regions: tuple[Region, ...]
+    needs: Annotated[tuple[NeedHeader, ...], Meta(min_length=1)]
     blocks: frozenset[str]
     traversable: bool | None
-    needs: tuple[NeedHeader, ...] | None = None
     from_: Count | None = None
     until: Count | None = None
     resolve_within: Count | None = None
     ordered: bool | None = None
 
-    @property
-    def all_needs(self) -> tuple[NeedHeader, ...]:
-        """Its needs in order, also where the trace records only one."""
-        return self.needs or (NeedHeader(self.action, self.resolution_regions),)
-
     def resolved_by_entering(self, robot: RobotHeader, stage: int) -> bool:
         """Whether a robot alone resolves it by entering its region once ``stage`` needs are met:
         only one is left, and the region is one of that need's."""
-        last = self.all_needs[-1]
-        only = stage == len(self.all_needs) - 1 and last.robots == 1 and not last.same
+        last = self.needs[-1]
+        only = stage == len(self.needs) - 1 and last.robots == 1 and not last.same
         return only and self.region in last.regions and last.action in robot.capabilities
 
 
@@ -206,11 +199,9 @@ def obstacle_header(
         type=obstacle.type.name,
         name=obstacle.name,
         region=obstacle.region,
-        action=obstacle.type.action,
-        resolution_regions=obstacle.resolution_regions(scenario.map),
+        needs=_needs(obstacle, scenario.map),
         blocks=frozenset(robot.name for robot in scenario.robots if obstacle.blocks(robot)),
         traversable=truth,
-        needs=_needs(obstacle, scenario.map) if obstacle.type.listed else None,
         from_=obstacle.appears,
         until=obstacle.goes,
         ordered=obstacle.ordered or None,

@@ -99,8 +99,12 @@ def a_door_in_the_way(lines: list[Line], chance: random.Random) -> bool:
         return False
     region = lines[chance.choice(steps(lines))]["to"]
     robots = sorted(lines[0]["scenario"]["robots"])
-    about = {"type": "rock", "name": f"rock@{region}", "region": region, "action": "crush"}
-    about |= {"resolution_regions": [region], "blocks": robots, "traversable": None}
+    about = {"type": "rock", "name": f"rock@{region}", "region": region}
+    about |= {
+        "needs": [{"action": "crush", "regions": [region]}],
+        "blocks": robots,
+        "traversable": None,
+    }
     lines[0]["scenario"]["obstacles"].append(about)
     return True
 
@@ -136,8 +140,7 @@ def without_the_capability(lines: list[Line], _: random.Random) -> bool:
 def a_further_need(lines: list[Line], _: random.Random) -> bool:
     found = lines[0]["scenario"]["obstacles"]
     for one in found:
-        first = {"action": one["action"], "regions": one["resolution_regions"]}
-        one["needs"] = [first, {**first, "action": "crush"}]
+        one["needs"] = [one["needs"][0], one["needs"][0] | {"action": "crush"}]
     return bool(found) and bool(at(lines, "resolved"))
 
 

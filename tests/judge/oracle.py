@@ -159,12 +159,8 @@ class Facts:
             return bool(a["layer"] == b["layer"])
         return other in a["conflicts"] or one in b["conflicts"]
 
-    def needs(self, one: Line) -> list[Line]:
-        first = {"action": one["action"], "regions": one["resolution_regions"]}
-        return [*(one.get("needs") or [first])]
-
     def enters(self, name: str, one: Line) -> bool:
-        needs = self.needs(one)
+        needs = one["needs"]
         last = needs[-1]
         left = len(needs) - self.open.get(one["name"], 0)
         able = last["action"] in self.robots[name]["capabilities"]
@@ -173,15 +169,15 @@ class Facts:
 
     def resolved(self, line: Line) -> Iterator[str]:
         one, name = self.all[line["obstacle"]], line["robot"]
-        last, met = self.needs(one)[-1], self.open.get(line["obstacle"], 0)
+        last, met = one["needs"][-1], self.open.get(line["obstacle"], 0)
         if line["obstacle"] not in self.open:
             yield f"{one['name']} is not there"
         if last["action"] not in self.robots[name]["capabilities"]:
             yield f"{name} cannot do that"
-        told_later = met == len(self.needs(one))  # its last need has a line of its own
+        told_later = met == len(one["needs"])  # its last need has a line of its own
         if self.here[name] not in last["regions"] and not told_later:
             yield f"{name} is not where that is done"
-        if met < len(self.needs(one)) - 1:
+        if met < len(one["needs"]) - 1:
             yield f"a need of {one['name']} is not met"
         if line["traversable"] is not one["traversable"]:
             yield f"{one['name']} has another truth"

@@ -60,7 +60,10 @@ def test_a_closure_that_does_not_hold_gets_a_reason(proof: Line, reason: str) ->
 
 
 def test_an_obstacle_that_a_robot_can_resolve_is_not_permanent() -> None:
-    able, door = B | {"capabilities": ["push"]}, DOOR | {"resolution_regions": [10]}
+    able, door = (
+        B | {"capabilities": ["push"]},
+        DOOR | {"needs": [{"action": "push", "regions": [10]}]},
+    )
     found = reasons({"a": A, "b": able}, [door], "a", NO_PUSHER, "no_capable_robot")
     assert "can be resolved" in found
 

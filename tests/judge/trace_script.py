@@ -45,8 +45,7 @@ def obstacle(
         "type": kind,
         "name": f"{kind}@{region}",
         "region": region,
-        "action": action,
-        "resolution_regions": at,
+        "needs": [{"action": action, "regions": at}],
         "blocks": blocks,
         "traversable": traversable,
     }
@@ -168,14 +167,14 @@ class Script:
             at=here,
             proposed=entry["region"],
             obstacle=what,
-            action=entry["action"],
+            action=entry["needs"][0]["action"],
         )
         return self.add("backtrack", robot=name, to=to).move(name, instead)
 
     def request(
         self, requester: str | None, what: str, bids: Mapping[str, int | None], helper: str | None
     ) -> Self:
-        at = self.obstacles[what]["resolution_regions"]
+        at = self.obstacles[what]["needs"][0]["regions"]
         why = {"obstacle": what, "requester": requester, "helpers": [helper] if helper else []}
         return self.add("request", **why, bids=bids, regions=at)
 

@@ -92,7 +92,7 @@ def entered_early(trace: Trace, plan: list[Line]) -> int:
         if obstacle.region == line.region
         and line.robot in obstacle.blocks
         and not obstacle.resolved_by_entering(
-            trace.header.scenario.robots[line.robot], len(obstacle.all_needs) - 1
+            trace.header.scenario.robots[line.robot], len(obstacle.needs) - 1
         )
         and line.t < done.get(obstacle.name, float("inf")) - 1e-9
     ]

@@ -50,7 +50,14 @@ def test_a_large_map_is_drawn_once(most: int, drawn: int, monkeypatch: pytest.Mo
     ],
 )
 def test_a_failure_is_not_reported_as_a_lacking_capability(obstacle: str, said: str) -> None:
-    listed = ("unknown", obstacle, 9, OPERATOR_ACTION, (), frozenset({"quad"}), None)
+    listed = (
+        "unknown",
+        obstacle,
+        9,
+        (setting.NeedHeader(OPERATOR_ACTION, ()),),
+        frozenset({"quad"}),
+        None,
+    )
     found = records.Discovered(2, setting.ObstacleHeader(*listed))
     line = records.Violation(2, "quad", 8, 9, obstacle, OPERATOR_ACTION)
     assert [line[11:] for line in told(found, line)] == [said]

@@ -83,8 +83,7 @@ def test_an_unlisted_obstacle_is_declared_before_it_is_named(tmp_path: Path) -> 
         "type": "door",
         "name": "door@27",
         "region": DOOR,
-        "action": "push",
-        "resolution_regions": [DOOR],
+        "needs": [{"action": "push", "regions": [DOOR], "robots": 1, "together": False}],
         "blocks": ["drone", "walker"],
         "traversable": None,
     }

@@ -22,7 +22,7 @@ def refused(lines: list[str]) -> tuple[Diagnostic, ...]:
 def test_lines_become_typed_records_in_order() -> None:
     trace = read_lines(text(GOOD["door"]()))
     assert list(trace.header.scenario.robots) == ["quad", "digit"]
-    assert trace.obstacles["door@9"].resolution_regions == (9,)
+    assert trace.obstacles["door@9"].needs[0].regions == (9,)
     assert trace.header.scenario.robots["quad"].objective.targets == (
         frozenset({7}),
         frozenset({10}),

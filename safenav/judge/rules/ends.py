@@ -37,7 +37,7 @@ def header(_: Line, s: State) -> Iterator[str]:
             yield f"{name} starts at {s.show(region)} with {one.name}"
     for data in s.scenario.obstacles:
         first = next(one for one in s.scenario.obstacles if one.name == data.name)
-        keys = ("region", "blocks", "action", "resolution_regions", "needs", "type")
+        keys = ("region", "blocks", "needs", "type")
         if any(getattr(first, key) != getattr(data, key) for key in keys):
             yield f"the entries of {data.name} differ"
 

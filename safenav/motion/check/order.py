@@ -214,7 +214,7 @@ class _Order:
                     done = self._acted(record, record.need)
                     self.met[record.obstacle] = record.need + 1, done
                 case Resolved():
-                    last = len(self.obstacles[record.obstacle].all_needs) - 1
+                    last = len(self.obstacles[record.obstacle].needs) - 1
                     met, done = self.met.get(record.obstacle, (0, None))
                     if met <= last:  # else a line of the last need has recorded who acts
                         done = self._acted(record, last)
@@ -317,7 +317,7 @@ class _Order:
         """Check that all participants act after their arrival, and simultaneously if there are
         several. Returns when the last of them is done; None if no robot acts."""
         name, wrong = record.obstacle, self.case.wrong
-        need = self.obstacles[name].all_needs[number]
+        need = self.obstacles[name].needs[number]
         spans = []
         for robot in team_of(self.case.trace, record, need, self.at):
             done = next((a for a in self.waiting if (a.robot, a.obstacle) == (robot, name)), None)

@@ -75,7 +75,7 @@ def actions_of(trace: Trace) -> tuple[list[TimedAction], set[tuple[str, int]]]:
                     ended[name, record.tick] = record.command
             case records.Met() | records.Resolved():
                 obstacle = obstacles[record.obstacle]
-                needs = obstacle.all_needs
+                needs = obstacle.needs
                 number = record.need if isinstance(record, records.Met) else len(needs) - 1
                 resolved = isinstance(record, records.Resolved) and obstacle.name in last
                 last.discard(obstacle.name)

@@ -234,7 +234,7 @@ class _Run(Struct):
         obstacle = self.obstacles[record.obstacle]
         let_in = obstacle.blocks
         if isinstance(record, records.Met):
-            if record.need == len(obstacle.all_needs) - 1:
+            if record.need == len(obstacle.needs) - 1:
                 return  # its resolution follows
             let_in = frozenset(
                 name
