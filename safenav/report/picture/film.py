@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-from collections import Counter
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -179,23 +178,24 @@ def _captioned(run: Run, film: Film) -> Iterable[tuple[int, float, str, int]]:
 
 
 def _colours(run: Run, film: Film, stage: _Stage) -> Image.Image:
-    """Return the most frequent colours of some moments as a palette for all frames: plain colours
-    stay exact, and a frame holds only the pixels that changed. Pillow may confuse colours that are
-    nearer to each other than ``APART``."""
+    """Return the colours of some moments as a palette for all frames, so that a frame holds only
+    the pixels that changed. Of colours that are nearer to each other than ``APART``, which Pillow
+    may confuse, it has the most frequent one."""
     from PIL import Image
 
     halts = {e.tick for e in run.events if e.kind in _HALTS and e.tick in film.ticks}
     ticks = sorted({film.first, film.last, *halts})
-    counts: Counter[tuple[int, ...]] = Counter()
-    for tick in ticks[:: max(1, len(ticks) // 8)]:
-        image = stage.frame(tick, 0.0, "-")
-        for count, colour in image.getcolors(1 << 24) or ():
-            if isinstance(colour, tuple):  # of red, green and blue
-                counts[colour] += count
-    palette = Image.new("P", (1, 1))
-    chosen: list[tuple[int, ...]] = []
-    for colour, _ in counts.most_common(1024):
+    found = [stage.frame(tick, 0.0, "-") for tick in ticks[:: max(1, len(ticks) // 8)]]
+    width, height = found[0].size
+    together = Image.new("RGB", (width, height * len(found)))
+    for number, frame in enumerate(found):
+        together.paste(frame, (0, number * height))
+    palette = together.quantize()
+    values, counts = palette.getpalette() or [], palette.histogram()
+    chosen: list[list[int]] = []
+    for index in sorted(range(len(values) // 3), key=lambda index: -counts[index]):
+        colour = values[3 * index : 3 * index + 3]
         if all(max(abs(a - b) for a, b in zip(colour, c, strict=True)) > APART for c in chosen):
             chosen.append(colour)
-    palette.putpalette(b"".join(map(bytes, chosen[:256])))
+    palette.putpalette([value for colour in chosen for value in colour])
     return palette
