@@ -377,8 +377,8 @@ class ObjectiveKeys(Item, frozen=True):
     hold: TargetValue | None = _kind("hold")
     once: TargetList | None = _kind("once")
     ltl: LtlKeys | None = None
-    form: str | None = key(
-        "literal: the exact formula, or unrealizable.", schema={"const": "literal"}
+    form: Literal["literal"] | None = key(
+        "literal: the exact formula, or unrealizable.", why="leave it out to accept a weaker form"
     )
     within: int | None = key(f"Maximum number of ticks of each round of {one_of(TIMED)}.", least=1)
     avoid: ZoneValue | None = key("Regions that the robot never enters.")

@@ -86,14 +86,10 @@ def _formed(
     objective: Objective | None, kind: str, item: language.ObjectiveKeys, findings: Findings
 ) -> Objective | None:
     """Return the objective, ``literal`` if its ``form`` requires that."""
-    what = item.named(FORM)
     if item.form is None:
         return objective
-    if item.form != "literal":
-        found = f"{what} is 'literal', not '{clipped(item.form)}'"
-        findings.add(item.at(FORM), found, "leave it out to accept a weaker form")
-    elif kind not in STRICT:
-        found = f"{what}: '{kind}' has one form only"
+    if kind not in STRICT:
+        found = f"{item.named(FORM)}: '{kind}' has one form only"
         findings.add(item.at(FORM), found, f"leave it out: it is for {one_of(STRICT, chr(39))}")
     elif isinstance(objective, TargetObjective):
         return replace(objective, literal=True)

@@ -252,7 +252,7 @@ def read(
     if origin is dict:
         return _mapping(arguments, node, what, findings, key)
     if origin is Literal:
-        return _choice({str(a): a for a in arguments}, node, what, findings)
+        return _choice({str(a): a for a in arguments}, node, what, findings, key.why)
     if annotation in _PLAIN:
         return _PLAIN[annotation](node, what, findings, key)
     if issubclass(annotation, Raw):
@@ -365,12 +365,14 @@ def _mapping(inner: tuple[Any, ...], node: Node, what: str, findings: Findings, 
     return found
 
 
-def _choice(known: Mapping[str, Any], node: Node, what: str, findings: Findings) -> Any:
+def _choice(
+    known: Mapping[str, Any], node: Node, what: str, findings: Findings, why: str = ""
+) -> Any:
     if not isinstance(node, Scalar) or not isinstance(node.value, str):
         wrong_type(node, what, f"one of {listed(known)}", findings)
         return None
     if node.value not in known:
-        hint = suggestion(node.value, known)
+        hint = "; ".join(filter(None, (suggestion(node.value, known), why)))
         findings.add(node, f"{what}: unknown word '{clipped(node.value)}'", hint)
     return known.get(node.value)
 
