@@ -119,7 +119,6 @@ Range = Annotated[
 _TICK = {"type": "integer", "minimum": 1, "maximum": MOST}
 _TICKS = {"anyOf": [_TICK, matching(SPAN)]}
 Spans = Annotated[Raw, Key(form={"anyOf": [_TICKS, {"type": "array", "items": _TICKS}]})]
-Recurrence = Annotated[Raw, Key(form={"enum": ["off", "on", "both", True, False]})]
 
 _NAMED_FORMULAS = dict[RequirementName, str]
 Requirements = Annotated[Raw, Key(form=_NAMED_FORMULAS | tuple[str | _NAMED_FORMULAS, ...])]
@@ -456,8 +455,9 @@ class InputKeys(Item, frozen=True):
     example: ClassVar = "{at: 12-30}; {} for one that a program sets"
     elsewhere: ClassVar = {"probability": "list the ticks: at: [12, 20-30]"}
     at_: Spans | None = key("Ticks when a simulation has it on: 12, 20-30 or a list.")
-    always_eventually: Recurrence | None = key(
-        "Values that specifications assume infinitely often: off, on or both."
+    always_eventually: Literal["off", "on", "both"] | bool | None = key(
+        "Values that specifications assume infinitely often: off, on or both.",
+        expected="off, on or both (the value that it has infinitely often)",
     )
 
 

@@ -151,7 +151,13 @@ def _objective(item: language.ChangeKeys, name: str | None, reading: Reading) ->
     return found
 
 
-_AGAIN = {"off": (False,), "on": (True,), "both": (False, True)}
+_AGAIN: Mapping[str | bool | None, tuple[bool, ...]] = {
+    None: (),
+    **dict.fromkeys(("off", False), (False,)),
+    **dict.fromkeys(("on", True), (True,)),
+    "both": (False, True),
+}
+"""Values by their word; other readers of YAML take two of the words as truth values."""
 
 
 def resolve_inputs(
@@ -162,7 +168,7 @@ def resolve_inputs(
         if key.text in reading.named:
             reading.add(key, f"'{clipped(key.text)}' is reserved", "use another name")
     return tuple(
-        Input(key.text, _spans(item.at_, reading), _again(item.always_eventually, reading))
+        Input(key.text, _spans(item.at_, reading), _AGAIN[item.always_eventually])
         for key, item in items.items()
     )
 
@@ -183,19 +189,6 @@ def _spans(value: Raw | None, findings: Findings) -> tuple[tuple[int, int], ...]
             findings.add(part, f"{value.what}: found {described(part)}, {expected}", hint)
         found.append((first, last))
     return tuple(found)
-
-
-def _again(given: Raw | None, findings: Findings) -> tuple[bool, ...]:
-    """Return the values of ``off``, ``on`` or ``both``; YAML may read two of them as Booleans."""
-    if given is None:
-        return ()
-    value = given.node.value if isinstance(given.node, Scalar) else None
-    word = {True: "on", False: "off"}.get(value) if isinstance(value, bool) else value
-    if not isinstance(word, str) or word not in _AGAIN:
-        found = f"{given.what}: found {described(given.node)}, expected off, on or both"
-        findings.add(given.node, found, "the value that the input has infinitely often")
-        return ()
-    return _AGAIN[word]
 
 
 MISSION = "mission"
