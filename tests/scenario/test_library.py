@@ -1,6 +1,9 @@
 """The library: each robot model moves, each obstacle type is resolved by robots of the library, and
 docs/catalogue.md has the figures that the files have."""
 
+import re
+from pathlib import Path
+
 import pytest
 import yaml
 
@@ -71,3 +74,16 @@ def test_every_robot_and_obstacle_has_a_silhouette_and_so_have_those_named_like_
     assert obstacle_pictogram("fire_door") == obstacle_pictogram("door")
     assert obstacle_pictogram("my_pulled_door") != obstacle_pictogram("door")
     assert robot_pictogram("rover") == obstacle_pictogram("trapdoor") == ""
+
+
+def test_the_page_has_the_figures_of_each_model_and_every_obstacle_type() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "catalogue.md").read_text(encoding="utf-8")
+    rows = re.findall(
+        r"^\| `(\w+)` \| [^|]+ \| ([\d.]+) \| ([\d.]+) \| (\w+) \|", page, re.MULTILINE
+    )
+    shown = {name: (float(size), float(speed), kind) for name, size, speed, kind in rows}
+    assert shown == {
+        name: (model.size, model.speed, model.motion) for name, model in LIBRARY.robots.items()
+    }
+    types = page.partition("## Obstacles")[2]
+    assert {*re.findall(r"^\| `(\w+)` \|", types, re.MULTILINE)} == {*LIBRARY.obstacles}
