@@ -7,9 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from once import beside
 from safenav.errors import Diagnostic, InputError
 from safenav.scenario.language import MapKeys
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
@@ -160,29 +162,10 @@ def test_any_map_may_have_an_origin(written: str, expected: Frame | None) -> Non
     assert load(written, 0).frame == expected
 
 
-@pytest.mark.parametrize(
-    ("written", "words"),
-    [
-        ("image: rooms.png", "needs a number of rows and columns"),
-        ("image: [rooms.png], rows: 7, cols: 13", "found a list of 1, expected a text"),
-        ("image: ., rows: 7, cols: 13", "this is a directory"),
-        ("image: rooms.pgn, rows: 7, cols: 13", r"no such file.*did you mean .*rooms\.p[ng]"),
-        ("image: rooms.png, rows: 1000, cols: 1000", "a map of 1000 x 1000 regions"),
-        ("image: rooms.png, rows: 0, cols: 13", "'rows' of map is 0, and must be at least 1"),
-        ("image: rooms.png, rows: 7, cols: 13, share: 2", "'share' of map is 2"),
-        ("image: rooms.png, rows: 2, cols: 2", "every region is a wall.*share: 0.5"),
-        ("ros: office.yaml", "the map measures 5.2 x 2.8 m: give the size"),
-        ("ros: office.yaml, resolution: 0.0001", "a map of 28000 x 52000 regions"),
-        ("ros: office.yaml, resolution: 1, rows: 7, cols: 13", "both 'rows' and 'resolution'"),
-        ("ros: office.yaml, resolution: 1, origin: [0, 0]", "the file has its own origin"),
-        ("ros: office.pgm, resolution: 0.4", None),
-        ("movingai: office.pgm", None),
-        ("movingai: missing.map", "no such file"),
-        ("grid: ['..'], resolution: 0", "'resolution' of map is 0"),
-        ("grid: ['..'], resolution: 1, origin: [1]", "expected .x, y. or .x, y, yaw."),
-        ("grid: ['..'], resolution: 1, origin: [.inf, 0]", "expected a finite number"),
-    ],
-)
+WRONG_KEYS = yaml.safe_load(beside(__file__, "map_keys.yaml"))
+
+
+@pytest.mark.parametrize(("written", "words"), WRONG_KEYS)
 def test_what_is_wrong_with_the_keys_of_a_map(written: str, words: str | None) -> None:
     found = mistakes(written, 0)
     told = " ".join(f"{d.found} {d.hint}" for d in found)

@@ -5,7 +5,9 @@ import json
 from typing import Any
 
 import pytest
+import yaml
 
+from once import beside
 from safenav.errors import SynthesizerError
 from safenav.spec.specification import Owner, Specification, Variable
 from safenav.synthesis.strategy import Strategy
@@ -41,34 +43,12 @@ def _changed(data: bytes, *path: Any, value: Any) -> bytes:
     return json.dumps(document).encode()
 
 
-@pytest.mark.parametrize(
-    ("path", "value", "complaint"),
-    [
-        (("variables",), None, "Expected `array`.*variables"),
-        (("variables",), ["request", "region@0.3.5"], r"no variable 'region@1'"),
-        (("variables",), ["request", "region@0.3.5", "region@1", "door"], "'door' is no"),
-        (("variables",), ["request", "region@0.3.5", "region@1", "request"], "duplicate"),
-        (("variables", 1), 4, "Expected `str`.*variables"),
-        (("nodes",), [], "Expected `object`.*nodes"),
-        (("nodes", "12"), {"rank": 0, "state": [0, 0, 0], "trans": [0]}, "none is '9'"),
-        (("nodes", "3"), 7, "Expected `object`"),
-        (("nodes", "3"), {"rank": 0, "state": [0, 0, 0]}, "missing.*trans"),
-        (("nodes", "3", "rank"), "0", "rank"),
-        (("nodes", "3", "rank"), -1, "rank"),
-        (("nodes", "3", "rank"), True, "rank"),
-        (("nodes", "3", "state"), [0, 1], "node 3 has 2 bits"),
-        (("nodes", "3", "state"), [0, 1, 2], "bits 0 and 1"),
-        (("nodes", "3", "state"), [0, 1, 0.0], "Expected `int`.*state"),
-        (("nodes", "3", "state"), {}, "Expected `array`.*state"),
-        (("nodes", "3", "trans"), 5, "Expected `array`.*trans"),
-        (("nodes", "3", "trans"), [9], "node 3 leads to a node that does not exist"),
-        (("nodes", "3", "trans"), [-1], "node 3 leads to a node that does not exist"),
-        (("nodes", "3", "trans"), ["5"], "Expected `int`.*trans"),
-        (("nodes", "3", "trans"), [None], "Expected `int`.*trans"),
-    ],
-)
+MALFORMED = yaml.safe_load(beside(__file__, "malformed.yaml"))
+
+
+@pytest.mark.parametrize(("path", "value", "complaint"), MALFORMED)
 def test_a_malformed_strategy_is_refused_with_the_reason(
-    patrol: Specification, patrol_json: bytes, path: tuple[Any, ...], value: Any, complaint: str
+    patrol: Specification, patrol_json: bytes, path: list[Any], value: Any, complaint: str
 ) -> None:
     with pytest.raises(SynthesizerError, match=complaint):
         Strategy.parse(_changed(patrol_json, *path, value=value), patrol)

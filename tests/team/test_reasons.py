@@ -1,12 +1,11 @@
 """The reasons why no robot helps, and why a run ends: each robot is named."""
 
-from pathlib import Path
-
 import pytest
 
+from runtime.facts import case
+from runtime.played import loaded
 from safenav.runtime.run.mission import Mission
 from safenav.scenario.objective import number_word
-from safenav.scenario.reading.loader import load_scenario_text
 from safenav.solve.reasons import (
     Helper,
     Hindrance,
@@ -71,32 +70,7 @@ def test_the_reason_names_the_robots_that_a_need_lacks(found: Shortfall, words: 
     assert shortfall_words(found, number_word) == words
 
 
-CASES = Path(__file__).parents[1] / "runtime" / "cases"
-ENDS = {
-    "requests/wait_for_each_other": (
-        "cyclic_requests",
-        ("rover", "quad"),
-        "uncertainty@14 needs a robot with 'sense'; quad has it, but door@17 is in the way",
-    ),
-    "requests/button_behind_its_gate": (
-        "cyclic_requests",
-        ("a",),
-        "gate@10 needs a robot with 'press'; a has it, but gate@10 itself is in the way",
-    ),
-    "requests/between_walls": (
-        "unrealizable",
-        ("digit",),
-        "digit cannot visit 12, 8 in turn: there is no path from 9 [1, 2] to 12 [1, 5] and "
-        "8 [1, 1]: 10 [1, 3] is closed (found to be untraversable)",
-    ),
-}
-
-
-@pytest.mark.parametrize("name", ENDS)
-def test_an_end_names_its_cause_and_the_robots_that_are_stuck(name: str) -> None:
-    cause, stuck, link = ENDS[name]
-    text = (CASES / f"{name}.yaml").read_text()
-    scenario = load_scenario_text(text if "safenav: 1" in text else f"safenav: 1\n{text}")
-    result = Mission(scenario).run()
-    assert (result.cause, result.stuck) == (cause, stuck)
-    assert link in result.links and result.explanation == "; ".join(result.links)
+def test_the_result_of_a_run_names_the_robots_that_are_stuck() -> None:
+    result = Mission(loaded(case("requests/wait_for_each_other"))).run()
+    assert (result.cause, result.stuck) == ("cyclic_requests", ("rover", "quad"))
+    assert result.explanation == "; ".join(result.links)
