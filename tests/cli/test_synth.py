@@ -9,6 +9,7 @@ import networkx
 from cli.conftest import Command
 from once import SCENARIOS
 from safenav.synthesis.binary import find_binary
+from slugs.commands import STRATEGY
 
 CASE_1 = SCENARIOS / "case_study_1.yaml"
 
@@ -30,17 +31,9 @@ def test_files_load_again_and_give_the_same_strategy(safenav: Command, tmp_path:
         nodes = json.loads(strategy)["nodes"]
         graph = networkx.read_graphml(tmp_path / "out" / f"{robot}.graphml")
         assert len(graph.nodes) == len(nodes)
-        assert len(graph.edges) == sum(len(node["trans"]) for node in nodes.values())
-        dot = (tmp_path / "out" / f"{robot}.dot").read_text()
-        assert dot.startswith("digraph")
-        assert dot.count(" -> ") == len(graph.edges)
+        assert (tmp_path / "out" / f"{robot}.dot").read_text().count(" -> ") == len(graph.edges)
         again = subprocess.run(
-            [
-                find_binary().path,
-                "--explicitStrategy",
-                "--jsonOutput",
-                tmp_path / "out" / f"{robot}.structuredslugs",
-            ],
+            [find_binary().path, *STRATEGY, tmp_path / "out" / f"{robot}.structuredslugs"],
             capture_output=True,
             check=True,
         )

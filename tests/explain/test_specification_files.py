@@ -192,17 +192,3 @@ def test_flaws_are_shown_at_their_places(
     for command in (synth, explain):
         answer = invoke(command, file)
         assert answer.status == 2 and said in answer.error
-
-
-def test_options_of_scenarios_are_refused(tmp_path: Path, invoke: Invoke) -> None:
-    answer = invoke(synth, written(tmp_path, "door", DOOR), "--robot", "door")
-    assert answer.status == 2 and "--robot goes with scenarios" in answer.error
-
-
-def test_other_commands_name_those_that_take_it(tmp_path: Path, invoke: Invoke) -> None:
-    from safenav.cli.check import check
-
-    answer = invoke(check, written(tmp_path, "door", f"# a door\n\n{DOOR}"))
-    assert answer.status == 2
-    assert "this is a specification, not a scenario" in answer.error
-    assert "safenav synth" in answer.error

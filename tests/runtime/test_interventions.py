@@ -64,12 +64,6 @@ def test_an_intervention_with_parts_of_wrong_types_is_refused(wanted: Any, says:
         mission.intervene(wanted)
 
 
-@pytest.mark.parametrize("line", ["", "  ", "leave digit"])
-def test_a_line_that_is_not_an_intervention_is_refused(line: str) -> None:
-    with pytest.raises(UsageError, match="unknown intervention"):
-        read_intervention(line, load_scenario(SCENARIOS / "case_study_1.yaml"))
-
-
 ONE_DIGIT = (SCENARIOS / "case_study_1.yaml").read_text().split("expect:")[0]
 TWO_DIGITS = ONE_DIGIT.replace(
     "obstacles:",

@@ -64,6 +64,7 @@ def test_a_request_given_up_and_resolved_is_not_reopened_when_its_obstacle_is_ba
         ("service cart away", "expected: service ROBOT out|back"),
         ("give_up now", "expected: give_up; found 'give_up now'"),
         ("open gate@27", "unknown intervention 'open'"),
+        ("  ", "unknown intervention"),
         ("objective cart {visit: [1}", "is not valid YAML"),
         ("objective cart " + "{a: " * 3000, "nested more than 50 deep"),
         (

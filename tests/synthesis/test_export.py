@@ -8,10 +8,8 @@ import subprocess
 import networkx
 import pytest
 
-from safenav.outcome import Verdict
 from safenav.spec.specification import Specification
-from safenav.synthesis.export import size_of, to_dot, to_graphml
-from safenav.synthesis.request import SynthesisResult
+from safenav.synthesis.export import to_dot, to_graphml
 from safenav.synthesis.strategy import Strategy
 
 
@@ -58,11 +56,3 @@ def test_strange_titles_do_no_harm(patrol: Specification, patrol_json: bytes) ->
     strategy = Strategy.parse(patrol_json, spec)
     networkx.read_graphml(io.BytesIO(to_graphml(strategy).encode()))
     assert r'label="a \"quoted\" \\ title\nin <two> lines' in to_dot(strategy)
-
-
-def test_figures(patrol: Specification, strategy: Strategy) -> None:
-    found = SynthesisResult("carrier", Verdict.REALIZABLE, 0.25, False, "0", strategy)
-    size = {"states": 9, "edges": 18, "goals": 2, "variables": 2, "bits": 3, "seconds": 0.25}
-    assert size_of(patrol, found) == {"verdict": "realizable", **size}
-    without = size_of(patrol, SynthesisResult("carrier", Verdict.TIMEOUT, 1.0, False, "0"))
-    assert (without["states"], without["edges"], without["bits"]) == (None, None, 3)
