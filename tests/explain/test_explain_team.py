@@ -7,7 +7,6 @@ import pytest
 
 from explain.conftest import Invoke
 from once import beside
-from safenav.cli.check import check
 from safenav.cli.synth import explain
 from safenav.report.terminal.explanation_text import postmortem_lines
 from safenav.review.postmortem import Postmortem, explain_run
@@ -183,25 +182,3 @@ def test_explain_prints_text_and_json(tmp_path: Path, invoke: Invoke) -> None:
     told = json.loads(invoke(explain, scenario, "--json").output)
     assert told["cause"] == "no_capable_robot"
     assert told["repairs"] and told["chain"]
-
-
-@pytest.mark.parametrize(
-    ("text", "warnings"),
-    [
-        (LIFTER, ["w cannot meet its objective infinitely often", "only ben can do it"]),
-        (KEYS, ["r and b cannot meet their objectives", "r has it, but blue_door@west is in"]),
-        (
-            NARROW.replace("visit: [7, 10]", "hold: 8").replace("visit: [10, 7]", "hold: 8"),
-            ["a and b must both stay at 8 [1, 2], but it has room for one robot"],
-        ),
-    ],
-    ids=["lifter", "keys", "hold"],
-)
-def test_check_warns_of_infeasible_objectives_without_a_run(
-    text: str, warnings: list[str], tmp_path: Path, invoke: Invoke
-) -> None:
-    scenario = tmp_path / "s.yaml"
-    scenario.write_text(text)
-    answer = invoke(check, scenario)
-    for warning in warnings:
-        assert warning in answer.error

@@ -1,15 +1,8 @@
 """Vacuous wins: the robot forces the environment into a dead end, or out of its fairness."""
 
-import json
-from pathlib import Path
-
 import pytest
 
-from explain.conftest import Invoke
 from once import SCENARIOS
-from safenav.cli.check import check
-from safenav.cli.run import run
-from safenav.cli.synth import synth
 from safenav.explain.vacuity import Cause, can_force, vacuities, vacuous_wins
 from safenav.runtime.run.mission import default_synthesizer, first_results
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
@@ -79,20 +72,3 @@ def test_a_robot_cannot_force_others_that_it_does_not_track() -> None:
         assert strategy is not None
         assert vacuities(strategy) == ()
         assert can_force(strategy.specification, synthesizer) is None
-
-
-def test_commands_warn_and_strict_commands_refuse(tmp_path: Path, invoke: Invoke) -> None:
-    file = tmp_path / "alley.yaml"
-    file.write_text(ALLEY.format(tracks="[other]"))
-    strategy = first_results(load_scenario(file), Synthesizer(), names=["hunter"])["hunter"]
-    assert strategy.result.strategy is not None
-    warned = bool(vacuous_wins(strategy.result.strategy, Synthesizer()))
-    for command in (check, synth):
-        mild, strict = invoke(command, file), invoke(command, file, "--strict")
-        assert mild.status == 0
-        assert strict.status == int(warned)
-        assert ("warning" in mild.error) == warned
-    robots = json.loads(invoke(check, file, "--json").output)["robots"]
-    assert any(robot["warnings"] for robot in robots) == warned
-    cut = invoke(run, file, "--max-ticks", "2", "--no-map")
-    assert ("hunter may win by breaking assumptions" in cut.error) == warned
