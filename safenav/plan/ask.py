@@ -97,7 +97,8 @@ def _ask(
     check: Callable[[], None],
 ) -> Found | Deadlock | Unserved | None:
     answer = _search(floor, joint, frozenset(served), seed, check)
-    if isinstance(answer, Exhausted) and _may_turn(floor, joint):
+    may_turn = any(floor.team.members[i].either and joint.counts[i][1] == 0 for i in floor.robots)
+    if isinstance(answer, Exhausted) and may_turn:
         answer = _search(replace(floor, either=True), joint, frozenset(served), seed, check)
         if isinstance(answer, list) and not isinstance(answer, Exhausted):
             first = tuple(_first(floor, answer))
@@ -133,12 +134,8 @@ def ask_charged(
         c if m.energy is None or m.energy.chargers >> p & 1 else c - m.energy.battery.stay
         for c, m, p in zip(charges, floor.team.members, joint.poses, strict=True)
     )
-    tries = [
-        (True, False, late),
-        (True, True, late),
-        (True, False, charges),
-        (False, False, charges),
-    ]
+    tries = [(True, full, late) for full in (False, True)]
+    tries += [(lasting, False, charges) for lasting in (True, False)]
     for lasting, full, begins in dict.fromkeys(tries):
         start, how = joint._replace(charges=begins), (lasting, full)
         answer = ChargedSearch(floor, wanted, _guide(floor, wanted), start, seed, how).run()
@@ -224,10 +221,6 @@ def _guide(floor: Floor, served: frozenset[int]) -> Guide:
     return guide
 
 
-def _may_turn(floor: Floor, joint: Joint) -> bool:
-    return any(floor.team.members[i].either and joint.counts[i][1] == 0 for i in floor.robots)
-
-
 def _first(floor: Floor, states: Sequence[Joint]) -> Iterator[tuple[int, int]]:
     """The targets with which robots begin in a plan, where they are not their next ones."""
     for i in floor.robots:
@@ -268,21 +261,11 @@ def _stated(floor: Floor, joint: Joint, reached: Exhausted) -> proofs.JointSearc
         placed = [graphs[i].pose(p).place for i, p in zip(floor.robots, poses, strict=True)]
         found.add(json.dumps(placed, separators=(",", ":")))
     text = "".join(f"{line}\n" for line in sorted(found))
-    names = tuple(floor.team.members[i].name for i in floor.robots)
-    return proofs.JointSearch(
-        names,
-        {
-            name: graphs[i].pose(joint.poses[i]).place
-            for name, i in zip(names, floor.robots, strict=True)
-        },
-        {floor.gate(g).name: joint.stages[g].need for g in floor.open(joint.stages)},
-        proofs.JointGoal(floor.team.rounds),
-        len(found),
-        hashlib.sha256(text.encode()).hexdigest(),
-        {
-            name: dict(memory)
-            for name, i in zip(names, floor.robots, strict=True)
-            if (memory := floor.team.members[i].graph.memory(joint.poses[i]))
-        }
-        or None,
-    )
+    names = {i: floor.team.members[i].name for i in floor.robots}
+    there = {name: graphs[i].pose(joint.poses[i]).place for i, name in names.items()}
+    stages = {floor.gate(g).name: joint.stages[g].need for g in floor.open(joint.stages)}
+    goal, sha256 = proofs.JointGoal(floor.team.rounds), hashlib.sha256(text.encode()).hexdigest()
+    own = {i: floor.team.members[i].graph.memory(joint.poses[i]) for i in names}
+    memory = {names[i]: dict(values) for i, values in own.items() if values}
+    who = tuple(names.values())
+    return proofs.JointSearch(who, there, stages, goal, len(found), sha256, memory or None)

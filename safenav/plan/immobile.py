@@ -38,13 +38,9 @@ class Immobile:
         taken = {poses[i] % size for i in self._who}
         found = {i for i in self._who if taken.issuperset(self._regions(i, poses[i]))}
         while found:
-            free = {
-                i
-                for i in found
-                if not {poses[j] % size for j in self._rivals[i] & found}.issuperset(
-                    self._regions(i, poses[i])
-                )
-            }
+            blocked = ({poses[j] % size for j in self._rivals[i] & found} for i in found)
+            pairs = zip([*found], blocked, strict=True)
+            free = {i for i, shut in pairs if not shut.issuperset(self._regions(i, poses[i]))}
             if not free:
                 break
             found -= free

@@ -62,12 +62,8 @@ def plan_of(floor: Floor, states: Sequence[Joint]) -> Plan:
         stays[states[0].poses[i] % size].append(present[i])
     zones = [_Zone(floor, zone, states[0]) for zone in floor.team.zones]
     for before, joint in pairwise(states):
-        i = _mover(before, joint)
-        region, rivals, over = (
-            joint.poses[i] % size,
-            floor.team.members[i].rivals,
-            _over(floor, before),
-        )
+        i, over = _mover(before, joint), _over(floor, before)
+        region, rivals = joint.poses[i] % size, floor.team.members[i].rivals
         latest = _latest(stays[region], rivals, crowds[i])
         for zone in zones:
             for j, left in zone.entered(i, before.poses[i] % size, region, len(ways[i])).items():
@@ -76,17 +72,13 @@ def plan_of(floor: Floor, states: Sequence[Joint]) -> Plan:
         owed[i] = set()
         present[i][1], present[i] = len(ways[i]), [i, 0]
         stays[region].append(present[i])
-        ways[i].append(
-            Waypoint(
-                joint.poses[i], tuple(latest.items()), frozenset(waits), before.counts[i], over
-            )
-        )
+        when = tuple(latest.items()), frozenset(waits), before.counts[i], over
+        ways[i].append(Waypoint(joint.poses[i], *when))
         if joint.stages != before.stages:
             for j, what in _because(floor, before, joint):
                 owed[j].add(what)
-    return Plan(
-        tuple(tuple(ways.get(i, ())) for i in range(len(states[0].poses))), frozenset(floor.gates)
-    )
+    every = tuple(tuple(ways.get(i, ())) for i in range(len(states[0].poses)))
+    return Plan(every, frozenset(floor.gates))
 
 
 class _Zone:
@@ -197,15 +189,9 @@ def starving(team: Team, state: State) -> bool:
         ready = spare is not None and robot.idle and robot.active
         if spare is None or not ready or next_step(team, state, i) is not None:
             continue
-        if spare <= EARLY and charge_left(team, state, i):
+        if -_slack(team, i) <= spare <= EARLY:  # it still gets to a charger
             return True
     return False
-
-
-def charge_left(team: Team, state: State, i: int) -> bool:
-    """Whether a robot still gets to a charger."""
-    slack, spare = _slack(team, i), _spare(team, state, i)
-    return spare is not None and spare + slack >= 0
 
 
 def _spare(team: Team, state: State, i: int) -> float | None:
@@ -302,15 +288,12 @@ def stuck(team: Team, state: State, helped: frozenset[int]) -> bool:
         on = energy is not None and energy.chargers >> robot.pose & 1
         if on and way and is_charging(team, state, i, way[0]):
             return False
-        if any(k in helped for waypoint in way for k, _ in waypoint.needs) or any(
-            each.state is Is.OPEN
-            and k in helped
-            and team.obstacles[k].region == waypoint.pose % team.size
-            for waypoint in way
-            for k, each in enumerate(state.obstacles)
-        ):
-            return False
-    return plan is not None
+        shut = [k for k in helped if state.obstacles[k].state is Is.OPEN]
+        regions = {team.obstacles[k].region for k in shut}
+        for waypoint in way:
+            if any(k in helped for k, _ in waypoint.needs) or waypoint.pose % team.size in regions:
+                return False
+    return True
 
 
 def surely(team: Team, state: State) -> list[int]:
@@ -365,9 +348,8 @@ def preview(floor: Floor, plan: Plan, first: Joint) -> list[Joint] | None:
     return ticks
 
 
-def joint_now(team: Team, state: State, floor: Floor | None = None) -> Joint:
+def joint_now(state: State, floor: Floor) -> Joint:
     """The present joint state; a robot on its way is where it will arrive."""
-    floor = floor or floor_now(team, state)
     counts = tuple((r.own.memory, r.own.met) for r in state.robots)
     arriving = [i for i, robot in enumerate(state.robots) if robot.to is not None]
     poses = tuple(robot.next for robot in state.robots)

@@ -19,8 +19,8 @@ class Proposals:
     def __init__(self, floor: Floor, random: Random, alive: Sequence[int] | None = None) -> None:
         self._alive = alive
         self._floor, self._random, self._size = floor, random, floor.team.size
-        self._rivals = [member.rivals for member in floor.team.members]
-        self._zones = [member.zones for member in floor.team.members]
+        self._members = floor.team.members
+        self._rivals = [member.rivals for member in self._members]
 
     def propose(
         self,
@@ -60,11 +60,7 @@ class Proposals:
         region, rivals, after = pose % self._size, self._rivals[i], self._next
         if (entered := self._entered.get(region)) and not rivals.isdisjoint(entered):
             return False
-        if self._zones[i] and any(
-            self._full(others, regions)
-            for others, regions in self._zones[i]
-            if regions >> region & 1
-        ):
+        if self._members[i].zones and self._members[i].shut(self._occupied()) >> region & 1:
             return False
         pushed = []
         if region != self._joint.poses[i] % self._size:
@@ -83,13 +79,10 @@ class Proposals:
                 return False
         return True
 
-    def _full(self, others: frozenset[int], regions: Mask) -> bool:
-        """Whether some others are in a zone, before or after this step."""
-        poses, size = self._joint.poses, self._size
-        return any(
-            regions >> poses[j] % size & 1 or regions >> self._next.get(j, poses[j]) % size & 1
-            for j in others
-        )
+    def _occupied(self) -> list[Mask]:
+        """The regions of each robot, before and after this step."""
+        size, after, poses = self._size, self._next, enumerate(self._joint.poses)
+        return [1 << pose % size | 1 << after.get(j, pose) % size for j, pose in poses]
 
     def _ranked(self, i: int) -> list[int]:
         """A robot's possible next poses, the nearest to its goals first; free ones before taken

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
+from itertools import chain
 from random import Random
 
 from safenav.plan.immobile import Immobile
@@ -51,15 +52,8 @@ class Search:
         work: int,
         check: Callable[[], None] = lambda: None,
     ) -> None:
-        self._check = check
-        self.floor, self.served, self.guide, self.start, self.work = (
-            floor,
-            served,
-            guide,
-            start,
-            work,
-        )
-        self.random = Random(seed)
+        self._check, self.work, self.random = check, work, Random(seed)
+        self.floor, self.served, self.guide, self.start = floor, served, guide, start
         self._alive = [floor.live(i, floor.floors[i]) for i in range(len(start.poses))]
         alive = self._alive if len(floor.robots) > MANY else None
         self._propose = Proposals(floor, self.random, alive).propose
@@ -103,11 +97,8 @@ class Search:
         backtracking."""
         robots = self.floor.robots
         for _ in range(ROLLS):
-            joint, states, rank = (
-                self.start,
-                [self.start],
-                {i: self.random.random() for i in robots},
-            )
+            joint, states = self.start, [self.start]
+            rank = {i: self.random.random() for i in robots}
             pairs = zip(self.fields(joint), joint.poses, strict=True)
             horizon = max((field[p] for field, p in pairs if field is not None), default=0)
             for _ in range(8 * (horizon + self.floor.team.size // 16) + 100):
@@ -119,18 +110,13 @@ class Search:
                 found = self._propose(joint, fields, sorted(robots, key=lambda i: -rank[i]))
                 if self.work <= 0:
                     break
-                if (
-                    found is None or found == joint.poses
-                ):  # a standstill: some robots step aside at random
-                    aside = self._aside(joint)
-                    if aside == joint:
-                        break
-                    joint = aside
-                    states.append(joint)
-                    if self.goal(joint):
-                        return states
-                    continue
-                joint = self.floor.moved(joint, found, robots)
+                before = joint
+                if found is None or found == joint.poses:  # a standstill
+                    joint = self._aside(joint)  # some robots step aside at random
+                else:
+                    joint = self.floor.moved(joint, found, robots)
+                if joint == before:
+                    break
                 states.append(joint)
                 if self.goal(joint):
                     return states
@@ -146,15 +132,9 @@ class Search:
         self.random.shuffle(robots)
         for i in robots[: max(1, len(robots) // 2)]:
             steps = self.floor.steps(i, joint.stages)[poses[i]]
-            rivals = self.floor.team.members[i].rivals
-            shut = self.floor.shut(i, poses)
-            free = [
-                p
-                for p in steps
-                if self._alive[i] >> p & 1
-                and not shut >> p % size & 1
-                and not any(j in rivals for j in at.get(p % size, ()))
-            ]
+            rivals, shut = self.floor.team.members[i].rivals, self.floor.shut(i, poses)
+            open_ = (p for p in steps if self._alive[i] >> p & 1 and not shut >> p % size & 1)
+            free = [p for p in open_ if rivals.isdisjoint(at.get(p % size, ()))]
             if free:
                 at[poses[i] % size].remove(i)
                 poses[i] = self.random.choice(free)
@@ -215,16 +195,12 @@ class Search:
             fields = [field if i == first else None for i, field in enumerate(fields)]
         if how is not STATIC:
             order = sorted(order, key=lambda i: _distance(fields[i], poses[i]), reverse=True)
-        self.work -= len(order)
-        found = self._propose(joint, fields, order)
-        if found is not None and (after := self._reached(joint, found)) is not None:
-            yield after
-        for i in order:
-            for pose in self._forced(joint, i):
-                self.work -= len(order)
-                found = self._propose(joint, fields, order, (i, pose))
-                if found is not None and (after := self._reached(joint, found)) is not None:
-                    yield after
+        forced = ((i, pose) for i in order for pose in self._forced(joint, i))
+        for one in chain((None,), forced):
+            self.work -= len(order)
+            found = self._propose(joint, fields, order, one)
+            if found is not None and (after := self._reached(joint, found)) is not None:
+                yield after
         yield from self._singles(joint, self._alive)
 
     def _new(self, after: Joint, before: dict[Joint, Joint | None]) -> bool:

@@ -25,9 +25,8 @@ def shortened(floor: Floor, states: Sequence[Joint], served: frozenset[int]) -> 
         order = sorted(floor.robots, key=lambda i: -_arrival(best, i))
         before, groups = best, [order]
         best, plan = _direct(floor, best, served) or (best, plan)
-        if (
-            floor.gates or len(order) <= FEW
-        ):  # also one by one: together they may disturb each other
+        # also one by one: together they may disturb each other
+        if floor.gates or len(order) <= FEW:
             groups = [order, *([i] for i in order)]
         for group in groups:
             best, plan = _improved(floor, best, group, served) or (best, plan)
@@ -125,17 +124,14 @@ def _earliest(
     if last * (len(vias) + 1) > MOST_CELLS:
         return None
     crowd = floor.team.crowds[i]
-    if crowd is not None:  # disjoint regions: those of all, less its own
+    if crowd is None:
+        masks = [region_mask(ways[j][t] % size for j in rivals) for t in range(last + 1)]
+    else:  # disjoint regions: those of all, less its own
         if crowd not in shared:
             shared[crowd] = [region_mask(ways[j][t] % size for j in crowd) for t in range(last + 1)]
-        taken = [
-            graph.poses_on(mask & ~(1 << pose % size))
-            for mask, pose in zip(shared[crowd], ways[i], strict=True)
-        ]
-    else:
-        taken = [
-            graph.poses_on(region_mask(ways[j][t] % size for j in rivals)) for t in range(last + 1)
-        ]
+        pairs = zip(shared[crowd], ways[i], strict=True)
+        masks = [mask & ~(1 << pose % size) for mask, pose in pairs]
+    taken = [*map(graph.poses_on, masks)]
     for t in range(last + 1 if floor.team.members[i].zones else 0):
         taken[t] |= graph.poses_on(floor.shut(i, [way[t] for way in ways]))
     later = [0] * (last + 2)

@@ -71,6 +71,10 @@ class Pursuit(NamedTuple):
             return memory + (not last), int(last)
         return 0 if last else memory + 1, 1
 
+    def rounds(self, met: int) -> int:
+        """Return the rounds that so many counts of ``step`` complete."""
+        return met // self.targets if self.in_turn and not self.settles else met
+
 
 class TargetObjective(Struct, frozen=True):
     """An objective about targets, which are numbered in its own order. ``avoid``: regions that the

@@ -96,16 +96,10 @@ def stated(now: Sets, found: Refutation, given_up: tuple[str, ...] = ()) -> proo
     floor = now.floor
     name = [floor.gate(g).name for g in range(len(floor.gates))]
     if isinstance(found, Closure):
-        return proofs.Closure(
-            tuple(name[g] for g in found.resolved),
-            (*(name[g] for g in found.never), *given_up),
-            {
-                member.name: proofs.Reach(places(graph, poses), live)
-                for member, graph, poses, live in zip(
-                    floor.team.members, floor.graphs, found.reach, found.live, strict=True
-                )
-            },
-        )
+        robots = zip(floor.team.members, floor.graphs, found.reach, found.live, strict=True)
+        reach = {m.name: proofs.Reach(places(graph, at), live) for m, graph, at, live in robots}
+        never = (*(name[g] for g in found.never), *given_up)
+        return proofs.Closure(tuple(name[g] for g in found.resolved), never, reach)
     choices = []
     for each in found:
         group = tuple(floor.team.members[i].name for i in each.step.group)

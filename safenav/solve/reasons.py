@@ -69,21 +69,12 @@ def _shortfall(now: Sets, closure: Closure, g: int) -> Shortfall:
     floor, stage, gate = now.floor, closure.left[g], now.floor.gate(g)
     need, members = gate.needs[stage.need], floor.team.members
     chosen = range(len(members)) if stage.group is None else sorted(stage.group)
-    helpers = tuple(
-        _helper(now, closure, g, i)
-        for i in chosen
-        if need.skills <= members[i].robot.capabilities and i not in stage.done
-    )
-    return Shortfall(
-        gate.name,
-        need.action,
-        need.robots,
-        need.together,
-        helpers,
-        tuple(former.action for former in gate.needs[: stage.need]),
-        tuple(members[i].name for i in sorted(stage.done)),
-        tuple(sorted(need.skills - {need.action})),
-    )
+    able = (i for i in chosen if need.skills <= members[i].robot.capabilities)
+    helpers = tuple(_helper(now, closure, g, i) for i in able if i not in stage.done)
+    met = tuple(former.action for former in gate.needs[: stage.need])
+    done = tuple(members[i].name for i in sorted(stage.done))
+    about, beside = (need.robots, need.together), tuple(sorted(need.skills - {need.action}))
+    return Shortfall(gate.name, need.action, *about, helpers, met, done, beside)
 
 
 def _helper(now: Sets, closure: Closure, g: int, i: int) -> Helper:

@@ -6,6 +6,7 @@ back into K; the robot can meet the deadline forever iff its first round leads i
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Mapping
 
 from msgspec import Struct
@@ -33,14 +34,8 @@ def least_within(walk: Walk) -> int | None:
     """Return the least N such that every round can take at most N ticks; None if there is none."""
     costs, begin = _rounds(walk), _leg(walk, {walk.start: 0})
     values = sorted({*begin.values(), *(c for row in costs.values() for c in row.values())})
-    low, high = 0, len(values)
-    while low < high:
-        middle = (low + high) // 2
-        if _kept(costs, begin, values[middle]):
-            high = middle
-        else:
-            low = middle + 1
-    return values[low] if low < len(values) else None
+    least = bisect_left(values, True, key=lambda most: bool(_kept(costs, begin, most)))
+    return values[least] if least < len(values) else None
 
 
 def _kept(costs: Mapping[int, Costs], begin: Costs, most: int) -> set[int]:

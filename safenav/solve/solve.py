@@ -217,11 +217,8 @@ def _replayed(plan: list[Step], now: Sets, wanted: frozenset[int]) -> tuple[Step
         need = now.floor.need(step.g, now.stages)
         places = {i: now.spots(i, need.regions) for i in step.group}
         alone = need.together and not fits(now.floor, step.group, places)
-        if (
-            alone
-            or not all(places.values())
-            or not {*step.group} <= {*now.floor.able(step.g, now.stages)}
-        ):
+        able = {*step.group} <= {*now.floor.able(step.g, now.stages)}
+        if alone or not able or not all(places.values()):
             return None
         rebuilt.append(replace(step, at=tuple(places.values())))
         now = now.after(rebuilt[-1])

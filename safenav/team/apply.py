@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.objective import Ltl, Objective
 from safenav.team import state as now
-from safenav.team.failures import lost_type
+from safenav.team.failures import stands_for
 from safenav.team.floor import Floor, barred, floor_of, laden, restarted
 from safenav.team.formulas import pursuit_of
 from safenav.team.state import Count, Is, ObstacleNow, RobotNow, State
@@ -54,7 +54,7 @@ def apply(team: Team, state: State, event: now.Event) -> State:
     if isinstance(event, _HELPS) or (isinstance(event, now.Acted) and event.truths):
         for number, each in enumerate(state.obstacles):
             if each.aside:
-                state = _obstacle(state, number, replace(each, aside=False))
+                state = _obstacle(state, number, aside=False)
     match event:
         case now.Time(at, flows):
             for i, robot in enumerate(state.robots if flows else ()):
@@ -118,15 +118,14 @@ def apply(team: Team, state: State, event: now.Event) -> State:
         case now.Inputs(on):
             return replace(state, inputs=on)
         case now.Declared(k):
-            sealed = replace(state.obstacles[k], state=Is.SEALED, given_up=False)
-            state = _obstacle(_dropped(state, k), k, sealed)
+            state = _obstacle(_dropped(state, k), k, state=Is.SEALED, given_up=False)
             return replace(state, plan=None)
         case now.Seen(k):
             match state.obstacles[k].state:
                 case Is.HIDDEN | Is.AWAY:  # robots may have met needs of it unknowingly
-                    return _obstacle(state, k, replace(state.obstacles[k], state=Is.SEEN))
+                    return _obstacle(state, k, state=Is.SEEN)
                 case Is.OVER:
-                    return replace(_obstacle(state, k, ObstacleNow(Is.SEEN)), plan=None)
+                    return replace(_with(state, k, ObstacleNow(Is.SEEN)), plan=None)
             return state
         case now.Introduced():
             return replace(state, obstacles=(*state.obstacles, ObstacleNow()))
@@ -146,33 +145,29 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             state = _asked(team, state, k, (*asked, (i, here)))
             return replace(state, plan=None)
         case now.Appeared(k):
-            state = _obstacle(state, k, ObstacleNow())
-            return (
-                replace(_asked(team, state, k, ()), plan=None)
-                if team.obstacles[k].ordered
-                else state
-            )
+            state = _with(state, k, ObstacleNow())
+            ordered = team.obstacles[k].ordered
+            return replace(_asked(team, state, k, ()), plan=None) if ordered else state
         case now.Gone(k):
             known = state.obstacles[k].state not in (Is.HIDDEN, Is.AWAY)
-            state = _obstacle(_dropped(_forgiven(state, k=k), k), k, ObstacleNow(Is.OVER))
+            state = _with(_dropped(_forgiven(state, k=k), k), k, ObstacleNow(Is.OVER))
             return replace(state, plan=None) if known else state
         case now.Counted(i, ticks):
             return _counted(team, state, i, ticks)
         case now.GaveUp(k):
-            sealed = replace(state.obstacles[k], state=Is.SEALED, given_up=True)
             foreseen = state.plan is not None and k in state.plan.foreseen
             state = replace(state, plan=None) if foreseen else state
-            return _obstacle(_dropped(state, k), k, sealed)
+            return _obstacle(_dropped(state, k), k, state=Is.SEALED, given_up=True)
         case now.Reopened():
             for k, each in enumerate(state.obstacles):
                 if each.given_up:
                     state = _asked(team, state, k, each.asked)
                 elif each.aside:
-                    state = _obstacle(state, k, replace(each, aside=False))
+                    state = _obstacle(state, k, aside=False)
             return state
         case now.SetAside(those):
             for k in those:
-                state = _obstacle(state, k, replace(state.obstacles[k], aside=True))
+                state = _obstacle(state, k, aside=True)
             return state
         case now.Told(i, objective, node):
             robot = state.robots[i]
@@ -224,10 +219,8 @@ def _put(team: Team, state: State, i: int, pose: int, **changes: object) -> Stat
 
 def _moved(team: Team, state: State, i: int) -> State:
     """A step uses charge when it ends, whatever its result."""
-    energy = team.members[i].energy
-    return (
-        state if energy is None else _robot(state, i, charge=energy.stepped(state.robots[i].charge))
-    )
+    energy, charge = team.members[i].energy, state.robots[i].charge
+    return state if energy is None else _robot(state, i, charge=energy.stepped(charge))
 
 
 def _charged(team: Team, state: State, i: int, time: float) -> State:
@@ -271,8 +264,12 @@ def _stepped(team: Team, state: State, i: int, pose: int, values: now.Values | N
     return _robot(state, i, came=(robot.pose, robot.values), values=values)
 
 
-def _obstacle(state: State, k: int, obstacle: ObstacleNow) -> State:
+def _with(state: State, k: int, obstacle: ObstacleNow) -> State:
     return replace(state, obstacles=(*state.obstacles[:k], obstacle, *state.obstacles[k + 1 :]))
+
+
+def _obstacle(state: State, k: int, /, **changes: object) -> State:
+    return _with(state, k, replace(state.obstacles[k], **changes))
 
 
 def _asked(team: Team, state: State, k: int, asked: tuple[tuple[int, int], ...]) -> State:
@@ -284,7 +281,7 @@ def _asked(team: Team, state: State, k: int, asked: tuple[tuple[int, int], ...])
     if k not in state.requests:
         limit = team.scenario.limit_of(team.obstacles[k].source)
         due = None if limit is None else int(state.time) + limit
-    state = _obstacle(state, k, ObstacleNow(Is.OPEN, stage, asked, due=due))
+    state = _with(state, k, ObstacleNow(Is.OPEN, stage, asked, due=due))
     return state if k in state.requests else replace(state, requests=(*state.requests, k))
 
 
@@ -302,17 +299,14 @@ def _acted(team: Team, state: State, event: now.Acted) -> State:
         tried = (*state.attempts, *((event.robot, k) for k in event.failed))
         state = replace(state, attempts=tried, plan=None)
     for k, stage in event.stages:
-        state = _obstacle(state, k, replace(state.obstacles[k], stage=stage))
+        state = _obstacle(state, k, stage=stage)
     for k in event.again:
-        state = _obstacle(_forgiven(state, k=k), k, ObstacleNow(Is.OVER))
+        state = _with(_forgiven(state, k=k), k, ObstacleNow(Is.OVER))
     foreseen = state.plan.foreseen if state.plan else frozenset()
     for k, truth in event.truths:
         after = Is.SEALED if truth is False else Is.OVER
-        state = _obstacle(
-            _dropped(_forgiven(state, k=k), k),
-            k,
-            replace(state.obstacles[k], state=after, asked=(), given_up=False),
-        )
+        state = _dropped(_forgiven(state, k=k), k)
+        state = _obstacle(state, k, state=after, asked=(), given_up=False)
         state = replace(state, over=(*state.over, k))
         if truth is False or k not in foreseen:
             state = replace(state, plan=None)
@@ -429,8 +423,7 @@ def _count(
 
 def rounds(objective: Objective, count: Count) -> int:
     """The rounds that are completed."""
-    pursuit = pursuit_of(objective)
-    return count.met // pursuit.targets if pursuit.in_turn and not pursuit.settles else count.met
+    return pursuit_of(objective).rounds(count.met)
 
 
 def _counted(team: Team, state: State, i: int, ticks: int | None) -> State:
@@ -448,9 +441,8 @@ def _counted(team: Team, state: State, i: int, ticks: int | None) -> State:
             for step in _counts(team, robot, i, robot.objective, task, 1, ticks):
                 task = step[1]
         robot = replace(robot, own=own, task=task, fresh=False)
-    if robot == state.robots[i]:
-        return state
-    return replace(state, robots=(*state.robots[:i], robot, *state.robots[i + 1 :]))
+    same = robot == state.robots[i]
+    return state if same else _robot(state, i, own=own, task=task, fresh=robot.fresh)
 
 
 def will_count(team: Team, state: State, i: int) -> bool:
@@ -475,11 +467,11 @@ def done(team: Team, state: State, i: int) -> bool:
 def stands(team: Team, state: State, i: int) -> bool:
     """Whether a robot is where its own objective settles; True if that settles nowhere. One that is
     lost may be at several places."""
-    member, robot, lost = team.members[i], state.robots[i], lost_type(team.members[i].robot)
+    member, robot = team.members[i], state.robots[i]
     if not member.pursuit.settles:
         return True
     pairs = zip(team.obstacles, state.obstacles, strict=True)
-    places = {o.region for o, each in pairs if each.known and o.source.type.name == lost}
+    places = {o.region for o, each in pairs if each.known and stands_for(o.source, member.name)}
     places.add(robot.pose % team.size)
     return robot.to is None and all(member.objective.stays(robot.own.memory, r) for r in places)
 

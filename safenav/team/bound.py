@@ -41,15 +41,6 @@ class BoundObstacle(Struct, frozen=True):
     gate: Obstacle
     stage: Stage = Stage()
 
-    @property
-    def next(self) -> Need:
-        return self.gate.needs[self.stage.need]
-
-    def open_to(self, robot: int) -> bool:
-        """Return whether a robot may still take part in the next need."""
-        group = self.stage.group
-        return robot not in self.stage.done and (group is None or robot in group)
-
 
 class BoundMoment(Struct, frozen=True):
     """State of robots and open obstacles after turn ``now``."""
@@ -101,18 +92,14 @@ Fields = dict[tuple[object, ...], "ReachByTick"]
 """Cache of the poses that robots can reach by tick."""
 
 
-def _met_before(moment: BoundMoment) -> Times:
-    """Return the turns of the needs that are met; NEVER for the others."""
-    return tuple(
-        (moment.now,) * one.stage.need + (NEVER,) * (len(one.gate.needs) - one.stage.need)
-        for one in moment.opens
-    )
-
-
 def earliest(moment: BoundMoment) -> Times:
     """Return the earliest turns of all needs: the fixpoint in which each obstacle opens as early as
     the times of the others allow."""
-    times, fields = _met_before(moment), Fields()
+    fields = Fields()
+    times: Times = tuple(
+        (moment.now,) * one.stage.need + (NEVER,) * (len(one.gate.needs) - one.stage.need)
+        for one in moment.opens
+    )
     while True:
         spreads = [Spread(moment, i, times, fields) for i in range(moment.count)]
         after = tuple(
@@ -297,9 +284,9 @@ def _field(
     ``since``: the turns from which the previous need and this one can be met; ``previous``: the
     poses of the robots that took part in the previous need."""
     robot, walker, first = spread.robot, spread.walker, number == one.stage.need
-    begun, before = since
-    if first and not one.open_to(robot):
-        return None
+    (begun, before), group = since, one.stage.group
+    if first and (robot in one.stage.done or (group is not None and robot not in group)):
+        return None  # it has done its part, or others are to
     if first or not one.gate.needs[number].same:
         return spread.field(spread.start())
     former = one.gate.needs[number - 1]

@@ -117,12 +117,7 @@ def unknown(robot: Robot, region: Region) -> Obstacle:
 def lost(robot: Robot, others: frozenset[str], region: Region) -> Obstacle:
     """Return an obstacle where a lost robot may be; it blocks that robot and ``others``."""
     blocks = frozenset({robot.name, *others})
-    return Obstacle(ObstacleType(lost_type(robot), OPERATOR_ACTION, blocks=blocks), region)
-
-
-def lost_type(robot: Robot) -> str:
-    """Return the name of the type of the obstacles that stand where a lost robot may be."""
-    return f"lost_{robot.name}"
+    return Obstacle(ObstacleType(f"lost_{robot.name}", OPERATOR_ACTION, blocks=blocks), region)
 
 
 def stands_for(obstacle: Obstacle, robot: str) -> bool:

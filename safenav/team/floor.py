@@ -246,18 +246,14 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     def rounds_done(self, i: int, count: tuple[int, int]) -> int:
         """The rounds that a robot has completed."""
-        pursuit = self.team.members[i].pursuit
-        return count[1] // (pursuit.targets if pursuit.in_turn and not pursuit.settles else 1)
+        return self.team.members[i].pursuit.rounds(count[1])
 
     def awaited(self, i: int, count: tuple[int, int]) -> Mask:
         """The poses that a robot wants to reach next; if it is done, those where it must end."""
-        member, found = self.team.members[i], 0
-        if self.is_done(i, count):
-            found = member.targets[-1] if member.pursuit.settles else 0
-        else:
-            for target in bits(member.pursuit.awaited(count[0])):
-                found |= member.targets[target]
-        return found
+        member = self.team.members[i]
+        if not self.is_done(i, count):
+            return member.awaited(count[0])
+        return member.targets[-1] if member.pursuit.settles else 0
 
     def completed(
         self, joint: Joint, served: frozenset[int], who: tuple[int, ...] | None = None
@@ -290,30 +286,21 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
             before_stages, before = stages, len(self.open(stages))
             stages = self.performed(stages, poses)
             if len(self.open(stages)) != before and self._restarts(before_stages, stages):
-                counts = tuple(
-                    restarted(m, Count(*c))[:2]
-                    for m, c in zip(self.team.members, counts, strict=True)
-                )
-                who = self.robots
+                pairs = zip(self.team.members, counts, strict=True)
+                counts, who = tuple(restarted(m, Count(*c))[:2] for m, c in pairs), self.robots
         changed: list[tuple[int, int]] | None = None
         for i in who:
             kept = self.kept(i)[poses[i]]
             here = self.reached(i)[poses[i]] if i in moved else kept
             if not here:
                 continue
-            pursuit, count = self.team.members[i].pursuit, counts[i]
-            if (
-                self.either
-                and count[1] == 0
-                and self.team.members[i].either
-                and not here >> count[0] & 1
-            ):
+            member, count = self.team.members[i], counts[i]
+            pursuit, free = member.pursuit, self.either and member.either and count[1] == 0
+            if free and not here >> count[0] & 1:
                 count = (next(bits(here)), 0)
             if pursuit.in_turn and self.is_done(i, count) and self.open(stages):
-                count = (
-                    pursuit.step(count[0], here)[0],
-                    count[1],
-                )  # what comes next if rounds restart
+                # what comes next if rounds restart
+                count = pursuit.step(count[0], here)[0], count[1]
             while not self.is_done(i, count):
                 memory, more = pursuit.step(count[0], here)
                 if (memory, more) == (count[0], 0):
@@ -391,14 +378,13 @@ def gates_of(state: State) -> tuple[int, ...]:
     return tuple(sorted(newest, key=lambda k: (dues[k] is None, dues[k] or 0)))
 
 
-def floor_now(team: Team, state: State, robots: tuple[int, ...] | None = None) -> Floor:
-    """Return the floor as the team knows it; ``robots``: those that take part, default all in
-    service."""
+def floor_now(team: Team, state: State) -> Floor:
+    """Return the floor as the team knows it, of all robots in service."""
     out = frozenset((i, robot.next) for i, robot in enumerate(state.robots) if not robot.active)
     closed, within = barred(team, state), inside(team, state)
     gates = gates_of(state)
     full = laden(team, state, gates)
-    return floor_of(team, gates, state.sealed, within, robots, closed, out, full)
+    return floor_of(team, gates, state.sealed, within, None, closed, out, full)
 
 
 def laden(team: Team, state: State, gates: Collection[int]) -> frozenset[int]:

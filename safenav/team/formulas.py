@@ -7,7 +7,7 @@ are poses with their memory; a lone one follows its strategy, so those of its po
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from functools import cached_property, lru_cache
 from itertools import combinations, product
 
@@ -201,12 +201,9 @@ class StateGraph(PoseGraph):
     @cached_property
     def stays(self) -> tuple[Mask, ...]:
         """For each goal the states in which staying meets it."""
+        states = [(s, self.pose(s), self.memory(s)) for s in bits(self.everywhere)]
         return tuple(
-            sum(
-                1 << state
-                for state in bits(self.everywhere)
-                if self._stays(goal, self.pose(state), self.memory(state))
-            )
+            sum(1 << s for s, pose, memory in states if self._stays(goal, pose, memory))
             for goal in range(self._guarantees.goals)
         )
 
@@ -217,24 +214,17 @@ class StateGraph(PoseGraph):
         self, before: Pose, old: Mapping[str, int], after: Pose, new: Mapping[str, int]
     ) -> frozenset[int]:
         """The goals that a step meets but staying at either end does not."""
-        return frozenset(
-            goal
-            for goal in self._guarantees.goals_of_steps
-            if self._guarantees.meets_with(goal, before, old, after, new)
-            and not self._stays(goal, before, old)
-            and not self._stays(goal, after, new)
-        )
+        ends, meets = ((before, old), (after, new)), self._guarantees.meets_with
+        met = (g for g in self._guarantees.goals_of_steps if meets(g, before, old, after, new))
+        return frozenset(g for g in met if not any(self._stays(g, *end) for end in ends))
 
     @cached_property
     def _before(self) -> dict[int, Mask]:
         found: dict[int, Mask] = {}
-        for state, step in self._all_steps():
-            found[step] = found.get(step, 0) | 1 << state
-        return found
-
-    def _all_steps(self) -> Iterator[tuple[int, int]]:
         for state in bits(self.everywhere):
-            yield from ((state, step) for step in self.steps(state))
+            for step in self.steps(state):
+                found[step] = found.get(step, 0) | 1 << state
+        return found
 
 
 _remembering = lru_cache(maxsize=64)(StateGraph)

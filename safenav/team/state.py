@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from enum import Enum
+from enum import StrEnum
 from typing import NamedTuple
 
 from msgspec import Struct
 
 from safenav.scenario import model
-from safenav.scenario.objective import Objective
+from safenav.trace.fields import Objective
 from safenav.world.moves import Pose
 
 
@@ -30,7 +30,7 @@ class Count(NamedTuple):
     held: bool = False
 
 
-class Is(Enum):
+class Is(StrEnum):
     """State of an obstacle. ``SEEN``: a sensor shows it, no request yet; ``OPEN``: met or ordered,
     a request; ``SEALED``: in O, found untraversable or never to be resolved; ``OVER``: resolved, or
     gone."""
@@ -169,7 +169,21 @@ class State(Struct, frozen=True):
         return frozenset(k for k, each in enumerate(self.obstacles) if each.state is Is.SEALED)
 
 
-class Turn(NamedTuple):
+class Event(Struct, frozen=True):
+    """A fact, or a decision of the team, that becomes part of the state."""
+
+
+class Change(Event, frozen=True):
+    """An event beyond the turns of robots, of which the team decides together."""
+
+
+class Ended(Event, frozen=True):
+    """The end of a step."""
+
+    robot: int
+
+
+class Turn(Event, frozen=True):
     """It is a robot's turn. ``ticks``: how long it takes (None: no time, so staying counts
     immediately)."""
 
@@ -177,20 +191,20 @@ class Turn(NamedTuple):
     ticks: int | None = 1
 
 
-class Goes(NamedTuple):
+class Goes(Event, frozen=True):
     """A tick in which a robot is on its way."""
 
     robot: int
 
 
-class Time(NamedTuple):
+class Time(Change, frozen=True):
     """``flows``: charges change with the time, else with each stay."""
 
     now: float
     flows: bool = False
 
 
-class Departed(NamedTuple):
+class Departed(Event, frozen=True):
     """A robot sets out for a pose. ``by``: what decided that; ``node``: its strategy's there, with
     the ``values`` of its formulas;
     ``under_way``: the step takes time; ``command``, ``seconds``: its number, and how long it is
@@ -206,22 +220,20 @@ class Departed(NamedTuple):
     values: Values | None = None
 
 
-class Arrived(NamedTuple):
+class Arrived(Ended, frozen=True):
     """A robot is where its step leads. ``why``: what took it more than one attempt."""
 
-    robot: int
     why: str = ""
 
 
-class Elsewhere(NamedTuple):
+class Elsewhere(Ended, frozen=True):
     """A robot's step has ended in another pose. ``blocked``: an obstacle stopped it."""
 
-    robot: int
     pose: int
     blocked: bool = False
 
 
-class Astray(NamedTuple):
+class Astray(Event, frozen=True):
     """These assumptions of a robot's strategy are violated by what it observes; the strategy does
     not say how to continue."""
 
@@ -229,28 +241,22 @@ class Astray(NamedTuple):
     rules: tuple[str, ...]
 
 
-class Failed(NamedTuple):
+class Failed(Ended, frozen=True):
     """A robot's step has failed. ``fatal``: it can no longer move."""
 
-    robot: int
     pose: int
     why: str
     fatal: bool = False
 
 
-class Lost(NamedTuple):
+class Lost(Ended, frozen=True):
     """A robot is somewhere in these regions; nothing else is known of it."""
 
-    robot: int
     regions: frozenset[int]
     why: str = ""
 
 
-Ended = Arrived | Elsewhere | Failed | Lost
-"""The ends of a step."""
-
-
-class Stayed(NamedTuple):
+class Stayed(Event, frozen=True):
     """A robot stays for this turn, of so many ``ticks``. ``by`` as above; ``why``: a reason beyond
     that."""
 
@@ -262,7 +268,7 @@ class Stayed(NamedTuple):
     ticks: int = 0
 
 
-class Flat(NamedTuple):
+class Flat(Event, frozen=True):
     """The charge of a robot is used up; ``obstacle``: its empty battery, if the scenario has
     such."""
 
@@ -270,7 +276,7 @@ class Flat(NamedTuple):
     obstacle: int | None
 
 
-class Served(NamedTuple):
+class Served(Change, frozen=True):
     """A robot is out of service, or back in it. ``cause``: who decided that."""
 
     robot: int
@@ -278,14 +284,14 @@ class Served(NamedTuple):
     cause: str
 
 
-class Placed(NamedTuple):
+class Placed(Change, frozen=True):
     """An operator has put a robot into a pose."""
 
     robot: int
     pose: int
 
 
-class Assigned(NamedTuple):
+class Assigned(Change, frozen=True):
     """A robot has another objective of its own. ``cause``: who gave it; ``within``: the ticks until
     its deadline; ``mode``: the input that sets it; ``base``: what the robot had before it was set,
     or has again; ``own``: it pursued its own objective until now."""
@@ -299,7 +305,7 @@ class Assigned(NamedTuple):
     own: bool = True
 
 
-class Looked(NamedTuple):
+class Looked(Event, frozen=True):
     """A robot has looked around: what it knows of the robots that it tracks now, and the regions
     where each may be."""
 
@@ -308,20 +314,20 @@ class Looked(NamedTuple):
     places: tuple[frozenset[int], ...]
 
 
-class Inputs(NamedTuple):
+class Inputs(Change, frozen=True):
     """The inputs of the environment that are on."""
 
     on: frozenset[str]
     by_user: tuple[str, ...] = ()
 
 
-class Declared(NamedTuple):
+class Declared(Change, frozen=True):
     """An operator has declared an obstacle permanent."""
 
     obstacle: int
 
 
-class Intervened(NamedTuple):
+class Intervened(Change, frozen=True):
     """An operator intervenes. ``what``: the word for it."""
 
     what: str
@@ -331,7 +337,7 @@ class Intervened(NamedTuple):
     objective: Objective | None = None
 
 
-class Late(NamedTuple):
+class Late(Change, frozen=True):
     """A report of the world or a change is dropped: its kind, and why; ``at``: what time it is
     about."""
 
@@ -342,21 +348,21 @@ class Late(NamedTuple):
     at: float | None = None
 
 
-class Revealed(NamedTuple):
+class Revealed(Change, frozen=True):
     """Resolving an obstacle will reveal another truth."""
 
     obstacle: int
     truth: bool
 
 
-class Seen(NamedTuple):
+class Seen(Change, frozen=True):
     """A sensor shows an obstacle of which nobody has asked for the removal yet."""
 
     obstacle: int
     by: int | None = None
 
 
-class Acts(NamedTuple):
+class Acts(Event, frozen=True):
     """A robot begins to act on obstacles where it stands, with this group: a command under way."""
 
     robot: int
@@ -365,7 +371,7 @@ class Acts(NamedTuple):
     obstacles: tuple[int, ...] = ()
 
 
-class Acted(NamedTuple):
+class Acted(Event, frozen=True):
     """A robot has done all that it can where it stands. ``stages``: those that changed; ``truths``:
     what each resolved obstacle revealed; ``failed``: the obstacles that it would have resolved, and
     has not; ``gone``: those that it did not find; ``why``: the reason of a failure; ``again``:
@@ -381,7 +387,7 @@ class Acted(NamedTuple):
     again: tuple[int, ...] = ()
 
 
-class Introduced(NamedTuple):
+class Introduced(Change, frozen=True):
     """An obstacle that the scenario does not list: somebody has noticed it, or it is the empty
     battery of a robot."""
 
@@ -389,7 +395,7 @@ class Introduced(NamedTuple):
     battery_of: int | None = None
 
 
-class Met(NamedTuple):
+class Met(Event, frozen=True):
     """A robot would have entered an obstacle, by a step to ``pose``. ``stopped``: it has begun that
     step, and stands where it began."""
 
@@ -399,7 +405,7 @@ class Met(NamedTuple):
     stopped: bool = False
 
 
-class Appeared(NamedTuple):
+class Appeared(Change, frozen=True):
     """An obstacle appears. ``truth``: what resolving it will reveal, if the world is simulated;
     ``another``: it differs from that of the last obstacle of its name."""
 
@@ -409,37 +415,37 @@ class Appeared(NamedTuple):
     cause: str = "scenario"
 
 
-class Gone(NamedTuple):
+class Gone(Change, frozen=True):
     """An obstacle has disappeared, or was found to be gone. ``cause``: what removed it."""
 
     obstacle: int
     cause: str = "scenario"
 
 
-class Counted(NamedTuple):
+class Counted(Event, frozen=True):
     """A robot's turn is over: goals count where it stands. ``ticks`` as above."""
 
     robot: int
     ticks: int | None = 1
 
 
-class GaveUp(NamedTuple):
+class GaveUp(Event, frozen=True):
     """A decision: nobody can ever resolve an obstacle."""
 
     obstacle: int
 
 
-class Reopened(NamedTuple):
+class Reopened(Event, frozen=True):
     """A decision: given-up obstacles and those set aside get another chance."""
 
 
-class SetAside(NamedTuple):
+class SetAside(Event, frozen=True):
     """A decision: no joint plan serves these requests."""
 
     obstacles: tuple[int, ...]
 
 
-class Told(NamedTuple):
+class Told(Event, frozen=True):
     """A decision: a robot pursues an objective, from this node of its strategy on, with these
     ``values`` of its formulas."""
 
@@ -449,55 +455,18 @@ class Told(NamedTuple):
     values: Values | None = None
 
 
-class Turned(NamedTuple):
+class Turned(Event, frozen=True):
     """A decision: a robot begins with this target."""
 
     robot: int
     memory: int
 
 
-class Planned(NamedTuple):
+class Planned(Event, frozen=True):
     """A decision: the sharing robots follow this plan."""
 
     plan: Plan | None
 
 
-Change = (
-    Time
-    | Served
-    | Placed
-    | Assigned
-    | Inputs
-    | Declared
-    | Intervened
-    | Late
-    | Revealed
-    | Seen
-    | Introduced
-    | Appeared
-    | Gone
-)
-"""Events beyond the turns of robots, of which the team decides together."""
-
 Strayed = Elsewhere | Failed | Lost | Met
 """Ends of steps that are not as decided; more changes may follow from them."""
-
-Decision = GaveUp | Reopened | SetAside | Told | Turned | Planned
-"""Intentions of the team that become part of the state."""
-
-Event = (
-    Change
-    | Decision
-    | Ended
-    | Turn
-    | Goes
-    | Departed
-    | Stayed
-    | Looked
-    | Astray
-    | Flat
-    | Acts
-    | Acted
-    | Met
-    | Counted
-)

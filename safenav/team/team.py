@@ -18,7 +18,7 @@ from safenav.scenario.settings import Failures
 from safenav.team.battery import Energy
 from safenav.team.formulas import StateGraph, graph_of, pursuit_of, targets_of
 from safenav.world.map import RegionMap
-from safenav.world.poses import Mask, PoseGraph, plain_graph, region_mask
+from safenav.world.poses import Mask, PoseGraph, bits, plain_graph, region_mask
 
 
 class Need(Struct, frozen=True):
@@ -111,6 +111,13 @@ class Member(Struct, frozen=True, eq=False):
         """The targets that it meets forever."""
         return self.targets[-1:] if self.pursuit.settles else self.targets
 
+    def awaited(self, memory: int) -> Mask:
+        """The poses of its targets, one of which it must reach next."""
+        found = 0
+        for target in bits(self.pursuit.awaited(memory)):
+            found |= self.targets[target]
+        return found
+
     def reached(self, pose: int) -> int:
         """The targets that contain a pose, as a mask."""
         return sum(1 << k for k, target in enumerate(self.targets) if target >> pose & 1)
@@ -184,38 +191,30 @@ class Team(Struct, frozen=True, eq=False, dict=True):
 
 def team_of(scenario: model.Scenario) -> Team:
     """The team of a scenario."""
-    world, robots = scenario.map, scenario.robots
-    members = []
+    robots, members = scenario.robots, list[Member]()
     for robot in robots:
-        rivals = frozenset(
-            k for k, other in enumerate(robots) if other is not robot and robot.conflicts(other)
-        )
-        zones = tuple(_zones(scenario, robot))
-        planned = rivals or zones or robot.model.battery
-        graph = graph_of(robot, world, shared=bool(planned))
-        members.append(
-            Member(
-                robot.name,
-                robot,
-                graph,
-                graph.outside(robot.objective.avoid),
-                targets_of(robot.objective, graph),
-                pursuit_of(robot.objective),
-                rivals,
-                zones,
-                energy_of(robot, graph, scenario.chargers),
-            )
-        )
+        others = (k for k, o in enumerate(robots) if o is not robot and robot.conflicts(o))
+        members.append(_member(scenario, robot, frozenset(others), tuple(_zones(scenario, robot))))
     return Team(scenario, tuple(members), tuple(_obstacle(o, scenario) for o in scenario.obstacles))
 
 
-def energy_of(robot: model.Robot, graph: PoseGraph, chargers: frozenset[int]) -> Energy | None:
-    """Return what the charge of a robot depends on; None if it has no battery."""
-    battery, objective = robot.model.battery, robot.objective
-    if battery is None:
-        return None
-    targets = graph.on_each(objective.targets)
-    return Energy(graph, graph.on(chargers), battery, targets, objective.settles)
+def _member(
+    scenario: model.Scenario,
+    robot: model.Robot,
+    rivals: frozenset[int],
+    zones: tuple[Zone, ...],
+    *,
+    remember: bool = True,
+) -> Member:
+    objective, battery, energy = robot.objective, robot.model.battery, None
+    planned = bool(rivals or zones or battery)
+    graph = graph_of(robot, scenario.map, shared=planned and remember)
+    if battery is not None:
+        targets, chargers = graph.on_each(objective.targets), graph.on(scenario.chargers)
+        energy = Energy(graph, chargers, battery, targets, objective.settles)
+    floor, goals = graph.outside(objective.avoid), targets_of(objective, graph)
+    pursuit = pursuit_of(objective)
+    return Member(robot.name, robot, graph, floor, goals, pursuit, rivals, zones, energy)
 
 
 @lru_cache(maxsize=16)
@@ -251,16 +250,7 @@ def assigned(
     many ticks."""
     member = team.members[i]
     robot = replace(member.robot, objective=objective, within=within)
-    graph = graph_of(robot, team.world, shared=member.planned and remember)
-    new = replace(
-        member,
-        robot=robot,
-        graph=graph,
-        floor=graph.outside(objective.avoid),
-        targets=targets_of(objective, graph),
-        pursuit=pursuit_of(objective),
-        energy=energy_of(robot, member.graph, team.scenario.chargers),
-    )
+    new = _member(team.scenario, robot, member.rivals, member.zones, remember=remember)
     members = (*team.members[:i], new, *team.members[i + 1 :])
     robots = [member.robot for member in members]
     obstacles = (
@@ -270,34 +260,19 @@ def assigned(
 
 
 def _obstacle(source: model.Obstacle, scenario: model.Scenario) -> Obstacle:
-    robots, listed = scenario.robots, source.needs
-    found = []
+    robots, listed, found = scenario.robots, source.needs, list[Need]()
     for k, need in enumerate(listed):
-        regions = source.resolution_regions(scenario.map, k)
-        skills = model.actions_of(listed, k)
-        found.append(
-            Need(
-                need.action,
-                need.robots,
-                region_mask(regions),
-                need.together,
-                need.same,
-                skills,
-                model.takes(listed, k),
-            )
-        )
-    return Obstacle(
-        source.name,
-        source.region,
-        tuple(found),
-        frozenset(i for i, robot in enumerate(robots) if source.blocks(robot)),
-        tuple(
-            frozenset(i for i, r in enumerate(robots) if source.closed_to(r, k))
-            for k in range(len(listed))
-        ),
-        _strays(source, robots, scenario),
-        source,
+        regions = region_mask(source.resolution_regions(scenario.map, k))
+        skills, takes = model.actions_of(listed, k), model.takes(listed, k)
+        how = need.together, need.same
+        found.append(Need(need.action, need.robots, regions, *how, skills, takes))
+    blocks = frozenset(i for i, robot in enumerate(robots) if source.blocks(robot))
+    closed_to = tuple(
+        frozenset(i for i, r in enumerate(robots) if source.closed_to(r, k))
+        for k in range(len(listed))
     )
+    strays = _strays(source, robots, scenario)
+    return Obstacle(source.name, source.region, tuple(found), blocks, closed_to, strays, source)
 
 
 def _strays(
@@ -306,16 +281,10 @@ def _strays(
     """For each need of an obstacle the robots that cannot deliver the load that they take by it."""
     listed, strays = source.needs, []
     for k, need in enumerate(listed):
-        later = [source.resolution_regions(scenario.map, n) for n in range(k + 1, len(listed))]
-        later = [
-            r
-            for r, _ in takewhile(lambda one: one[1].same, zip(later, listed[k + 1 :], strict=True))
-        ]
-        far = (
-            i
-            for i, r in enumerate(robots)
-            if later and not need.same and _cut_off(r, later, scenario)
-        )
+        numbers = takewhile(lambda n: listed[n].same, range(k + 1, len(listed)))
+        later = [source.resolution_regions(scenario.map, n) for n in numbers]
+        carried = robots if later and not need.same else ()
+        far = (i for i, robot in enumerate(carried) if _cut_off(robot, later, scenario))
         strays.append(frozenset(far))
     return tuple(strays)
 

@@ -14,8 +14,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import msgspec
-
 from campaigns.judge.log import Walk, verdict
 from campaigns.judge.mission import NotJudgedError, judged_mission
 from campaigns.judge.outcome import judge_outcome, told_by_signals
@@ -35,7 +33,6 @@ from safenav.runtime.run.mission import default_synthesizer
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.synthesis.cache import Cache
 from safenav.trace.reading import read_bytes, read_lines
-from safenav.trace.records import Checkpoint
 from safenav.trace.writing import as_data
 
 MOST_PASSES = 20_000
@@ -180,8 +177,7 @@ def _run(mission: Mission, hand: Operator | Words, played: Played, kill: int | N
 
 def _resumed(mission: Mission, lines: list[str]) -> Mission:
     """The mission that continues one from its trace, to which ``lines`` now belong."""
-    moment = mission._run.moment()
-    kept = Checkpoint(moment.memory.tick, len(lines), msgspec.to_builtins(moment.kept()))
+    kept = mission._run.kept().checkpoint(len(lines), mission.scenario)
     trace = read_lines([*lines, json_line(as_data(kept))])
     lines.clear()  # the listeners of the other one receive all of them again
     begun = resumption(trace, mission.scenario)

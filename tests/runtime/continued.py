@@ -3,15 +3,12 @@
 from collections.abc import Iterable, Iterator
 from itertools import count
 
-import msgspec
-
 from runtime.played import Line, Run, play, prepared
 from safenav.lines import json_line
 from safenav.runtime.run.checkpoint import resumption
 from safenav.runtime.run.mission import Mission
 from safenav.scenario.model import Scenario
 from safenav.trace.reading import read_lines
-from safenav.trace.records import Checkpoint
 from safenav.trace.writing import as_data
 
 MOST = 12
@@ -29,8 +26,7 @@ def rests(scenario: Scenario, most: int = MOST) -> Iterator[Run]:
         if number % (1 + whole // most):
             mission.step()
             continue
-        moment = mission._run.moment()
-        kept = Checkpoint(moment.memory.tick, len(run.records), msgspec.to_builtins(moment.kept()))
+        kept = mission._run.kept().checkpoint(len(run.records), scenario)
         trace = read_lines([*run.lines, json_line(as_data(kept))])
         rest = Run()
         Mission(scenario, begun=resumption(trace, scenario), listeners=[rest]).run()

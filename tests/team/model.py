@@ -66,7 +66,7 @@ def foresee(seed: int, random: Random) -> None:
     team, state = begun(seed)
     floor = floor_now(team, state)
     assert {*floor.gates} == {k for k, each in enumerate(state.obstacles) if each.state is Is.OPEN}
-    joint = joint_now(team, state, floor)
+    joint = joint_now(state, floor)
     state = settled(team, state, floor.robots)
     for _ in range(random.randint(1, 12)):
         moves = [*floor.moves(joint)]
@@ -78,7 +78,7 @@ def foresee(seed: int, random: Random) -> None:
         state = settled(team, apply(team, state, now.Arrived(i)), (i,))
         assert joint.poses == tuple(robot.pose for robot in state.robots)
         assert joint.stages == tuple(state.obstacles[k].stage for k in floor.gates)
-        assert _done(floor, joint) == _done(floor, joint_now(team, state, floor))
+        assert _done(floor, joint) == _done(floor, joint_now(state, floor))
 
 
 def _done(floor: Floor, joint: Joint) -> list[bool]:
@@ -89,7 +89,7 @@ def planned(team: Team, state: State) -> tuple[State, Floor, frozenset[int]] | N
     """The state with a plan for the whole mission, and what that promises; None if there is no
     plan."""
     floor = floor_now(team, state)
-    joint = joint_now(team, state, floor)
+    joint = joint_now(state, floor)
     found = settle(Solver(floor), joint.poses, joint.stages, frozenset(), {}, frozenset())
     answer = None if found.proof is not None else ask(floor, joint, found.served, 0)
     if not isinstance(answer, Found):
@@ -113,7 +113,7 @@ def execute(seed: int, random: Random) -> bool:
             state, floor, served = again
         events = [*_possible(team, state)]
         if not events:
-            if floor.completed(joint_now(team, state, floor), served):
+            if floor.completed(joint_now(state, floor), served):
                 return True
             before = state
             for i in range(len(team.members)):

@@ -69,30 +69,23 @@ def test_what_cannot_be_resumed_is_refused(tmp_path: Path) -> None:
         resumption(read_trace(path), hello)
 
 
-def test_a_hostile_checkpoint_is_refused_or_resumed(tmp_path: Path) -> None:
-    """Every change of one value of a checkpoint is refused with its reason, or leads to a run."""
+def test_a_changed_checkpoint_is_refused(tmp_path: Path) -> None:
+    """Every change of one value of a checkpoint is refused."""
     scenario = load_scenario(ROOT / "scenarios" / "case_study_3.yaml")
     path = interrupted(scenario, 12, tmp_path)
     assert path is not None
     lines = path.read_text().splitlines()
     at = next(n for n, line in enumerate(lines) if json.loads(line)["type"] == "checkpoint")
-    draw, refused = random.Random(1), 0
+    draw = random.Random(1)
     run = json.loads(lines[at])["run"]
-    every = [place for place in places(run) if place[0] != "scenario"]  # the file's is resumed
-    for place in draw.sample(every, 60):
+    for place in draw.sample([*places(run)], 60):
         data = json.loads(lines[at])
         changed(data["run"], place, draw.choice([-1, 7, 10**30, None, "x", [], {}, True, 0.5]))
+        if data["run"] == run:
+            continue
         path.write_text("\n".join([*lines[:at], json.dumps(data), *lines[at + 1 :]]) + "\n")
-        try:
-            begun = resumption(read_trace(path), scenario)
-            mission = Mission(scenario, begun=begun)
-            mission.start()
-            for _ in range(8):
-                if mission.result is None:
-                    mission.step()
-        except (UsageError, InputError):
-            refused += 1
-    assert refused > 30
+        with pytest.raises((UsageError, InputError)):
+            resumption(read_trace(path), scenario)
 
 
 def places(data: Any, before: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:

@@ -334,9 +334,7 @@ def postmortem_lines(found: Postmortem, word: Word) -> Iterator[str]:
     if result.outcome is Outcome.COMPLETED:
         good = click.style("realizable", fg="green")
         done = f"the run is completed after {_time(result.ticks, result.makespan)}"
-        late = "these deadlines could not be met:" if result.lost else "nothing to explain"
-        yield f"every robot is {good}, and {done}: {late}"
-        yield from (f"  {loss}" for loss in result.lost)
+        yield f"every robot is {good}, and {done}: nothing to explain"
         return
     ended = click.style(result.outcome.value.replace("_", " "), fg="red", bold=True)
     if result.outcome is not Outcome.OPERATOR_NEEDED:
@@ -387,7 +385,6 @@ def postmortem_data(found: Postmortem, scenario: Scenario) -> dict[str, Any]:
         "cause": result.cause,
         "ticks": result.ticks,
         "chain": list(found.chain),
-        "lost": list(result.lost),
         "missing": [
             asdict(each) | {"obstacles": [obstacle.name for obstacle in each.obstacles]}
             for each in found.missing

@@ -98,33 +98,20 @@ class Answers:
         time: float = 0,
     ) -> Found | Deadlock | Unserved | None:
         """The joint plan for the remaining mission, or the reason why there is none."""
-        known = (
-            floor.team,
-            floor.gates,
-            floor.floors,
-            floor.robots,
-            floor.barred,
-            floor.inside,
-            floor.helping,
-            floor.laden,
-        )
-        key = *known, joint, served, seed
-        if charges:
-            plain: Found | Deadlock | Unserved | None = None
-            if len(floor.robots) <= FEW:  # what is impossible with any charge is soon proven
-                plain = self._ask(key, lambda check: ask(floor, joint, served, seed, check))
-                if isinstance(plain, Deadlock | Unserved):
-                    return plain
+        about = floor.gates, floor.floors, floor.robots, floor.barred, floor.inside
+        key = floor.team, *about, floor.helping, floor.laden, joint, served, seed
 
-            def charged(check: Check) -> Found | None:
-                check()
-                return ask_charged(floor, joint, served, seed, charges, time)
+        def charged(check: Check) -> Found | None:
+            check()
+            return ask_charged(floor, joint, served, seed, charges, time)
 
-            if (found := self._ask((*key, charges, time), charged)) is not None:
-                return found
-            if len(floor.robots) <= FEW:
-                return plain
-        return self._ask(key, lambda check: ask(floor, joint, served, seed, check))
+        first = charges and len(floor.robots) > FEW
+        if first and (found := self._ask((*key, charges, time), charged)) is not None:
+            return found
+        plain = self._ask(key, lambda check: ask(floor, joint, served, seed, check))
+        if first or not charges or isinstance(plain, Deadlock | Unserved):
+            return plain  # what is impossible with any charge is soon proven
+        return self._ask((*key, charges, time), charged) or plain
 
     @property
     def ready(self) -> bool:

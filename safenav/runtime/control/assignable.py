@@ -18,7 +18,7 @@ from safenav.spec.assignable_regions import assignable_regions
 from safenav.team.formulas import targets_of
 from safenav.team.state import State
 from safenav.team.team import Team
-from safenav.world.poses import FAR, Mask, bits
+from safenav.world.poses import FAR, Mask
 
 MOST_STEPS = 40
 """How many steps of a strategy are followed to see whether they lead to a goal: it may first meet
@@ -86,12 +86,8 @@ def commanded(
 def _goal(team: Team, state: State, i: int, role: Role) -> Mask:
     """The poses that a robot must reach next."""
     member, robot = team.members[i], state.robots[i]
-    if role.objective != member.objective:
-        return targets_of(role.objective, member.graph)[0]
-    found = 0
-    for target in bits(member.pursuit.awaited(robot.own.memory)):
-        found |= member.targets[target]
-    return found
+    own = role.objective == member.objective
+    return member.awaited(robot.own.memory) if own else targets_of(role.objective, member.graph)[0]
 
 
 def _ahead(team: Team, i: int, pose: int, field: list[int], free: Mask) -> Iterator[int]:

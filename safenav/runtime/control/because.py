@@ -85,24 +85,16 @@ class Request:
             reasons.setdefault(why, []).append(i)
         reasons.pop("", None)
         plural = {"has failed": "have failed", "is out of service": "are out of service"}
-        return (
-            "; ".join(
-                f"{self._names(robots)} {plural.get(why, why) if len(robots) > 1 else why}"
-                for why, robots in reasons.items()
-            )
-            or None
-        )
+        words = (plural.get(why, why) if len(who) > 1 else why for why, who in reasons.items())
+        pairs = zip(map(self._names, reasons.values()), words, strict=True)
+        return "; ".join(map(" ".join, pairs)) or None
 
     def _skilled(self) -> list[int]:
         """The robots that have the next need's actions, also those out of service."""
         stage, members = self.stages[self.g], self.team.members
-        return [
-            i
-            for i, member in enumerate(members)
-            if self.need.skills <= member.robot.capabilities
-            and (stage.group is None or i in stage.group)
-            and i not in stage.done
-        ]
+        chosen = range(len(members)) if stage.group is None else sorted(stage.group)
+        able = [i for i in chosen if self.need.skills <= members[i].robot.capabilities]
+        return [i for i in able if i not in stage.done]
 
     def _strays(self) -> frozenset[int]:
         return self.floor.gate(self.g).strays[self.stages[self.g].need]
@@ -112,11 +104,8 @@ class Request:
         floor, parts = self.floor, []
         carrying = floor.carriers(self.stages) if self.need.takes else frozenset()
         for i in carrying.intersection(floor.skilled(self.g, self.stages)):
-            loads = [
-                self._obstacle(g)
-                for g in floor.open(self.stages)
-                if i in self.stages[g].done or i in (self.stages[g].group or ())
-            ]
+            taken = {g: {*stage.done, *(stage.group or ())} for g, stage in enumerate(self.stages)}
+            loads = [self._obstacle(g) for g in floor.open(self.stages) if i in taken[g]]
             parts.append(f"{self.team.members[i].name} carries {listed(loads)}")
         return "; ".join(sorted(parts))
 

@@ -41,6 +41,8 @@ from safenav.trace.words import listed
 
 Coming = Callable[[], bool]
 """Whether the scenario still changes something."""
+Decide = Callable[[now.Event], None]
+"""Makes a decision."""
 _OUT = {
     "scenario": "by a change of the scenario",
     "user": "by an operator",
@@ -68,6 +70,9 @@ class Control(Struct, frozen=True):
     helped: bool = False
     failed: tuple[Controller, ...] = ()
     vain: tuple[int, ...] = ()
+
+    def controller(self, i: int) -> Controller | None:
+        return self.controllers[i] if self.controllers else None
 
 
 def coordinate(
@@ -109,22 +114,16 @@ def coordinate(
             told = control.new if before.roles and control.found.proof is not None else ()
         for i in told:
             role, mine, robot = control.roles[i], control.controllers[i], state.robots[i]
-            if robot.active and (
-                role.objective != robot.objective
-                or (i in control.new and not team.members[i].planned)
-            ):
-                node = mine.node if mine is not None and i in control.new else robot.node
+            new = i in control.new
+            changes = role.objective != robot.objective or (new and not team.members[i].planned)
+            if robot.active and changes:
+                node = mine.node if mine is not None and new else robot.node
                 if mine is not None and mine.form == "other_memory":
                     decide(now.Turned(i, mine.task.memory.index))
                 decide(now.Told(i, role.objective, node, _values(team, i, mine, node)))
         for i in told:
-            robot = state.robots[i]
-            if (
-                robot.fresh
-                and robot.active
-                and robot.to is None
-                and not (before.roles and team.members[i].planned)
-            ):
+            robot, begun = state.robots[i], before.roles and team.members[i].planned
+            if robot.fresh and robot.active and robot.to is None and not begun:
                 decide(now.Counted(i))
         control = replace(control, question=_question(team, state))
     if control.end is None:
@@ -189,7 +188,7 @@ def _is_astray(robot: RobotNow) -> bool:
     return robot.active and robot.to is None and robot.node is None
 
 
-def _give_up(team: Team, state: State, decide: object) -> dict[int, Proof]:
+def _give_up(team: Team, state: State, decide: Decide) -> dict[int, Proof]:
     """Obstacles whose next need nobody can ever meet join O, with the closure as proof."""
     found: dict[int, Proof] = {}
     while True:
@@ -200,8 +199,8 @@ def _give_up(team: Team, state: State, decide: object) -> dict[int, Proof]:
         proof = stated(sets, closure, _names(team, state))
         for g in closure.stuck:
             found[floor.gates[g]] = proof
-            decide(now.GaveUp(floor.gates[g]))  # type: ignore[operator]
-            state = apply(team, state, now.GaveUp(floor.gates[g]))
+            decide(event := now.GaveUp(floor.gates[g]))
+            state = apply(team, state, event)
 
 
 def _names(team: Team, state: State) -> tuple[str, ...]:
@@ -276,7 +275,7 @@ def _settled(
         proves = end.outcome == "operator_needed" and floor.open(stages)
         if proves and not any(map(_is_a_game, failed)):
             whole = floor_now(team, state)
-            joint = joint_now(team, state, whole)._replace(stages=stages_of(whole, state))
+            joint = joint_now(state, whole)._replace(stages=stages_of(whole, state))
             proven = lost(whole, joint, [i for i, _ in failed])
             if proven is not None:
                 dead = _deadlock(team, state, proven)
@@ -318,20 +317,15 @@ def _meanwhile(
 
 
 def _planned(
-    team: Team, state: State, control: Control, answers: Answers, decide: object
+    team: Team, state: State, control: Control, answers: Answers, decide: Decide
 ) -> End | None:
     """Give the sharing robots a plan if they need one: the end of the run if there is none.
     Raises Pending."""
     if not team.sharing:
         return None
-    helped = frozenset(
-        r.helps
-        for r, m in zip(control.roles, team.members, strict=True)
-        if r.helps is not None and not m.planned
-    )
-    starves = (
-        state.plan is not None and starving(team, state) and not is_complete(team, state, control)
-    )
+    helps = (control.roles[i].helps for i in team.lone)
+    helped = frozenset(k for k in helps if k is not None)
+    starves = starving(team, state) and not is_complete(team, state, control)
     acts = any(state.robots[i].acting is not None for i in team.sharing)
     ends = state.plan is None or (at_end(state, team.sharing) and not acts)
     if not starves and not ends and not stuck(team, state, helped):
@@ -340,23 +334,19 @@ def _planned(
     if not sharing:
         return None
     floor = floor_now(team, state)
-    joint, served = joint_now(team, state, floor), control.found.served
+    joint, served = joint_now(state, floor), control.found.served
     open_ = {floor.gates[g] for g in served}
     if state.plan is not None and not starves and open_ and open_ <= state.plan.foreseen & helped:
         return None  # robots with strategies are still to resolve them
     if open_ <= helped and floor.completed(joint, frozenset(), sharing):
         return None  # nothing is left to do but for others
     duties = control.found.duties
-    helping = {
-        duty.g: tuple(i for i in duties if duties[i].g == duty.g) for duty in duties.values()
-    }
+    helping = {d.g: tuple(i for i in duties if duties[i].g == d.g) for d in duties.values()}
     floor = replace(floor, helping=tuple(helping.items())) if helping else floor
     if state.plan is not None and all(len(state.plan.ways[i]) < 2 for i in sharing):
         # The plan left all to robots with strategies, which others are chosen to do.
-        mine = {
-            (i, k) for i, role in enumerate(control.roles) for k in floor.gates if role.helps != k
-        }
-        only = frozenset(pair for pair in mine if pair[0] not in sharing)
+        others = [(i, role) for i, role in enumerate(control.roles) if i not in sharing]
+        only = {(i, k) for i, role in others for k in floor.gates if role.helps != k}
         floor = replace(floor, barred=floor.barred | only)
     charges = charges_now(team, state)
     out = [i for i, robot in enumerate(state.robots) if not robot.active]
@@ -364,10 +354,10 @@ def _planned(
     match answer:
         case Found(plan, first):
             for i, memory in first:
-                decide(now.Turned(i, memory))  # type: ignore[operator]
-            decide(now.Planned(plan))  # type: ignore[operator]
+                decide(now.Turned(i, memory))
+            decide(now.Planned(plan))
         case Unserved(gates):
-            decide(now.SetAside(tuple(floor.gates[g] for g in gates)))  # type: ignore[operator]
+            decide(now.SetAside(tuple(floor.gates[g] for g in gates)))
         case Deadlock():  # a robot out of service may stand in the way
             return _without(team, state, out) if out else _deadlock(team, state, answer)
         case None:
@@ -392,11 +382,8 @@ def _whole(team: Team, state: State, robots: tuple[int, ...], proof: JointSearch
     """The proof with the obstacles that were given up, which the team treats as walls."""
     if len(robots) < len(team.members):
         return proof
-    gone = {
-        team.obstacles[k].name: each.stage.need
-        for k, each in enumerate(state.obstacles)
-        if each.given_up
-    }
+    pairs = zip(team.obstacles, state.obstacles, strict=True)
+    gone = {obstacle.name: each.stage.need for obstacle, each in pairs if each.given_up}
     return replace(proof, stages={**proof.stages, **gone})
 
 
@@ -434,8 +421,7 @@ def _why_out(team: Team, state: State, i: int) -> str:
 def is_complete(team: Team, state: State, control: Control) -> bool:
     """Whether every robot has met its objective, those that must stay at its last target are there
     now, and no request is being served."""
-    robots = range(len(team.members))
     return not control.found.served and all(
-        done(team, state, i) and stands(team, state, i) and state.robots[i].mode is None
-        for i in robots
+        done(team, state, i) and stands(team, state, i) and robot.mode is None
+        for i, robot in enumerate(state.robots)
     )

@@ -220,11 +220,8 @@ def _left(team: Team, state: State, roles: Sequence[Role]) -> Iterator[str]:
         who = listed(names) if len(names) <= MANY else f"{len(names)} robots"
         has = "has" if len(names) == 1 else "have"
         yield f"{who} {has} completed {whole} of {team.rounds} rounds"
-    away = [
-        member.name
-        for i, member in enumerate(team.members)
-        if done(team, state, i) and not stands(team, state, i)
-    ]
+    met = (i for i in range(len(team.members)) if done(team, state, i))
+    away = [team.members[i].name for i in met if not stands(team, state, i)]
     if away:
         yield f"{some(away)} {'is' if len(away) == 1 else 'are'} not at the last target"
     for k in state.requests:

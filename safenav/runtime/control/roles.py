@@ -44,13 +44,8 @@ class Roles:
     def __init__(
         self, team: Team, state: State, floor: Floor, stages: Stages, found: Settlement
     ) -> None:
-        self.team, self.state, self.floor, self.stages, self.found = (
-            team,
-            state,
-            floor,
-            stages,
-            found,
-        )
+        self.team, self.state, self.floor = team, state, floor
+        self.stages, self.found = stages, found
         self.poses = tuple(robot.next for robot in state.robots)
 
     def all(self) -> tuple[Role, ...]:
@@ -70,15 +65,9 @@ class Roles:
         )
 
     def _help(self, i: int) -> Role:
-        duty, graph, rules = (
-            self.found.duties[i],
-            self.floor.graphs[i],
-            self.team.members[i].objective,
-        )
-        k, places = (
-            self.floor.gates[duty.g],
-            frozenset(bits(self.floor.graphs[i].regions_of(duty.goal))),
-        )
+        duty, graph = self.found.duties[i], self.floor.graphs[i]
+        k, rules = self.floor.gates[duty.g], self.team.members[i].objective
+        places = frozenset(bits(graph.regions_of(duty.goal)))
         stays = duty.stays and self._may_stay(i, duty.goal)
         alone = stays or isinstance(rules, Ltl)
         own = None if alone else self._own_target(i, duty.goal)
@@ -139,11 +128,8 @@ class Roles:
         other = self.meanwhile(i) if self.waits(i) else None
         if other is not None:
             return other
-        graph, rules, here = (
-            self.floor.graphs[i],
-            self.team.members[i].objective,
-            self.poses[i] % self.team.size,
-        )
+        graph, rules = self.floor.graphs[i], self.team.members[i].objective
+        here = self.poses[i] % self.team.size
         place = next(iter(self._places(i)), here)
         if place != here and self._goes_between(i, (graph.on({place}),)):
             return self._toward(i, (graph.on({place}),), waiting(frozenset({place}), rules))
@@ -161,9 +147,9 @@ class Roles:
     def _places(self, i: int) -> list[int]:
         asked = (dict(self.state.obstacles[k].asked) for k in reversed(self.state.requests))
         found = [regions[i] for regions in asked if i in regions]
-        robot = self.state.robots[i]
-        if robot.objective != self.team.members[i].objective and not self.found.duties.get(i):
-            found += station(robot.objective) or ()
+        present = self.state.robots[i].objective
+        if present != self.team.members[i].objective and i not in self.found.duties:
+            found += station(present) or ()
         return found[:1]
 
     def _own(self, i: int) -> Role | None:
@@ -196,11 +182,8 @@ class Roles:
     def _shut(self, i: int) -> frozenset[int]:
         """The open obstacles that a robot must not enter now."""
         floor, stages = self.floor, self.stages
-        return frozenset(
-            floor.gates[g]
-            for g in floor.open(stages)
-            if i in floor.gate(g).closed_to[stages[g].need]
-        )
+        shut = (g for g in floor.open(stages) if i in floor.gate(g).closed_to[stages[g].need])
+        return frozenset(floor.gates[g] for g in shut)
 
     def _goes_between(self, i: int, targets: tuple[Mask, ...]) -> bool:
         graph, safe = self.floor.graphs[i], self.found.safe[i]
@@ -209,11 +192,8 @@ class Roles:
 
     def _forbidden(self, i: int, targets: tuple[Mask, ...]) -> frozenset[Pose]:
         """The poses beside the safe ones from which a robot could still meet its targets."""
-        safe, graph, allowed = (
-            self.found.safe[i],
-            self.floor.graphs[i],
-            self.floor.allowed(i, self.stages),
-        )
+        safe, graph = self.found.safe[i], self.floor.graphs[i]
+        allowed = self.floor.allowed(i, self.stages)
         if safe is None:
             return frozenset()
         lost = graph.forward(safe) & allowed & ~safe

@@ -12,7 +12,11 @@ from safenav.world.map import Region
 from safenav.world.moves import Pose
 
 
-class AddObstacle(Struct, frozen=True):
+class Intervention(Struct, frozen=True):
+    """A change by a user."""
+
+
+class AddObstacle(Intervention, frozen=True):
     """An obstacle that appears in a region, as soon as no robot is there. ``truth``: revealed by
     resolving it, for a type that has a truth."""
 
@@ -21,83 +25,68 @@ class AddObstacle(Struct, frozen=True):
     truth: bool | None = None
 
 
-class PlaceOrder(Struct, frozen=True):
+class PlaceOrder(Intervention, frozen=True):
     """An order: an obstacle of a type that blocks no robot, requested by no robot."""
 
     type: ObstacleType
     region: Region
 
 
-class RemoveObstacle(Struct, frozen=True):
+class RemoveObstacle(Intervention, frozen=True):
     """An obstacle that disappears, by its name."""
 
     obstacle: str
 
 
-class SetTruth(Struct, frozen=True):
+class SetTruth(Intervention, frozen=True):
     """Another truth that resolving an obstacle reveals."""
 
     obstacle: str
     traversable: bool
 
 
-class AssignObjective(Struct, frozen=True):
+class AssignObjective(Intervention, frozen=True):
     """A robot gets another objective of its own."""
 
     robot: str
     objective: Objective
 
 
-class SetService(Struct, frozen=True):
+class SetService(Intervention, frozen=True):
     """A robot is out of service, or back in it."""
 
     robot: str
     active: bool
 
 
-class SetInput(Struct, frozen=True):
+class SetInput(Intervention, frozen=True):
     """An input of the environment is on, or off, from now on."""
 
     name: str
     on: bool
 
 
-class MarkResolved(Struct, frozen=True):
+class MarkResolved(Intervention, frozen=True):
     """An operator has resolved an obstacle, by its name."""
 
     obstacle: str
 
 
-class MarkPermanent(Struct, frozen=True):
+class MarkPermanent(Intervention, frozen=True):
     """An obstacle that the team has encountered is permanent, by its name."""
 
     obstacle: str
 
 
-class PutBack(Struct, frozen=True):
+class PutBack(Intervention, frozen=True):
     """A robot that has no command stands in ``pose`` now, and is in service."""
 
     robot: str
     pose: Pose
 
 
-class GiveUp(Struct, frozen=True):
+class GiveUp(Intervention, frozen=True):
     """The run ends: with the conclusion for which it waits, else as interrupted."""
-
-
-Intervention = (
-    AddObstacle
-    | PlaceOrder
-    | RemoveObstacle
-    | SetTruth
-    | AssignObjective
-    | SetService
-    | SetInput
-    | MarkResolved
-    | MarkPermanent
-    | PutBack
-    | GiveUp
-)
 
 
 def misfit(wanted: object) -> str | None:

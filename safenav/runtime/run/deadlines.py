@@ -48,34 +48,35 @@ class Clock(Struct, frozen=True):
         return Clock(tick, before=self.disturbed, done=done)
 
 
+class Due(Struct, frozen=True):
+    """The deadline of a request or the mission: the tick by whose end it must be met. ``cause``: of
+    one that a charge sets; ``past``: it was missed; ``reported``: it was recorded as lost."""
+
+    tick: int
+    cause: str | None = None
+    past: bool = False
+    reported: bool = False
+
+
 class LedgerKept(Struct, frozen=True, forbid_unknown_fields=True):
     """The ledger in a checkpoint."""
 
-    open: tuple[tuple[Of, int], ...]
-    names: tuple[tuple[Of, str], ...]
-    past: tuple[Of, ...]
-    reported: tuple[Of, ...]
+    dues: tuple[tuple[Of, Due], ...]
     late: tuple[str, ...]
     clocks: tuple[Clock, ...]
     begun: tuple[tuple[int, int], ...]
 
 
 class Ledger:
-    """``open``: the running deadlines and when they are due; ``reported``: those recorded as lost;
-    ``causes``: of those that a charge sets; ``seen``: the open requests;
+    """``dues``: the deadlines of the mission and the open requests; ``seen``: these requests;
     ``late``: those that were missed; ``begun``: the ticks in which robots in transit set out;
     ``had``: how many robots have had their turn."""
 
     def __init__(self, team: Team, emit: Callable[[records.Record], None]) -> None:
         self.emit, self.scenario = emit, team.scenario
         self.active = team.scenario.deadlines and team.scenario.clock is not LIVE
-        self.open: dict[Of, int] = {}
-        if (by := team.scenario.until.by) is not None:
-            self.open[MISSION] = by
-        self.names: dict[Of, str] = {MISSION: MISSION}
-        self.past: set[Of] = set()
-        self.reported: set[Of] = set()
-        self.causes: dict[Of, str] = {}
+        by = team.scenario.until.by
+        self.dues: dict[Of, Due] = {} if by is None else {MISSION: Due(by)}
         self.seen: set[int] = set()
         self.late: list[str] = []
         self.clocks = [Clock() for _ in team.members]
@@ -87,26 +88,14 @@ class Ledger:
         """The ledger for a checkpoint."""
         if not self.active:
             return None
-        return LedgerKept(
-            tuple(self.open.items()),
-            tuple(self.names.items()),
-            tuple(self.past),
-            tuple(self.reported),
-            tuple(self.late),
-            tuple(self.clocks),
-            tuple(self.begun.items()),
-        )
+        dues, begun = tuple(self.dues.items()), tuple(self.begun.items())
+        return LedgerKept(dues, tuple(self.late), tuple(self.clocks), begun)
 
-    def resume(self, kept: LedgerKept | None, tick: int) -> bool:
-        """Continue from that; return whether it fits."""
-        if kept is None or not self.active:
-            return not self.active
-        self.open, self.names = dict(kept.open), {**self.names, **dict(kept.names)}
-        self.past, self.reported = {*kept.past}, {*kept.reported}
-        self.late, self.begun, self.tick = [*kept.late], dict(kept.begun), tick
-        fits = len(kept.clocks) == len(self.clocks) and {*self.open} <= {*self.names}
-        self.clocks = [*kept.clocks]
-        return fits and all(0 <= i < len(self.clocks) for i in self.begun)
+    def resume(self, kept: LedgerKept | None, tick: int) -> None:
+        """Continue from that."""
+        if kept is not None and self.active:
+            self.dues, self.begun, self.tick = dict(kept.dues), dict(kept.begun), tick
+            self.late, self.clocks = [*kept.late], [*kept.clocks]
 
     @property
     def missed(self) -> tuple[str, ...] | None:
@@ -143,7 +132,7 @@ class Ledger:
                     self._round(team, i, whole)
             case now.Acted():
                 for k, _ in event.truths:
-                    self._ended(k, DeadlineVerdict.KEPT)
+                    self._ended(team, k, DeadlineVerdict.KEPT)
                 if any(
                     self.scenario.restarts_rounds(team.obstacles[k].name) for k, _ in event.truths
                 ):
@@ -153,38 +142,37 @@ class Ledger:
         """Record what follows from a turn and what was before it, and from its decisions."""
         if not self.active or (self.tick > 0 and not self.had):
             return
-        for k in [k for k in {*self.open, *self.past} - {*state.requests} if k != MISSION]:
-            self._ended(k, DeadlineVerdict.EXCUSED)
+        for k in [k for k in {*self.dues} - {*state.requests} if k != MISSION]:
+            self._ended(team, k, DeadlineVerdict.EXCUSED)
         self._look(team, state)
         for line in self.lines:
             self.emit(line)
         self.lines = []
-        known = self.open.keys() | self.past | self.seen
-        self.seen = {*state.requests}
-        dues = {k: state.obstacles[k].due for k in state.requests if k not in known}
-        for k, due in dues.items():
-            until = lasts_until(team, state, k, self.had)
+        known, self.seen = self.dues.keys() | self.seen, {*state.requests}
+        fresh = dict[int, Due]()
+        for k in (k for k in state.requests if k not in known):
+            due, until = state.obstacles[k].due, lasts_until(team, state, k, self.had)
             if until is not None and (due is None or until < due):
-                dues[k] = until
-                self.causes[k] = BATTERY
-        fresh = {k: due for k, due in dues.items() if due is not None}
+                fresh[k] = Due(until, BATTERY)
+            elif due is not None:
+                fresh[k] = Due(due)
         timed = any(member.robot.within is not None for member in team.members)
-        if fresh or (self.had == len(team.members) and (self.open or timed)):
+        timed = timed or not all(due.past for due in self.dues.values())
+        if fresh or (self.had == len(team.members) and timed):
             self._foresee(team, state, fresh)
 
     def completed(self) -> None:
         """The mission is completed in this tick."""
-        if (due := self.open.pop(MISSION, None)) is not None:
-            self.emit(records.Deadline(self.tick, MISSION, due, DeadlineVerdict.KEPT))
+        if (due := self.dues.pop(MISSION, None)) is not None and not due.past:
+            self.emit(records.Deadline(self.tick, MISSION, due.tick, DeadlineVerdict.KEPT))
 
     def _overdue(self, team: Team) -> None:
         """The deadlines of the tick before this one."""
         late = DeadlineVerdict.LATE
-        for of, due in [*self.open.items()]:
-            if due < self.tick:
-                del self.open[of]
-                self.past.add(of)
-                self._missed(self.names[of], due, late, self.causes.get(of))
+        for of, due in self.dues.items():
+            if due.tick < self.tick and not due.past:
+                self.dues[of] = replace(due, past=True)
+                self._missed(_name(team, of), due.tick, late, due.cause)
         for i, member in enumerate(team.members):
             clock, within = self.clocks[i], member.robot.within
             if within is not None and not clock.over and clock.begun + within < self.tick:
@@ -214,32 +202,30 @@ class Ledger:
             self.lines.append(records.Deadline(self.tick, member.name, due, kept))
         self.clocks[i] = clock.restarted(self.tick, whole)
 
-    def _ended(self, k: Of, verdict: DeadlineVerdict) -> None:
-        self.past.discard(k)
-        self.reported.discard(k)
-        cause = self.causes.pop(k, None)
-        if (due := self.open.pop(k, None)) is not None:
-            line = records.Deadline(self.tick, self.names[k], due, verdict, cause=cause)
-            self.lines.append(line)
+    def _ended(self, team: Team, k: Of, verdict: DeadlineVerdict) -> None:
+        if (due := self.dues.pop(k, None)) is not None and not due.past:
+            about = _name(team, k), due.tick, verdict
+            self.lines.append(records.Deadline(self.tick, *about, cause=due.cause))
 
-    def _foresee(self, team: Team, state: State, fresh: dict[int, int]) -> None:
+    def _foresee(self, team: Team, state: State, fresh: dict[int, Due]) -> None:
         """Begin the deadlines of new requests, and report all that can no longer be met."""
         moment = bound.moment_of(team, state, self.had, self.begun)
         times, ends = bound.earliest(moment), dict[Of, int | None]()
         for k, turns in zip(bound.gates(team, state), times, strict=True):
             ends[k] = bound.tick_of(turns[-1], moment.count)
         for k, due in fresh.items():
-            self.names[k], self.open[k] = team.obstacles[k].name, due
+            self.dues[k] = due
             verdict, soonest = DeadlineVerdict.SET, ends.get(k, self.tick)
-            about = self.names[k], due, verdict, soonest, self.causes.get(k)
+            about = _name(team, k), due.tick, verdict, soonest, due.cause
             self.emit(records.Deadline(self.tick, *about))
-        if MISSION in self.open and not objectives_change(team, self.tick):
+        open_ = {of: due for of, due in self.dues.items() if not due.past}
+        if MISSION in open_ and not objectives_change(team, self.tick):
             every = [orders_left(team, state, i, team.rounds) for i in range(len(team.members))]
             ends[MISSION] = mission_end(moment, times, self.tick, every)
-        for of, due in self.open.items():
-            if of in ends and of not in self.reported and _beyond(ends[of], due):
-                self.reported.add(of)
-                self._lost(self.names[of], due, ends[of])
+        for of, due in open_.items():
+            if of in ends and not due.reported and _beyond(ends[of], due.tick):
+                self.dues[of] = replace(due, reported=True)
+                self._lost(_name(team, of), due.tick, ends[of])
         for i, (member, clock) in enumerate(zip(team.members, self.clocks, strict=True)):
             within, robot = member.robot.within, state.robots[i]
             orders = [each for each in orders_left(team, state, i) if each is not None]
@@ -256,6 +242,10 @@ class Ledger:
     def _lost(self, of: str, due: int, soonest: int | None) -> None:
         lost = DeadlineVerdict.LOST
         self.emit(records.Deadline(self.tick, of, due, lost, earliest=soonest))
+
+
+def _name(team: Team, of: Of) -> str:
+    return of if isinstance(of, str) else team.obstacles[of].name
 
 
 def _beyond(soonest: int | None, due: int) -> bool:

@@ -107,29 +107,27 @@ def _successors(team: Team, state: State, control: Control, i: int) -> list[Prop
 def node_while_staying(team: Team, state: State, control: Control, i: int) -> int | None:
     """The node of a strategy that tracks others, for a robot that stays although its strategy
     decides nothing: as before, with what the robot observes now. None: the node before."""
-    controller, robot = (control.controllers or (None,) * (i + 1))[i], state.robots[i]
+    controller, node = control.controller(i), state.robots[i].node
     strategy = None if controller is None else controller.result.strategy
-    if strategy is None or controller is None or robot.node is None or not controller.task.observed:
+    if strategy is None or controller is None or node is None or not controller.task.observed:
         return None
-    now = strategy.values(robot.node) | heard(team, state, i, controller.task)
+    now = strategy.values(node) | heard(team, state, i, controller.task)
     return next(iter(strategy.nodes_with(now)), None)
 
 
 def broken(team: Team, state: State, control: Control, i: int) -> tuple[str, ...]:
     """The assumptions of a robot's strategy that its observations violate, if the strategy has no
     successor for them."""
-    controller, robot = (control.controllers or (None,) * (i + 1))[i], state.robots[i]
+    controller, node = control.controller(i), state.robots[i].node
     strategy = None if controller is None else controller.result.strategy
-    if strategy is None or controller is None or robot.node is None or team.members[i].planned:
+    if strategy is None or controller is None or node is None or team.members[i].planned:
         return ()
-    found = heard(team, state, i, controller.task)
-    if controller.task.assignable or strategy.successors_for(robot.node, found):
+    found, before = heard(team, state, i, controller.task), strategy.values(node)
+    if controller.task.assignable or strategy.successors_for(node, found):
         return ()
-    before = strategy.values(robot.node)
-    spec = strategy.specification
     rules = (
         str(each.origin)
-        for each in spec.section(Section.ENV_TRANS)
+        for each in strategy.specification.section(Section.ENV_TRANS)
         if not evaluate(parse(each.formula), before, {**before, **found})
     )
     return tuple(dict.fromkeys(rules))

@@ -20,12 +20,11 @@ from operator import is_
 
 from msgspec.structs import replace
 
-from safenav.errors import UsageError
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.control.coordinate import Control, coordinate, is_complete
 from safenav.runtime.control.ends import End, completed, what_is_left
 from safenav.runtime.control.observing import looked
-from safenav.runtime.run.checkpoint import Moment, Resumption
+from safenav.runtime.run.checkpoint import Kept, Resumption
 from safenav.runtime.run.decide import (
     Proposal,
     broken,
@@ -84,10 +83,15 @@ class Run:
         if self.control.end is None and (end := refusal_of(self.team, self.state)) is not None:
             self.control = replace(self.control, end=end)
 
-    def moment(self) -> Moment:
+    def kept(self) -> Kept:
         """The run before its next pass, for a checkpoint."""
-        roles, memory = self.control.roles, self.recorder.kept()
-        return Moment(self.team, self.state, roles, memory, *self.world.kept())
+        robots, listed = [m.robot for m in self.team.members], len(self.team.scenario.obstacles)
+        own, within = (robot.objective for robot in robots), (robot.within for robot in robots)
+        helps = tuple(role.helps for role in self.control.roles) or (None,) * len(robots)
+        added = tuple((each.source, each.battery_of) for each in self.team.obstacles[listed:])
+        memory = self.recorder.kept()
+        about = tuple(own), tuple(within), helps, memory, added
+        return Kept(self.state, *about, *self.world.kept())
 
     def resume(self, begun: Resumption) -> None:
         """Continue a run that was interrupted. Commands that were under way in a live run have
@@ -100,9 +104,8 @@ class Run:
                 self.answers.count += 1
                 self.answers.seconds += line.seconds
         commands = (each.command for each in begun.lines if isinstance(each, Depart | Act))
-        fits = self.recorder.resume(kept.memory, self.state, begun.lines)
-        if not (fits and self.world.resume(self, kept.due, kept.truth, max(commands, default=0))):
-            raise UsageError("the checkpoint does not fit the scenario")
+        self.recorder.resume(kept.memory, self.state, begun.lines)
+        self.world.resume(self, kept.due, kept.truth, max(commands, default=0))
         for i, robot in enumerate(self.state.robots):
             if self.world.live and robot.to is not None:
                 self.happens(now.Elsewhere(i, robot.pose))
@@ -153,8 +156,7 @@ class Run:
 
     def look(self, i: int) -> None:
         """A robot looks for those that it tracks."""
-        controllers = self.control.controllers
-        controller = controllers[i] if controllers else None
+        controller = self.control.controller(i)
         if controller is not None:
             seen = looked(self.team, self.state, i, controller.task)
             if seen is not None:
@@ -200,11 +202,10 @@ class Run:
     def back_up(self, i: int, refused: Proposal) -> Proposal:
         """Another successor of the strategy's node that is safe; else the stay, which keeps the
         node."""
-        for step in (
-            others(self.team, self.state, self.control, i, refused) if self.world.moving else ()
-        ):
-            if self.characterize(i, step) is None:
-                return step
+        if self.world.moving:
+            for step in others(self.team, self.state, self.control, i, refused):
+                if self.characterize(i, step) is None:
+                    return step
         return Proposal(self.state.robots[i].pose, "backtrack")
 
     def take(self, i: int, step: Proposal) -> None:
@@ -255,11 +256,8 @@ class Run:
     def drains(self, i: int) -> bool:
         """A robot off the chargers whose charge does not suffice for a step is out of service, and
         needs another battery; return whether that is so."""
-        robot, energy, kind = (
-            self.state.robots[i],
-            self.team.members[i].energy,
-            self.team.scenario.flat,
-        )
+        robot, energy = self.state.robots[i], self.team.members[i].energy
+        kind = self.team.scenario.flat
         if energy is None or not (robot.active and robot.to is None):
             return False
         flat = energy.is_flat(robot.charge, robot.pose)
@@ -281,7 +279,7 @@ class Run:
         if isinstance(event, now.Introduced):
             self.team = self.recorder.team = introduced(self.team, event.source, event.battery_of)
         elif isinstance(event, now.Assigned):
-            event = event._replace(own=on_own(self.team, self.state, event.robot))
+            event = replace(event, own=on_own(self.team, self.state, event.robot))
             self.team = self.recorder.team = assigned(
                 self.team, event.robot, event.objective, event.within
             )

@@ -55,7 +55,7 @@ WAITED = 0.05
 class RunResult(Struct, frozen=True):
     """The result of a run. ``cause`` classifies ``operator_needed``, ``links`` lists its reasons;
     ``stuck``: the robots that cannot continue. ``makespan`` (live): the time in seconds at which
-    the last command ended. ``lost``: why deadlines could not be met, one sentence each."""
+    the last command ended."""
 
     outcome: Outcome
     explanation: str
@@ -68,7 +68,6 @@ class RunResult(Struct, frozen=True):
     links: tuple[str, ...] = ()
     stuck: tuple[str, ...] = ()
     makespan: float | None = None
-    lost: tuple[str, ...] = ()
 
 
 def uninterrupted(ended: RunResult) -> RunResult:
@@ -122,7 +121,7 @@ class Mission:
         answers = Answers(synthesizer, self._stop.check, progress)
         recorder = Recorder(team, truths, self._tell, live=live)
         self._begun = begun
-        self._checkpoints = Checkpoints(recorder.emit) if checkpoints else None
+        self._checkpoints = Checkpoints(scenario, recorder.emit) if checkpoints else None
         self._run = Run(team, self._world, answers, recorder, self._stop.check)
         self.ending = self._started = False
         self._thread: int | None = None
@@ -169,7 +168,7 @@ class Mission:
         if self.result is not None:
             raise UsageError(f"step() after the end: the outcome is {self.result.outcome.value}")
         if self._checkpoints is not None:
-            self._checkpoints.take(self._run.moment())
+            self._checkpoints.take(self._run.kept())
         self._guarded(self._run.step)
 
     def stop(self, why: str = "interrupted by the user") -> None:

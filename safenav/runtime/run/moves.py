@@ -1,8 +1,9 @@
-"""The trace lines of moves: one a tick in lockstep, one a command in a live run."""
+"""The trace lines of moves: one a tick in lockstep, one a command in a live run; their times."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from typing import Any
 
 from safenav.team import state as now
 from safenav.team.state import State
@@ -13,13 +14,20 @@ from safenav.trace.vocabulary import HoldReason, MovedBy, MoveEnd
 Emit = Callable[[records.Record], None]
 
 
-class _Signals:
-    """The commands of assignable robots, as last recorded."""
+class _Lines:
+    """The part of both clocks: the commands of assignable robots, as last recorded."""
 
-    def __init__(self) -> None:
+    def __init__(self, team: Team, emit: Emit) -> None:
+        self._team, self._emit = team, emit
         self._told: dict[int, records.Signal] = {}
 
-    def new(self, i: int, values: now.Values | None) -> records.Signal | None:
+    def continued(self, tick: int, i: int, state: State) -> None:
+        """A command says nothing until it ends."""
+
+    def resume(self, line: records.Record) -> None:
+        """A tick depends on no earlier line."""
+
+    def _signal(self, i: int, values: now.Values | None) -> records.Signal | None:
         """The command with which a robot moves or stays; None if it was recorded before."""
         found = dict(values or ())
         if "request" not in found:
@@ -31,12 +39,8 @@ class _Signals:
         return signal
 
 
-class TickLines:
+class TickLines(_Lines):
     """Lockstep: a ``move`` line for each robot in each tick."""
-
-    def __init__(self, team: Team, emit: Emit) -> None:
-        self._team, self._emit = team, emit
-        self._signals = _Signals()
 
     def departed(self, tick: int, event: now.Departed, before: State) -> None:
         if event.under_way:
@@ -58,9 +62,6 @@ class TickLines:
         pose = state.robots[event.robot].pose
         self._move(tick, event.robot, pose, pose, None, event.by, signal=event.values)
 
-    def resume(self, line: records.Record) -> None:
-        """A tick depends on no earlier line."""
-
     def _move(
         self,
         tick: int,
@@ -77,19 +78,18 @@ class TickLines:
         goes = None if toward is None else toward % size
         place = start % size, *graph.pose(pose).place
         name = self._team.members[i].name
-        told = self._signals.new(i, signal)
+        told = self._signal(i, signal)
         self._emit(records.Move(tick, name, *place, goes, origin, signal=told, result=result))
 
 
-class CommandLines:
+class CommandLines(_Lines):
     """Live: a line when a command is given and one when it ends; a ``hold`` line only when its
     reason changes."""
 
     def __init__(self, team: Team, emit: Emit) -> None:
-        self._team, self._emit = team, emit
+        super().__init__(team, emit)
         self._commands: dict[int, int] = {}
         self._holds: dict[int, HoldReason] = {}
-        self._signals = _Signals()
 
     def departed(self, tick: int, event: now.Departed, before: State) -> None:
         i, member = event.robot, self._team.members[event.robot]
@@ -99,11 +99,8 @@ class CommandLines:
         node = event.node if event.by == "strategy" else None
         seconds = None if event.seconds is None else round(event.seconds, 3)
         who, by = (tick, event.command, member.name), MovedBy(event.by)
-        signal = self._signals.new(i, event.values)
+        signal = self._signal(i, event.values)
         self._emit(records.Depart(*who, *way, by, node, signal=signal, seconds=seconds))
-
-    def continued(self, tick: int, i: int, state: State) -> None:
-        """A command says nothing until it ends."""
 
     def ended(
         self,
@@ -140,10 +137,37 @@ class CommandLines:
                 self._holds.pop(i, None)
 
     def stayed(self, tick: int, event: now.Stayed, state: State) -> None:
-        why, signal = _reason(event, state), self._signals.new(event.robot, event.values)
+        why, signal = _reason(event, state), self._signal(event.robot, event.values)
         if signal is not None or self._holds.get(event.robot) is not why:
             self._holds[event.robot] = why
             self._emit(records.Held(tick, self._team.members[event.robot].name, why, signal))
+
+
+class CommandTimes:
+    """Sums of the durations of commands: a listener to records. A command counts when its end is
+    recorded; the run may end before that in the same moment."""
+
+    def __init__(self) -> None:
+        self._begun: dict[str, float] = {}
+        self._busy: dict[str, float] = {}
+        self._over = 0.0
+
+    def __call__(self, record: records.Record) -> None:
+        """Process records of commands that begin or end."""
+        match record:
+            case records.Depart() | records.Act():
+                self._begun[record.robot] = record.t or 0.0
+            case records.Arrive() | records.ActionEnd():
+                self._over, name = record.t or 0.0, record.robot
+                took = self._over - self._begun.pop(name, self._over)
+                self._busy[name] = self._busy.get(name, 0.0) + took
+
+    def fields(self, robots: Iterable[str]) -> dict[str, Any]:
+        """The fields of the outcome: the time at which the last command ended, and the seconds of
+        each robot with and without one until then."""
+        over, busy = self._over, {name: self._busy.get(name, 0.0) for name in robots}
+        waiting = {name: max(0.0, over - seconds) for name, seconds in busy.items()}
+        return {"makespan": over, "busy": busy, "waiting": waiting}
 
 
 def _reason(event: now.Stayed, state: State) -> HoldReason:

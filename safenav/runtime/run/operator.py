@@ -8,15 +8,17 @@ refused at the call; one that becomes impossible later is dropped, and recorded.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from typing import Protocol
 
 from msgspec.structs import replace
 
 from safenav.errors import UsageError
 from safenav.outcome import Outcome
+from safenav.runtime.control.answers import Answers
+from safenav.runtime.control.coordinate import Control
 from safenav.runtime.control.ends import End
 from safenav.runtime.intervention import kinds
 from safenav.runtime.intervention.wrong import wrong_objective, wrong_type
-from safenav.runtime.run.running import Running
 from safenav.runtime.run.stop import Stopped
 from safenav.runtime.worlds.commands import Commands
 from safenav.runtime.worlds.lockstep import Lockstep
@@ -27,6 +29,7 @@ from safenav.team import state as now
 from safenav.team.failures import number, stands_for
 from safenav.team.floor import reserved
 from safenav.team.state import Is
+from safenav.team.team import Team
 from safenav.trace import records
 from safenav.trace.vocabulary import OperatorIntervention
 from safenav.trace.words import obstacle_words
@@ -34,7 +37,22 @@ from safenav.world.map import Region
 from safenav.world.moves import Mobility
 
 AWAY = (kinds.MarkResolved, kinds.RemoveObstacle)
-USER, SCENARIO = "user", "scenario"
+USER, SCENARIO, INPUT = "user", "scenario", "input"
+
+
+class Running(Protocol):
+    """The run to which events are reported, as it is at this moment."""
+
+    @property
+    def team(self) -> Team: ...
+    @property
+    def state(self) -> now.State: ...
+    @property
+    def control(self) -> Control: ...
+    @property
+    def answers(self) -> Answers: ...
+    def waits(self) -> bool: ...
+    def until(self) -> float | None: ...
 
 
 class Operator:
@@ -99,6 +117,20 @@ class Operator:
             yield from self._brought_about(run, wanted)
         if gives_up:
             raise Stopped(end)
+
+    def selected(self, run: Running) -> Iterator[now.Assigned]:
+        """The objectives of robots that follow from the inputs, where these are others than
+        before."""
+        for i, (robot, member) in enumerate(zip(run.state.robots, run.team.members, strict=True)):
+            given = dict(member.robot.when)
+            mode = next((name for name in given if name in run.state.inputs), None)
+            if mode == robot.mode:
+                continue
+            base = robot.base or (member.objective, member.robot.within, robot.own, robot.values)
+            if mode is None:
+                yield now.Assigned(i, base[0], INPUT, base[1], None, base)
+            else:
+                yield now.Assigned(i, given[mode], INPUT, None, mode, base)
 
     def _brought_about(self, run: Running, wanted: kinds.Intervention) -> Iterator[now.Event]:
         told = OperatorIntervention
@@ -281,16 +313,16 @@ class Operator:
             raise UsageError(f"{what} only in live runs: use 'clock: live'")
 
     def _there(self, name: str) -> Obstacle:
-        for obstacle in self._simulation().standing().values():
-            if obstacle.name == name:
-                return obstacle
-        raise UsageError(f"no unresolved obstacle {name}")
+        there = {obstacle.name: obstacle for obstacle in self._simulation().standing().values()}
+        if name not in there:
+            raise UsageError(f"no unresolved obstacle {name}")
+        return there[name]
 
     def _robot(self, name: str) -> int:
-        for i, robot in enumerate(self.scenario.robots):
-            if robot.name == name:
-                return i
-        raise UsageError(f"no robot {name}")
+        names = [robot.name for robot in self.scenario.robots]
+        if name not in names:
+            raise UsageError(f"no robot {name}")
+        return names.index(name)
 
     def _simulation(self) -> SimulatedWorld:
         if self.truth is None:

@@ -19,9 +19,8 @@ from safenav.runtime.control.coordinate import Control
 from safenav.runtime.control.ends import End, lacks_of
 from safenav.runtime.control.tasks import assignable, enough
 from safenav.runtime.run.checkpoint import Memory
-from safenav.runtime.run.command_times import CommandTimes
 from safenav.runtime.run.deadlines import Ledger
-from safenav.runtime.run.moves import CommandLines, TickLines
+from safenav.runtime.run.moves import CommandLines, CommandTimes, TickLines
 from safenav.runtime.run.synthesis_line import synthesis_line
 from safenav.scenario.objective import Objective
 from safenav.scenario.settings import Clock
@@ -93,8 +92,8 @@ class Recorder:
         memory = Memory(self.tick, self.moved, tuple(self.stack), helpers, aside)
         return replace(memory, planned=self.said is not None, ledger=self.ledger.kept())
 
-    def resume(self, memory: Memory, state: State, lines: Iterable[records.Record]) -> bool:
-        """Continue after these lines; return whether they fit."""
+    def resume(self, memory: Memory, state: State, lines: Iterable[records.Record]) -> None:
+        """Continue after these lines."""
         for line in lines:
             self.times(line)
             self.moves.resume(line)
@@ -102,11 +101,11 @@ class Recorder:
         self.tick, self.moved, self.time = memory.tick, memory.moved, state.time
         self.stack, self.helpers = [*memory.stack], dict(memory.helpers)
         self.aside, self.told = {*memory.aside}, [robot.objective for robot in state.robots]
-        fits, self.why = self.ledger.resume(memory.ledger, memory.tick), Reason.SERVICE
+        self.ledger.resume(memory.ledger, memory.tick)
+        self.why = Reason.SERVICE
         self.emit(records.Resumed(self.tick))
         if memory.planned:
             self.emit(records.PlanEnd(self.tick, PlanEndReason.CHANGED))
-        return fits
 
     def record(self, before: State, event: now.Event, after: State) -> None:
         """The lines of an event."""
@@ -186,13 +185,10 @@ class Recorder:
                 self.emit(records.NewObjective(self.tick, *about))
                 self.why = Reason.OBJECTIVE
             case now.Looked(i, known, places):
-                told = dict(before.robots[i].known)
-                pairs = zip(known, places, strict=True)
+                told, me = dict(before.robots[i].known), self._robot(i)
                 self.looked = [
-                    records.Belief(
-                        self.tick, self._robot(i), self._robot(j), isinstance(what, int), regions
-                    )
-                    for (j, what), regions in pairs
+                    records.Belief(self.tick, me, self._robot(j), isinstance(what, int), regions)
+                    for (j, what), regions in zip(known, places, strict=True)
                     if told.get(j) != what
                 ]
                 return
@@ -224,25 +220,17 @@ class Recorder:
 
         moved = now.Departed | now.Stayed | now.Goes | now.Arrived
         at_once = isinstance(event, now.Departed) and not (self.live or event.under_way)
-        if self.looked and isinstance(event, moved) and not at_once:
-            looked, self.looked = self.looked, []
-            for line in looked:
-                self.emit(line)
+        while self.looked and isinstance(event, moved) and not at_once:
+            self.emit(self.looked.pop(0))
 
     def _intervened(self, event: now.Intervened) -> None:
-        what, i, k, pose, objective = event
-        region, heading = (None, None) if pose is None else pose.place
-        line = records.Operator(
-            self.tick,
-            OperatorIntervention(what),
-            None if i is None else self._robot(i),
-            None if k is None else self._name(k),
-            region,
-            heading,
-            objective,
-        )
+        i, k = event.robot, event.obstacle
+        robot = None if i is None else self._robot(i)
+        obstacle = None if k is None else self._name(k)
+        place = (None, None) if event.pose is None else event.pose.place
+        about = OperatorIntervention(event.what), robot, obstacle, *place, event.objective
         if self.live:
-            self.emit(line)
+            self.emit(records.Operator(self.tick, *about))
 
     def emit(self, line: records.Record) -> None:
         """Send a line, in a live run with its time."""
@@ -479,13 +467,10 @@ class Recorder:
     def _entry(self, kind: type, entry: Entry, objectives: list[Objective]) -> None:
         k, who, helpers = entry
         self.told = list(objectives)
-        about = (
-            {self._robot(i): objective for i, objective in enumerate(objectives)},
-            self._name(k),
-            None if who is None else self._robot(who),
-            helpers,
-        )
-        self.emit(kind(self.tick, len(self.stack), *about))
+        traced = {self._robot(i): objective for i, objective in enumerate(objectives)}
+        requester = None if who is None else self._robot(who)
+        about = len(self.stack), traced, self._name(k), requester, helpers
+        self.emit(kind(self.tick, *about))
 
     # Plans.
 
@@ -503,13 +488,9 @@ class Recorder:
 
     def _plan_reached(self, state: State) -> None:
         """End the plan that was recorded if every robot has gone its way in it."""
-        if self.said is not None and self._told_all(state):
+        said = self.said
+        if said is not None and all(state.robots[i].at >= said[i] for i in self.team.sharing):
             self._plan_ends(PlanEndReason.REACHED)
-
-    def _told_all(self, state: State) -> bool:
-        return self.said is not None and all(
-            state.robots[i].at >= self.said[i] for i in self.team.sharing
-        )
 
     def _plan_ends(self, reason: PlanEndReason) -> None:
         if self.said is not None:

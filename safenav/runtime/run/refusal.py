@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from math import ceil
 
 from msgspec.structs import replace
@@ -74,12 +75,8 @@ def _least_capacity(member: Member, energy: Energy, pose: int) -> int | None:
         larger = replace(energy, battery=replace(energy.battery, capacity=capacity))
         return larger.need(member.floor, pose, 0) < NEVER
 
-    if not enough(high):
-        return None
-    while high - low > 1:
-        middle = (low + high) // 2
-        low, high = (low, middle) if enough(middle) else (middle, high)
-    return high
+    capacities = range(low + 1, high + 1)
+    return capacities[bisect_left(capacities, True, key=enough)] if enough(high) else None
 
 
 def _orders(team: Team, member: Member, pose: int) -> list[list[Mask]]:

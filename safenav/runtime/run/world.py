@@ -13,16 +13,15 @@ from math import inf
 
 from msgspec.structs import replace
 
+from safenav.errors import UsageError
 from safenav.outcome import Outcome
 from safenav.plan.order import charging_ends
 from safenav.runtime.run.decide import Proposal, closing
-from safenav.runtime.run.inputs import selected, values_of
-from safenav.runtime.run.operator import Operator
-from safenav.runtime.run.running import Running
+from safenav.runtime.run.operator import Operator, Running
 from safenav.runtime.worlds import protocol
 from safenav.runtime.worlds.commands import Commands
 from safenav.runtime.worlds.live_simulation import LiveSimulation
-from safenav.runtime.worlds.lockstep import Lockstep
+from safenav.runtime.worlds.lockstep import Lockstep, inputs_of
 from safenav.runtime.worlds.protocol import Change, InputWorld
 from safenav.runtime.worlds.truth import SimulatedWorld, Truth
 from safenav.scenario import model
@@ -96,9 +95,8 @@ class World:
         due = {} if self.lockstep is None else self.lockstep.due()
         return due, None if self._truth is None else self._truth.kept()
 
-    def resume(self, run: Running, due: Mapping[str, int], truth: Truth | None, last: int) -> bool:
-        """Continue where a run was interrupted; return whether this state fits the run. ``last``:
-        the number of the last command."""
+    def resume(self, run: Running, due: Mapping[str, int], truth: Truth | None, last: int) -> None:
+        """Continue where a run was interrupted. ``last``: the number of the last command."""
         members, robots, poses = run.team.members, run.state.robots, dict[str, Pose]()
         steps: dict[str, tuple[int, Pose, Pose]] = {}
         for member, robot in zip(members, robots, strict=True):
@@ -106,18 +104,16 @@ class World:
             if member.name in due and robot.to is not None:
                 there = member.graph.pose(robot.to)
                 steps[member.name] = due[member.name], poses[member.name], there
-        under_way = {m.name for m, r in zip(members, robots, strict=True) if r.to is not None}
-        if not self.live and {*steps} != under_way:
-            return False
         if isinstance(self.commands, Lockstep):
             self.commands.resume(run.state.time, steps)
         else:
             self.commands.resume(run.state.time, poses, last)
-        regions = [robot.pose % run.team.size for robot in robots]
-        fits = self._truth is None or (truth is not None and self._truth.resume(truth, regions))
+        if self._truth is not None:
+            if truth is None:
+                raise UsageError("the run was one of real robots: pass their world")
+            self._truth.resume(truth, [robot.pose % run.team.size for robot in robots])
         self.follow(run.team)
         self._set = frozenset(self.operator.inputs)
-        return fits
 
     def wait(self, run: Running) -> Iterator[now.Event]:
         """Yield the next events and turns; none if nothing will ever happen. Each event is read
@@ -200,9 +196,12 @@ class World:
         return self.commands.ended(robot)
 
     def _on(self, run: Running) -> frozenset[str]:
-        """The inputs that are on now."""
-        sources = self._inputs, self.operator.inputs
-        return values_of(run.team, run.state, self.commands.now(), *sources)
+        """The inputs that are on now: as an operator has set them, else the world."""
+        names = [each.name for each in run.team.scenario.inputs]
+        found = {name: name in run.state.inputs for name in names}
+        found |= inputs_of(self._inputs if names else None, int(self.commands.now()))
+        found |= self.operator.inputs
+        return frozenset(name for name in names if found[name])
 
     def _heard(self, run: Running) -> Iterator[now.Event]:
         """The inputs of this moment, and the objectives that they select."""
@@ -210,7 +209,7 @@ class World:
         if on != run.state.inputs or by_user.keys() != self._set:
             self._set = frozenset(by_user)
             yield now.Inputs(on, tuple(by_user))
-        yield from selected(run.team, run.state)
+        yield from self.operator.selected(run)
 
     def _arrived(self, run: Running, i: int, ended: protocol.Ended) -> Iterator[now.Event]:
         graph, before, target = run.team.members[i].graph, run.state, run.state.robots[i].next
@@ -238,15 +237,14 @@ class World:
                 yield from consequences(run.team, before, lost)
 
     def _changed(self, run: Running, change: Change) -> Iterator[now.Event]:
+        cause = "user" if change.by_user else "scenario"
         if change.appeared:
             self._opened.pop(change.obstacle.name, None)
             yield from _introduced(run, change.obstacle)
             k = number(run.team, run.state, change.obstacle)
-            cause = "user" if change.by_user else "scenario"
             yield now.Appeared(k, change.truth, change.another, cause)
         elif change.obstacle.name in run.team.numbers:
             self._opened[change.obstacle.name] = self.commands.now()
-            cause = "user" if change.by_user else "scenario"
             yield now.Gone(number(run.team, run.state, change.obstacle), cause)
 
     def _named(self, run: Running, report: protocol.WorldEvent, key: str = "robot") -> int | None:
@@ -358,15 +356,15 @@ class World:
         for obstacle, _ in event.found:
             yield from _introduced(run, obstacle)
         team, truths = run.team, dict[int, bool | None]()
+        reported = {number(team, run.state, obstacle): result for obstacle, result in event.found}
         again = tuple(  # opened in passing: nobody had asked for that
             k
-            for k, (obstacle, result) in zip(
-                (number(team, run.state, o) for o, _ in event.found), event.found, strict=True
-            )
+            for k, result in reported.items()
             if run.state.obstacles[k].state is now.Is.SEEN
-            and obstacle.name in self._opened
+            and team.obstacles[k].name in self._opened
             and result is ActResult.DONE
         )
+        reported = {k: result for k, result in reported.items() if k not in again}
         stages = {k: stage for k, stage in self._changes(run, i) if k not in again}
         if self._truth is not None:
             stages = {k: stage for k, stage in stages.items() if resolved(team, k, stage)} | {
@@ -375,11 +373,6 @@ class World:
             }
         else:
             stages |= self._unnoticed(run, i)
-        reported = {
-            k: result
-            for obstacle, result in event.found
-            if (k := number(team, run.state, obstacle)) not in again
-        }
         failed = tuple(
             k
             for k in {**stages, **reported}
@@ -447,11 +440,8 @@ class World:
         """Earlier needs of obstacles that no robot has encountered: a world may act on them, and
         reports only the last need."""
         team, state = run.team, run.state
-        hidden = [
-            k
-            for k, each in enumerate(state.obstacles)
-            if each.state is now.Is.HIDDEN and not team.obstacles[k].needs[each.stage.need].takes
-        ]
+        pairs = ((k, each) for k, each in enumerate(state.obstacles) if each.state is now.Is.HIDDEN)
+        hidden = [k for k, each in pairs if not team.obstacles[k].needs[each.stage.need].takes]
         changes = acts_on(team, state, standing(team, state, moving=self.moving), i, hidden)
         return {k: stage for k, stage in changes if not resolved(team, k, stage)}
 

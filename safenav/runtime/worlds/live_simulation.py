@@ -19,6 +19,9 @@ from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region, RegionMap
 from safenav.world.moves import Pose
 
+Works = list[tuple[Obstacle, tuple[str, ...]]]
+"""Obstacles on which robots act, each with these robots."""
+
 
 class LiveSimulation:
     """``truth``: its hidden obstacles. ``speeds``: factors of the robots' speeds; a share
@@ -47,9 +50,7 @@ class LiveSimulation:
         self._coming: list[tuple[float, int, WorldEvent, Robot, Sequence[Obstacle]]] = []
         self._takes: dict[str, float] = {}
         self._cleared: dict[str, set[str]] = {}
-        self._turned: dict[
-            str, tuple[dict[str, float], list[tuple[Obstacle, tuple[str, ...]]]]
-        ] = {}
+        self._turned: dict[str, tuple[dict[str, float], Works]] = {}
         """By robot: the headings before its action, and who takes part in each part of it."""
 
     def resume(self, now: float, poses: Mapping[str, Pose]) -> None:

@@ -65,26 +65,13 @@ class SimulatedWorld:
         truths = tuple(self._truths), {**self.truths}
         return Truth(self._state.obstacles, *truths, added, brought)
 
-    def resume(self, truth: Truth, regions: Sequence[Region]) -> bool:
-        """Continue from that state, with the robots in these regions; return whether it fits."""
+    def resume(self, truth: Truth, regions: Sequence[Region]) -> None:
+        """Continue from that state, with the robots in these regions."""
         for source in truth.added:
-            if not self._team.world.is_free(source.region):
-                return False
             self._team = introduced(self._team, source)
-        stages = zip(self._team.obstacles, truth.obstacles, strict=False)
-        robots, count = range(len(regions)), len(self._team.obstacles)
-        fits = count == len(truth.obstacles) == len(truth.truths) and all(
-            0 <= there.stage.need < len(each.needs) + (there.state is not Is.OPEN)
-            and {*there.stage.done, *(there.stage.group or ())} <= {*robots}
-            for each, there in stages
-        )
-        if fits and {*self._team.numbers} == {*truth.named} and {*truth.brought} <= {*range(count)}:
-            self._brought = {*truth.brought}
-            self._state = replace(self._state, obstacles=truth.obstacles)
-            self._truths, self.truths = [*truth.truths], {**truth.named}
-            self._regions = [*regions]
-            return True
-        return False
+        self._state = replace(self._state, obstacles=truth.obstacles)
+        self._truths, self.truths = [*truth.truths], {**truth.named}
+        self._brought, self._regions = {*truth.brought}, [*regions]
 
     # A blocking world.
 
@@ -99,7 +86,7 @@ class SimulatedWorld:
     def act(self, robot: Robot) -> list[tuple[Obstacle, bool | None]]:
         i, team = self._number[robot.name], self._team
         stages = self._changes(i)
-        over = tuple((k, self._truth(k)) for k, stage in stages if resolved(team, k, stage))
+        over = tuple((k, self._truths[k]) for k, stage in stages if resolved(team, k, stage))
         self._state = apply(team, self._state, now.Acted(i, stages, over))
         ended = {k for k, _ in over}
         parts = ((team.obstacles[k].source, s) for k, s in stages if k not in ended)
@@ -120,11 +107,12 @@ class SimulatedWorld:
     def within_reach(self, robot: Robot) -> list[tuple[Obstacle, tuple[str, ...]]]:
         """The obstacles of which a robot can fulfil a need where it stands, with the robots that
         take part; those whose load it takes come last."""
-        i, members = self._number[robot.name], self._team.members
-        return [
-            (self._team.obstacles[k].source, tuple(members[j].name for j in self._group(i, k)))
-            for k, _ in sorted(self._changes(i), key=lambda each: self._as_moved(each[0]))
-        ]
+        i, found = self._number[robot.name], list[tuple[Obstacle, tuple[str, ...]]]()
+        for k in sorted((k for k, _ in self._changes(i)), key=self._as_moved):
+            group = participants(self._team, self._state, self._regions, i, k)
+            names = tuple(self._team.members[j].name for j in group)
+            found.append((self._team.obstacles[k].source, names))
+        return found
 
     def stands(self, obstacle: Obstacle) -> bool:
         """Whether an obstacle is present and unresolved."""
@@ -185,19 +173,17 @@ class SimulatedWorld:
         """Let an obstacle appear at its tick ``appears``, like one of the scenario."""
         assert obstacle.appears is not None
         self._brought.add(len(self._team.obstacles))
-        self._team = introduced(self._team, obstacle)
-        there = (*self._state.obstacles, ObstacleNow(Is.AWAY))
-        self._state = replace(self._state, obstacles=there)
-        self._truths.append(truth)
-        self.truths[obstacle.name] = truth
+        self._add(obstacle, Is.AWAY, truth)
 
     def place(self, obstacle: Obstacle) -> None:
         """Let an obstacle that blocks no robot appear now, also where a robot stands."""
+        self._add(obstacle, Is.OPEN, None)
+
+    def _add(self, obstacle: Obstacle, state: Is, truth: bool | None) -> None:
         self._team = introduced(self._team, obstacle)
-        there = (*self._state.obstacles, ObstacleNow(Is.OPEN))
-        self._state = replace(self._state, obstacles=there)
-        self._truths.append(None)
-        self.truths[obstacle.name] = None
+        self._state = replace(self._state, obstacles=(*self._state.obstacles, ObstacleNow(state)))
+        self._truths.append(truth)
+        self.truths[obstacle.name] = truth
 
     def follow(self, team: Team) -> None:
         """Robots take the loads that they can deliver under their present rules."""
@@ -234,12 +220,10 @@ class SimulatedWorld:
         ]
 
     def _changes(self, i: int) -> tuple[tuple[int, Stage], ...]:
-        known = [
-            k
-            for k, each in enumerate(self._team.obstacles)
-            if self._state.obstacles[k].known
-            and (each.name in self.cleared or not any(need.takes for need in each.needs))
-        ]
+        pairs = enumerate(zip(self._team.obstacles, self._state.obstacles, strict=True))
+        there = ((k, each) for k, (each, now) in pairs if now.known)
+        takes = ((k, each.name, any(need.takes for need in each.needs)) for k, each in there)
+        known = [k for k, name, load in takes if name in self.cleared or not load]
         return acts_on(self._team, self._state, self._regions, i, known)
 
     def _as_moved(self, k: int) -> tuple[bool, str]:
@@ -247,17 +231,10 @@ class SimulatedWorld:
         need = self._state.obstacles[k].stage.need
         return self._team.obstacles[k].needs[need].takes, self._team.obstacles[k].name
 
-    def _group(self, i: int, k: int) -> tuple[int, ...]:
-        return participants(self._team, self._state, self._regions, i, k)
-
-    def _truth(self, k: int) -> bool | None:
-        return self._truths[k]
-
     def _put(self, k: int, state: Is) -> None:
-        there = self._state.obstacles
-        self._state = replace(
-            self._state, obstacles=(*there[:k], ObstacleNow(state), *there[k + 1 :])
-        )
+        there = [*self._state.obstacles]
+        there[k] = ObstacleNow(state)
+        self._state = replace(self._state, obstacles=tuple(there))
 
     def _there(self, *states: Is) -> Iterator[Obstacle]:
         for each, there in zip(self._team.obstacles, self._state.obstacles, strict=True):
