@@ -10,7 +10,8 @@ from inspect import get_annotations
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import msgspec
-from msgspec import NODEFAULT, Meta, Struct, field
+from msgspec import Meta, Struct, field
+from msgspec.structs import FieldInfo, fields
 
 from safenav.scenario.objective import KINDS, Ltl, TargetObjective, to_data
 
@@ -133,28 +134,12 @@ def _about_targets(kind: type[TargetObjective], body: Any, rules: _Rules) -> Obj
     return kind(targets, rules.avoid, rules.always, literal)
 
 
-class FieldEntry(Struct, frozen=True):
-    """A field of a record: its name in Python and in JSON, and whether it may be absent."""
-
-    name: str
-    key: str
-    optional: bool
-    nothing: bool
-    """Whether it is omitted when it is None."""
-
-
 @cache
-def entries(kind: Any) -> tuple[FieldEntry, ...]:
-    """The fields of a record class, or of a class of objects in one, in order."""
-    keys = dict(zip(kind.__struct_fields__, kind.__struct_encode_fields__, strict=True))
-    defaults = dict(zip(reversed(keys), reversed(kind.__struct_defaults__), strict=False))
+def entries(kind: Any) -> tuple[FieldInfo, ...]:
+    """The fields of a record class, or of a class of objects in one, in the order of a file."""
+    known = {each.name: each for each in fields(kind)}
     names = dict.fromkeys(n for base in reversed(kind.__mro__) for n in get_annotations(base))
-    found = [(name, defaults.get(name, NODEFAULT)) for name in names if name in keys]
-    return tuple(
-        FieldEntry(name, keys[name], default is not NODEFAULT, default is None)
-        for name, default in found
-        if name != "line"
-    )
+    return tuple(known[name] for name in names if name in known and name != "line")
 
 
 def plain(value: Any) -> Any:
@@ -164,10 +149,12 @@ def plain(value: Any) -> Any:
     if isinstance(value, TargetObjective | Ltl):
         return to_data(value)
     if isinstance(value, Struct):
-        kind: Any = type(value)
-        values = [(entry, getattr(value, entry.name)) for entry in entries(kind)]
-        data = {e.key: plain(item) for e, item in values if item is not None or not e.nothing}
-        config = kind.__struct_config__
+        kind, data = type(value), {}
+        for each in entries(kind):
+            item = getattr(value, each.name)
+            if item is not None or each.default is not None:
+                data[each.encode_name] = plain(item)
+        config = value.__struct_config__
         return data if config.tag is None else {**data, config.tag_field: config.tag}
     if isinstance(value, Mapping):
         return {key: plain(item) for key, item in value.items()}

@@ -36,7 +36,7 @@ def words_of(kind: Any, line: str, seen: set[Any]) -> Iterator[tuple[str, str, s
     for entry in entries(kind):
         for found in enums(hints[entry.name]):
             if issubclass(found, StrEnum):
-                yield line, entry.key, {*map(str, found)}
+                yield line, entry.encode_name, {*map(str, found)}
             elif found not in seen:
                 yield from words_of(found, line, seen | {found})
 
@@ -55,7 +55,7 @@ OTHER_KEYS = {"always", "init", "liveness", "note", "safety", "targets"}
 def keys_of(kind: Any, seen: set[Any]) -> Iterator[str]:
     hints = get_type_hints(kind, include_extras=True)
     for entry in entries(kind):
-        yield entry.key
+        yield entry.encode_name
         for found in enums(hints[entry.name]):
             if issubclass(found, Struct) and found not in seen:
                 yield from keys_of(found, seen | {found})

@@ -74,9 +74,9 @@ def table(head: str, rows: Iterable[tuple[str, ...]]) -> str:
 
 def row(name: str, kind: Any) -> tuple[str, str, str]:
     """A kind of line or object: its name, its fields, and its documentation."""
-    fields = [each for each in entries(kind) if each.key not in ("tick", "t")]
-    needed = ", ".join(f"`{each.key}`" for each in fields if not each.optional)
-    optional = ", ".join(f"`{each.key}`" for each in fields if each.optional)
+    fields = [each for each in entries(kind) if each.name not in ("tick", "t")]
+    needed = ", ".join(f"`{each.encode_name}`" for each in fields if each.required)
+    optional = ", ".join(f"`{each.encode_name}`" for each in fields if not each.required)
     both = "; ".join(filter(None, (needed, optional and f"optional {optional}")))
     text = " ".join(cleandoc(kind.__doc__).split()).replace("``", "`").replace("None", "null")
     return f"`{name}`", both, "Note. " + text if getattr(kind, "note", False) else text
