@@ -51,7 +51,6 @@ class LiveView:
         self._scenario = scenario
         self._port = port
         self._browser = browser
-        self._loop = asyncio.new_event_loop()
         self._ready: Future[Server] = Future()
         self._thread = threading.Thread(target=self._serve, name="safenav live", daemon=True)
 
@@ -82,18 +81,16 @@ class LiveView:
                     last = time.monotonic()
 
     def _serve(self) -> None:
-        asyncio.set_event_loop(self._loop)
         try:
-            self._loop.run_until_complete(self._served())
+            asyncio.run(self._served())
         except BaseException as error:
             if not self._ready.done():
                 self._ready.set_exception(error)
-        finally:
-            self._loop.close()
 
     async def _served(self) -> None:
         from safenav.studio.server import Server
 
+        self._loop = asyncio.get_running_loop()
         server = Server(_Watching(self._scenario), port=self._port, keep=True)
 
         def ready(address: str) -> None:
