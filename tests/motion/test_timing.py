@@ -1,24 +1,37 @@
-"""Reservations: for any durations no robots meet, no region is entered early, and all moves end."""
+"""The times of motion: in lockstep, with a clock, and as the pace of a robot predicts them."""
 
+import json
 import os
 import random
+import subprocess
+import sys
+from collections.abc import Callable
 from itertools import combinations
+from typing import Any
 
 import pytest
 from msgspec.structs import replace
 
-from motion.runs import SHIPPED, motion, played, trace_of
+from motion.runs import SHIPPED, live_trace, motion, played, trace_of
 from once import beside
+from safenav.errors import InputError
+from safenav.motion.check.examination import Examination
+from safenav.motion.check.room import holdings
 from safenav.motion.check.verdict import check_motion
-from safenav.motion.file import Action, Line, Moving, Release, Reserve
+from safenav.motion.file import Action, Line, Motion, Moving, Release, Reserve
 from safenav.motion.geometry import MetricFloor
-from safenav.motion.making import motion_of
+from safenav.motion.making import motion_of, mover
 from safenav.motion.mover import Crossing, Glider, Mover
 from safenav.motion.timing.execution import when
 from safenav.motion.timing.in_time import in_time
 from safenav.motion.timing.schedule import motion_at_earliest_times
+from safenav.pace.robot import Pace, acted_by, pace_of
+from safenav.run.reading import run_of
+from safenav.scenario.motion import resolved
+from safenav.trace import records
 from safenav.trace.reading import Trace, read_bytes
 from safenav.trace.records import Met, Move, Resolved, Service
+from safenav.trace.vocabulary import MovedBy
 
 SLOWED = int(os.environ.get("SAFENAV_MOTION_SLOWED", "20"))
 
@@ -190,3 +203,206 @@ def test_a_motion_that_ignores_exclusions_is_refused() -> None:
     scenario = replace(trace.header.scenario, never_together=None)
     heedless = replace(trace, header=replace(trace.header, scenario=scenario))
     assert {found.rule for found in check_motion(motion_of(heedless), trace)} == {"never-together"}
+
+
+RUNS = ["beam", "case_study_2", "corridor_swap", "hospital", "team_of_six", "two_digits"]
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_words_and_bodies_agree(name: str) -> None:
+    trace, moved = trace_of(name), motion(name)
+    told = in_time(trace, moved)
+    assert len([r for r in told.records if not isinstance(r, LIVE)]) == len(
+        [r for r in trace.records if not isinstance(r, records.Move)]
+    )
+    times = [record.t for record in told.records]
+    assert None not in times and times == sorted(times, key=float)
+    ends = {round(line.t1, 9) for line in moved.lines if isinstance(line, Action)}
+    strategy: dict[str, float] = {}
+    for record in told.records:
+        assert record.t is not None
+        if isinstance(record, records.Resolved):
+            assert record.t in ends
+        elif isinstance(record, records.Synthesis):
+            strategy[record.robot] = record.t
+        elif isinstance(record, records.Depart) and record.by is MovedBy.STRATEGY:
+            assert record.t >= strategy[record.robot]
+    held = holdings(Examination(moved, told))
+    replay = run_of(told)
+    assert replay.seconds is not None
+    for tick, time in enumerate(replay.seconds[:-1]):
+        middle = (time + replay.seconds[tick + 1]) / 2
+        if middle - time < 0.01:
+            continue  # instants within a millisecond are one
+        for track in replay.robots:
+            step = track.transit(tick)
+            shown = {track.regions[tick]} | ({step.toward} if step else set())
+            has = {h.region for h in held if h.robot == track.name and h.begin <= middle < h.end}
+            assert shown == has, (middle, track.name)
+
+
+LIVE = (records.Depart, records.Arrive, records.Act, records.ActionEnd)
+
+
+def test_a_run_in_time_stays_as_it_is() -> None:
+    told = in_time(trace_of("hello"), motion("hello"))
+    assert in_time(told, motion("hello")) is told
+
+
+CLOSING = """\
+safenav: 1
+map: {grid: ["#########", "#...#...#", "#.......#", "#...#...#", "#########"]}
+robots:
+  quad: {model: quadcopter, start: 10, objective: {patrol: [10, 12]}}
+  digit: {model: digit, start: 28, heading: east, objective: {visit: [28, 30]}}
+obstacles: [{type: door, region: 22, from: 5, until: 12}]
+until: {rounds: 5}
+"""
+
+
+def test_an_obstacle_appears_and_disappears_at_the_instants_of_its_ticks() -> None:
+    """In 3D a door of tick 5 was there, and gone, from the beginning."""
+    trace = read_bytes(played(CLOSING), "t.jsonl")
+    moved = motion_of(trace)
+    steps = [line for line in moved.of(Moving) if line.origin != line.to]
+    ends = {tick: max(line.t1 for line in steps if line.tick < tick) for tick in (5, 12)}
+    told = {type(r): r.t for r in in_time(trace, moved).records}
+    assert told[records.Appeared] == pytest.approx(ends[5])
+    assert told[records.Gone] == pytest.approx(ends[12])
+
+
+DELAYED = [("beam", 0.4), ("case_study_2", 0.0), ("parked_robot", 0.4), ("case_study_1", 0.4)]
+
+
+def moved(content: bytes) -> tuple[Trace, Motion, list[str]]:
+    """A trace, its motion, and what the checker finds."""
+    trace = read_bytes(content)
+    motion = motion_of(trace)
+    return trace, motion, [str(found) for found in check_motion(motion, trace)]
+
+
+@pytest.mark.parametrize(("name", "delayed"), DELAYED)
+def test_motion_starts_at_departures_and_ends_at_arrivals(name: str, delayed: float) -> None:
+    trace, motion, findings = moved(live_trace(name, delayed))
+    assert findings == []
+    steps = [p for p in motion.lines if isinstance(p, Moving) and p.origin != p.to]
+    ends = {(r.robot, r.command): r.t for r in trace.records if isinstance(r, records.Arrive)}
+    for depart in (r for r in trace.records if isinstance(r, records.Depart)):
+        (step,) = (p for p in steps if (p.robot, p.tick) == (depart.robot, depart.tick))
+        assert step.t0 >= (depart.t or 0.0) - 1e-6
+        end = ends.pop((depart.robot, depart.command), None)
+        if end is None:  # under way when the run ends: shown at the robot's own pace
+            assert step.t1 <= (depart.t or 0.0) + (depart.seconds or 0.0) + 1e-3
+        else:
+            assert step.t1 == pytest.approx(end, abs=1e-3)
+    assert ends == {}
+
+
+def changed(name: str, change: Callable[[list[dict[str, Any]]], None]) -> bytes:
+    lines = [json.loads(line) for line in live_trace(name).splitlines()]
+    change(lines)
+    return "".join(json.dumps(line) + "\n" for line in lines).encode()
+
+
+def first(lines: list[dict[str, Any]], **wanted: object) -> dict[str, Any]:
+    return next(line for line in lines if wanted.items() <= line.items())
+
+
+def test_a_step_that_failed_stays_where_it_began() -> None:
+    def fail(lines: list[dict[str, Any]]) -> None:
+        """The first step of the quadcopter fails, and is tried again."""
+        arrive = first(lines, type="arrive", robot="quad")
+        for line in lines[1:]:
+            if line["t"] >= arrive["t"] and line is not arrive:
+                line["t"] += 20.0
+        depart = first(lines, type="depart", robot="quad")
+        again = {**arrive, "t": arrive["t"] + 10.0, "command": 901, "tick": depart["tick"]}
+        lines[lines.index(arrive)] = {**arrive, "at": depart["from"], "result": "failed"}
+        place = next(i for i, line in enumerate(lines) if i and line["t"] > again["t"])
+        new = {**depart, "t": arrive["t"] + 1.0, "command": 901}
+        lines[place:place] = [new, again]
+
+    _, motion, findings = moved(changed("case_study_2", fail))
+    assert findings == []
+    steps = [p for p in motion.lines if isinstance(p, Moving) and p.robot == "quad"]
+    assert steps[0].origin == steps[0].to and steps[0].t1 > 5.0
+
+
+@pytest.mark.parametrize(
+    ("wanted", "found"),
+    [
+        ({"type": "arrive", "robot": "digit", "t": -2.0}, "digit takes 3.54 s"),
+        ({"type": "arrive", "robot": "quad", "at": 54}, "no motion shows how"),
+    ],
+)
+def test_a_live_trace_that_no_motion_can_follow_is_refused(
+    wanted: dict[str, Any], found: str
+) -> None:
+    def change(lines: list[dict[str, Any]]) -> None:
+        line = first(lines, type=wanted["type"], robot=wanted["robot"])
+        line |= {"t": line["t"] + wanted.get("t", 0.0), "at": wanted.get("at", line["at"])}
+
+    with pytest.raises(InputError, match=found):
+        moved(changed("case_study_2", change))
+
+
+def test_another_clock_than_the_trace_s_is_found() -> None:
+    content = live_trace("case_study_2")
+    trace, motion, _ = moved(content)
+    for kind, field in ((Reserve, "t"), (Release, "t"), (Action, "t1")):
+        lines = list(motion.lines)
+        index = next(i for i, line in enumerate(lines) if isinstance(line, kind) and i > 20)
+        lines[index] = replace(lines[index], **{field: getattr(lines[index], field) + 0.5})
+        wrong = replace(motion, lines=tuple(lines))
+        found = check_motion(wrong, trace)
+        assert "clock" in {finding.rule for finding in found}, kind
+
+
+COLS, ROWS = 9, 9
+STEPS = {"east": 1, "north": -COLS, "west": -1, "south": COLS}
+OPPOSITE = {"east": "west", "west": "east", "north": "south", "south": "north"}
+
+
+@pytest.mark.parametrize("kind", ["walker", "rover", "flyer", "disc"])
+@pytest.mark.parametrize("side", [1.9, 2.7, 4.5])
+def test_steps_and_actions_take_as_long_as_their_motion(kind: str, side: float) -> None:
+    dice = random.Random(f"{kind} {side}")
+    motion = resolved(kind, None, None, "ground")
+    assert motion is not None
+    floor, at, heading, now = MetricFloor(ROWS, COLS, side), 40, "east", 0.0
+    moved = mover("r", floor, at, heading, motion)
+    pace = pace_of(motion, COLS, side, heading)
+    for tick in range(60):
+        if dice.random() < 0.3:
+            now += dice.choice([0.5, 5.0])
+        if now > moved.time + 1e-9:
+            moved.halt(tick)
+            moved.rest(tick, max(now, moved.time))
+        if dice.random() < 0.2:
+            beside = at + dice.choice([-1, COLS])
+            now += acted_by([(pace, at)], now, beside)
+            moved.halt(tick)
+            moved.face(tick, beside)
+            moved.rest(tick, moved.time + pace.acting)
+            assert moved.time == pytest.approx(now, abs=1e-9)
+        ways = [w for w in STEPS if w != OPPOSITE[heading] or kind != "walker"]
+        inner = [w for w in ways if divmod(at + STEPS[w], COLS)[0] in range(1, ROWS - 1)]
+        heading = dice.choice([w for w in inner if (at + STEPS[w]) % COLS not in (0, COLS - 1)])
+        to = at + STEPS[heading]
+        seconds = pace.step(now, at, to)
+        moved.move(Crossing(tick, at, to, heading))
+        now, at = now + seconds, to
+        pace.arrived(now)
+        assert moved.time == pytest.approx(now, abs=1e-9)
+
+
+def test_a_robot_of_unknown_motion_takes_a_second_a_tick() -> None:
+    pace = pace_of(None, COLS, ticks=2)
+    assert pace.step(0.0, 40, 41) == 2.0
+    small = pace_of(resolved("walker", None, None, "ground"), COLS, 0.5)
+    assert type(small) is Pace
+
+
+def test_the_runtime_gets_durations_without_numpy() -> None:
+    code = "import sys, safenav.runtime.worlds.live_simulation; assert 'numpy' not in sys.modules"
+    subprocess.run([sys.executable, "-c", code], check=True)
