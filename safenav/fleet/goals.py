@@ -277,19 +277,14 @@ class Goals:
             task.phase = Phase.GOING
             self._again_or_back(body, task, far)
 
-    def _near(self, body: DrivenRobot, region: Region) -> bool:
-        """Return whether a robot is near the centre of its destination; a follower is, since its
-        reference has ended there."""
-        return (
-            body.robot.name in self.followers
-            or self._metres_to(body, region) <= body.station.tolerance
-        )
+    def _near(self, body: DrivenRobot, region: Region, least: float = 0.0) -> bool:
+        """Return whether a robot is within its tolerance, or ``least`` metres, of the centre of a
+        region; a follower is, since its reference has ended there."""
+        far = self._metres_to(body, region)
+        return body.robot.name in self.followers or far <= max(body.station.tolerance, least)
 
     def _is_well_inside(self, body: DrivenRobot, region: Region) -> bool:
-        """Return whether a robot is well inside a region: near its centre, or following
-        references."""
-        inside = max(body.station.tolerance, min(self.places.frame.resolution) / 4)
-        return body.robot.name in self.followers or self._metres_to(body, region) <= inside
+        return self._near(body, region, min(self.places.frame.resolution) / 4)
 
     def lose(self, body: DrivenRobot, task: FleetTask, reason: str = "") -> None:
         """Declare the robot lost. ``reason``: why, if its odometry is fresh and on the map."""

@@ -75,20 +75,14 @@ class TrailPoint(Struct, frozen=True):
     regions: frozenset[Region]
 
 
-class HeardScan(Struct, frozen=True):
-    """A scan, and the time of its receipt in seconds."""
-
-    at: float
-    scan: Scanned
-
-
 class DrivenRobot(Struct):
     """The state of a robot. ``heard``: when its newest odometry was received, on the world's clock;
     ``looked``: the stamp of its newest reading; ``arrived``: the stamp of its odometry at its
     newest arrival, since when it stands still; ``view``: its reading of the adjacent regions since
     then, received at ``viewed``; ``trail``: its last seconds, oldest first; ``unread``: scans newer
-    than its odometry, ``newest`` the stamp of its newest scan; until ``deaf`` its scans are
-    ignored; ``lost``: the regions in one of which it is, until a person places it."""
+    than its odometry, each with the time of its receipt, ``newest`` the stamp of its newest scan;
+    until ``deaf`` its scans are ignored; ``lost``: the regions in one of which it is, until a
+    person places it."""
 
     robot: Robot
     station: Station
@@ -100,7 +94,7 @@ class DrivenRobot(Struct):
     view: Mapping[Region, View] = field(default_factory=dict)
     viewed: float = -inf
     trail: deque[TrailPoint] = field(default_factory=deque)
-    unread: deque[HeardScan] = field(default_factory=lambda: deque(maxlen=UNREAD))
+    unread: deque[tuple[float, Scanned]] = field(default_factory=lambda: deque(maxlen=UNREAD))
     newest: float = -inf
     deaf: float = -inf
     lost: frozenset[Region] = frozenset()
@@ -207,12 +201,12 @@ class Lookout:
         if body.station.scan is None or heard < body.deaf or scan.stamp <= body.newest:
             return  # this also drops scans of a clock that was set back, until odometry shows it
         body.newest = scan.stamp
-        body.unread.append(HeardScan(heard, scan))
+        body.unread.append((heard, scan))
 
     def read(self, body: DrivenRobot, now: float) -> Iterator[ScanResult]:
         """Evaluate the scans whose poses are known from odometry by now."""
         while body.unread and body.place is not None:
-            heard, scan = body.unread[0].at, body.unread[0].scan
+            heard, scan = body.unread[0]
             if now - heard <= STALE and scan.stamp > body.place.stamp:
                 return
             body.unread.popleft()
