@@ -108,11 +108,8 @@ def make_bundle(
     refuses the bundle, ResourceLimitError if a strategy is larger than the checker takes on."""
     if target.exists():
         raise UsageError(f"{target} exists; name a bundle that does not")
-    with (
-        _disk(target),
-        tempfile.TemporaryDirectory(dir=_parent(target), prefix=".bundle-") as directory,
-    ):
-        folder = Path(directory) / "bundle"
+    with _beside(target) as directory:
+        folder = directory / "bundle"
         files = files_of_run(trace, sources, kept, synthesizer)
         if motion is not None:
             files["motion.jsonl"] = motion
@@ -125,30 +122,27 @@ def make_bundle(
         files["index.html"] = page_of(trace, verdict, files).encode()
         write_files(folder, files)
         if target.suffix == ".zip":
-            _pack(folder, Path(directory) / "bundle.zip")
-            (Path(directory) / "bundle.zip").replace(target)
+            _pack(folder, directory / "bundle.zip")
+            (directory / "bundle.zip").replace(target)
         else:
             shutil.move(folder, target)
     return Made(target, verdict, len(files) + 1, sum(map(len, files.values())))
 
 
 @contextmanager
-def _disk(target: Path) -> Iterator[None]:
-    """Report a full disk as an error of the target."""
-    try:
-        yield
-    except OSError as error:
-        if error.errno not in FULL_DISK:
-            raise
-        raise UsageError(f"cannot write {target}: {error.strerror}") from error
-
-
-def _parent(target: Path) -> Path:
+def _beside(target: Path) -> Iterator[Path]:
+    """Yield a temporary folder beside the target. A full disk is an error of the target."""
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise UsageError(f"{target} cannot be written: {error.strerror}") from error
-    return target.parent
+    try:
+        with tempfile.TemporaryDirectory(dir=target.parent, prefix=".bundle-") as folder:
+            yield Path(folder)
+    except OSError as error:
+        if error.errno not in FULL_DISK:
+            raise
+        raise UsageError(f"cannot write {target}: {error.strerror}") from error
 
 
 def files_of_run(
