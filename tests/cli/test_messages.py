@@ -12,6 +12,7 @@ import pytest
 import warm
 from children import ran
 from cli.conftest import MAIN, Command
+from judge import good_traces, trace_script
 from once import SCENARIOS
 
 GOOD = """\
@@ -31,6 +32,12 @@ def test_scenarios_are_read_from_standard_input(command: str, tmp_path: Path) ->
     done = warm.safenav(*command.split(), "-", cwd=tmp_path, text=GOOD)
     assert done.returncode == 0, done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_a_trace_is_read_from_standard_input() -> None:
+    lines = trace_script.text(good_traces.GOOD["nested"]())
+    done = warm.safenav("check", "-", text="\n".join(lines) + "\n")
+    assert done.returncode == 0 and "<stdin>" in done.stdout
 
 
 def test_a_cache_that_cannot_be_written_is_told_without_code(tmp_path: Path) -> None:

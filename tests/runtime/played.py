@@ -74,11 +74,6 @@ class Run:
     def text(self) -> str:
         return "".join(self.lines)
 
-    def upto(self, kind: str, nth: int = 0, **fields: object) -> list[str]:
-        """The lines up to one of the records of a type whose fields have these values."""
-        last = self.all(kind, **fields)[nth]
-        return self.lines[: next(k for k, r in enumerate(self.records, 1) if r is last)]
-
     @property
     def audit(self) -> tuple[Finding, ...]:
         return check_trace(map(json.dumps, self.records)).findings
