@@ -272,6 +272,13 @@ def test_a_drive_of_the_simulation_does_not_depend_on_the_machine() -> None:
     assert one == two and quick.motion.lines == slow.motion.lines
 
 
+def test_robots_of_the_simulation_track_their_references() -> None:
+    """By the accelerations of the reference: corrections alone would lag by centimetres."""
+    pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
+    drive = driven()
+    assert all(tracked.off < 0.005 for tracked in trackings(drive.motion, drive.trace))
+
+
 BLOCKED = beside(__file__, "scenarios/blocked.yaml")
 BLIND = beside(__file__, "scenarios/blocked.fleet.yaml")
 
