@@ -10,8 +10,8 @@ import { actionsOf, KEYS, listenToKeys } from "./keyboard";
 import { Legend } from "./panels/legend";
 import { Obstacles, Robots, Stack } from "./panels/sidebar";
 import type { Player } from "./run/player";
-import { EVENTS, eventsAfter, eventsAt, when, type Ending, type Run, type RunEvent } from "./run/run";
-import { ALL, EVERYONE, useLow, useWindow, type Shown } from "./settings";
+import { EVENTS, eventsAfter, eventsAt, placeOf, when, type Ending, type Run, type RunEvent } from "./run/run";
+import { ALL, EVERYONE, useWindow, type Shown } from "./settings";
 import { viewersOf } from "./map/shading";
 import type { Hand } from "./map/cursor";
 import type { Choice, Stage } from "./map/stage";
@@ -20,8 +20,9 @@ function isTold([, kind]: RunEvent): boolean {
   return EVENTS[kind][0] === "story" || kind === "plan" || kind === "plan_end";
 }
 
-/** Larger teams are shown in narrow rows, whatever the height of the window. */
+/** Larger teams, and all in a window of at most this height, are shown in narrow rows. */
 const MANY_ROBOTS = 3;
+const LOW = 760;
 
 interface AppProps {
   run: Run;
@@ -60,7 +61,7 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
   const point = useCallback(
     (region: number): void => {
       if (region < 0) return;
-      if (eye.followed === null) eye.show(region % run.cols, Math.floor(region / run.cols));
+      if (eye.followed === null) eye.show(...placeOf(run, region));
       setPointed(region);
       setTimeout(() => setPointed((now) => (now === region ? null : now)), 1600);
     },
@@ -82,10 +83,9 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
     [eye],
   );
   const tick = player.tick;
-  const low = useLow();
   const size = useWindow();
   const layout = extras.beside === undefined ? layoutOf(run, size) : "";
-  const close = layout !== "" || low || extras.beside !== undefined || run.robots.length > MANY_ROBOTS;
+  const close = layout !== "" || size[1] <= LOW || extras.beside !== undefined || run.robots.length > MANY_ROBOTS;
   return (
     <>
       <Header

@@ -55,15 +55,3 @@ export function useWindow(): [width: number, height: number] {
   }, []);
   return size;
 }
-
-const low = matchMedia("(max-height: 760px)");
-
-/** Return whether the window is so low that the page needs its compact layout. */
-export function useLow(): boolean {
-  const [is, setIs] = useState(low.matches);
-  useEffect(() => {
-    const follow = (): void => setIs(low.matches);
-    return heard(low, { change: follow });
-  }, []);
-  return is;
-}

@@ -1,7 +1,7 @@
 /** Changes to the world of a run: the tools, their effects on the map, and the line that explains them. */
 
 import { useState } from "preact/hooks";
-import { ordered, square } from "../map/marks";
+import { ordered, square } from "../map/shapes";
 import { notice, Press } from "../panels/button";
 import { at, isWall, label, regionAt, type EventKind, type Obstacle, type Run } from "../run/run";
 import type { Hand } from "../map/cursor";

@@ -4,7 +4,8 @@ import type { ComponentChildren } from "preact";
 import { useLayoutEffect, useState } from "preact/hooks";
 import { heard } from "../listening";
 import { CELL, type Camera } from "./camera";
-import { regionAt } from "../run/run";
+import { INK } from "./ink";
+import { placeOf, regionAt } from "../run/run";
 
 /** Receiver of pointer events on the map; positions are columns and rows, with fractions. */
 export interface Hand {
@@ -72,7 +73,7 @@ export function useCursor({ room, camera, cols, rows, first, hand }: CursorArgs)
     event.preventDefault();
     event.stopPropagation();
     if (at < 0) return go(hovered >= 0 ? hovered : first);
-    const [col, row] = [at % cols, Math.floor(at / cols)];
+    const [col, row] = placeOf({ cols }, at);
     const middle = (x: number, y: number): [number, number] => [x + 0.5, y + 0.5];
     if (!step) {
       hand.down(...middle(col, row));
@@ -88,19 +89,13 @@ export function useCursor({ room, camera, cols, rows, first, hand }: CursorArgs)
     go(y * cols + x);
   };
   const go = (region: number): void => {
+    const [col, row] = placeOf({ cols }, region);
     put(region);
-    hand?.move((region % cols) + 0.5, Math.floor(region / cols) + 0.5);
-    if (!camera.isWhole) camera.show(region % cols, Math.floor(region / cols));
+    hand?.move(col + 0.5, row + 0.5);
+    if (!camera.isWhole) camera.show(col, row);
   };
-  const mark = at >= 0 && (
-    <rect
-      class="cursor"
-      x={(at % cols) * CELL + 1}
-      y={Math.floor(at / cols) * CELL + 1}
-      width={CELL - 2}
-      height={CELL - 2}
-    />
-  );
+  const [col, row] = placeOf({ cols }, at);
+  const mark = at >= 0 && <rect {...INK.cursor} x={col * CELL + 1} y={row * CELL + 1} width={CELL - 2} height={CELL - 2} />;
   return {
     pointed: at >= 0 ? at : hovered,
     read,

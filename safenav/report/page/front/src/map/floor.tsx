@@ -2,8 +2,10 @@
 
 import { memo } from "preact/compat";
 import { CELL } from "./camera";
-import { Areas, outline, overlap, type Box } from "./names";
-import { isWall, type Run } from "../run/run";
+import { INK } from "./ink";
+import { Areas, overlap, type Box } from "./names";
+import { filled, outline } from "./shapes";
+import { isWall, placeOf, type Run } from "../run/run";
 
 /** Text below this many pixels is not shown, nor numbers in regions below this side. */
 const LEGIBLE = 8;
@@ -30,20 +32,18 @@ export function Floor({ run, numbers, names, scale }: FloorProps) {
       <Ground run={run} />
       <Areas run={run} />
       {run.exclusions.map(([robots, regions], i) => (
-        <path key={i} class="exclusion" d={outline(run, regions, 0.06 * CELL)}>
+        <path key={i} {...INK.exclusion} d={outline(run, regions, 0.06 * CELL)}>
           <title>at most one of {robots.join(", ")} at a time</title>
         </path>
       ))}
-      {run.chargers.map((region) => (
-        <path
-          key={region}
-          class="charger"
-          d={run.charger}
-          transform={`translate(${(region % run.cols) * CELL + 0.18 * CELL} ${Math.floor(region / run.cols) * CELL + 0.8 * CELL}) scale(${0.17 * CELL})`}
-        >
-          <title>charger</title>
-        </path>
-      ))}
+      {run.chargers.map((region) => {
+        const [col, row] = placeOf(run, region);
+        return (
+          <path key={region} {...INK.charger} d={run.charger} transform={`scale(${CELL}) translate(${col + 0.18} ${row + 0.8}) scale(0.17)`}>
+            <title>charger</title>
+          </path>
+        );
+      })}
       {numbers && fits && <Numbers run={run} size={size} hidden={covered(run, names, size, scale)} />}
     </>
   );
@@ -61,24 +61,13 @@ const Ground = memo(({ run }: { run: Run }) => {
   const lines: string[] = [];
   for (let r = 1; r < run.rows; r++) lines.push(`M0 ${r * CELL}H${width}`);
   for (let c = 1; c < run.cols; c++) lines.push(`M${c * CELL} 0V${height}`);
-  const walls: string[] = [];
-  const solid: number[] = [];
-  for (let row = 0; row < run.rows; row++) {
-    for (let col = 0; col < run.cols; col++) {
-      if (!isWall(run, row * run.cols + col)) continue;
-      let end = col;
-      while (end + 1 < run.cols && isWall(run, row * run.cols + end + 1)) end++;
-      for (let c = col; c <= end; c++) solid.push(row * run.cols + c);
-      walls.push(`M${col * CELL} ${row * CELL}h${(end - col + 1) * CELL}v${CELL}h${(col - end - 1) * CELL}z`);
-      col = end;
-    }
-  }
+  const walls = [...Array(run.rows * run.cols).keys()].filter((region) => isWall(run, region));
   return (
     <>
-      <rect class="ground" width={width} height={height} />
-      <path class="lines" d={lines.join("")} />
-      <path class="walls" d={walls.join("")} />
-      <path class="wall-line" d={outline(run, solid)} />
+      <rect {...INK.ground} width={width} height={height} />
+      <path {...INK.lines} d={lines.join("")} />
+      <path {...INK.walls} d={filled(run, walls)} />
+      <path {...INK.wallLine} d={outline(run, walls)} />
     </>
   );
 }, sameFloor);
@@ -105,16 +94,15 @@ const Numbers = memo(({ run, size, hidden }: { run: Run; size: number; hidden: n
   const labels = [];
   for (let region = 0; region < run.rows * run.cols; region++) {
     if (isWall(run, region) || under.has(region)) continue;
-    const x = (region % run.cols) * CELL;
-    const y = Math.floor(region / run.cols) * CELL;
+    const [col, row] = placeOf(run, region);
     labels.push(
-      <text x={x + 2.8} y={y + 1 + size}>
+      <text x={col * CELL + 2.8} y={row * CELL + 1 + size}>
         {region}
       </text>,
     );
   }
   return (
-    <g class="numbers" font-size={size}>
+    <g class="numbers" {...INK.numbers} font-size={size}>
       {labels}
     </g>
   );

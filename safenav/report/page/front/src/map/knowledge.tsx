@@ -2,9 +2,9 @@
 
 import { memo } from "preact/compat";
 import { CELL } from "./camera";
-import { centreOf } from "./marks";
-import { outline } from "./names";
-import { aimAt, at, eventsAt, transitAt, type Robot, type Run } from "../run/run";
+import { INK } from "./ink";
+import { centreOf, outline } from "./shapes";
+import { aimAt, at, eventsAt, placeOf, transitAt, type Robot, type Run } from "../run/run";
 import type { Shown } from "../settings";
 
 /** From the nose of a robot to the sign in the next region. */
@@ -29,8 +29,7 @@ export const Knowledge = memo(({ run, tick, shown, grown }: KnowledgeProps) => (
       const status = at(obstacle.status, tick)[1];
       const carried = at(obstacle.carried, tick)[1].length > 0;
       if (status === "absent" || (status === "hidden" && !shown.hidden)) return null;
-      const x = (obstacle.region % run.cols) * CELL;
-      const y = Math.floor(obstacle.region / run.cols) * CELL;
+      const [col, row] = placeOf(run, obstacle.region);
       const shape = grown > MOST_GROWN ? "" : status === "resolved" ? obstacle.opened : obstacle.shape;
       return (
         <g
@@ -39,7 +38,7 @@ export const Knowledge = memo(({ run, tick, shown, grown }: KnowledgeProps) => (
           style={{ color: `var(--${status})` }}
           data-obstacle={obstacle.name}
           data-status={status}
-          transform={`translate(${x} ${y})`}
+          transform={`translate(${col * CELL} ${row * CELL})`}
         >
           <rect x={1.2} y={1.2} width={CELL - 2.4} height={CELL - 2.4} rx={3.5} />
           {shape && !carried && (
@@ -71,19 +70,16 @@ function Taken({ run, tick }: { run: Run; tick: number }) {
       {run.robots.map((robot) => {
         const transit = transitAt(robot, tick);
         if (transit === null) return null;
-        const regions = [robot.path[tick]!, transit[2]];
-        const cols = regions.map((region) => region % run.cols);
-        const rows = regions.map((region) => Math.floor(region / run.cols));
+        const [from, to] = [placeOf(run, robot.path[tick]!), placeOf(run, transit[2])];
+        const start = (axis: 0 | 1): number => Math.min(from[axis], to[axis]) * CELL + 2.5;
+        const size = (axis: 0 | 1): number => (Math.abs(from[axis] - to[axis]) + 1) * CELL - 5;
         return (
           <rect
             class="taken"
+            {...INK.taken}
             data-robot={robot.name}
             style={{ "--colour": robot.look.colour }}
-            x={Math.min(...cols) * CELL + 2.5}
-            y={Math.min(...rows) * CELL + 2.5}
-            width={(Math.abs(cols[0]! - cols[1]!) + 1) * CELL - 5}
-            height={(Math.abs(rows[0]! - rows[1]!) + 1) * CELL - 5}
-            rx={8}
+            {...{ x: start(0), y: start(1), width: size(0), height: size(1), rx: 8 }}
           />
         );
       })}
@@ -107,8 +103,8 @@ function Targets({ run, tick, grown }: { run: Run; tick: number; grown: number }
   };
   const mark = (robot: Robot, key: string | number, current: boolean, frame: string, [x, y]: [number, number]) => (
     <g style={{ "--colour": robot.look.colour }} data-target={key} data-of={robot.name}>
-      <path class={current ? "aim current" : "aim"} d={frame} />
-      <path class="target" d={robot.look.path} fill={robot.look.colour} transform={`translate(${x} ${y}) scale(${3.6 * Math.min(grown, 2)})`} />
+      <path class={current ? "aim current" : "aim"} {...INK.aim} {...(current && INK.current)} d={frame} />
+      <path class="target" {...INK.target} d={robot.look.path} fill={robot.look.colour} transform={`translate(${x} ${y}) scale(${3.6 * Math.min(grown, 2)})`} />
     </g>
   );
   return (
@@ -119,7 +115,7 @@ function Targets({ run, tick, grown }: { run: Run; tick: number; grown: number }
         const current = aimAt(run, robot, tick).region;
         const marks = [];
         if (avoid.length) {
-          marks.push(<path class="aim avoided" style={{ "--colour": robot.look.colour }} data-avoided={robot.name} d={outline(run, avoid, 2.4)} />);
+          marks.push(<path {...INK.aim} {...INK.avoided} style={{ "--colour": robot.look.colour }} data-avoided={robot.name} d={outline(run, avoid, 2.4)} />);
         }
         for (const [name, area] of Object.entries(run.areas)) {
           if (area.length < 2 || !area.every((region) => regions.has(region))) continue;
@@ -160,7 +156,7 @@ function Intentions({ run, tick }: { run: Run; tick: number }) {
         const steps = path.filter((region, i) => region !== path[i - 1]);
         if (steps.length < 2) return null;
         const line = steps.map((region) => centreOf(run, region).join(" ")).join("L");
-        return <path class="intention" style={{ "--colour": robot.look.colour }} data-intention={robot.name} d={`M${line}`} />;
+        return <path {...INK.intention} style={{ "--colour": robot.look.colour }} data-intention={robot.name} d={`M${line}`} />;
       })}
     </>
   );
@@ -177,7 +173,7 @@ function Violations({ run, tick, grown }: Omit<KnowledgeProps, "shown">) {
         const [toX, toY] = centreOf(run, region);
         const angle = (Math.atan2(toY - y, toX - x) * 180) / Math.PI;
         return (
-          <path class="violation-arrow" transform={`translate(${x} ${y}) rotate(${angle}) scale(${grown})`} d={ARROW} />
+          <path {...INK.refused} transform={`translate(${x} ${y}) rotate(${angle}) scale(${grown})`} d={ARROW} />
         );
       })}
     </>

@@ -1,6 +1,7 @@
 /** The legend's rows for the marks on the flat map. */
 
 import { ANY_LOAD } from "./motion";
+import { INK } from "./ink";
 import { ARROW, ringOf } from "./knowledge";
 import { Hatch, viewersOf } from "./shading";
 import { Row, Statuses } from "../panels/legend";
@@ -12,20 +13,22 @@ export function FlatMarks({ run }: { run: Run }) {
   return (
     <>
       <Row words="wall">
-        <rect class="walls" x="1" y="1" width="16" height="16" />
+        <rect {...INK.walls} x="1" y="1" width="16" height="16" />
       </Row>
       <Statuses run={run} />
       <Row words="target of the robot with this shape and colour; the next one is filled" width={20} height={20} viewBox="-2 -2 24 24">
-        <path class="aim current" d={ringOf(10, 10, 9)} />
-        <path class="target" transform="translate(16 4) scale(3.6)" d={look.path} fill={look.colour} />
+        <path {...INK.aim} {...INK.current} d={ringOf(10, 10, 9)} />
+        <path {...INK.target} transform="translate(16 4) scale(3.6)" d={look.path} fill={look.colour} />
       </Row>
       <Row words="its next steps" width={30}>
-        <path class="intention" d="M1 9h28" />
+        <path {...INK.intention} d="M1 9h28" />
       </Row>
-      <Row words="path of a robot, newest part strongest" width={30} class="trail">
-        <path d="M1 9h9" opacity="0.25" />
-        <path d="M10 9h9" opacity="0.45" />
-        <path d="M19 9h10" opacity="0.75" />
+      <Row words="path of a robot, newest part strongest" width={30}>
+        <g {...INK.trail}>
+          <path d="M1 9h9" opacity="0.25" />
+          <path d="M10 9h9" opacity="0.45" />
+          <path d="M19 9h10" opacity="0.75" />
+        </g>
       </Row>
       <Row
         words="regions that the robot of this colour avoids"
@@ -34,31 +37,29 @@ export function FlatMarks({ run }: { run: Run }) {
         height={20}
         viewBox="-2 -2 24 24"
       >
-        <path class="aim avoided" d="M1 1h18v18h-18z" />
+        <path {...INK.aim} {...INK.avoided} d="M1 1h18v18h-18z" />
       </Row>
       <Row words="where a robot faces" shown={run.robots.some((robot) => robot.headings !== null)} viewBox="-0.9 -2 1.8 1.2">
-        <path class="nose" d={run.nose} />
+        <path {...INK.nose} d={run.nose} />
       </Row>
       <ShadingLegend run={run} />
-      <Row words="load that the robot carries" shown={load !== undefined} viewBox="-1.2 -1.2 2.4 2.4" class="robot">
-        <g class="load">
-          <rect x={-1.1} y={-1.1} width={2.2} height={2.2} style="stroke-width: 0.1" />
-          <path d={load?.shape || ANY_LOAD} fill-rule="evenodd" />
-        </g>
+      <Row words="load that the robot carries" shown={load !== undefined} viewBox="-1.2 -1.2 2.4 2.4">
+        <rect x={-1.1} y={-1.1} width={2.2} height={2.2} {...INK.plate} stroke-width={0.1} />
+        <path d={load?.shape || ANY_LOAD} {...INK.shape} />
       </Row>
       {run.exclusions.map(([robots], i) => (
         <Row key={i} words={`at most one of ${robots.join(", ")} at a time`}>
-          <path class="exclusion" d="M2 2h14v14h-14z" />
+          <path {...INK.exclusion} d="M2 2h14v14h-14z" />
         </Row>
       ))}
       <Row words="charger" shown={run.chargers.length > 0} viewBox="-1.2 -1.2 2.4 2.4">
-        <path class="charger" d={run.charger} />
+        <path {...INK.charger} d={run.charger} />
       </Row>
       <Row words="refused step" width={26} viewBox="14 -9 24 18">
-        <path class="violation-arrow" d={ARROW} />
+        <path {...INK.refused} d={ARROW} />
       </Row>
       <Row words="area" shown={Object.keys(run.areas).length > 0}>
-        <path class="area-line" d="M2 2h14v14h-14z" />
+        <path {...INK.areaLine} d="M2 2h14v14h-14z" />
       </Row>
     </>
   );
@@ -75,21 +76,21 @@ function ShadingLegend({ run }: { run: Run }) {
   return (
     <>
       <Row words="in transit: occupies both regions" shown={moving !== undefined} width={34} colour={moving?.look.colour}>
-        <rect class="taken" x="1.5" y="1.5" width="31" height="15" rx="4" />
+        <rect {...INK.taken} x="1.5" y="1.5" width="31" height="15" rx="4" />
       </Row>
-      <Row words={`what ${viewers.length > 1 ? "the robot of that colour" : seeing?.name} sees`} shown={seeing !== undefined} class="sight" colour={seeing?.look.colour}>
-        <path class="area" d="M1 1h16v16h-16z" />
-        <path class="border" d="M1 1h16v16h-16z" />
+      <Row words={`what ${viewers.length > 1 ? "the robot of that colour" : seeing?.name} sees`} shown={seeing !== undefined} colour={seeing?.look.colour}>
+        <path {...INK.sight} d="M1 1h16v16h-16z" />
+        <path {...INK.sightEdge} d="M1 1h16v16h-16z" />
       </Row>
-      <Row words="where the robot of that colour may be, by the last observation" shown={believing !== undefined} class="belief" colour={sought}>
+      <Row words="where the robot of that colour may be, by the last observation" shown={believing !== undefined} colour={sought}>
         <defs>
           <Hatch run={run} of={of} id="hatch-legend" />
         </defs>
         <path d="M1 1h16v16h-16z" fill="url(#hatch-legend)" />
-        <path class="border" d="M1 1h16v16h-16z" />
+        <path {...INK.beliefEdge} d="M1 1h16v16h-16z" />
       </Row>
-      <Row words="where it was seen" shown={believing !== undefined} class="belief seen" colour={sought}>
-        <path class="border" d="M2 2h14v14h-14z" />
+      <Row words="where it was seen" shown={believing !== undefined} colour={sought}>
+        <path {...INK.seenEdge} d="M2 2h14v14h-14z" />
       </Row>
     </>
   );

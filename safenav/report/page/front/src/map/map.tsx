@@ -10,8 +10,9 @@ import { CELL, listenToPointers, type Camera } from "./camera";
 import { heard, resized } from "../listening";
 import { useCursor } from "./cursor";
 import { Floor } from "./floor";
+import { INK } from "./ink";
 import { Knowledge } from "./knowledge";
-import { centreOf } from "./marks";
+import { centreOf } from "./shapes";
 import { Names, useNames } from "./names";
 import { growth, Robots, Trails } from "./motion";
 import type { Player } from "../run/player";
@@ -82,7 +83,7 @@ export function MapView({ run, player, camera, tick, shown, pointed, leader = -1
         </svg>
         {shades && (
           <svg class="shading">
-            <Shading run={run} tick={tick} shown={shown} cell={CELL} selected={camera.followed} />
+            <Shading run={run} tick={tick} shown={shown} selected={camera.followed} />
           </svg>
         )}
         <svg class="trails" style={{ "--trail": `${clamp(0.065 * camera.scale, LEAST_TRAIL, MOST_TRAIL)}px` }}>
@@ -159,13 +160,13 @@ function listenToHand(room: HTMLElement, camera: Camera, hand: () => Hand | unde
 /** A line from the words below the map to the region that they are about. */
 function Leader({ run, region }: { run: Run; region: number }) {
   const [x, y] = centreOf(run, region);
-  return <path class="leader" data-leader={region} d={`M${x} ${y + CELL / 2}V${run.rows * CELL}`} />;
+  return <path {...INK.leader} data-leader={region} d={`M${x} ${y + CELL / 2}V${run.rows * CELL}`} />;
 }
 
 /** Rings that highlight a region briefly. */
 function Pointed({ run, region }: { run: Run; region: number }) {
   const [x, y] = centreOf(run, region);
-  return <circle class="pointed" cx={x} cy={y} r={CELL * 0.75} />;
+  return <circle class="pointed" {...INK.pointed} cx={x} cy={y} r={CELL * 0.75} />;
 }
 
 /** Return the nearest robot that is drawn at a point. */

@@ -2,8 +2,9 @@
 
 import { useLayoutEffect, useRef } from "preact/hooks";
 import { CELL, type Camera } from "./camera";
+import { INK } from "./ink";
 import type { Player } from "../run/player";
-import { loadsOf, poseAt, separate, tickAt, type Obstacle, type Pose, type Robot, type Run } from "../run/run";
+import { loadsOf, placeOf, poseAt, separate, tickAt, type Obstacle, type Pose, type Robot, type Run } from "../run/run";
 import { calm } from "../settings";
 
 const BODY = 0.28 * CELL;
@@ -53,21 +54,21 @@ export function Robots({ run, player, camera }: MotionProps) {
     <g ref={root}>
       {run.robots.map(({ name, headings, look, shape }) => (
         <g class="robot" key={name} data-robot={name}>
-          {headings !== null && <path class="nose" d={run.nose} />}
-          <path class="body" d={look.path} fill={look.colour} transform={`scale(${BODY})`} />
+          {headings !== null && <path class="nose" {...INK.nose} d={run.nose} />}
+          <path class="body" {...INK.body} d={look.path} fill={look.colour} transform={`scale(${BODY})`} />
           <text class="letters" y={look.drop * BODY} font-size={look.size * BODY} fill={look.ink}>
             {look.letters}
           </text>
           {shape && (
             <g class="shape" transform={`translate(${BADGE.at} ${BADGE.at})`}>
-              <circle r={BADGE.radius} />
-              <path transform={`scale(${BADGE.shape})`} d={shape} fill-rule="evenodd" />
+              <circle r={BADGE.radius} {...INK.ground} />
+              <path transform={`scale(${BADGE.shape})`} d={shape} {...INK.shape} />
             </g>
           )}
           <g class="load" transform={`translate(${-BADGE.at} ${-BADGE.at})`} visibility="hidden">
-            <rect x={-BADGE.radius} y={-BADGE.radius} width={2 * BADGE.radius} height={2 * BADGE.radius} rx={2} />
-            <path transform={`scale(${BADGE.shape})`} fill-rule="evenodd" />
-            <text y={-BADGE.radius * 1.15} />
+            <rect x={-BADGE.radius} y={-BADGE.radius} width={2 * BADGE.radius} height={2 * BADGE.radius} rx={2} {...INK.plate} stroke-width={0.8} />
+            <path transform={`scale(${BADGE.shape})`} {...INK.shape} />
+            <text y={-BADGE.radius * 1.15} {...INK.order} font-size={8} />
           </g>
         </g>
       ))}
@@ -93,9 +94,9 @@ export function Trails({ run, player }: { run: Run; player: Player }) {
   return (
     <g ref={root}>
       {run.robots.map((robot) => (
-        <g class="trail" key={robot.name} style={{ "--colour": robot.look.colour }}>
+        <g class="trail" {...INK.trail} key={robot.name} style={{ "--colour": robot.look.colour }}>
           {STRENGTHS.map((opacity) => (
-            <path opacity={opacity} />
+            <path {...INK.trailPart} opacity={opacity} />
           ))}
         </g>
       ))}
@@ -149,9 +150,8 @@ function drawTrail(
       const region = robot.path[t]!;
       if (region === before) continue;
       before = region;
-      const x = (region % run.cols) * CELL + lane;
-      const y = Math.floor(region / run.cols) * CELL + lane;
-      data += `${data ? "L" : "M"}${x.toFixed(1)} ${y.toFixed(1)}`;
+      const place = placeOf(run, region).map((at) => (at * CELL + lane).toFixed(1));
+      data += (data ? "L" : "M") + place.join(" ");
     }
     if (part === 2) data += `L${(pose.x * CELL + lane).toFixed(1)} ${(pose.y * CELL + lane).toFixed(1)}`;
     paths[part]!.setAttribute("d", data);

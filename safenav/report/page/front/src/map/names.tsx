@@ -3,7 +3,9 @@
 import { memo } from "preact/compat";
 import { useMemo } from "preact/hooks";
 import { CELL } from "./camera";
-import type { Run } from "../run/run";
+import { INK } from "./ink";
+import { outline } from "./shapes";
+import { placeOf, type Run } from "../run/run";
 
 /** Heights of letters in pixels, the best first. */
 const SIZES = [13, 12, 11, 10, 9];
@@ -60,7 +62,7 @@ function fitted(text: string, side: number): [lines: string[], size: number] | n
  * the region, that of an area in its middle; a name without room appears only on hover.
  */
 export function placeNames(run: Run, scale: number): Name[] {
-  const cornerOf = (region: number): [x: number, y: number] => [(region % run.cols) * scale, Math.floor(region / run.cols) * scale];
+  const cornerOf = (region: number) => placeOf(run, region).map((at) => at * scale) as [x: number, y: number];
   const inRegion = (text: string, region: number, area: boolean): Name | null => {
     const found = fitted(text, scale);
     if (found === null) return null;
@@ -104,9 +106,8 @@ function cellsOf(box: Box, scale: number): [row: number, col: number][] {
 }
 
 function middleFirst(run: Run, regions: number[]): number[] {
-  const place = (region: number): [number, number] => [Math.floor(region / run.cols), region % run.cols];
-  const middle = [0, 1].map((axis) => regions.reduce((sum, region) => sum + place(region)[axis]!, 0) / regions.length);
-  const away = (region: number): number => Math.hypot(place(region)[0] - middle[0]!, place(region)[1] - middle[1]!);
+  const middle = [0, 1].map((axis) => regions.reduce((sum, region) => sum + placeOf(run, region)[axis]!, 0) / regions.length);
+  const away = (region: number): number => Math.hypot(...placeOf(run, region).map((at, axis) => at - middle[axis]!));
   return [...regions].sort((a, b) => away(a) - away(b));
 }
 
@@ -125,9 +126,9 @@ function key(run: Run): string {
 export function Names({ names, scale }: { names: Name[]; scale: number }) {
   const unit = CELL / scale;
   return (
-    <g class="names">
+    <g class="names" {...INK.names}>
       {names.map(({ text, lines, area, size, left, right, bottom }) => (
-        <text key={text} data-name={text} class={area ? "area-name" : ""} font-size={size * unit} stroke-width={0.28 * size * unit}>
+        <text key={text} data-name={text} fill={area ? "var(--accent)" : "var(--ink)"} font-size={size * unit} stroke-width={0.28 * size * unit}>
           {lines.map((line, i) => (
             <tspan x={((left + right) / 2) * unit} y={(bottom - (0.25 + (lines.length - 1 - i) * LINE) * size) * unit}>
               {line}
@@ -144,36 +145,9 @@ export const Areas = memo(
   ({ run }: { run: Run }) => (
     <>
       {Object.entries(run.areas).map(([name, regions]) => (
-        <path class="area-line" key={name} data-area={name} d={outline(run, regions)} />
+        <path {...INK.areaLine} key={name} data-area={name} d={outline(run, regions)} />
       ))}
     </>
   ),
   (a, b) => key(a.run) === key(b.run) && a.run.cols === b.run.cols,
 );
-
-/** Return the outer border of a set of regions, moved inwards by `inset`. */
-export function outline(run: Run, regions: readonly number[], inset = 0): string {
-  const held = new Set(regions);
-  const has = (row: number, col: number): boolean =>
-    row >= 0 && col >= 0 && col < run.cols && held.has(row * run.cols + col);
-  let path = "";
-  for (const region of held) {
-    const [col, row] = [region % run.cols, Math.floor(region / run.cols)];
-    const end = (open: boolean, corner: boolean): number => (!open ? inset : corner ? -inset : 0);
-    for (const side of [-1, 1]) {
-      if (!has(row + side, col)) {
-        const y = (row + (side + 1) / 2) * CELL - side * inset;
-        const left = col * CELL + end(has(row, col - 1), has(row + side, col - 1));
-        const right = (col + 1) * CELL - end(has(row, col + 1), has(row + side, col + 1));
-        path += `M${left} ${y}H${right}`;
-      }
-      if (!has(row, col + side)) {
-        const x = (col + (side + 1) / 2) * CELL - side * inset;
-        const top = row * CELL + end(has(row - 1, col), has(row - 1, col + side));
-        const bottom = (row + 1) * CELL - end(has(row + 1, col), has(row + 1, col + side));
-        path += `M${x} ${top}V${bottom}`;
-      }
-    }
-  }
-  return path;
-}

@@ -2,7 +2,9 @@
 
 import { memo } from "preact/compat";
 import { at, label, type Robot, type Run, type BeliefChange } from "../run/run";
-import { holds, runsOf, shapeOf, sizeOf } from "../run/sets";
+import { INK } from "./ink";
+import { filled, outline } from "./shapes";
+import { holds, regionsOf, runsOf, sizeOf } from "../run/sets";
 import { EVERYONE, type Shown } from "../settings";
 
 /** Directions of the hatches, one per believed robot. */
@@ -25,7 +27,7 @@ export function Hatch({ run, of, id }: { run: Run; of: number; id: string }) {
       patternUnits="userSpaceOnUse"
       patternTransform={`rotate(${angle})`}
     >
-      <rect class="hatch" width={1.7} height={PITCH} style={{ "--colour": run.robots[of]!.look.colour }} />
+      <rect {...INK.hatch} width={1.7} height={PITCH} style={{ "--colour": run.robots[of]!.look.colour }} />
     </pattern>
   );
 }
@@ -34,12 +36,11 @@ interface ShadingProps {
   run: Run;
   tick: number;
   shown: Shown;
-  cell: number;
   /** The selected robot: what others believe of it, and what it believes, is hatched. */
   selected: number | null;
 }
 
-export const Shading = memo(({ run, tick, shown, cell, selected }: ShadingProps) => {
+export const Shading = memo(({ run, tick, shown, selected }: ShadingProps) => {
   const viewers = viewersOf(run).filter((robot) => watched(run, robot, shown));
   return (
     <>
@@ -48,11 +49,11 @@ export const Shading = memo(({ run, tick, shown, cell, selected }: ShadingProps)
           <Hatch run={run} of={i} id={`hatch-${i}`} />
         ))}
       </defs>
-      {shown.sight && viewers.map((robot) => <Sight run={run} robot={robot} tick={tick} cell={cell} />)}
+      {shown.sight && viewers.map((robot) => <Sight run={run} robot={robot} tick={tick} />)}
       {shown.beliefs &&
         viewers.flatMap((robot) =>
           robot.view!.beliefs.map(([of, told]) => (
-            <Believed run={run} robot={robot} of={of} told={at(told, tick)} cell={cell} hatched={[of, run.robots.indexOf(robot)].includes(selected ?? -1)} />
+            <Believed run={run} robot={robot} of={of} told={at(told, tick)} hatched={[of, run.robots.indexOf(robot)].includes(selected ?? -1)} />
           )),
         )}
     </>
@@ -63,13 +64,26 @@ function watched(run: Run, robot: Robot, shown: Shown): boolean {
   return shown.viewer === EVERYONE || run.robots[shown.viewer] === robot;
 }
 
-function Sight({ run, robot, tick, cell }: { run: Run; robot: Robot; tick: number; cell: number }) {
+/** The area of a set, and the border around it. */
+function shapeOf(run: Run, set: number): { area: string; border: string } {
+  const text = run.sets[set]!;
+  let shape = drawn.get(text);
+  if (shape === undefined) {
+    const regions = regionsOf(run, set);
+    drawn.set(text, (shape = { area: filled(run, regions), border: outline(run, regions) }));
+  }
+  return shape;
+}
+
+const drawn = new Map<string, { area: string; border: string }>();
+
+function Sight({ run, robot, tick }: { run: Run; robot: Robot; tick: number }) {
   if (robot.view!.sight.length === 0) return null;
-  const { area, border } = shapeOf(run, at(robot.view!.sight, tick)[1], cell);
+  const { area, border } = shapeOf(run, at(robot.view!.sight, tick)[1]);
   return (
     <g class="sight" data-viewer={robot.name} style={{ "--colour": robot.look.colour }}>
-      <path class="area" d={area} />
-      <path class="border" d={border} />
+      <path {...INK.sight} d={area} />
+      <path {...INK.sightEdge} d={border} />
     </g>
   );
 }
@@ -79,14 +93,13 @@ interface BelievedProps {
   robot: Robot;
   of: number;
   told: BeliefChange;
-  cell: number;
   hatched: boolean;
 }
 
-function Believed({ run, robot, of, told, cell, hatched }: BelievedProps) {
+function Believed({ run, robot, of, told, hatched }: BelievedProps) {
   const [tick, seen, set] = told;
   if (set < 0 || tick < 0) return null;
-  const { area, border } = shapeOf(run, set, cell);
+  const { area, border } = shapeOf(run, set);
   const other = run.robots[of]!;
   return (
     <g
@@ -95,9 +108,9 @@ function Believed({ run, robot, of, told, cell, hatched }: BelievedProps) {
       data-of={other.name}
       style={{ "--colour": other.look.colour }}
     >
-      {!seen && <path class="tint" d={area} />}
+      {!seen && <path {...INK.belief} d={area} />}
       {!seen && hatched && <path d={area} fill={`url(#hatch-${of})`} />}
-      <path class="border" d={border} />
+      <path {...(seen ? INK.seenEdge : INK.beliefEdge)} d={border} />
     </g>
   );
 }

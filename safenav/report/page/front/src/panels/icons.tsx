@@ -1,12 +1,13 @@
 /** Small drawings: the signs of robots, obstacles and events, and those on buttons. */
 
+import { INK } from "../map/ink";
 import { EVENTS, type EventKind, type Robot, type Run, type Status } from "../run/run";
 
 export function RobotSign({ robot, size = 26 }: { robot: Robot; size?: number }) {
   const { look } = robot;
   return (
     <svg class="sign" width={size} height={size} viewBox="-1.35 -1.35 2.7 2.7" aria-hidden="true">
-      <path d={look.path} fill={look.colour} class="body" />
+      <path d={look.path} fill={look.colour} {...INK.body} />
       <text class="letters" y={look.drop} font-size={look.size} fill={look.ink}>
         {look.letters}
       </text>

@@ -259,9 +259,8 @@ export function poseAt(run: Run, robot: Robot, time: number): Pose {
       [after, part] = [tick, TURNED_BACK * (1 - Math.abs(2 * part - 1))];
     }
   }
-  const [fromX, fromY] = [origin % run.cols, Math.floor(origin / run.cols)];
-  const x = fromX + ((goal % run.cols) - fromX) * part;
-  const y = fromY + (Math.floor(goal / run.cols) - fromY) * part;
+  const [from, to] = [placeOf(run, origin), placeOf(run, goal)];
+  const [x, y] = [0, 1].map((axis) => from[axis]! + (to[axis]! - from[axis]!) * part) as [number, number];
   if (robot.headings === null) return { x, y, heading: null };
   const [facing, faces] = [tick, after].map((when) => "NESW".indexOf(robot.headings![when]!) * 90);
   const turn = ((faces! - facing! + 540) % 360) - 180;
@@ -323,7 +322,8 @@ export function areaOf(run: Run, region: number): string | undefined {
 /** `47 [3, 8]`, or `dock 47 [3, 8]` with the name of the region or its area. */
 export function label(run: Run, region: number): string {
   const name = run.names[region] ?? areaOf(run, region);
-  return `${name ? `${name} ` : ""}${region} [${Math.floor(region / run.cols)}, ${region % run.cols}]`;
+  const [col, row] = placeOf(run, region);
+  return `${name ? `${name} ` : ""}${region} [${row}, ${col}]`;
 }
 
 /** A robot's role in the topmost stack entry that names it. */
@@ -346,7 +346,13 @@ export function eventsAt(run: Run, tick: number): RunEvent[] {
 }
 
 export function isWall(run: Run, region: number): boolean {
-  return run.grid[Math.floor(region / run.cols)]![region % run.cols] === "#";
+  const [col, row] = placeOf(run, region);
+  return run.grid[row]![col] === "#";
+}
+
+/** The column and the row of a region. */
+export function placeOf({ cols }: Pick<Run, "cols">, region: number): [col: number, row: number] {
+  return [region % cols, Math.floor(region / cols)];
 }
 
 /** The region at a column and row, with fractions; -1 outside the map. */

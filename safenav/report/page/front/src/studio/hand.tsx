@@ -2,10 +2,11 @@
 
 import { useEffect, useRef, useState } from "preact/hooks";
 import { CELL } from "../map/camera";
-import { ordered, square as squareOf } from "../map/marks";
+import { INK, type MARKS } from "../map/ink";
+import { centreOf, ordered, square as squareOf } from "../map/shapes";
 import type { Hand } from "../map/cursor";
 import { notice } from "../panels/button";
-import { isWall, label, regionAt as regionOf } from "../run/run";
+import { isWall, label, placeOf, regionAt as regionOf } from "../run/run";
 import { chooseTarget, targetsOf, type DrawnObstacle, type DrawnRobot, type Drawing, type Problem, type Target, type Verdict } from "./model";
 import type { Drawn } from "./tools";
 
@@ -61,9 +62,8 @@ export function useDrawingHand(args: HandArgs): Hand {
   const select = (x: number, y: number, region: number): boolean => {
     if (picked && picked.heading !== null) {
       const [dx, dy] = HEADINGS[picked.heading]!;
-      const hx = (picked.start % cols) + 0.5 + dx * 0.62;
-      const hy = Math.floor(picked.start / cols) + 0.5 + dy * 0.62;
-      if (Math.hypot(x - hx, y - hy) < 0.2) {
+      const [col, row] = placeOf(drawing.run, picked.start);
+      if (Math.hypot(x - (col + 0.5 + dx * 0.62), y - (row + 0.5 + dy * 0.62)) < 0.2) {
         held.current = { what: "heading", robot: picked.name, at: picked.start, to: picked.heading };
         return true;
       }
@@ -127,8 +127,8 @@ export function useDrawingHand(args: HandArgs): Hand {
       now.last = [x, y];
       redraw((n) => n + 1);
     } else if (now?.what === "heading") {
-      const dx = x - ((now.at % cols) + 0.5);
-      const dy = y - (Math.floor(now.at / cols) + 0.5);
+      const [col, row] = placeOf(drawing.run, now.at);
+      const [dx, dy] = [x - (col + 0.5), y - (row + 0.5)];
       now.to = Math.abs(dx) > Math.abs(dy) ? (dx > 0 ? "east" : "west") : dy > 0 ? "south" : "north";
       redraw((n) => n + 1);
     }
@@ -157,11 +157,7 @@ export function useDrawingHand(args: HandArgs): Hand {
     }
   };
 
-  const at = (region: number): { x: number; y: number } => ({
-    x: (region % cols) * CELL,
-    y: Math.floor(region / cols) * CELL,
-  });
-  const square = (region: number, kind: string, key: string) => squareOf(drawing.run, region, kind, key);
+  const square = (region: number, kind: keyof typeof MARKS, key: string) => squareOf(drawing.run, region, kind, key);
   const painting = held.current?.what === "paint" ? held.current : null;
   const firstOf = (target: Target): number => {
     const regions = typeof target === "string" ? (drawing.areas[target] ?? [-1]) : [target].flat();
@@ -169,7 +165,7 @@ export function useDrawingHand(args: HandArgs): Hand {
   };
   const order = pen.does === "objective" ? pen.targets.map(firstOf) : (picked?.targets.map((target) => target[0]!) ?? []);
   const turning = held.current?.what === "heading" ? held.current : null;
-  const faced = turning ? turning.to : picked?.heading;
+  const ahead = HEADINGS[turning ? turning.to : (picked?.heading ?? "")]?.map((way) => way * CELL * 0.62);
   const picture = chosen && "obstacle" in chosen ? drawing.obstacles.find(({ index }) => index === chosen.obstacle) : undefined;
   const dragged = held.current !== null && held.current.what !== "paint" && held.current.what !== "heading";
   return {
@@ -193,24 +189,23 @@ export function useDrawingHand(args: HandArgs): Hand {
         {picked && square(picked.start, "picked", "picked")}
         {picture && square(picture.region, "picked", "picked")}
         {(order.length > 1 || pen.does === "objective") && ordered(drawing.run, order)}
-        {faced && picked && HEADINGS[faced] && (
-          <g transform={`translate(${at(picked.start).x + CELL / 2} ${at(picked.start).y + CELL / 2})`}>
-            <line class="handle" x2={HEADINGS[faced]![0] * CELL * 0.62} y2={HEADINGS[faced]![1] * CELL * 0.62} />
-            <circle
-              class="handle"
-              data-handle={picked.name}
-              cx={HEADINGS[faced]![0] * CELL * 0.62}
-              cy={HEADINGS[faced]![1] * CELL * 0.62}
-              r={5}
-            />
+        {ahead && picked && (
+          <g transform={`translate(${centreOf(drawing.run, picked.start).join(" ")})`}>
+            <line {...INK.handle} x2={ahead[0]} y2={ahead[1]} />
+            <circle {...INK.handle} data-handle={picked.name} cx={ahead[0]} cy={ahead[1]} r={5} />
           </g>
         )}
-        {wrongPlaces(drawing, problems).map((region) => (
-          <g key={`w${region}`} class="wrong" transform={`translate(${at(region).x + CELL - 9} ${at(region).y + 9})`}>
-            <circle r={7} />
-            <text y={4}>!</text>
-          </g>
-        ))}
+        {wrongPlaces(drawing, problems).map((region) => {
+          const [x, y] = centreOf(drawing.run, region);
+          return (
+            <g key={`w${region}`} class="wrong" transform={`translate(${x + CELL / 2 - 9} ${y - CELL / 2 + 9})`}>
+              <circle r={7} {...INK.wrong} />
+              <text y={4} {...INK.wrongSign}>
+                !
+              </text>
+            </g>
+          );
+        })}
         {hovered >= 0 && hovered < rows * cols && (pen.does !== "select" || dragged) && square(hovered, "hover", "hover")}
       </>
     ),

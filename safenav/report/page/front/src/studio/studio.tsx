@@ -1,7 +1,7 @@
 /** The page of the studio. Its state is that of the server. */
 
 import { useEffect, useMemo, useReducer, useRef, useState } from "preact/hooks";
-import { merged, type News } from "../live/merge";
+import { merged } from "../live/merge";
 import { LivePlayer, type RunState } from "../live/player";
 import { Wire, type Message } from "../live/wire";
 import type { Run } from "../run/run";
@@ -43,41 +43,38 @@ export function Studio() {
   const latest = useRef<Doc | null>(null);
   const wire = useMemo(() => new Wire((message) => hear.current(message), setConnected), []);
   const player = useMemo(() => new LivePlayer(0, wire.say), [wire]);
-  const hear = useRef<(message: Message) => void>(() => undefined);
-  hear.current = (message) => {
-    if (message.is === "hello") setHello(message as unknown as Hello);
-    else if (message.is === "document") {
-      const before = latest.current;
-      latest.current = message as unknown as Doc;
-      const lost = before !== null && before.dirty && before.origin !== latest.current.origin;
-      if (lost && latest.current.undoable) refuse("The previous scenario had unsaved changes: Undo restores it.");
-      setDoc(latest.current);
-      if (before?.revision !== latest.current.revision) setVerdicts({}); // a saved text keeps them
-    } else if (message.is === "verdicts") setVerdicts(message.verdicts as Record<string, Verdict>);
-    else if (message.is === "saved") refuse(`Saved: ${message.file}`);
-    else if (message.is === "refused") refuse(message.message as string);
-    else if (message.is === "files") setFiles(message.names as string[]);
-    else if (message.is === "exists") {
-      ask({ what: "replace", name: (message.name as string | null) ?? undefined, message: message.message as string });
-    }
-    else if (message.is === "state") {
-      player.stand(message.state as RunState);
-      redraw(0);
-    } else if (message.is === "run") {
-      const before = current.current;
-      const told = message.run as Run | null;
-      current.current = told;
-      player.stand(message.state as RunState);
-      if (told) player.reach(told, before === null || told.last < before.last);
-      setRun(told);
-      if (before === null && told !== null && location.hash === WATCHED) setRunning(true); // reloaded
-    } else if (message.is === "news" && current.current) {
-      const news = message.news as News;
-      current.current = merged(current.current, news);
-      player.reach(current.current, false);
-      setRun(current.current);
-    }
+  const show = (told: Run | null, state?: RunState): void => {
+    const before = current.current;
+    current.current = told;
+    if (state) player.stand(state);
+    if (told) player.reach(told, state !== undefined && (before === null || told.last < before.last));
+    setRun(told);
+    if (before === null && told !== null && location.hash === WATCHED) setRunning(true); // reloaded
   };
+  const hear = useRef<(message: Message) => void>(() => undefined);
+  const heard: Record<string, (message: Message) => void> = {
+    hello: (message) => setHello(message as unknown as Hello),
+    document: (message) => {
+      const before = latest.current;
+      const now = (latest.current = message as unknown as Doc);
+      const lost = before !== null && before.dirty && before.origin !== now.origin;
+      if (lost && now.undoable) refuse("The previous scenario had unsaved changes: Undo restores it.");
+      setDoc(now);
+      if (before?.revision !== now.revision) setVerdicts({}); // a saved text keeps them
+    },
+    verdicts: ({ verdicts }) => setVerdicts(verdicts),
+    saved: ({ file }) => refuse(`Saved: ${file}`),
+    refused: ({ message }) => refuse(message),
+    files: ({ names }) => setFiles(names),
+    exists: ({ name, message }) => ask({ what: "replace", name: name ?? undefined, message }),
+    state: ({ state }) => {
+      player.stand(state);
+      redraw(0);
+    },
+    run: ({ run, state }) => show(run, state),
+    news: ({ news }) => current.current && show(merged(current.current, news)),
+  };
+  hear.current = (message) => heard[message.is]?.(message);
   useClosingMenus();
   useEffect(() => onNotice(refuse), []);
   useEffect(() => {

@@ -2,7 +2,7 @@
 
 import { BoxGeometry, BufferGeometry, CanvasTexture, Float32BufferAttribute, Group, InstancedMesh, LineBasicMaterial, LineSegments } from "three";
 import { Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial, PlaneGeometry } from "three";
-import { isWall, type Run } from "../run/run";
+import { isWall, placeOf, type Run } from "../run/run";
 import { themeColour } from "./solids";
 
 export const LOW = 0.35;
@@ -10,7 +10,8 @@ export const HIGH = 2.0;
 
 /** The centre of a region on the ground, in metres. */
 export function centreOf(run: Run, side: number, region: number): [x: number, y: number] {
-  return [((region % run.cols) + 0.5) * side, (run.rows - Math.floor(region / run.cols) - 0.5) * side];
+  const [col, row] = placeOf(run, region);
+  return [(col + 0.5) * side, (run.rows - row - 0.5) * side];
 }
 
 export class Floor {
@@ -29,10 +30,10 @@ export class Floor {
   ) {
     const all = [...Array(run.rows * run.cols).keys()];
     const free = all.filter((region) => !isWall(run, region));
-    const cols = free.map((region) => region % run.cols);
-    const rows = free.map((region) => run.rows - 1 - Math.floor(region / run.cols));
-    const [west, east] = [Math.min(...cols) * side, (Math.max(...cols) + 1) * side];
-    const [south, north] = [Math.min(...rows) * side, (Math.max(...rows) + 1) * side];
+    const centres = free.map((region) => centreOf(run, side, region));
+    const [xs, ys] = [centres.map(([x]) => x), centres.map(([, y]) => y)];
+    const [west, east] = [Math.min(...xs) - side / 2, Math.max(...xs) + side / 2];
+    const [south, north] = [Math.min(...ys) - side / 2, Math.max(...ys) + side / 2];
     this.extent = [west - side / 4, south - side / 4, east + side / 4, north + side / 4];
     this.standing = all.filter((region) => isWall(run, region));
     const [width, depth] = [east - west, north - south];

@@ -1,5 +1,6 @@
 /** The legend's rows for the 3D scene: solids, plates on the ground, lines. */
 
+import { INK } from "../map/ink";
 import { Row, Statuses } from "../panels/legend";
 import type { Run } from "../run/run";
 import type { Sampled } from "./motion";
@@ -54,7 +55,7 @@ export function SolidMarks({ run, robots }: { run: Run; robots: Sampled[] }) {
         <Cube colour="ink" />
       </Row>
       <Row words="charger" shown={run.chargers.length > 0} viewBox="-1.6 -1.6 3.2 3.2">
-        <path class="charger" d={run.charger} />
+        <path {...INK.charger} d={run.charger} />
         <circle r="1.4" class="charger-ring" />
       </Row>
       <Row words="area" shown={Object.keys(run.areas).length > 0}>

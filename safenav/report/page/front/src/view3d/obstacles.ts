@@ -5,7 +5,7 @@ import { at, isWall, loadsOf, tickAt, type Obstacle, type Run, type Status } fro
 import { likeness } from "./bodies";
 import { centreOf } from "./floor";
 import { sampleAt, type Motion, type Sampled } from "./motion";
-import { Door, Fog, Heap, STILL, Sliding, type Held, type Thing } from "./things";
+import { Door, Sliding, THINGS, type Held, type Thing } from "./things";
 
 /** The properties of the carriers that place a load. */
 export interface Holder {
@@ -70,7 +70,7 @@ export class Obstacles {
 
   private made(obstacle: Obstacle): Thing {
     const { side } = this.motion;
-    const still = likeness(STILL, obstacle.type);
+    const still = likeness(THINGS, obstacle.type);
     if (still !== null) return still(side);
     const door = likeness({ door: "push", pulled_door: "pull", sliding_door: "slide", gate: "bars", elevator: "lift" }, obstacle.type);
     if (door !== null || obstacle.action === "push") {
@@ -81,7 +81,7 @@ export class Obstacles {
       const away = this.away(obstacle, northSouth);
       return new Door(side, northSouth, door === "pull" ? (-away as 1 | -1) : away, door === "bars");
     }
-    return obstacle.action === "sense" ? new Fog(side) : new Heap(side);
+    return THINGS[obstacle.action === "sense" ? "uncertainty" : "debris"]!(side);
   }
 
   /** Return the side to which a door opens: 1 is north, or west in a horizontal passage. */

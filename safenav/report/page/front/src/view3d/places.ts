@@ -2,7 +2,8 @@
 
 import { BufferGeometry, Float32BufferAttribute, Group, LineBasicMaterial, LineSegments, Vector3, type PerspectiveCamera, type Sprite } from "three";
 import { CELL } from "../map/camera";
-import { outline, overlap, type Box } from "../map/names";
+import { overlap, type Box } from "../map/names";
+import { outline } from "../map/shapes";
 import { clamp, type Run } from "../run/run";
 import { themeColour } from "./solids";
 import { centreOf } from "./floor";

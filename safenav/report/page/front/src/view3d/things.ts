@@ -146,14 +146,17 @@ export class Sliding extends Thing {
   }
 }
 
-/** Things that do not move and disappear by `leave`. */
+type Build = (own: MeshLambertMaterial, side: number) => Mesh[];
+type Leave = (solid: Group, gone: number, side: number) => void;
+
+/** A thing that does not move, made by `build`, and disappears by `leave`. */
 class Still extends Thing {
   private readonly material = new MeshLambertMaterial();
 
   constructor(
-    side: number,
-    build: (own: MeshLambertMaterial, side: number) => Mesh[],
-    private readonly leave: (solid: Group, gone: number) => void,
+    private readonly side: number,
+    build: Build,
+    private readonly leave: Leave,
   ) {
     super(side);
     this.solid.add(...build(this.material, side));
@@ -161,127 +164,98 @@ class Still extends Thing {
 
   protected become(status: Status, gone: number): void {
     this.material.color = statusColour(status);
-    this.leave(this.solid, gone);
+    this.leave(this.solid, gone, this.side);
   }
 }
 
-function shrink(solid: Group, gone: number): void {
-  solid.scale.setScalar(Math.max(0.001, 1 - gone));
-}
+const shrunk: Leave = (solid, gone) => solid.scale.setScalar(Math.max(0.001, 1 - gone));
 
-const LIFTED: (solid: Group, gone: number) => void = (solid, gone) => {
+const lifted: Leave = (solid, gone, side) => {
   solid.position.z = Math.min(0.5, gone);
-  shrink(solid, Math.max(0, gone * 2 - 1));
+  shrunk(solid, Math.max(0, gone * 2 - 1), side);
 };
 
 /** Boxes on a pallet of boards. */
-function pallet(side: number): Thing {
-  return new Still(
-    side,
-    (own, s) => {
-      const [wood, card] = [0xb08a5a, 0xcaa472].map(paint);
-      const w = s * 0.5;
-      const boards = [-0.4, -0.13, 0.13, 0.4].map((y) => box(w, w * 0.16, w * 0.04, wood!, 0, y * w, w * 0.15));
-      const feet = [-0.4, 0, 0.4].map((x) => box(w * 0.14, w * 0.95, w * 0.13, wood!, x * w, 0, w * 0.065));
-      const boxes = [-1, 1].flatMap((x) => [-1, 1].map((y) => box(w * 0.43, w * 0.43, w * 0.4, card!, x * w * 0.23, y * w * 0.23, w * 0.38)));
-      return [...boards, ...feet, ...boxes, box(w * 0.92, w * 0.05, w * 0.42, own, 0, 0, w * 0.38)];
-    },
-    LIFTED,
-  );
-}
-
-/** A cardboard box with tape, or a white case with a cross. */
-function parcel(side: number, medicine: boolean): Thing {
-  return new Still(
-    side,
-    (own, s) => {
-      const w = s * 0.36;
-      const paper = paint(medicine ? 0xf4f6f8 : 0xcaa472);
-      const red = paint(0xd0342c);
-      const body = box(w, w * 0.8, w * 0.6, paper, 0, 0, w * 0.3);
-      if (!medicine) return [body, box(w * 1.01, w * 0.14, w * 0.61, own, 0, 0, w * 0.3)];
-      const cross = [w * 0.61, -w * 0.41].map((at, i) =>
-        [[0.5, 0.16], [0.16, 0.5]].map(([a, b]) => (i === 0 ? box(w * a!, w * b!, 0.02, red, 0, 0, at) : box(w * a!, 0.02, w * b!, red, 0, at, w * 0.3))),
-      );
-      return [body, box(w * 1.02, w * 0.82, w * 0.06, own, 0, 0, w * 0.45), ...cross.flat()];
-    },
-    LIFTED,
-  );
-}
-
-/** A wooden box that is lifted and taken away. */
-function load(side: number): Thing {
-  return new Still(
-    side,
-    (own, s) => {
-      const wood = paint(0xb08a5a);
-      const [size, rim] = [s * 0.5, s * 0.06];
-      const edges = [-1, 1].flatMap((a) => [-1, 1].flatMap((b) => [
-        box(size + rim, rim, rim, own, 0, (a * size) / 2, size / 2 + (b * size) / 2),
-        box(rim, size + rim, rim, own, (a * size) / 2, 0, size / 2 + (b * size) / 2),
-        box(rim, rim, size + rim, own, (a * size) / 2, (b * size) / 2, size / 2),
-      ]));
-      return [box(size, size, size, wood, 0, 0, size / 2), ...edges];
-    },
-    LIFTED,
-  );
-}
-
-/** Things by the type of obstacle. */
-export const STILL: Record<string, (side: number) => Thing> = {
-  spill: (side) =>
-    new Still(
-      side,
-      (own, s) => [
-        upright(s * 0.32, 0.02, own, 0, 0, 0.012, s * 0.36),
-        upright(s * 0.16, 0.02, own, s * 0.24, s * 0.2, 0.012, s * 0.18),
-      ],
-      shrink,
-    ),
-  crate: load,
-  pallet,
-  parcel: (side) => parcel(side, false),
-  medicine: (side) => parcel(side, true),
-  person: (side) =>
-    new Still(
-      side,
-      (own) => {
-        const skin = paint(0xd9a679);
-        const dark = paint(0x39414d);
-        return [
-          placed(new SphereGeometry(0.12, 16, 12), skin, 0, 0, 1.62),
-          column(0.17, 0.42, own, 0, 0, 1.12),
-          ...[-0.1, 0.1].map((y) => column(0.075, 0.7, dark, 0, y, 0.43)),
-          ...[-0.25, 0.25].map((y) => column(0.05, 0.48, own, 0, y, 1.1)),
-        ];
-      },
-      (solid, gone) => {
-        solid.position.x = gone * side * 0.7;
-        shrink(solid, Math.max(0, gone * 3 - 2));
-      },
-    ),
-  flat_battery: (side) =>
-    new Still(
-      side,
-      (own) => [
-        box(0.6, 0.34, 0.4, paint(0x39414d), 0, 0, 0.2),
-        box(0.62, 0.36, 0.1, own, 0, 0, 0.2),
-        ...[-0.18, 0.18].map((x) => upright(0.05, 0.1, own, x, 0, 0.45)),
-      ],
-      (solid, gone) => {
-        solid.position.z = gone * 0.8;
-        shrink(solid, gone);
-      },
-    ),
-  debris: (side) => new Heap(side),
-  uncertainty: (side) => new Fog(side),
-  smoke: (side) => new Fog(side, 3, 0x4a4f57),
+const pallet: Build = (own, s) => {
+  const [wood, card] = [paint(0xb08a5a), paint(0xcaa472)];
+  const w = s * 0.5;
+  const boards = [-0.4, -0.13, 0.13, 0.4].map((y) => box(w, w * 0.16, w * 0.04, wood, 0, y * w, w * 0.15));
+  const feet = [-0.4, 0, 0.4].map((x) => box(w * 0.14, w * 0.95, w * 0.13, wood, x * w, 0, w * 0.065));
+  const boxes = [-1, 1].flatMap((x) => [-1, 1].map((y) => box(w * 0.43, w * 0.43, w * 0.4, card, x * w * 0.23, y * w * 0.23, w * 0.38)));
+  return [...boards, ...feet, ...boxes, box(w * 0.92, w * 0.05, w * 0.42, own, 0, 0, w * 0.38)];
 };
 
+/** A cardboard box with tape. */
+const parcel: Build = (own, s) => {
+  const w = s * 0.36;
+  return [box(w, w * 0.8, w * 0.6, paint(0xcaa472), 0, 0, w * 0.3), box(w * 1.01, w * 0.14, w * 0.61, own, 0, 0, w * 0.3)];
+};
+
+/** A white case with a cross on its top and on its front. */
+const medicine: Build = (own, s) => {
+  const w = s * 0.36;
+  const red = paint(0xd0342c);
+  const bars = [[0.5, 0.16], [0.16, 0.5]] as const;
+  return [
+    box(w, w * 0.8, w * 0.6, paint(0xf4f6f8), 0, 0, w * 0.3),
+    box(w * 1.02, w * 0.82, w * 0.06, own, 0, 0, w * 0.45),
+    ...bars.map(([a, b]) => box(w * a, w * b, 0.02, red, 0, 0, w * 0.61)),
+    ...bars.map(([a, b]) => box(w * a, 0.02, w * b, red, 0, -w * 0.41, w * 0.3)),
+  ];
+};
+
+/** A wooden box with edges. */
+const crate: Build = (own, s) => {
+  const [size, rim] = [s * 0.5, s * 0.06];
+  const edges = [-1, 1].flatMap((a) => [-1, 1].flatMap((b) => [
+    box(size + rim, rim, rim, own, 0, (a * size) / 2, size / 2 + (b * size) / 2),
+    box(rim, size + rim, rim, own, (a * size) / 2, 0, size / 2 + (b * size) / 2),
+    box(rim, rim, size + rim, own, (a * size) / 2, (b * size) / 2, size / 2),
+  ]));
+  return [box(size, size, size, paint(0xb08a5a), 0, 0, size / 2), ...edges];
+};
+
+const spill: Build = (own, s) => [
+  upright(s * 0.32, 0.02, own, 0, 0, 0.012, s * 0.36),
+  upright(s * 0.16, 0.02, own, s * 0.24, s * 0.2, 0.012, s * 0.18),
+];
+
+const person: Build = (own) => [
+  placed(new SphereGeometry(0.12, 16, 12), paint(0xd9a679), 0, 0, 1.62),
+  column(0.17, 0.42, own, 0, 0, 1.12),
+  ...[-0.1, 0.1].map((y) => column(0.075, 0.7, paint(0x39414d), 0, y, 0.43)),
+  ...[-0.25, 0.25].map((y) => column(0.05, 0.48, own, 0, y, 1.1)),
+];
+
+const walksAway: Leave = (solid, gone, side) => {
+  solid.position.x = gone * side * 0.7;
+  shrunk(solid, Math.max(0, gone * 3 - 2), side);
+};
+
+const battery: Build = (own) => [
+  box(0.6, 0.34, 0.4, paint(0x39414d), 0, 0, 0.2),
+  box(0.62, 0.36, 0.1, own, 0, 0, 0.2),
+  ...[-0.18, 0.18].map((x) => upright(0.05, 0.1, own, x, 0, 0.45)),
+];
+
+const takenOut: Leave = (solid, gone, side) => {
+  solid.position.z = gone * 0.8;
+  shrunk(solid, gone, side);
+};
+
+/** A heap of eight stones around, and three on top of one another in the middle. */
+const heap: Build = (own, s) =>
+  [...Array(11).keys()].map((i) => {
+    const [angle, out] = [i * 2.4, s * (i < 8 ? 0.2 + 0.06 * (i % 2) : 0.05)];
+    const up = s * (i < 8 ? 0.06 : 0.08 + 0.12 * (i - 8));
+    const stone = placed(new IcosahedronGeometry(s * (0.1 + 0.025 * (i % 3)), 0), own, Math.cos(angle) * out, Math.sin(angle) * out, up);
+    stone.rotation.set(i, i * 2, i * 3);
+    return stone;
+  });
+
 /** Puffs over the region; they thin out and rise as it is sensed. */
-export class Fog extends Thing {
+class Fog extends Thing {
   private readonly material = new MeshLambertMaterial({ transparent: true, depthWrite: false });
-  private readonly puffs: Mesh[] = [];
 
   /** `storeys`: how high it stands; `smoke`: its own colour. */
   constructor(
@@ -291,10 +265,9 @@ export class Fog extends Thing {
   ) {
     super(side);
     for (let i = 0; i < 9 * storeys; i++) {
-      const puff = new Mesh(new IcosahedronGeometry(side * (0.15 + 0.04 * (i % 3)), 2), this.material);
-      puff.position.set(((i % 3) - 1) * side * 0.26, ((Math.floor(i / 3) % 3) - 1) * side * 0.26, 0.28 + 0.1 * ((i * 7) % 4) + 0.7 * Math.floor(i / 9));
-      this.puffs.push(puff);
-      this.solid.add(puff);
+      const [x, y] = [((i % 3) - 1) * side * 0.26, ((Math.floor(i / 3) % 3) - 1) * side * 0.26];
+      const up = 0.28 + 0.1 * ((i * 7) % 4) + 0.7 * Math.floor(i / 9);
+      this.solid.add(placed(new IcosahedronGeometry(side * (0.15 + 0.04 * (i % 3)), 2), this.material, x, y, up));
     }
   }
 
@@ -305,26 +278,20 @@ export class Fog extends Thing {
   }
 }
 
-/** Any other obstacle: a heap that sinks. */
-export class Heap extends Thing {
-  private readonly material = new MeshLambertMaterial({ flatShading: true });
+const STILL: Record<string, [Build, Leave]> = {
+  spill: [spill, shrunk],
+  crate: [crate, lifted],
+  pallet: [pallet, lifted],
+  parcel: [parcel, lifted],
+  medicine: [medicine, lifted],
+  person: [person, walksAway],
+  flat_battery: [battery, takenOut],
+  debris: [heap, shrunk],
+};
 
-  constructor(side: number) {
-    super(side);
-    // Eight stones around, and three on top of one another in the middle.
-    for (let i = 0; i < 11; i++) {
-      const stone = new Mesh(new IcosahedronGeometry(side * (0.1 + 0.025 * (i % 3)), 0), this.material);
-      const angle = i * 2.4;
-      const out = i < 8 ? side * (0.2 + 0.06 * (i % 2)) : side * 0.05;
-      const up = i < 8 ? side * 0.06 : side * (0.08 + 0.12 * (i - 8));
-      stone.position.set(Math.cos(angle) * out, Math.sin(angle) * out, up);
-      stone.rotation.set(i, i * 2, i * 3);
-      this.solid.add(stone);
-    }
-  }
-
-  protected become(status: Status, gone: number): void {
-    this.material.color = statusColour(status);
-    this.solid.scale.setScalar(Math.max(0.001, 1 - gone));
-  }
-}
+/** Things by the type of obstacle. */
+export const THINGS: Record<string, (side: number) => Thing> = {
+  ...Object.fromEntries(Object.entries(STILL).map(([type, made]) => [type, (side: number) => new Still(side, ...made)])),
+  uncertainty: (side) => new Fog(side),
+  smoke: (side) => new Fog(side, 3, 0x4a4f57),
+};
