@@ -90,11 +90,7 @@ def _goes_on(floor: Floor, joint: Joint, found: Found, seed: int) -> bool:
 
 
 def _ask(
-    floor: Floor,
-    joint: Joint,
-    served: tuple[int, ...],
-    seed: int,
-    check: Callable[[], None],
+    floor: Floor, joint: Joint, served: tuple[int, ...], seed: int, check: Callable[[], None]
 ) -> Found | Deadlock | Unserved | None:
     answer = _search(floor, joint, frozenset(served), seed, check)
     may_turn = any(floor.team.members[i].either and joint.counts[i][1] == 0 for i in floor.robots)

@@ -480,11 +480,7 @@ def stands(team: Team, state: State, i: int) -> bool:
 
 
 def acts_on(
-    team: Team,
-    state: State,
-    at: Sequence[int | None],
-    i: int,
-    among: Collection[int] | None = None,
+    team: Team, state: State, at: Sequence[int | None], i: int, among: Collection[int] | None = None
 ) -> tuple[tuple[int, now.Stage], ...]:
     """Return what a robot changes by acting where it stands: obstacles with their new stages.
     ``at``: the region of each robot (None: it cannot take part); ``among``: the obstacles that

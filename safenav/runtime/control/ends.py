@@ -13,26 +13,12 @@ from safenav.runtime.control.tasks import Controller, walls_of
 from safenav.scenario.objective import Ltl, Word, describe
 from safenav.solve.duties import Settlement
 from safenav.solve.proof import Closure, Refutation, closure_of, stated
-from safenav.solve.reasons import (
-    Shortfall,
-    cause_of,
-    shortfall_words,
-    shortfalls,
-    without_room,
-)
+from safenav.solve.reasons import Shortfall, cause_of, shortfall_words, shortfalls, without_room
 from safenav.solve.solve import Sets, around
 from safenav.spec.objective import Memory
 from safenav.spec.task import Task
 from safenav.team.apply import done, rounds, stands
-from safenav.team.floor import (
-    barred,
-    floor_of,
-    gates_of,
-    inside,
-    laden,
-    stages_of,
-    without_memory,
-)
+from safenav.team.floor import barred, floor_of, gates_of, inside, laden, stages_of, without_memory
 from safenav.team.state import Is, State
 from safenav.team.team import Team
 from safenav.trace.proofs import JointSearch, Proof

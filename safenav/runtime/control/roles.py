@@ -170,11 +170,7 @@ class Roles:
         return None
 
     def _toward(
-        self,
-        i: int,
-        targets: tuple[Mask, ...],
-        objective: Objective,
-        helps: int | None = None,
+        self, i: int, targets: tuple[Mask, ...], objective: Objective, helps: int | None = None
     ) -> Role:
         shut = self._shut(i)
         return Role(objective, helps, shut, shut, self._forbidden(i, targets))

@@ -18,13 +18,7 @@ from msgspec.structs import replace
 from safenav.runtime.worlds import protocol
 from safenav.runtime.worlds.live_simulation import LiveSimulation, pace_on
 from safenav.runtime.worlds.lockstep import WorldError, asked, sensed
-from safenav.runtime.worlds.reports import (
-    claimed,
-    is_time,
-    malformed,
-    wrong_result,
-    wrong_step,
-)
+from safenav.runtime.worlds.reports import claimed, is_time, malformed, wrong_result, wrong_step
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.vocabulary import ActResult
 from safenav.trace.words import seconds_words
