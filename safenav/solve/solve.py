@@ -99,9 +99,8 @@ class Solver:
         found = self._steps(now, origins, wanted, present)
         for g in dict.fromkeys(step.g for step in reversed(found or ())):
             if g not in wanted:
-                found = (
-                    _replayed([step for step in found or () if step.g != g], now, wanted) or found
-                )
+                others = [step for step in found or () if step.g != g]
+                found = _replayed(others, now, wanted) or found
         return found
 
     def _steps(

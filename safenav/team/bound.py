@@ -154,33 +154,32 @@ class Spread:
         return found
 
     def _field(self, seeds: Mapping[int, Mask]) -> ReachByTick:
-        graph, d = self.walker.graph, self.walker.ticks
-        first, last = min(seeds), max(seeds)
+        first, last, d = min(seeds), max(seeds), self.walker.ticks
         last = max([last, *(gate for _, gate in self._gates if gate < NEVER)])
         masks = [seeds[first]]
         quiet = 0
         while quiet <= d or first + len(masks) <= last + d:
             tick = first + len(masks)
-            go = tick - d + 1
-            here = masks[-1] | seeds.get(tick, 0)
-            if go > first:
-                here |= graph.forward(masks[go - 1 - first]) & ~self._closed(go)
+            here = masks[-1] | seeds.get(tick, 0) | self._arriving(tick, first, masks)
             quiet = quiet + 1 if here == masks[-1] else 0
             masks.append(here)
         return ReachByTick(first, masks)
 
+    def _arriving(self, tick: int, first: int, masks: Sequence[Mask]) -> Mask:
+        """Return the poses in which its steps can end in a tick."""
+        go = tick - self.walker.ticks + 1
+        if go <= first:
+            return 0
+        return self.walker.graph.forward(masks[go - 1 - first]) & ~self._closed(go)
+
     def counted(self, field: ReachByTick, goal: Mask) -> dict[int, Mask]:
         """Return the poses of ``goal`` in which it may have had a turn by the end of each tick: by
         staying or arriving there, not by starting there at that tick."""
-        graph, d = self.walker.graph, self.walker.ticks
         found: dict[int, Mask] = {}
         before = 0
         for k in range(1, len(field.masks)):
             tick = field.first + k
-            go = tick - d + 1
-            here = field.masks[k - 1]
-            if go > field.first:
-                here |= graph.forward(field.masks[go - 1 - field.first]) & ~self._closed(go)
+            here = field.masks[k - 1] | self._arriving(tick, field.first, field.masks)
             if here & goal != before:
                 before = found[tick] = here & goal
         return found
