@@ -17,7 +17,7 @@ from safenav.team.state import Count, Is, ObstacleNow, RobotNow, State
 from safenav.team.team import Member, Team
 from safenav.world.poses import bits, plain_graph
 
-_HELPS = now.Met | now.Appeared | now.Gone | now.GaveUp | now.Declared | now.Served | now.Assigned
+_HELPS = (now.Met, now.Appeared, now.Gone, now.GaveUp, now.Declared, now.Served, now.Assigned)
 
 
 def initial(team: Team) -> State:
@@ -55,7 +55,15 @@ def apply(team: Team, state: State, event: now.Event) -> State:
         for number, each in enumerate(state.obstacles):
             if each.aside:
                 state = _obstacle(state, number, aside=False)
-    match event:
+    match event:  # the most frequent ones first
+        case now.Turn():
+            return state
+        case now.Stayed(i, _, node):
+            state = _charged(team, state, i, event.ticks)
+            state = _stepped(team, state, i, state.robots[i].pose, event.values)
+            return state if node is None else _robot(state, i, node=node)
+        case now.Counted(i, ticks):
+            return _counted(team, state, i, ticks)
         case now.Time(at, flows):
             for i, robot in enumerate(state.robots if flows else ()):
                 if robot.to is None:
@@ -129,10 +137,6 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             return state
         case now.Introduced():
             return replace(state, obstacles=(*state.obstacles, ObstacleNow()))
-        case now.Stayed(i, _, node):
-            state = _charged(team, state, i, event.ticks)
-            state = _stepped(team, state, i, state.robots[i].pose, event.values)
-            return state if node is None else _robot(state, i, node=node)
         case now.Acts(leader, group):
             for i in group:
                 state = _robot(state, i, acting=leader)
@@ -152,8 +156,6 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             known = state.obstacles[k].state not in (Is.HIDDEN, Is.AWAY)
             state = _with(_dropped(_forgiven(state, k=k), k), k, ObstacleNow(Is.OVER))
             return replace(state, plan=None) if known else state
-        case now.Counted(i, ticks):
-            return _counted(team, state, i, ticks)
         case now.GaveUp(k):
             foreseen = state.plan is not None and k in state.plan.foreseen
             state = replace(state, plan=None) if foreseen else state

@@ -408,8 +408,8 @@ def floor_of(
     laden: frozenset[int] = frozenset(),
 ) -> Floor:
     """Return the floor with these open and sealed obstacles. ``out``: the robots out of service."""
-    away = {i for i, _ in out}
-    chosen = tuple(i for i in robots or _all(team) if i not in away)
+    away, chosen = {i for i, _ in out}, robots or _all(team)
+    chosen = tuple(i for i in chosen if i not in away) if away else chosen
     return _floor(team, gates, sealed, inside, chosen, barred, out, laden)
 
 

@@ -115,7 +115,13 @@ class Recorder:
         dropped = before.plan is not None and after.plan is None
         if dropped and not isinstance(event, now.Met):
             self._plan_ends(PlanEndReason.CHANGED)
-        match event:
+        match event:  # the most frequent ones first
+            case now.Turn():
+                return
+            case now.Counted(i, ticks):
+                region = before.robots[i].pose % self.team.size
+                for goal, whole in goals(self.team, before, i, ticks):
+                    self.emit(records.Goal(self.tick, self._robot(i), goal, region, whole))
             case now.Time(at):
                 self._plan_reached(before)
                 self.time, self.tick = at, self.tick + 1 if self.live else int(at)
@@ -213,10 +219,6 @@ class Recorder:
                     self.emit(records.Reopened(self.tick, self._name(k)))
                     self.helpers.pop(k, None)
                 self.waited = None
-            case now.Counted(i, ticks):
-                region = before.robots[i].pose % self.team.size
-                for goal, whole in goals(self.team, before, i, ticks):
-                    self.emit(records.Goal(self.tick, self._robot(i), goal, region, whole))
 
         moved = now.Departed | now.Stayed | now.Goes | now.Arrived
         at_once = isinstance(event, now.Departed) and not (self.live or event.under_way)
