@@ -16,7 +16,9 @@ from safenav.cli.session import Files, attendant, carried_out, limited
 from safenav.errors import ExitCode, UsageError
 from safenav.outfile import write_out
 from safenav.report.terminal.layout import WaitingLine
+from safenav.run.paths import ContradictionError
 from safenav.runtime.run.mission import Mission, default_synthesizer
+from safenav.runtime.worlds.lockstep import WorldError
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.settings import Clock
@@ -133,6 +135,11 @@ def _write_motion(trace: Path, motion: Path) -> list[str]:
     return [one.complaint for one in found if one.complaint]
 
 
+_MISFITS = (
+    *(ArithmeticError, AssertionError, AttributeError, LookupError, MemoryError),
+    *(RecursionError, TypeError, ValueError, ContradictionError, WorldError),
+)
+"""Errors of a run with a made-up checkpoint: its digest shows changes, not who has written it."""
 RESUME_EPILOG = """\b
 Examples:
   safenav new lab.yaml && safenav run lab.yaml --trace lab.jsonl
@@ -179,7 +186,11 @@ def resume(
     live = Clock.LIVE if before.header.clock is not None else Clock.LOCKSTEP
     plan = limited(replace(plan, clock=live), max_ticks, time_limit, seed)
     files = Files(trace, own, html, motion, as_json, maps)
-    return _simulated(plan, files, operator, resumption(before, plan))
+    try:
+        return _simulated(plan, files, operator, resumption(before, plan))
+    except _MISFITS as error:
+        why = f"its checkpoint does not fit the run: {error or type(error).__name__}"
+        raise UsageError(f"{trace}: {why}") from error
 
 
 DRIVE_EPILOG = """\b

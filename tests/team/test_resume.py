@@ -11,13 +11,14 @@ from msgspec.structs import replace
 
 from safenav.checked_trace import check_trace
 from safenav.errors import InputError, UsageError
-from safenav.runtime.run.checkpoint import resumption
+from safenav.runtime.run.checkpoint import _digest, resumption
 from safenav.runtime.run.mission import Mission
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario
 from safenav.trace import records
 from safenav.trace.reading import read_trace
 from safenav.trace.writing import TraceWriter, as_data
+from warm import safenav
 
 ROOT = Path(__file__).parents[2]
 
@@ -102,3 +103,28 @@ def changed(data: Any, place: tuple[Any, ...], value: Any) -> None:
     for key in place[:-1]:
         data = data[key]
     data[place[-1]] = value
+
+
+def test_a_made_up_checkpoint_is_an_error_or_a_run(tmp_path: Path) -> None:
+    """Its digest shows changes, not who has written it."""
+    draw = random.Random(1)
+    for name in ("case_study_3", "battery_delivery", "warehouse_orders", "corridor_swap"):
+        path = interrupted(load_scenario(ROOT / "scenarios" / f"{name}.yaml"), 12, tmp_path)
+        assert path is not None
+        lines = [json.loads(line) for line in path.read_text().splitlines()]
+        at = next(n for n, line in enumerate(lines) if line["type"] == "checkpoint")
+        run = lines[at]["run"]
+        chosen = draw.sample([place for place in places(run) if place[0] != "scenario"], 6)
+        wrong = [(place, draw.choice([-1, 1, 10**9, None, [], True, "x"])) for place in chosen]
+        robot = ("state", "robots", 0)
+        wrong += [((*robot, "pose"), -1), ((*robot, "pose"), 10**9), (("due",), {"\ud800": 1})]
+        wrong += [(("state", "requests"), [99]), (("own", 0), {"visit": [10**9]})]
+        for place, value in wrong:
+            made = json.loads(json.dumps(run))
+            changed(made, place, value)
+            made["sha256"] = "" if place == ("due",) else _digest(made)
+            data = [*lines[:at], lines[at] | {"run": made}, *lines[at + 1 :]]
+            path.write_text("".join(json.dumps(line) + "\n" for line in data))
+            done = safenav("resume", path, "--max-ticks", 60)
+            assert done.returncode in (0, 1, 2, 3), (name, place, value, done.stderr)
+            assert "internal" not in done.stderr

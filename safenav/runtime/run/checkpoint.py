@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import msgspec
@@ -38,6 +38,8 @@ ENDED = ("completed", "unrealizable", "late")
 FEWEST, SHARE, LINE = 50, 2, 150
 """A checkpoint follows after that many lines at least, when they take ``SHARE`` times the space of
 the last one, with ``LINE`` bytes for each."""
+MOST = 10**7
+"""No number of a pose, a region or a target is as large; a made-up one could fill the memory."""
 
 
 class Memory(Struct, frozen=True, forbid_unknown_fields=True):
@@ -105,13 +107,40 @@ def _checkpoints(trace: Trace) -> list[tuple[int, Kept]]:
     if not found:
         none = "it has no checkpoint to continue from; a run with --trace writes them"
         raise UsageError(f"{trace.source}: {none}")
-    if any(line.run.get("sha256") != _digest(line.run) for line in found):
+    try:
+        changed = any(line.run.get("sha256") != _digest(line.run) for line in found)
+    except UnicodeEncodeError:  # half of a character
+        changed = True
+    if changed:
         raise UsageError(f"{trace.source}: a checkpoint was changed; resume needs it as written")
     try:
-        return [(line.lines, convert(Kept, line.run)) for line in (found[0], found[-1])]
+        read = [(line.lines, convert(Kept, line.run)) for line in (found[0], found[-1])]
     except WrongError as error:
         why = f"its checkpoints are those of another version of safenav: {error}"
         raise UsageError(f"{trace.source}: {why}") from error
+    if any(not 0 <= number < MOST for _, kept in read for number in _bits(kept)):
+        raise UsageError(f"{trace.source}: a checkpoint has a region or target that no map has")
+    return read
+
+
+def _bits(kept: Kept) -> Iterator[int]:
+    """The numbers of a checkpoint that become bits of masks."""
+    state, truth = kept.state, kept.truth
+    pursued = [*zip(kept.own, (robot.own for robot in state.robots), strict=False)]
+    for robot in state.robots:
+        yield from (robot.pose, robot.next, *robot.failed)
+        for _, known in robot.known:
+            yield from (known,) if isinstance(known, int) else known
+        pursued.append((robot.objective, robot.task))
+        pursued += [] if robot.base is None else [(robot.base[0], robot.base[2])]
+    for objective, count in pursued:
+        yield from (count.memory * objective.in_turn, *objective.avoid)
+        yield from (region for target in objective.targets for region in target)
+    for each in (*state.obstacles, *(() if truth is None else truth.obstacles)):
+        yield from (region for _, region in each.asked)
+    yield from (place.pose for way in (state.plan.ways if state.plan else ()) for place in way)
+    added = () if truth is None else truth.added
+    yield from (each.region for each in (*(source for source, _ in kept.introduced), *added))
 
 
 def resumption(trace: Trace, scenario: Scenario) -> Resumption:
