@@ -2,7 +2,7 @@
 
 import re
 
-_SECTION = r"\[(?:INPUT|OUTPUT|(?:ENV|SYS)_(?:INIT|TRANS|LIVENESS))\]"
+_SECTION = r"\[[A-Z_]+\]"
 _DRAW = "draw it with: safenav draw {0}; begin a scenario on it: safenav new FILE --map {0}"
 ROS_MAP = "map of ROS map_server"
 _KINDS: dict[str, tuple[tuple[str, ...], str]] = {

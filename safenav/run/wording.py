@@ -236,12 +236,14 @@ class Wording(Struct, frozen=True):
             what, does, done = "the mission", "be completed", "is completed"
         else:
             what, does, done = f"the round of {self.robot(line.of)}", "end", "ends"
-        soonest = "ever" if line.earliest is None else f"before tick {line.earliest}"
+        cannot = f"cannot {does} before tick {line.earliest}"
+        if line.earliest is None:
+            cannot = f"can never {does}"
         match line.verdict:
             case vocabulary.DeadlineVerdict.SET:
                 return f"{what} is due at tick {line.due}"
             case vocabulary.DeadlineVerdict.LOST:
-                return f"{what} cannot {does} {soonest}, and is due at tick {line.due}"
+                return f"{what} {cannot}, and is due at tick {line.due}"
             case vocabulary.DeadlineVerdict.KEPT:
                 return f"{what} {done} in time (due at tick {line.due})"
             case vocabulary.DeadlineVerdict.EXCUSED:

@@ -64,7 +64,8 @@ class Origin(Struct, frozen=True):
     source: str = ""
 
     def __str__(self) -> str:
-        return f"{self.item}: {self.rule}" + (f" ({self.source})" if self.source else "")
+        rule = f": {self.rule}" if self.rule else ""
+        return f"{self.item}{rule}" + (f" ({self.source})" if self.source else "")
 
 
 class Constraint(Struct, frozen=True):

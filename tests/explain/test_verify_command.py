@@ -9,6 +9,7 @@ import pytest
 
 from explain.conftest import Invoke
 from safenav.cli.synth import verify as command
+from safenav.file_kind import kind_of
 from safenav.spec.parsing import read_specification
 from safenav.synthesis.slugs import Synthesizer
 
@@ -108,8 +109,29 @@ def test_a_broken_guarantee_is_reported_with_origin_and_path(
     assert broken["successor"] in transitions[broken["node"]]
     spoken = invoke(command, spec, strategy)
     assert spoken.status == 1
-    assert f"shortest path, {len(path) - 1} steps" in spoken.output
+    assert f"shortest path, {len(path) - 1} step" in spoken.output
     assert "obstacles.door" in spoken.output
+
+
+def test_a_line_without_a_comment_is_named_by_its_place(tmp_path: Path, invoke: Invoke) -> None:
+    spec, strategy = _written(tmp_path, "[OUTPUT]\nx\n[SYS_LIVENESS]\nx\n!x\n")
+    said = [
+        line.strip() for line in invoke(command, spec, _damaged(strategy, _loop)).output.split("\n")
+    ]
+    assert any(
+        line.startswith("from: ") and line.endswith(("structuredslugs:4", ":5")) for line in said
+    )
+    assert "then forever, every step:" in said
+
+
+def test_an_unknown_first_section_is_an_error_of_a_specification(
+    door: tuple[Path, Path], invoke: Invoke
+) -> None:
+    spec, strategy = door
+    spec.write_text("[INPUTS]\nrequest\n")
+    assert kind_of(spec.read_text()) == "specification"
+    answer = invoke(command, spec, strategy)
+    assert answer.status == 2 and "unknown section [INPUTS]" in answer.error
 
 
 def test_a_loop_names_missing_answers_or_starved_goals(

@@ -89,6 +89,15 @@ def test_the_reason_of_a_failed_action_is_reported_once() -> None:
         assert said[0].endswith(f"the action of quad ends (door@gate: {ends})")
 
 
+@pytest.mark.parametrize(
+    ("earliest", "cannot"),
+    [(16, "cannot be resolved before tick 16"), (None, "can never be resolved")],
+)
+def test_a_lost_deadline_says_when_it_could_be_met(earliest: int | None, cannot: str) -> None:
+    lost = records.Deadline(4, "door@9", 15, vocabulary.DeadlineVerdict.LOST, earliest)
+    assert told(lost)[0].endswith(f"door@gate {cannot}, and is due at tick 15")
+
+
 @pytest.mark.parametrize("restarts", [True, False], ids=["a door", "a battery"])
 def test_restarting_rounds_are_reported_once(restarts: bool) -> None:
     """Rounds are counted from the last resolution on, but a flat battery interrupts them only."""

@@ -27,10 +27,11 @@ def failure_lines(failure: Failure, strategy: Strategy) -> Iterator[str]:
     """Yield the fault, the constraint that it breaks with its origin, and a shortest path to it."""
     yield from failure.lines
     if failure.path:
-        yield f"shortest path, {len(failure.path) - 1} steps:"
+        yield f"shortest path, {counted(len(failure.path) - 1, 'step')}:"
         yield from _steps(failure.path, strategy)
     if failure.cycle:
-        yield f"then forever, every {len(failure.cycle)} steps:"
+        period = len(failure.cycle)
+        yield f"then forever, every {'step' if period == 1 else f'{period} steps'}:"
         yield from _steps(failure.cycle, strategy)
 
 
