@@ -72,6 +72,22 @@ def test_a_film_rests_where_something_happens(replays: dict[str, Run], tmp_path:
         assert (gif.tile[0][1][2] - gif.tile[0][1][0]) < 400, "a frame holds only what differs"
 
 
+def test_a_film_has_the_plain_colours_of_the_picture(
+    replays: dict[str, Run], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Pillow's own palettes hold other colours, in large pictures even another white."""
+    path = tmp_path / "door.gif"
+    write_gif(replays["door"], path, Film(11, 11, width=400))
+    with Image.open(path) as gif:
+        colours = {colour for _, colour in gif.convert("RGB").getcolors(256)}
+    assert {_rgb(colour) for colour in ("#ffffff", BLUE, ORANGE)} <= colours
+    white = Image.new("RGB", (4200, 4200), "white")
+    monkeypatch.setattr(film._Stage, "frame", lambda *_: white)
+    write_gif(replays["door"], path, Film(11, 11))
+    with Image.open(path) as gif:
+        assert gif.convert("RGB").getpixel((0, 0)) == (255, 255, 255)
+
+
 def test_a_film_of_too_many_frames_is_refused(
     replays: dict[str, Run], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from collections import Counter
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -36,6 +37,8 @@ MOST_FRAMES = 2000
 """Limit of a film, whose frames are in memory until it is written."""
 APART = 7
 """Difference of two colours in red, green or blue, of 256."""
+MOST_COLOURS = 1 << 18
+"""Limit of the colours of a frame, above those of any drawing: Pillow reserves memory for it."""
 _CAPTIONS = _HALTS | {StoryKind.ASSUMPTION, StoryKind.OUTCOME}
 
 
@@ -178,24 +181,26 @@ def _captioned(run: Run, film: Film) -> Iterable[tuple[int, float, str, int]]:
 
 
 def _colours(run: Run, film: Film, stage: _Stage) -> Image.Image:
-    """Return the colours of some moments as a palette for all frames, so that a frame holds only
-    the pixels that changed. Of colours that are nearer to each other than ``APART``, which Pillow
-    may confuse, it has the most frequent one."""
+    """Return the most frequent colours of some moments as a palette for all frames: plain colours
+    stay exact, and a frame holds only the pixels that changed. Pillow may confuse colours that are
+    nearer to each other than ``APART``."""
     from PIL import Image
 
     halts = {e.tick for e in run.events if e.kind in _HALTS and e.tick in film.ticks}
     ticks = sorted({film.first, film.last, *halts})
-    found = [stage.frame(tick, 0.0, "-") for tick in ticks[:: max(1, len(ticks) // 8)]]
-    width, height = found[0].size
-    together = Image.new("RGB", (width, height * len(found)))
-    for number, frame in enumerate(found):
-        together.paste(frame, (0, number * height))
-    palette = together.quantize()
-    values, counts = palette.getpalette() or [], palette.histogram()
-    chosen: list[list[int]] = []
-    for index in sorted(range(len(values) // 3), key=lambda index: -counts[index]):
-        colour = values[3 * index : 3 * index + 3]
-        if all(max(abs(a - b) for a, b in zip(colour, c, strict=True)) > APART for c in chosen):
-            chosen.append(colour)
-    palette.putpalette([value for colour in chosen for value in colour])
+    counts: Counter[tuple[int, int, int]] = Counter()
+    for tick in ticks[:: max(1, len(ticks) // 8)]:
+        for count, colour in stage.frame(tick, 0.0, "-").getcolors(MOST_COLOURS) or ():
+            if isinstance(colour, tuple):
+                red, green, blue = colour
+                counts[red, green, blue] += count
+    chosen: list[tuple[int, int, int]] = []
+    for (red, green, blue), _ in counts.most_common(1024):
+        if all(
+            abs(red - r) > APART or abs(green - g) > APART or abs(blue - b) > APART
+            for r, g, b in chosen
+        ):
+            chosen.append((red, green, blue))
+    palette = Image.new("P", (1, 1))
+    palette.putpalette(b"".join(map(bytes, chosen[:256])))
     return palette
