@@ -13,27 +13,27 @@ from contextlib import suppress
 
 def main() -> None:
     """Run the command line."""
-    # Modules, strategies and searches are millions of objects with hardly a cycle: collect
-    # rarely, from the first import on.
-    gc.set_threshold(200_000, 20, 100)
-    for number in (signal.SIGTERM, signal.SIGHUP):
-        if signal.getsignal(number) is signal.SIG_DFL:
-            signal.signal(number, signal.default_int_handler)
     ended: list[int] = []
-    atexit.register(_leave, ended)  # registered first, so called last
     try:
+        # Modules, strategies and searches are millions of objects with hardly a cycle: collect
+        # rarely, from the first import on.
+        gc.set_threshold(200_000, 20, 100)
+        for number in (signal.SIGTERM, signal.SIGHUP):
+            if signal.getsignal(number) is signal.SIG_DFL:
+                signal.signal(number, signal.default_int_handler)
+        atexit.register(_leave, ended)  # registered first, so called last
         from safenav.cli import main as command
-    except KeyboardInterrupt:
-        from safenav.errors import ExitCode
 
-        print("error: interrupted", file=sys.stderr)
-        sys.exit(ExitCode.INTERRUPTED)
-    try:
         command()
     except SystemExit as end:
         if isinstance(end.code, int):
             ended.append(end.code)
         raise
+    except KeyboardInterrupt:
+        from safenav.errors import ExitCode
+
+        print("error: interrupted", file=sys.stderr)
+        sys.exit(ExitCode.INTERRUPTED)
 
 
 def _leave(ended: list[int]) -> None:

@@ -127,15 +127,15 @@ def group() -> None:
 def main() -> None:
     """Entry point of the ``safenav`` command. SIGTERM and SIGHUP end it as Ctrl-C does: with its
     subprocesses, without its temporary files."""
-    _open_closed_streams()
-    if stat.S_ISFIFO(os.fstat(1).st_mode):
-        output = io.BufferedWriter(_Pipe(1, "w", closefd=False))
-        sys.stdout = io.TextIOWrapper(output, sys.stdout.encoding, sys.stdout.errors)
-    for number in (signal.SIGTERM, signal.SIGHUP):
-        if signal.getsignal(number) is signal.SIG_DFL:
-            signal.signal(number, signal.default_int_handler)
-    warnings.showwarning = lambda message, *_, **__: warn(message)
     try:
+        _open_closed_streams()
+        if stat.S_ISFIFO(os.fstat(1).st_mode):
+            output = io.BufferedWriter(_Pipe(1, "w", closefd=False))
+            sys.stdout = io.TextIOWrapper(output, sys.stdout.encoding, sys.stdout.errors)
+        for number in (signal.SIGTERM, signal.SIGHUP):
+            if signal.getsignal(number) is signal.SIG_DFL:
+                signal.signal(number, signal.default_int_handler)
+        warnings.showwarning = lambda message, *_, **__: warn(message)
         status = group.main(prog_name="safenav", standalone_mode=False, color=_coloured())
         sys.exit(status if isinstance(status, int) else ExitCode.OK)
     except SafenavError as error:

@@ -105,6 +105,22 @@ def test_a_terminal_that_is_closed_ends_the_program_as_interrupted() -> None:
     assert program.returncode == 130
 
 
+@pytest.mark.parametrize(
+    "where", ["signal.getsignal", "safenav.cli.group.main", "safenav.cli._open_closed_streams"]
+)
+def test_an_interruption_at_the_very_start_is_told_like_any_other(where: str) -> None:
+    place, _, name = where.rpartition(".")
+    script = f"""\
+import signal, sys, safenav.cli
+def interrupted(*_, **__):
+    raise KeyboardInterrupt
+{place}.{name} = interrupted
+sys.argv = ['safenav', 'new', '--catalogue']
+{MAIN}"""
+    done = ran([sys.executable, "-c", script])
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "error: interrupted\n")
+
+
 @pytest.mark.parametrize("wanted", [True, False])
 def test_colours_are_for_terminals_and_can_be_switched_off(wanted: bool, tmp_path: Path) -> None:
     (tmp_path / "s.yaml").write_text("safenav: 2\n")
