@@ -12,7 +12,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.certify.sources import difference
-from safenav.errors import UsageError
+from safenav.errors import InputError, UsageError
 from safenav.judge.bundle.check import SOURCE, UNCOMPARED, check, open_bundle
 from safenav.trace.reading import read_bytes
 
@@ -52,7 +52,10 @@ def check_bundle(bundle: Path) -> BundleVerdict:
     if not found:
         return verdict
     first = files["trace.jsonl"].read_bytes().splitlines()[0]
-    told = difference(found, read_bytes(first).header)
+    try:
+        told = difference(found, read_bytes(first).header)
+    except InputError as error:  # a field that the checker does not need
+        return BundleVerdict(Acceptance.REFUSED, f"trace.jsonl: {error.diagnostics[0].found}", ())
     if told is not None:
         reason = f"the source is of another scenario than the trace: {told}"
         return BundleVerdict(Acceptance.REFUSED, reason, ())

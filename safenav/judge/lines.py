@@ -253,7 +253,7 @@ _add(
     signal="request:bool wait:bool assigned:int",
     command="places:regions from:poses memory?:ints",
     until="rounds?:count",
-    limits="ticks?:count seconds?:number",
+    limits="ticks:count seconds?:number",
     reach="poses:poses live:bool",
     option="obstacle need:count robots:set",
 )

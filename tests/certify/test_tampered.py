@@ -188,6 +188,21 @@ def test_what_is_tampered_with_is_refused(name: str, tamper: Tamper, tmp_path: P
     assert verdict.reason and not verdict.claims
 
 
+@pytest.mark.parametrize("field", [("limits", "ticks"), ("seed",)])
+def test_a_header_without_a_field_is_refused(field: tuple[str, ...], tmp_path: Path) -> None:
+    """Also one that the checker does not read, and one with the same default in the source."""
+    bundle = shipped("case_study_1")
+    lines = lines_of(files_of(bundle))
+    inner = lines[0]["scenario"]
+    for key in field[:-1]:
+        inner = inner[key]
+    del inner[field[-1]]
+    files = with_lines(files_of(bundle), lines)
+    verdict = check_bundle(rewrite(bundle, files, tmp_path / "bundle"))
+    assert not verdict.accepted
+    assert field[-1] in verdict.reason
+
+
 def of_files(change: Callable[[Any], object], folder: str) -> Callable[[Files], Files]:
     def alter(files: Files) -> Files:
         path = min(name for name in files if name.startswith(folder))

@@ -145,7 +145,7 @@ def end(e: Line, s: State) -> Iterator[str]:
     limit = limits.seconds if s.live else limits.ticks
     if e.outcome == "tick_limit" and (s.live or e.ticks != limit or e.tick != limit):
         yield f"the limit of {limit} ticks is not reached"
-    if not s.live and limits.ticks is not None and s.tick > limits.ticks + 1:
+    if not s.live and s.tick > limits.ticks + 1:
         yield f"the limit is {limits.ticks} ticks"
     if e.outcome == "assumption_violated" and not s.assumptions:
         yield "no line records a violated assumption"
