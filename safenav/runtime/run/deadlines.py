@@ -142,7 +142,7 @@ class Ledger:
         """Record what follows from a turn and what was before it, and from its decisions."""
         if not self.active or (self.tick > 0 and not self.had):
             return
-        for k in [k for k in {*self.dues} - {*state.requests} if k != MISSION]:
+        for k in sorted(k for k in self.dues if isinstance(k, int) and k not in state.requests):
             self._ended(team, k, DeadlineVerdict.EXCUSED)
         self._look(team, state)
         for line in self.lines:
