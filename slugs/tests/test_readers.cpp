@@ -94,7 +94,7 @@ void test_a_line_ends_at_a_line_feed_alone() {
       std::size_t{1});
 }
 
-void test_languages_are_told_by_content() {
+void test_languages_are_recognized_by_content() {
   EXPECT(language("[OUTPUT]\na\n[SYS_INIT]\n! a\n") == Language::Slugsin);
   EXPECT(language("[OUTPUT]\na\n[SYS_INIT]\n| a ! a'\n") == Language::Slugsin);
   EXPECT(language("[OUTPUT]\na\n[SYS_INIT]\n!! & a a\n") == Language::Slugsin);
@@ -298,7 +298,7 @@ int main() {
     test_range_limits_only_where_bits_can_exceed_the_range();
     test_sections_repeat_and_keep_text_and_line();
     test_a_line_ends_at_a_line_feed_alone();
-    test_languages_are_told_by_content();
+    test_languages_are_recognized_by_content();
     test_buffers_nest_and_may_use_earlier_entries();
     test_what_each_section_may_use();
     test_declarations_look_at_the_limits();

@@ -137,7 +137,7 @@ def test_an_address_where_nothing_answers_is_bad_input(write: Write, slugs: Slug
     assert "Traceback" not in done.stderr
 
 
-def test_without_the_extra_it_says_what_to_install(write: Write, slugs: SlugsLog) -> None:
+def test_without_the_extra_the_error_names_it(write: Write, slugs: SlugsLog) -> None:
     del slugs
     write("a.yaml")
     Path("hide").mkdir()
@@ -149,7 +149,7 @@ def test_without_the_extra_it_says_what_to_install(write: Write, slugs: SlugsLog
     assert "pip install 'distributed>=2024.8'" in done.stderr
 
 
-def test_a_cluster_that_goes_away_ends_the_batch_with_its_results_kept(
+def test_a_lost_cluster_ends_the_batch_with_its_results_kept(
     write: Write, cluster: Cluster, slugs: SlugsLog
 ) -> None:
     write("a.yaml")

@@ -27,7 +27,7 @@ def test_the_matrix_file_is_one() -> None:
     assert len(matrix.settings) == 10 * 2 * 2 - 10 + 1
 
 
-def test_what_the_matrix_file_includes_is_as_it_expects(tmp_path: Path) -> None:
+def test_files_included_by_the_matrix_file_are_as_it_expects(tmp_path: Path) -> None:
     (example,) = blocks(BATCH, "yaml")
     only = {key: value for key, value in yaml.safe_load(example).items() if key != "matrix"}
     del only["exclude"]

@@ -96,7 +96,7 @@ def test_the_tables_have_the_makespan_of_live_runs() -> None:
     assert "makespan" not in "".join(summary(report(ran("a/ticks.yaml"))))
 
 
-def test_the_table_has_what_failed_first_and_then_what_was_slow() -> None:
+def test_the_table_starts_with_failed_cases_and_then_slow_ones() -> None:
     fast = [ran(f"a/{number}.yaml", number / 10) for number in range(12)]
     shown = report(*fast, *MIXED.results.values())
     lines = summary(shown)
@@ -119,7 +119,7 @@ def compared(before: list[Result], now: list[Result]) -> BaselineComparison:
     return compare(now, {result.name: result for result in before})
 
 
-def test_what_behaves_differently_is_named() -> None:
+def test_cases_that_behave_differently_are_named() -> None:
     before = ran("a.yaml", resolved=["door@47"], helpers={"door@47": "digit"})
     now = ran("a.yaml", resolved=[], helpers={}, ticks=41, wrong="more")
     assert compared([before], [now]).changed["a.yaml"] == [

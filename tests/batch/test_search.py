@@ -26,7 +26,7 @@ def test_links_that_lead_round_in_a_circle_are_not_followed(write: Write) -> Non
     assert names("suite") == ["suite/a.yaml"]
 
 
-def test_the_name_of_a_case_tells_its_settings_and_is_unique(write: Write) -> None:
+def test_the_name_of_a_case_states_its_settings_and_is_unique(write: Write) -> None:
     write("a.yaml")
     long = "x" * 60
     write(

@@ -60,7 +60,9 @@ class Contradicting(LiveSimulation):
 
 
 @pytest.mark.parametrize("seed", range(COUNT))
-def test_no_robot_is_sent_where_another_may_be(seed: int, played: Callable[[], None]) -> None:
+def test_no_robot_is_sent_to_a_region_where_another_may_be(
+    seed: int, played: Callable[[], None]
+) -> None:
     _, scenario = loads(crowd, seed)
     world = Contradicting(scenario, Random(f"contradictions {seed}"))
     result = Mission(scenario, world=world).run()

@@ -80,7 +80,7 @@ TRAPPED = {
         ([*OUT, start(3, "a", 9, 18)], NEEDED, "sets out from 9 to 18"),
     ],
 )
-def test_a_log_is_judged_by_what_really_happened(log: list[Line], said: str, found: str) -> None:
+def test_a_log_is_judged_by_the_actual_events(log: list[Line], said: str, found: str) -> None:
     judged = judged_by_log(PAIR, log, said)
     assert found in judged
     assert bool(found) == bool(judged)
@@ -89,7 +89,9 @@ def test_a_log_is_judged_by_what_really_happened(log: list[Line], said: str, fou
 @pytest.mark.parametrize(
     ("log", "found"), [([], "can be completed"), ([shown(0) | {"obstacle": "door@7"}], "")]
 )
-def test_operator_needed_is_justified_by_what_the_robots_know(log: list[Line], found: str) -> None:
+def test_operator_needed_is_justified_by_the_knowledge_of_the_robots(
+    log: list[Line], found: str
+) -> None:
     assert found in judged_by_log(TRAPPED, log, NEEDED)
     assert bool(found) == bool(judged_by_log(TRAPPED, log, NEEDED))
 

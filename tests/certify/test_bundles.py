@@ -71,7 +71,7 @@ def test_the_run_of_a_large_team_is_proven(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["hello", "case_study_3", "unrealizable/forbidden_way"])
-def test_a_copy_of_the_checker_says_the_same_and_leaves_the_bundle_as_it_is(name: str) -> None:
+def test_a_copy_of_the_checker_reports_the_same_and_leaves_the_bundle_unchanged(name: str) -> None:
     bundle = shipped(name)
     before = {path: path.read_bytes() for path in bundle.rglob("*") if path.is_file()}
     assert run_checker(bundle) == judged(bundle)
@@ -327,7 +327,7 @@ def test_the_end_is_claimed_with_its_rounds(name: str, often: str) -> None:
     assert f"every robot has met its objective {often} the last resolution" in end
 
 
-def test_the_page_says_names_and_draws_robots_as_the_replay() -> None:
+def test_the_page_names_and_draws_robots_as_the_replay() -> None:
     bundle = bundle_at("named", NAMED)
     assert run_checker(bundle)[0] == 0
     page = (bundle / "index.html").read_text().replace("\n", " ")

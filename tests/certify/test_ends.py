@@ -62,7 +62,7 @@ limits: {{ticks: 30}}
 
 
 @pytest.mark.parametrize("avoid", [[], [6]], ids=["possible", "impossible"])
-def test_what_a_robot_cannot_do_alone_is_claimed_without_the_others(
+def test_the_limits_of_a_robot_alone_are_claimed_without_the_others(
     avoid: list[int], tmp_path: Path
 ) -> None:
     scenario = tmp_path / "counting.yaml"
@@ -77,7 +77,7 @@ def test_what_a_robot_cannot_do_alone_is_claimed_without_the_others(
 
 
 @pytest.mark.parametrize("seed", [0, 1])
-def test_a_bundle_says_which_assumption_failed(seed: int, tmp_path: Path) -> None:
+def test_a_bundle_names_the_assumption_that_failed(seed: int, tmp_path: Path) -> None:
     scenario = load_scenario(SCENARIOS / "case_study_3_beliefs.yaml")
     trace = tmp_path / "run.jsonl"
     with TraceWriter(trace) as writer:

@@ -46,7 +46,7 @@ def test_an_assumption_behind_a_separator_is_refused(separator: str) -> None:
 
 
 @pytest.mark.parametrize("separator", SEPARATORS, ids=ids)
-def test_verify_says_where_the_separator_is(separator: str, tmp_path: Path) -> None:
+def test_verify_reports_the_position_of_the_separator(separator: str, tmp_path: Path) -> None:
     (tmp_path / "spec").write_bytes(HIDDEN.format(separator).encode())
     (tmp_path / "strategy").write_text(json.dumps(STRATEGY))
     done = warm.safenav("verify", "spec", "strategy", cwd=tmp_path)

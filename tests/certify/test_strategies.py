@@ -90,7 +90,7 @@ def test_nodes_that_lead_nowhere_are_refused(state: list[int], trans: list[int])
         checker.Strategy(document(["x"], [state], [trans]), [])
 
 
-def test_components_come_after_what_they_lead_to() -> None:
+def test_components_follow_their_successors() -> None:
     assert components([[1], [2], [1, 3], []]) == [[3], [2, 1], [0]]
 
 

@@ -175,7 +175,7 @@ SWAP = [no_orders, circle, leap, begins_elsewhere, another_plan, ended_plan]
     [*(("case_study_3", each) for each in CHAIN), *(("corridor_swap", each) for each in SWAP)],
     ids=lambda each: getattr(each, "__name__", each),
 )
-def test_what_is_tampered_with_is_refused(name: str, tamper: Tamper, tmp_path: Path) -> None:
+def test_tampered_bundles_are_refused(name: str, tamper: Tamper, tmp_path: Path) -> None:
     bundle = shipped(name)
     lines = lines_of(files_of(bundle))
     before = json.dumps(lines)

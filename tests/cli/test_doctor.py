@@ -53,7 +53,7 @@ def test_requirements_are_those_of_the_project() -> None:
     assert set(requirements("maps")) < set(requirements("pictures"))
 
 
-def test_hints_install_what_is_missing_and_nothing_of_another_name() -> None:
+def test_hints_install_the_missing_package_and_nothing_of_another_name() -> None:
     """safenav is on no index: a command that names it would install somebody else's package."""
     assert str(missing("this", "cyclonedds", "ros2")).endswith(" install 'cyclonedds>=11,<12'")
     wanted: list[str] = []

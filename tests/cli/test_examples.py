@@ -59,7 +59,7 @@ def test_the_examples_run_one_after_the_other(name: str, tmp_path: Path) -> None
         assert done.returncode == expected, f"{command}\n{done.stdout}{done.stderr}"
 
 
-def test_the_first_example_of_all_is_one_too() -> None:
+def test_the_first_example_of_all_is_also_an_example() -> None:
     assert (
         examples(inspect.cleandoc(str(group.help)))[0]
         == "safenav new lab.yaml && safenav run lab.yaml"

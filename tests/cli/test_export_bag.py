@@ -41,7 +41,9 @@ def read(bag: Path) -> dict[str, list[tuple[float, Any]]]:
     return found
 
 
-def test_the_bag_tells_what_the_trace_tells(safenav: Command, trace: Path, tmp_path: Path) -> None:
+def test_the_bag_holds_the_facts_of_the_trace(
+    safenav: Command, trace: Path, tmp_path: Path
+) -> None:
     done = safenav("export", trace, "-o", "run.mcap", "--side", "0.5")
     assert done.returncode == 0, done.stderr
     bag = read(tmp_path / "run.mcap")

@@ -40,7 +40,7 @@ def test_a_trace_is_read_from_standard_input() -> None:
     assert done.returncode == 0 and "<stdin>" in done.stdout
 
 
-def test_a_cache_that_cannot_be_written_is_told_without_code(tmp_path: Path) -> None:
+def test_a_cache_that_cannot_be_written_is_reported_without_code(tmp_path: Path) -> None:
     (tmp_path / "s.yaml").write_text(GOOD)
     (tmp_path / "file").write_text("in the way")
     script = f"import sys; sys.argv = ['safenav', 'check', 's.yaml']; {MAIN}"
@@ -54,7 +54,7 @@ def test_a_cache_that_cannot_be_written_is_told_without_code(tmp_path: Path) -> 
     assert "warnings.warn" not in done.stderr and ".py" not in done.stderr
 
 
-def test_an_output_on_a_full_disk_is_no_defect() -> None:
+def test_an_output_on_a_full_disk_is_not_a_defect() -> None:
     script = f"import sys; sys.argv = ['safenav', 'new', '--catalogue']; {MAIN}"
     with Path("/dev/full").open("w") as full:
         done = subprocess.run(

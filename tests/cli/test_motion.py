@@ -46,14 +46,14 @@ def moved(safenav: Command, tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_run_with_motion_is_what_the_motion_command_makes(safenav: Command, moved: Path) -> None:
+def test_run_with_motion_equals_the_motion_command(safenav: Command, moved: Path) -> None:
     again = safenav("export", "run.jsonl", "--motion", "again.jsonl")
     assert again.returncode == 0
     assert (moved / "again.jsonl").read_text() == (moved / "run.motion.jsonl").read_text()
     assert "using 2.7 m (change with --side M)" in again.stderr
 
 
-def test_run_with_motion_says_before_it_begins_who_cannot_move(
+def test_run_with_motion_names_immovable_robots_before_the_run(
     safenav: Command, tmp_path: Path
 ) -> None:
     large = scenario(tmp_path, metres="resolution: 1", motion="speed: 1, size: 1.2")
@@ -109,7 +109,7 @@ def test_motion_of_another_trace_is_a_finding(safenav: Command, moved: Path) -> 
     ],
     ids=["no parameters", "too large a body", "too small a region"],
 )
-def test_who_cannot_move_so_is_told_and_nothing_is_written(
+def test_a_robot_that_cannot_move_so_is_reported_and_nothing_is_written(
     safenav: Command, tmp_path: Path, motion: str, metres: str, words: str
 ) -> None:
     path = scenario(tmp_path, motion=motion, metres=metres)

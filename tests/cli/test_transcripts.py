@@ -47,7 +47,7 @@ def written(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("file", sorted(TRANSCRIPTS.glob("*.txt")), ids=lambda file: file.stem)
-def test_commands_print_what_their_transcript_says(file: Path, tmp_path: Path) -> None:
+def test_commands_print_their_transcript(file: Path, tmp_path: Path) -> None:
     written(tmp_path)
 
     def run(words: list[str], variables: Mapping[str, str]) -> tuple[int, str]:

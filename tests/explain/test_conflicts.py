@@ -23,7 +23,7 @@ b'
 DROP = beside(__file__, "scenarios/conflicts_drop.yaml")
 
 
-def test_without_time_only_what_is_proven_is_printed(
+def test_without_time_only_proven_results_are_printed(
     tmp_path: Path, invoke: Invoke, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("safenav.explain.realizability.BUDGET_SECONDS", 0.0)

@@ -85,7 +85,7 @@ obstacles: [{type: crate, region: [2, 4]}]
     assert found.tried
 
 
-def test_a_deadlock_is_repaired_by_a_region_to_give_way() -> None:
+def test_a_deadlock_is_repaired_by_a_region_to_step_aside() -> None:
     found = explained(NARROW)
     assert found.result.cause == "deadlock"
     assert "deadlock; none of the" in found.chain[0]

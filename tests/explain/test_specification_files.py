@@ -96,7 +96,7 @@ def test_an_unrealizable_one_gets_the_strategy_of_the_environment(
     assert invoke(verify, "--counterstrategy", file, strategy).status == 0
 
 
-def test_initial_inputs_that_win_at_once_are_named(tmp_path: Path, invoke: Invoke) -> None:
+def test_initial_inputs_that_win_immediately_are_named(tmp_path: Path, invoke: Invoke) -> None:
     """The environment needs no strategy then: an automaton without nodes is one."""
     text = "[INPUT]\nz\nw\n[OUTPUT]\ny\n[SYS_INIT]\nz -> y\n!w -> !y\n[SYS_LIVENESS]\ny\n"
     file = written(tmp_path, "at_once.structuredslugs", text)
@@ -185,7 +185,7 @@ def test_a_win_against_its_own_assumptions_is_a_warning(tmp_path: Path, invoke: 
         (DOOR.replace("[SYS_LIVENESS]", "[LIVENESS]"), "door:11:"),
     ],
 )
-def test_flaws_are_shown_at_their_places(
+def test_errors_are_shown_at_their_positions(
     text: str, said: str, tmp_path: Path, invoke: Invoke
 ) -> None:
     file = written(tmp_path, "door", text)

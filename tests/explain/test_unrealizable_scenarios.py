@@ -95,7 +95,7 @@ def test_shipped_cores_do_not_depend_on_other_robots() -> None:
 
 
 @shipped
-def test_without_permission_unreachable_targets_are_no_valid_scenario(file: Path) -> None:
+def test_without_permission_unreachable_targets_are_not_a_valid_scenario(file: Path) -> None:
     found = _explained(file)
     lost = bool(found.diagnosis.lost) or found.cause is NoStrategyCause.ONE_WAY
     if not lost or found.cause is NoStrategyCause.CROSSING:

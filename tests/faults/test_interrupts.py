@@ -139,7 +139,7 @@ def finished(inputs: Path, tmp_path_factory: pytest.TempPathFactory) -> Callable
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(COUNT))
-def test_an_interrupted_command_says_nothing_false(
+def test_an_interrupted_command_prints_nothing_false(
     seed: int, inputs: Path, finished: Callable[[str], Finished], tmp_path: Path
 ) -> None:
     random = Random(seed)

@@ -82,7 +82,7 @@ def test_a_run_in_which_all_keep_the_rules_breaks_no_assumption() -> None:
     assert not run.all("assumption")
 
 
-def test_where_no_strategy_is_left_the_run_ends_with_the_broken_assumption() -> None:
+def test_without_a_strategy_the_run_ends_with_the_broken_assumption() -> None:
     scenario, run = loaded(HALL), Run()
     result = Mission(scenario, Once(), world=Carried(scenario), listeners=[run]).run()
     assert result.outcome is Outcome.ASSUMPTION_VIOLATED

@@ -172,7 +172,7 @@ def test_an_action_is_always_answered(result: ActResult) -> None:
         (ActResult.FAILED, "", ""),
     ],
 )
-def test_a_robot_acts_on_what_only_the_fleet_knows(
+def test_a_robot_acts_on_obstacles_that_only_the_fleet_knows(
     result: ActResult, why: str, reason: str
 ) -> None:
     """It entered the door that it had found: the team has not heard of that."""

@@ -204,7 +204,7 @@ def test_a_robot_whose_programs_die_is_reported_as_lost(lab: Lab) -> None:
 
 @pytest.mark.parametrize("lab", labs((FIRST, "ros2")), indirect=True)
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL], ids=str)
-def test_no_robot_goes_on_beyond_its_goal_when_safenav_ends(
+def test_no_robot_continues_beyond_its_goal_when_safenav_ends(
     lab: Lab, number: signal.Signals
 ) -> None:
     process = under_way(lab, 6)
@@ -342,7 +342,7 @@ ELSEWHERE = "objective digit {visit: [[2, 3]]}\n\n"
 
 @pytest.mark.slow
 @pytest.mark.parametrize("answer", [ELSEWHERE, None], ids=["tells", "ends"])
-def test_a_drive_asks_its_operator_and_is_shown(tmp_path: Path, answer: str | None) -> None:
+def test_a_drive_queries_its_operator_and_is_shown(tmp_path: Path, answer: str | None) -> None:
     """Who answers by Ctrl-C ends the run."""
     scenario, fleet, trace = (tmp_path / name for name in ("hall.yaml", "fleet.yaml", "t.jsonl"))
     scenario.write_text(DEBRIS)

@@ -141,7 +141,7 @@ def test_a_lost_robot_reports_the_reason(case: str) -> None:
 
 
 @pytest.mark.parametrize("back", [False, True])
-def test_a_robot_that_refuses_goals_is_asked_again_after_a_pause(back: bool) -> None:
+def test_a_goal_is_sent_again_after_a_pause_to_a_robot_that_refused_it(back: bool) -> None:
     """It was asked three times within milliseconds: an emergency stop of a second lost it."""
     world, robots, scenario = started()
     robots.script = [("rejected", None)] * (3 if back else 1)

@@ -303,7 +303,7 @@ def test_a_walker_that_falls_is_lost_and_its_plan_ends_there() -> None:
 
 
 @pytest.mark.parametrize(("model", "by"), [("quadcopter", "door"), ("mir250", "debris")])
-def test_a_robot_stopped_by_an_unseen_obstacle_goes_back(model: str, by: str) -> None:
+def test_a_robot_stopped_by_an_unseen_obstacle_returns(model: str, by: str) -> None:
     """Its plan is held where it is stopped, and the check counts how often. One that drives
     needs more time to turn round there than to cross a region: it has that."""
     pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")

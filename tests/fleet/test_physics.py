@@ -190,7 +190,7 @@ def yard(*obstacles: Obstacle) -> Physics:
     return watched(Physics(Places(scenario.map, scenario.map.frame), scenario.robots, obstacles))
 
 
-def test_two_robots_lift_what_one_cannot() -> None:
+def test_two_robots_lift_a_load_too_heavy_for_one() -> None:
     physics = yard(CRATE)
     physics.perform("left", "lift")
     assert ended(physics, "left", "acted") == "failed"
@@ -222,7 +222,7 @@ def ahead(physics: Physics) -> float:
     return float(physics.scan("left")[1][0])
 
 
-def test_obstacles_come_and_go_at_their_times() -> None:
+def test_obstacles_appear_and_disappear_at_their_times() -> None:
     """One that appears where an equal one has been is another one; none appears around a robot."""
     physics = yard(replace(CRATE, goes=2), replace(CRATE, appears=4))
     assert ahead(physics) < 1.5

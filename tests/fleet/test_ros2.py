@@ -17,7 +17,7 @@ def odometry(w: float, x: float, y: float, z: float, east: float = 1.0) -> Messa
 
 
 @pytest.mark.parametrize("yaw", [0.0, 1.0, pi / 2, 3.0, -3.0, -pi / 2])
-def test_a_direction_comes_back_as_it_was_sent(yaw: float) -> None:
+def test_a_direction_is_received_as_it_was_sent(yaw: float) -> None:
     z, w = streams.facing(yaw)
     found = streams.located("digit", 7.5, odometry(w, 0.0, 0.0, z))
     assert found == Located("digit", 7.5, 1.0, -2.0, pytest.approx(yaw))
@@ -121,7 +121,7 @@ def test_a_stream_is_the_reference_sample_by_sample() -> None:
     assert [rates[0].linear.x for rates in (point.velocities, point.accelerations)] == [13.0, 16.0]
 
 
-def test_steps_tell_both_feet_from_each_landing_on() -> None:
+def test_steps_describe_both_feet_from_each_landing_on() -> None:
     numpy = pytest.importorskip("numpy", reason="references need the extra 'motion'")
     from safenav.fleet.setpoints import PERIOD, Setpoints
     from safenav.motion.file import Foothold
@@ -140,7 +140,7 @@ def test_steps_tell_both_feet_from_each_landing_on() -> None:
     assert found[2][1] == ((1.6, 0.2, 0.0, 0.2), (2.0, -0.2, 0.0, 0.3))
 
 
-def test_news_of_a_reader_that_is_gone_are_ignored() -> None:
+def test_messages_of_a_reader_that_has_left_are_ignored() -> None:
     """A drive that ends closes its readers while robots still send."""
     pytest.importorskip("cyclonedds", reason="the ROS 2 transport needs the extra 'ros2'")
     from safenav.fleet.ros2.node import Taking

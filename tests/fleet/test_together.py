@@ -54,7 +54,7 @@ def test_a_robot_gets_a_battery_in_a_drive() -> None:
     assert check_trace(drive.lines).findings == () and drive.judged() == []
 
 
-def test_the_motion_of_a_drive_that_is_over_at_once_is_clean() -> None:
+def test_the_motion_of_a_drive_that_ends_immediately_is_clean() -> None:
     drive = driven(CORRIDOR.replace("[[1, 6]]", "[[1, 1]]"), CLOSED)
     assert drive.trace.outcome is not None and drive.trace.outcome.outcome == "completed"
     assert drive.judged() == []

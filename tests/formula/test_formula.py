@@ -89,7 +89,7 @@ def test_a_printed_formula_reads_back_unchanged(formula: syntax.Formula) -> None
 
 
 @given(st.text(alphabet="abx019 '()!&|^-<>=+~/\\FGUWXnextTRUE@.é#*", max_size=40))
-def test_any_text_gives_a_formula_or_an_error_with_a_place(text: str) -> None:
+def test_any_text_gives_a_formula_or_an_error_with_a_position(text: str) -> None:
     column = 1
     try:
         formula = parse(text)
@@ -122,7 +122,7 @@ def test_aliases_mean_the_same(alias: str, plain: str) -> None:
 @pytest.mark.parametrize(
     ("text", "column", "words"), yaml.safe_load(beside(__file__, "errors.yaml"))
 )
-def test_errors_point_at_the_place(text: str, column: int, words: str) -> None:
+def test_errors_point_at_the_position(text: str, column: int, words: str) -> None:
     with pytest.raises(FormulaError, match=f"column {column}: .*{words}") as caught:
         parse(text)
     assert caught.value.column == column

@@ -73,7 +73,7 @@ def wheel() -> Path:
 
 
 @pytest.mark.slow
-def test_one_wheel_serves_every_python_and_holds_what_is_needed(wheel: Path) -> None:
+def test_one_wheel_serves_every_python_and_is_complete(wheel: Path) -> None:
     assert "-py3-none-" in wheel.name
     assert "-linux_" not in wheel.name, "pip takes no such wheel from an index"
     names = zipfile.ZipFile(wheel).namelist()
@@ -90,7 +90,7 @@ def test_one_wheel_serves_every_python_and_holds_what_is_needed(wheel: Path) -> 
     assert not [name for name in names if name.startswith("proof/")]
 
 
-def test_nothing_but_what_needs_numpy_loads_it() -> None:
+def test_only_modules_that_need_numpy_load_it() -> None:
     """What every command and the workers of a batch load when they begin."""
     program = (
         "import sys; sys.modules['numpy'] = None\n"
@@ -136,7 +136,7 @@ def test_a_new_environment_without_compiler_plays_a_scenario_elsewhere(
 
 
 @pytest.mark.slow
-def test_an_installation_without_compiler_names_what_is_missing(tmp_path: Path) -> None:
+def test_an_installation_without_compiler_names_the_missing_program(tmp_path: Path) -> None:
     settings = f"--config-settings=build-dir={tmp_path / 'build'}"
     done = ran(
         [sys.executable, "-m", "pip", "wheel", "--no-deps", settings, "-w", tmp_path, ROOT],
@@ -147,7 +147,7 @@ def test_an_installation_without_compiler_names_what_is_missing(tmp_path: Path) 
 
 
 @pytest.mark.slow
-def test_without_numpy_a_map_file_is_refused_with_what_to_install(
+def test_without_numpy_a_map_file_is_refused_with_the_extra_to_install(
     wheel: Path, tmp_path: Path
 ) -> None:
     """Found from the wheel alone: it is unpacked, and numpy is hidden from it."""

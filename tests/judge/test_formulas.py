@@ -25,7 +25,7 @@ from safenav.judge.formulas import Formulas, UnreadError
         ("~(region >= 4) /\\ region < 4 --> X(region > 3)", True),
     ],
 )
-def test_formulas_mean_what_the_reference_says(formula: str, holds: bool) -> None:
+def test_formulas_agree_with_the_reference(formula: str, holds: bool) -> None:
     """At a step from 3 to 4."""
     assert Formulas({"safety": [formula]}).allows((3, None), (4, None)) is holds
 

@@ -38,7 +38,7 @@ def test_it_needs_python_alone_and_runs_no_text(file: Path) -> None:
     assert not names & RUNS
 
 
-def test_each_rule_says_what_it_requires() -> None:
+def test_each_rule_states_its_requirement() -> None:
     names = [rule.name for rule in FACTS]
     assert len({*names}) == len(names)
     for rule in FACTS:

@@ -29,7 +29,7 @@ def test_a_run_on_a_large_map_is_judged() -> None:
     assert moved != lines and check_trace(moved).findings
 
 
-def test_a_proof_on_a_large_map_is_said_not_to_be_judged() -> None:
+def test_a_proof_on_a_large_map_is_reported_as_not_judged() -> None:
     found = check_trace(lines_of(LARGE + "obstacles: [{type: door, region: [1, 2]}]\n"))
     assert not found.findings
     assert any("the map has more than" in note.explanation for note in found.notes)

@@ -133,7 +133,9 @@ ORDERED = [[a, b] for a in FREE for b in FREE if a < b]
         ("robots", [], "no robots"),
     ],
 )
-def test_robots_that_cannot_pass_each_other_are_stuck(field: str, value: Any, reason: str) -> None:
+def test_robots_that_cannot_pass_each_other_are_in_deadlock(
+    field: str, value: Any, reason: str
+) -> None:
     proof = changed(joint(PASSING, ORDERED), field, to=value)
     found = reasons(PASSING, [], "a", proof, "deadlock")
     assert reason in found if reason else found == ""

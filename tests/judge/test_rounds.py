@@ -40,7 +40,7 @@ def test_no_run_is_completed_one_tick_too_early(name: str) -> None:
 
 @pytest.mark.parametrize("ends", [False, True])
 @pytest.mark.parametrize("in_order", [False, True])
-def test_all_rounds_met_in_one_place_are_counted_at_once(in_order: bool, ends: bool) -> None:
+def test_all_rounds_met_in_one_region_are_counted_together(in_order: bool, ends: bool) -> None:
     """A run of a trillion rounds is judged as fast as one of three."""
     pose: Pose = (7, None)
     own = Goals([frozenset({pose})] * 2, in_order, False, in_order and ends, [], False)

@@ -509,7 +509,7 @@ def test_a_flight_in_wind_is_recorded_without_gaps() -> None:
     ],
     ids=["a spin", "from turning to driving at once", "sideways"],
 )
-def test_a_rover_neither_spins_nor_starts_at_once_nor_slips(
+def test_a_rover_neither_spins_nor_starts_instantly_nor_slips(
     curves: tuple[Curve, ...], rule: str, words: str
 ) -> None:
     rovers = {n for n, own in motion("warehouse").header.robots.items() if own["kind"] == "rover"}

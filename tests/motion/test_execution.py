@@ -55,7 +55,7 @@ def rules(drive: Drive, motion: Motion) -> set[str]:
     return {finding.rule for finding in drive.judged(motion)}
 
 
-def test_a_drive_is_accepted_and_its_errors_are_told(drive: Drive) -> None:
+def test_a_drive_is_accepted_and_its_errors_are_reported(drive: Drive) -> None:
     assert drive.judged() == []
     found = {one.robot: one for one in trackings(drive.motion, drive.trace)}
     assert found["spot"].driven == "goals" and found["spot"].off < 0.1
@@ -87,7 +87,7 @@ def test_a_robot_that_lags_is_found(drive: Drive) -> None:
     ],
     ids=["another attempt", "failed", "untold", "late"],
 )
-def test_a_robot_that_is_held_as_soon_as_it_lags_breaks_no_rule_if_the_trace_tells_why(
+def test_a_robot_held_when_it_lags_breaks_no_rule_if_the_trace_records_the_reason(
     drive: Drive, many: int, told: dict[str, Any], wrong: bool
 ) -> None:
     """A drive holds it at the first measurement beyond the tolerance, never much later."""
@@ -231,7 +231,7 @@ def _rows(motion: Motion, robot: str) -> list[Measurement]:
     return [row for line in found for row in line.rows]
 
 
-def test_exports_and_requirements_take_what_was_measured_or_sent(drive: Drive) -> None:
+def test_exports_and_requirements_use_measured_or_sent_values(drive: Drive) -> None:
     ways = {one.robot for one in timed_waypoints(drive.motion)}
     assert ways == set(drive.motion.header.robots)
     spot = [one for one in timed_waypoints(drive.motion) if one.robot == "spot"]

@@ -161,7 +161,7 @@ def test_flight_in_wind_has_its_attitude_and_its_reference() -> None:
     assert np.abs(length - 1).max() < 0.01
 
 
-def test_timed_waypoints_are_where_and_when_moves_end() -> None:
+def test_timed_waypoints_are_the_ends_of_moves() -> None:
     found = waypoints.timed_waypoints(motion(NAME))
     quad = [waypoint for waypoint in found if waypoint.robot == "quad"]
     assert quad[0].t == 0

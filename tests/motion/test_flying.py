@@ -114,7 +114,7 @@ def test_command_keeps_to_the_tilt_limit_and_turns_back_at_the_border() -> None:
     assert tracker.failed == 0
 
 
-def test_border_that_is_already_crossed_is_no_failure() -> None:
+def test_a_border_that_is_already_crossed_is_not_a_failure() -> None:
     tracker = AxisTracker(1.0, 3.4)
     wanted = np.tile([0.0, 0.0, 0.0], (HORIZON, 1))
     back = tracker.command(wanted, np.full(HORIZON, -0.5), np.full(HORIZON, 0.5))

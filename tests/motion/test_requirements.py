@@ -183,7 +183,7 @@ def slack(tree: Node, record: Made, grid: float) -> float:
 
 
 @pytest.mark.parametrize("seed", range(FIRST, FIRST + FORMULAS, 10))
-def test_robustness_is_what_the_definition_says(seed: int) -> None:
+def test_robustness_agrees_with_its_definition(seed: int) -> None:
     for number in range(10):
         chance = random.Random(1000 * seed + number)
         record = made(chance, finished=chance.random() < 0.5)
@@ -253,7 +253,7 @@ def _leaves(tree: Node) -> list[Node]:
 
 
 @pytest.mark.parametrize("seed", range(FIRST, FIRST + FORMULAS, 10))
-def test_whatever_comes_after_the_record_is_in_the_interval(seed: int) -> None:
+def test_every_continuation_of_the_record_is_in_the_interval(seed: int) -> None:
     for number in range(5):
         chance = random.Random(7000 * (seed + 1) + number)
         whole = made(chance, length=14)
@@ -270,7 +270,7 @@ def test_whatever_comes_after_the_record_is_in_the_interval(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_coarse_samples_err_by_no_more_than_they_say(seed: int) -> None:
+def test_coarse_samples_err_by_at_most_their_bound(seed: int) -> None:
     @dataclass(frozen=True)
     class Waves:
         rate: float
@@ -315,7 +315,7 @@ WRONG = [
 
 
 @pytest.mark.parametrize(("text", "column", "words"), WRONG, ids=[text[:20] for text, *_ in WRONG])
-def test_an_error_names_the_column_and_what_to_write(text: str, column: int, words: str) -> None:
+def test_an_error_names_the_column_and_the_fix(text: str, column: int, words: str) -> None:
     with pytest.raises(FormulaError) as caught:
         parse_requirement(text)
     assert caught.value.column == column
@@ -354,7 +354,7 @@ def test_case_study_1_is_judged_on_its_motion() -> None:
     assert shown.low.max() > 5 > 1 > shown.low.min()
 
 
-def test_a_page_says_why_a_requirement_is_not_evaluated() -> None:
+def test_a_page_states_the_reason_if_a_requirement_is_not_evaluated() -> None:
     """Its page had no curve, and no word about it."""
     trace = trace_of("case_study_1")
     scenario = replace(trace.header.scenario, requirements={"fast": "always(speed(nobody) > 1)"})

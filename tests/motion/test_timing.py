@@ -190,7 +190,7 @@ def together(one: list[tuple[float, float]], other: list[tuple[float, float]]) -
     return max(min(e, f) - max(b, c) for b, e in one for c, f in other)
 
 
-def test_robots_of_any_pace_are_never_together_where_the_scenario_forbids_it() -> None:
+def test_robots_of_any_pace_are_never_together_in_a_forbidden_zone() -> None:
     trace = read_bytes(played(APART))
     runs = [[*motion_of(trace).lines], *(strolled(trace, seed) for seed in range(SLOWED))]
     for run in runs:

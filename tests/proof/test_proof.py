@@ -238,7 +238,7 @@ def test_synth_writes_the_measures_that_the_program_reads(
     assert (done.returncode, done.stdout) == (0, says)
 
 
-def test_the_program_refuses_what_it_cannot_read(program: Path, tmp_path: Path) -> None:
+def test_the_program_refuses_unreadable_files(program: Path, tmp_path: Path) -> None:
     case = of_scenario("hello")[0]
     assert replace(case, text="[INPUT").proved(program, tmp_path) == (
         "the text of the specification is not understood"

@@ -42,6 +42,6 @@ def test_each_kind_of_prose_is_read() -> None:
     } <= kinds
 
 
-def test_an_odd_phrase_is_found_with_its_place() -> None:
+def test_an_odd_phrase_is_found_with_its_line() -> None:
     odd = Sentence("a.py", 3, "message", "nobody goes on for ever")
     assert [line.split("'")[1] for line in flagged([odd])] == ["for ever", "goes on", "nobody"]

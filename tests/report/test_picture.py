@@ -67,7 +67,7 @@ def test_the_map_is_cropped_and_words_lead_to_their_region(replays: dict[str, Ru
     assert (float(dot.attrib["cx"]), float(dot.attrib["cy"])) == (8.5 * 48, 4 * 48)  # the door
 
 
-def test_the_next_target_is_filled_and_the_way_there_dashed(replays: dict[str, Run]) -> None:
+def test_the_next_target_is_filled_and_the_route_there_dashed(replays: dict[str, Run]) -> None:
     run = replays["door"]
     quad = run.at(0).robots[0]
     assert quad.aim == 54 or quad.aim == 49

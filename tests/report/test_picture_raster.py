@@ -29,7 +29,7 @@ def _rgb(colour: str) -> tuple[int, ...]:
     return tuple(int(colour[i : i + 2], 16) for i in (1, 3, 5))
 
 
-def test_a_png_is_as_wide_as_asked_and_shows_the_robots(replays: dict[str, Run]) -> None:
+def test_a_png_has_the_requested_width_and_shows_the_robots(replays: dict[str, Run]) -> None:
     png = png_of(svg_of(replays["door"].at(11)), width=900)
     assert Image.open(io.BytesIO(png)).size[0] == 900
     colours = _colours(png)
@@ -37,7 +37,7 @@ def test_a_png_is_as_wide_as_asked_and_shows_the_robots(replays: dict[str, Run])
 
 
 @pytest.mark.parametrize(("title", "own"), [("Übung → λ", True), ("№ 7", False), ("机器人", False)])
-def test_letters_that_our_fonts_lack_come_from_the_system(
+def test_letters_missing_in_the_fonts_are_drawn_by_the_system(
     replays: dict[str, Run], monkeypatch: pytest.MonkeyPatch, title: str, own: bool
 ) -> None:
     """They were left out."""
@@ -53,7 +53,7 @@ def test_letters_that_our_fonts_lack_come_from_the_system(
     assert asked == [own]
 
 
-def test_a_film_rests_where_something_happens(replays: dict[str, Run], tmp_path: Path) -> None:
+def test_a_film_rests_at_events(replays: dict[str, Run], tmp_path: Path) -> None:
     path = tmp_path / "door.gif"
     frames: list[None] = []
     some = Film(first=9, last=13, speed=4, width=400)

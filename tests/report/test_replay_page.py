@@ -100,7 +100,7 @@ def test_the_state_of_a_tick_is_that_of_the_trace(
 
 
 @pytest.mark.parametrize("tick", [2, 12, 20])
-def test_each_robot_shows_its_current_target_and_the_way_there(
+def test_each_robot_shows_its_current_target_and_the_route_there(
     browser: Browser, pages: dict[str, Path], tick: int
 ) -> None:
     browser.open(pages["door"], f"#tick={tick}")
@@ -125,9 +125,7 @@ def test_each_robot_shows_its_current_target_and_the_way_there(
             assert (x, y) == ((first % 13 + 0.5) * CELL, (first // 13 + 0.5) * CELL), name
 
 
-def test_events_lead_to_their_moment_and_their_place(
-    browser: Browser, pages: dict[str, Path]
-) -> None:
+def test_events_lead_to_their_tick_and_region(browser: Browser, pages: dict[str, Path]) -> None:
     browser.open(pages["door"])
     browser.one('.event[data-kind="resolved"]').click()
     assert browser.tick == 16
@@ -181,7 +179,7 @@ def test_the_address_names_the_tick(browser: Browser, pages: dict[str, Path]) ->
         browser.wait(lambda tick=tick: browser.tick == tick)
 
 
-def test_what_the_map_shows_can_be_chosen(browser: Browser, pages: dict[str, Path]) -> None:
+def test_the_contents_of_the_map_can_be_chosen(browser: Browser, pages: dict[str, Path]) -> None:
     browser.open(pages["door"])
     browser.one(".show summary").click()
     shown = {

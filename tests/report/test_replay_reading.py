@@ -59,7 +59,7 @@ def test_a_request_leaves_the_stack_wherever_it_stands_in_it(tmp_path: Path) -> 
     assert replay.stack.at(pops[1]["tick"]) == ()
 
 
-def test_between_two_ticks_a_robot_is_on_its_way(replays: dict[str, Run]) -> None:
+def test_between_two_ticks_a_robot_is_in_transit(replays: dict[str, Run]) -> None:
     replay = replays["door"]
     digit = replay.robots[1]
     world = replay.map

@@ -63,7 +63,7 @@ def test_an_action_is_an_event_when_it_begins(browser: Browser, page: Path, repl
     assert any("digit acts on door@47" in text for text in shown)
 
 
-def test_a_robot_is_between_two_regions_while_it_is_under_way(
+def test_a_robot_in_transit_is_between_two_regions(
     browser: Browser, page: Path, replay: Run
 ) -> None:
     step = replay.track("quad").steps[2]

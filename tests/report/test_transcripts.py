@@ -121,7 +121,7 @@ def _words(run: Run) -> Iterator[str]:
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_people_see_of_a_run_what_they_saw(name: str) -> None:
+def test_the_words_of_a_run_stay_the_same(name: str) -> None:
     found, file = transcript(CASES[name]()), TRANSCRIPTS / f"{name}.txt"
     if os.environ.get("SAFENAV_GOLDEN"):
         file.write_text(found, encoding="utf-8")

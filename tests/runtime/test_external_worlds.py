@@ -402,7 +402,7 @@ class Early(Bare):
         return super().start(robot, pose, command)
 
 
-def test_what_a_sensor_shows_is_closed_although_it_is_listed_for_later() -> None:
+def test_a_sensed_obstacle_is_closed_although_it_is_listed_for_later() -> None:
     scenario = loaded("""
 map: {grid: ["....", "...."]}
 catalogue:

@@ -119,7 +119,7 @@ def test_a_robot_out_of_service_is_replaced_or_an_operator_is_needed(
     assert len(asked) == helpers
 
 
-def test_an_obstacle_that_comes_again_has_the_truth_of_its_entry() -> None:
+def test_an_obstacle_that_reappears_has_the_truth_of_its_entry() -> None:
     """Two of one name, the second of which turns out otherwise."""
     first, second = "{type: uncertainty, region: 43", "{type: uncertainty, region: 43, from: 15"
     entries = f"[{first}, until: 15, traversable: true}}, {second}, traversable: false}}]"
@@ -196,7 +196,7 @@ def test_an_impossible_intervention_is_refused_at_the_call(
 
 
 @pytest.mark.parametrize("wanted", [PutBack("cart", Pose(20)), MarkPermanent("door@29")], ids=str)
-def test_what_only_live_runs_have_is_refused_in_lockstep(wanted: Any) -> None:
+def test_features_of_live_runs_are_refused_in_lockstep(wanted: Any) -> None:
     mission, _ = begin(HALL.replace("region: [3, 2]", "region: [2, 4]"))
     with pytest.raises(UsageError, match="only in live runs"):
         mission.intervene(wanted)

@@ -35,7 +35,7 @@ def run(program: str, folder: Path, environment: dict[str, str]) -> str:
     return found.stdout
 
 
-def test_a_world_moves_robots_one_region_at_a_time_and_never_into_what_is_closed(
+def test_a_world_moves_robots_one_region_at_a_time_and_never_into_closed_ones(
     tmp_path: Path, environment: dict[str, str]
 ) -> None:
     from safenav.checked_trace import check_trace
@@ -66,7 +66,7 @@ def test_the_programs_of_the_page_run(tmp_path: Path, environment: dict[str, str
         run(program, tmp_path, environment)
 
 
-def test_what_the_page_shows_of_a_mission_exists() -> None:
+def test_members_of_a_mission_that_the_page_names_exist() -> None:
     mission = safenav.Mission(safenav.load_scenario(ROOT / "scenarios" / "hello.yaml"))
     mission.start()
     for path in re.findall(r"`mission\.([\w.]+)", TEXT):

@@ -221,7 +221,7 @@ def carried(region: int) -> Callable[[Scenario], Faulty]:
     return lambda scenario: Faulty(scenario, nth(1, fault))
 
 
-def test_a_target_counts_where_a_robot_gets_to_it_with_another_heading() -> None:
+def test_a_target_counts_if_a_robot_reaches_it_with_another_heading() -> None:
     """Its new strategy begins there with that met; it went to it again before that counted."""
     run = completed(TURNED, world=carried(9))
     assert [goal["tick"] for goal in run.all("goal")] == [run.one("arrive", at=9)["tick"], 12]
@@ -381,7 +381,7 @@ def test_a_command_that_does_not_end_is_cancelled_and_its_robot_lost(
         pytest.param(lambda at: Acted(at, "a", []), set(), id="no end of a step"),
     ],
 )
-def test_a_robot_that_reports_an_impossible_place_is_lost(
+def test_a_robot_that_reports_an_impossible_region_is_lost(
     event: Callable[[float], WorldEvent], also: set[int]
 ) -> None:
     """It may be at both ends of its step, or where it says; no other robot enters these."""

@@ -41,6 +41,6 @@ def test_pickled_scenarios_and_results_are_equal() -> None:
     assert pickle.loads(pickle.dumps((scenario, result))) == (scenario, result)
 
 
-def test_pickling_a_mission_names_what_to_pickle_instead() -> None:
+def test_pickling_a_mission_names_the_alternative() -> None:
     with pytest.raises(TypeError, match="pickle its scenario or its result"):
         pickle.dumps(Mission(plan()))

@@ -133,7 +133,7 @@ def test_a_run_continues_although_an_obsolete_synthesis_never_ends(tmp_path: Pat
     assert run.outcome["outcome"] == "completed" and not run.findings
 
 
-def test_an_answer_that_comes_while_it_is_looked_for_is_not_lost(
+def test_a_result_that_arrives_during_the_look_up_is_not_lost(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """A question is answered between two looks: the run is told of it the next time."""

@@ -31,7 +31,7 @@ def robot(objective: str) -> Scenario:
     return load(f"robots:\n  ann: {{{start}, objective: {objective}}}\n")
 
 
-def test_rectangles_hold_their_free_regions_and_lists_what_they_name() -> None:
+def test_rectangles_hold_their_free_regions_and_lists_the_named_ones() -> None:
     assert robot("{hold: 8}").map.areas == {"west": WEST, "east": EAST, "corner": CORNER}
 
 

@@ -69,7 +69,7 @@ def test_plain_scalars_follow_the_core_schema(text: str, value: object) -> None:
         ("b: 1\na: \ud800", (2, 4), None),
     ],
 )
-def test_unusable_text_is_refused_with_a_place(
+def test_unusable_text_is_refused_with_a_position(
     text: str, place: tuple[int, int] | None, words: str | None
 ) -> None:
     with pytest.raises(DocumentError, match=words) as caught:
@@ -97,7 +97,7 @@ def test_aliases_cannot_explode() -> None:
     assert "aliases" in caught.value.hint
 
 
-def test_flaws_of_keys_do_not_hide_the_rest() -> None:
+def test_errors_in_keys_do_not_hide_the_rest() -> None:
     found = read_document("a: 1\na: 2\n3: x\n[b]: y\ntrue: z\nc: 4")
     assert isinstance(found.root, Mapping)
     assert [key.text for key, _ in found.root.entries] == ["a", "c"]

@@ -21,7 +21,7 @@ def test_there_are_invalid_scenarios() -> None:
 
 
 @pytest.mark.parametrize("file", FILES, ids=[file.stem for file in FILES])
-def test_every_mistake_is_reported_at_its_place(file: Path) -> None:
+def test_every_error_is_reported_at_its_position(file: Path) -> None:
     text = file.read_text(encoding="utf-8")
     announced = [ANNOUNCEMENT.match(line) for line in text.splitlines()]
     expected = [(int(m[1]), int(m[2]), m[3]) for m in announced if m]

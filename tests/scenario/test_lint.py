@@ -53,7 +53,7 @@ def test_warnings(row: dict[str, Any], tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("model", "side"), [("digit", 1.79), ("digit", 1.8), ("husky", 1.29), ("husky", 1.3)]
 )
-def test_what_has_no_room_is_what_motion_refuses(model: str, side: float, tmp_path: Path) -> None:
+def test_lint_and_motion_refuse_the_same_bodies(model: str, side: float, tmp_path: Path) -> None:
     scenario, trace = tmp_path / "s.yaml", tmp_path / "t.jsonl"
     scenario.write_text(
         f'safenav: 1\nmap: {{resolution: {side}, grid: ["####", "#..#", "#..#", "####"]}}\n'

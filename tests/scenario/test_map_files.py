@@ -96,7 +96,7 @@ def test_a_file_outside_the_folder_is_reported_before_it_is_read(
         assert told == [True] * outside
 
 
-def test_dust_and_walls_off_the_grid_are_walls_unless_a_share_is_asked_for() -> None:
+def test_dust_and_walls_off_the_grid_are_walls_unless_a_share_is_given() -> None:
     found = load("image: rooms_scanned.png, rows: 7, cols: 13", 15).grid_rows()
     assert found[2] == "##...#..##..#", "dust in column 5, walls one pixel too far in the east"
 
@@ -166,13 +166,15 @@ WRONG_KEYS = yaml.safe_load(beside(__file__, "map_keys.yaml"))
 
 
 @pytest.mark.parametrize(("written", "words"), WRONG_KEYS)
-def test_what_is_wrong_with_the_keys_of_a_map(written: str, words: str | None) -> None:
+def test_errors_in_the_keys_of_a_map_are_reported(written: str, words: str | None) -> None:
     found = mistakes(written, 0)
     told = " ".join(f"{d.found} {d.hint}" for d in found)
     assert words is None or re.search(words, told), told
 
 
-def test_without_pillow_a_png_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_pillow_a_png_is_refused_with_the_extra_to_install(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     real = builtins.__import__
 
     def refuse(name: str, *rest: Any, **options: Any) -> Any:
@@ -208,7 +210,7 @@ IMAGES = [
 
 @settings(max_examples=400)
 @given(st.sampled_from(IMAGES).flatmap(damaged) | st.binary(max_size=60))
-def test_any_bytes_give_an_image_or_say_what_is_wrong(data: bytes) -> None:
+def test_any_bytes_give_an_image_or_an_error(data: bytes) -> None:
     try:
         image = read_image(data)
     except MapFileError as error:
@@ -223,7 +225,7 @@ def test_any_bytes_give_an_image_or_say_what_is_wrong(data: bytes) -> None:
     damaged((MAPS / "rooms.map").read_bytes()).map(lambda data: data.decode("latin-1"))
     | st.text(max_size=60)
 )
-def test_any_text_gives_a_movingai_map_or_says_what_is_wrong(text: str) -> None:
+def test_any_text_gives_a_movingai_map_or_an_error(text: str) -> None:
     try:
         rows = read_movingai(text)
     except MapFileError as error:

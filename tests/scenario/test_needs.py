@@ -76,7 +76,7 @@ def test_robots_keep_out_unless_they_resolve_by_entering(
         (PUSH, AFTER.replace("from: 9", "from: 8"), "the region already contains"),
     ],
 )
-def test_what_cannot_be_is_refused(needs: str, obstacles: str, found: str) -> None:
+def test_impossible_needs_are_refused(needs: str, obstacles: str, found: str) -> None:
     with pytest.raises(InputError, match=found):
         load(needs, obstacles)
 

@@ -79,7 +79,7 @@ DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
 @settings(max_examples=400)
 @given(st.lists(st.tuples(st.sampled_from([*places(PLAIN)]), data), min_size=1, max_size=3))
-def test_any_value_in_any_place_gives_a_scenario_or_an_input_error(
+def test_any_value_of_any_key_gives_a_scenario_or_an_input_error(
     changes: list[tuple[tuple[Any, ...], Any]],
 ) -> None:
     scenario = deepcopy(PLAIN)

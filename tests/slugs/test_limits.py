@@ -137,7 +137,7 @@ def _limited(kind: int, size: int) -> Callable[[], None]:
     return lambda: resource.setrlimit(kind, (size, size))
 
 
-def test_the_default_memory_limit_is_half_of_what_the_machine_allows(
+def test_the_default_memory_limit_is_half_of_the_memory_available(
     own_slugs: Path, folder: Path
 ) -> None:
     """A text of 60 MB where a process may have 100 MB; `--memory` lifts the limit."""

@@ -14,9 +14,7 @@ TRANSCRIPTS = Path(__file__).with_name("transcripts")
 
 
 @pytest.mark.parametrize("file", sorted(TRANSCRIPTS.glob("*.txt")), ids=lambda file: file.stem)
-def test_the_synthesizer_prints_what_its_transcript_says(
-    own_slugs: Path, folder: Path, file: Path
-) -> None:
+def test_the_synthesizer_prints_its_transcript(own_slugs: Path, folder: Path, file: Path) -> None:
     def run(words: list[str], variables: Mapping[str, str]) -> tuple[int, str]:
         del variables
         before = sorted(folder.iterdir())

@@ -39,7 +39,7 @@ def visit(*regions: int) -> Visit:
         ),
     ],
 )
-def test_it_is_sent_where_its_objective_stays_possible(
+def test_a_robot_is_sent_to_regions_that_keep_its_objective_possible(
     objective: Objective, regions: set[int]
 ) -> None:
     assert sent(CORRIDOR, Pose(9), objective) == AssignableRegions(frozenset(regions))
@@ -65,7 +65,7 @@ def test_with_headings_a_corridor_is_one_way() -> None:
     }
 
 
-def test_what_it_remembers_counts() -> None:
+def test_the_memory_of_the_robot_counts() -> None:
     """Once it has been at 12 it must not go to 8 any more."""
     ltl = Ltl(
         init=("!done",),
@@ -79,7 +79,7 @@ def test_what_it_remembers_counts() -> None:
     assert not found.allows(Pose(12), {"done": 0}, 8)  # it will be done when it leaves
 
 
-def test_both_ways_round_are_as_good() -> None:
+def test_both_directions_around_are_equivalent() -> None:
     found = sent(RING, Pose(6, Heading.EAST), Cover((frozenset({18}), frozenset({8}))))
     assert found == AssignableRegions(frozenset(RING.free))
 

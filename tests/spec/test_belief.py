@@ -47,7 +47,9 @@ def inputs(scene: Scene, knowledge: Knowledge) -> dict[str, int]:
 
 @campaign(100)
 @given(scenes(), st.data())
-def test_the_other_is_always_where_it_is_believed_to_be(scene: Scene, data: st.DataObject) -> None:
+def test_the_other_robot_is_always_in_its_believed_region(
+    scene: Scene, data: st.DataObject
+) -> None:
     seen_by = belief.watch_for(scene.task, scene.world)
     for look in walk(scene, data, 12):
         assert look.other in seen_by.possible(look.knowledge)
@@ -57,7 +59,7 @@ def test_the_other_is_always_where_it_is_believed_to_be(scene: Scene, data: st.D
 
 @campaign(100)
 @given(scenes(), st.data())
-def test_what_is_observed_satisfies_the_assumptions(scene: Scene, data: st.DataObject) -> None:
+def test_observations_satisfy_the_assumptions(scene: Scene, data: st.DataObject) -> None:
     begins, steps = formulas(scene, Section.ENV_INIT), formulas(scene, Section.ENV_TRANS)
     own = scene.task.pose.region
     state = {"region": own, **inputs(scene, belief.known_of(scene.task.observed[0]))}
@@ -89,7 +91,7 @@ def test_a_specification_can_begin_with_a_belief(scene: Scene, data: st.DataObje
 
 @settings(max_examples=15, deadline=None)
 @given(scenes())
-def test_the_assumptions_allow_what_can_become_known_and_nothing_else(scene: Scene) -> None:
+def test_the_assumptions_allow_exactly_the_possible_observations(scene: Scene) -> None:
     """For whatever can be known anywhere, all next inputs are tried."""
     (model,) = belief.models(scene.task, scene.world)
     steps = formulas(scene, Section.ENV_TRANS)
@@ -133,7 +135,7 @@ def test_knowledge_develops_as_defined(scene: Scene, data: st.DataObject) -> Non
 
 @settings(max_examples=60, deadline=None)
 @given(scenes())
-def test_what_occurs_is_what_some_joint_path_leads_to(scene: Scene) -> None:
+def test_inputs_occur_iff_some_joint_path_leads_to_them(scene: Scene) -> None:
     """The fixpoint over sets of own regions, against one pair at a time."""
     world, task = scene.world, scene.task
     seen_by = belief.watch_for(task, world)

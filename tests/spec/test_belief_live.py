@@ -74,7 +74,7 @@ def env_trans(scene: Scene) -> list[Predicate]:
 
 @campaign(25)
 @given(live_scenes())
-def test_the_assumptions_allow_what_can_become_known_at_any_speed_and_nothing_else(
+def test_the_assumptions_allow_exactly_the_possible_observations_at_any_speed(
     scene: Scene,
 ) -> None:
     """All that can be known, everywhere where the robot can get to; all inputs are tried."""
@@ -103,7 +103,7 @@ def test_the_assumptions_allow_what_can_become_known_at_any_speed_and_nothing_el
 
 @campaign(60)
 @given(live_scenes(), st.data())
-def test_the_other_is_where_it_is_believed_however_many_steps_it_made(
+def test_the_other_robot_is_in_its_believed_region_after_any_number_of_steps(
     scene: Scene, data: st.DataObject
 ) -> None:
     world, task, oracle = scene.world, scene.task, Oracle(scene.world, scene)

@@ -75,7 +75,7 @@ def test_other_objectives_have_one_form(objective: Objective) -> None:
     assert climbed(objective, 2, shared=True) == [ObjectiveForm(objective, 0)]
 
 
-def test_a_patrol_comes_down_a_form_at_a_time() -> None:
+def test_a_patrol_is_weakened_one_form_at_a_time() -> None:
     patrol = Patrol((at(1), at(4)))
     turned = ObjectiveForm(patrol, 1, Weakening.TURNED)
     last = ObjectiveForm(PLAIN, 0, Weakening.KEPT)
@@ -98,7 +98,7 @@ def test_a_patrol_of_three_begins_with_the_next_target_that_it_can() -> None:
     )
 
 
-def test_who_must_cross_a_target_patrols_by_alternation() -> None:
+def test_a_robot_that_must_cross_a_target_patrols_by_alternation() -> None:
     wide = Patrol((at(0), at(1, 2)))
     (chosen_form,) = climbed(wide, 3)
     assert chosen_form == ObjectiveForm(Visit((at(0), at(1, 2))), 0, Weakening.CORRIDOR)
@@ -119,7 +119,7 @@ def test_among_others_a_patrol_is_alternation_from_the_start() -> None:
     )
 
 
-def test_obstacles_and_mobility_are_named_where_they_are_the_reason() -> None:
+def test_obstacles_and_mobility_are_named_if_they_are_the_reason() -> None:
     ring = floor("...", ".#.", "...")
     patrol = Patrol((at(0), at(2)))
     graph = PoseGraph(ring, Mobility.FREE)

@@ -49,7 +49,7 @@ def values(memory: int, region: int) -> dict[str, int]:
 
 
 @pytest.mark.parametrize("objective", OBJECTIVES, ids=str)
-def test_a_step_is_allowed_and_counts_as_the_formulas_say(
+def test_a_step_is_allowed_and_counts_as_by_the_formulas(
     objective: TargetObjective,
 ) -> None:
     pursuit = objective

@@ -104,7 +104,7 @@ def test_case_study_1_is_drawn_run_and_undone(board: Board, tmp_path: Path) -> N
     assert browser.errors() == []
 
 
-def test_a_broken_scenario_shows_its_mistakes_at_their_place(board: Board) -> None:
+def test_a_broken_scenario_shows_its_errors_at_their_position(board: Board) -> None:
     browser = board.browser
     text = (SCENARIOS / "case_study_1.yaml").read_text()
     line = next(i for i, told in enumerate(text.splitlines(), 1) if "digit: {model" in told)

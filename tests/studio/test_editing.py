@@ -270,7 +270,7 @@ def whatever(mission: Mission, world: SimulatedWorld, chance: random.Random) -> 
 
 @pytest.mark.parametrize("seed", range(FIRST, FIRST + SEQUENCES // 2))
 @pytest.mark.parametrize("name", ["case_study_1", "case_study_3", "two_digits"])
-def test_a_changed_run_is_sound_and_plays_the_same_way_when_saved(name: str, seed: int) -> None:
+def test_a_changed_run_is_sound_and_plays_the_same_when_saved(name: str, seed: int) -> None:
     chance = random.Random(f"{name}/{seed}")
     text = (SCENARIOS / f"{name}.yaml").read_text().split("expect:")[0]
     scenario = load_scenario_text(text)

@@ -125,7 +125,7 @@ def test_two_pages_agree_and_a_reload_in_mid_run_loses_nothing(served: Served) -
     asyncio.run(main())
 
 
-def test_a_run_that_is_ended_leaves_a_sound_trace_and_can_begin_anew(served: Served) -> None:
+def test_a_run_that_is_ended_leaves_a_sound_trace_and_can_restart(served: Served) -> None:
     async def story(page: Page) -> None:
         await begin(page)
         await page.say("end")

@@ -77,7 +77,7 @@ def test_nonsense_is_answered(served: Served, nonsense: bytes) -> None:
 
 
 @pytest.mark.parametrize("path", ["../../etc/passwd", "%2e%2e/page.py", "..%2f..%2fpyproject.toml"])
-def test_a_path_outside_is_no_file_of_the_page(served: Served, path: str) -> None:
+def test_a_path_outside_is_not_a_file_of_the_page(served: Served, path: str) -> None:
     base = served.address[served.address.index("/", 8) :]
     assert answer(served, base + path)[0] in (400, 404)
     assert answer(served, base + "save/" + path)[0] in (400, 404)

@@ -183,7 +183,7 @@ def test_an_area_becomes_a_target(house: Board) -> None:
     assert browser.errors() == []
 
 
-def test_a_map_file_is_drawn_or_the_page_says_how_to_allow_it(
+def test_a_map_file_is_drawn_or_the_page_explains_how_to_allow_it(
     browser: Browser, tmp_path: Path
 ) -> None:
     flat = "P2 4 4 255\n0 0 0 0\n0 255 255 0\n0 255 255 0\n0 0 0 0\n"

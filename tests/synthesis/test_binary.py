@@ -50,7 +50,7 @@ def test_an_editable_installation_keeps_it_in_site_packages(package: Path, tmp_p
     assert find_binary().path == installed
 
 
-def test_a_missing_binary_says_what_to_do(package: Path) -> None:  # noqa: ARG001
+def test_a_missing_binary_is_reported_with_a_hint(package: Path) -> None:  # noqa: ARG001
     with pytest.raises(SynthesizerError, match="make slugs") as raised:
         find_binary()
     assert raised.value.exit_code is ExitCode.INTERNAL
@@ -81,7 +81,7 @@ def test_a_useless_environment_variable_is_named_not_ignored(
     assert VARIABLE in str(raised.value)
 
 
-def test_our_binary_is_told_by_its_version(script: Callable[[str], Binary]) -> None:
+def test_our_binary_is_recognized_by_its_version(script: Callable[[str], Binary]) -> None:
     ours = script('echo "slugs 1.2.3 (safenav)"')
     assert (ours.native, ours.version) == (True, "1.2.3")
     assert not script('echo "slugs 1.2.3"; exit 1').native
@@ -89,7 +89,7 @@ def test_our_binary_is_told_by_its_version(script: Callable[[str], Binary]) -> N
     assert not script("kill -9 $$").native
 
 
-def test_a_binary_that_hangs_when_asked_is_foreign(
+def test_a_binary_that_hangs_when_queried_is_foreign(
     script: Callable[[str], Binary], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(module, "_VERSION_SECONDS", 0.1)

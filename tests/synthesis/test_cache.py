@@ -74,7 +74,7 @@ def test_an_entry_under_another_name_is_not_believed(cache: Cache) -> None:
     assert cache.load(other) is None
 
 
-def test_the_oldest_answers_go_when_there_is_too_much(tmp_path: Path) -> None:
+def test_the_oldest_results_are_removed_from_a_full_cache(tmp_path: Path) -> None:
     size = 10_000
     keys = [f"{i:02x}" * 32 for i in range(12)]
     cache = Cache(tmp_path / "answers", limit_bytes=8 * size)
@@ -160,7 +160,7 @@ def test_the_second_time_no_prompt_appears(
     assert second.strategy is not None and second.strategy.initial() == (0,)
 
 
-def test_another_question_or_binary_is_asked_again(
+def test_another_request_or_binary_is_synthesized_again(
     counting: tuple[Binary, Callable[[], int]], patrol: Specification
 ) -> None:
     binary, calls = counting

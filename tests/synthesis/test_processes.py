@@ -20,7 +20,7 @@ from slugs.commands import ENDLESS
 from synthesis.requests import NATIVE, Answering, Script, ask, gone, impossible
 
 
-def test_several_run_at_once_and_come_back_in_order(
+def test_several_run_in_parallel_and_return_in_order(
     script: Script, patrol: Specification, tmp_path: Path
 ) -> None:
     """Each of two waits for the other to have started, so they cannot run one by one."""

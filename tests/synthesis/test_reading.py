@@ -48,7 +48,7 @@ def test_a_printed_specification_reads_back(patrol: Specification) -> None:
         ("!(a | b)", "!(a | b)"),
     ],
 )
-def test_prefix_lines_mean_what_their_infix_says(line: str, infix: str) -> None:
+def test_prefix_lines_mean_the_same_as_their_infix(line: str, infix: str) -> None:
     ours, theirs = parse(to_infix(line)), parse(infix)
     for now in product((0, 1), repeat=3):
         for then in product((0, 1), repeat=3):

@@ -194,7 +194,7 @@ def test_a_binary_that_floods_its_output_is_stopped_at_the_memory_limit(
         Synthesizer(binary, memory_mb=limit, cache=Cache.off()).synthesize(patrol)
 
 
-def test_a_specification_larger_than_a_pipe_is_given_whole(
+def test_a_specification_larger_than_a_pipe_is_passed_whole(
     script: Script, patrol: Specification
 ) -> None:
     many = tuple(

@@ -14,7 +14,7 @@ PROPERTY = settings(max_examples=80, deadline=None)
 
 @given(SEEDS, RANDOM)
 @PROPERTY
-def test_what_a_search_foresees_is_what_events_do(seed: int, random: Random) -> None:
+def test_events_do_as_a_search_foresees(seed: int, random: Random) -> None:
     model.foresee(seed, random)
 
 

@@ -30,7 +30,7 @@ def lacks(*helpers: Helper, robots: int = 1) -> Shortfall:
         (Hindrance.OUT_OF_SERVICE, "it is out of service"),
     ],
 )
-def test_the_reason_names_what_keeps_a_robot_from_an_obstacle(
+def test_the_reason_names_the_cause_that_keeps_a_robot_from_an_obstacle(
     hindrance: Hindrance, but: str
 ) -> None:
     gates = ("door@1",) if hindrance in (Hindrance.GATES, Hindrance.INSIDE) else ()
@@ -70,7 +70,7 @@ def test_the_reason_names_the_robots_that_a_need_lacks(found: Shortfall, words: 
     assert shortfall_words(found, number_word) == words
 
 
-def test_the_result_of_a_run_names_the_robots_that_are_stuck() -> None:
+def test_the_result_of_a_run_names_the_immobile_robots() -> None:
     result = Mission(loaded(case("requests/wait_for_each_other"))).run()
     assert (result.cause, result.stuck) == ("cyclic_requests", ("rover", "quad"))
     assert result.explanation == "; ".join(result.links)

@@ -52,7 +52,7 @@ def test_a_run_continues_beyond_its_limit(tmp_path: Path) -> None:
     assert check_trace(json.dumps(as_data(line)) for line in lines).ok
 
 
-def test_what_cannot_be_resumed_is_refused(tmp_path: Path) -> None:
+def test_runs_that_cannot_be_resumed_are_refused(tmp_path: Path) -> None:
     hello = load_scenario(ROOT / "scenarios" / "hello.yaml")
     other = load_scenario(ROOT / "scenarios" / "corridor_swap.yaml")
     path = interrupted(hello, 5, tmp_path)

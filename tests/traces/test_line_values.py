@@ -68,7 +68,7 @@ def test_the_keys_are_those_of_the_records() -> None:
 
 
 @pytest.mark.parametrize("name", sorted(GOOD))
-def test_a_good_trace_has_no_flaw(name: str) -> None:
+def test_a_good_trace_has_no_findings(name: str) -> None:
     assert [flaw for line in GOOD[name]() for flaw in flaws(line, line["type"])] == []
 
 

@@ -69,7 +69,7 @@ def test_a_complete_last_line_without_its_end_counts() -> None:
     assert trace.outcome is not None
 
 
-def test_a_broken_line_in_the_middle_is_reported_with_its_place() -> None:
+def test_a_broken_line_in_the_middle_is_reported_with_its_number() -> None:
     lines = text(GOOD["door"]())
     lines[6] = lines[6][:-4]
     (problem,) = refused(lines)

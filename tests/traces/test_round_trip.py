@@ -33,7 +33,7 @@ def said(seed: int) -> list[Record]:
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_every_record_comes_back(seed: int, tmp_path: Path) -> None:
+def test_every_record_survives_a_round_trip(seed: int, tmp_path: Path) -> None:
     records, file = said(seed), tmp_path / "t.jsonl"
     with TraceWriter(file) as writer:
         for record in records:
@@ -105,7 +105,7 @@ def test_texts_of_a_trace_give_no_orders_to_the_terminal() -> None:
 
 
 @pytest.mark.parametrize("reverse", [False, True])
-def test_an_obstacle_that_comes_back_is_listed_in_any_order(reverse: bool) -> None:
+def test_an_obstacle_that_reappears_is_listed_in_any_order(reverse: bool) -> None:
     """The first one is found to be closed, the second one to be open."""
     fog = {"type": "uncertainty", "region": 10}
     listed = [fog | {"traversable": False, "until": 6}, fog | {"from": 9}]

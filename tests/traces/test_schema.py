@@ -104,7 +104,7 @@ def test_the_reference_is_that_of_the_records() -> None:
         assert page == text, "make golden"
 
 
-def test_the_judge_judges_what_is_no_note() -> None:
+def test_the_judge_judges_every_line_that_is_not_a_note() -> None:
     facts = {name for name, kind in records.KINDS.items() if not kind.note}
     assert facts == {*lines.KINDS} and len(facts) < len(records.KINDS)
 

@@ -70,7 +70,7 @@ def test_regions_of_a_size_begin_in_the_south_west(
     assert walls(blocked, layout, share) == exact(image, layout, share)
 
 
-def test_a_single_blocked_pixel_makes_a_wall_unless_a_share_is_asked_for() -> None:
+def test_a_single_blocked_pixel_makes_a_wall_unless_a_share_is_given() -> None:
     blocked: Blocked = np.zeros((8, 8), dtype=np.bool_)
     blocked[0, 7] = True
     layout = Layout.of_count(blocked, 2, 2)

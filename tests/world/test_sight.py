@@ -99,7 +99,7 @@ def visible(
 
 @settings(max_examples=150)
 @given(situations())
-def test_visibility_is_what_exact_geometry_says(
+def test_visibility_agrees_with_exact_geometry(
     situation: tuple[RegionMap, float | None, frozenset[int]],
 ) -> None:
     world, radius, closed = situation

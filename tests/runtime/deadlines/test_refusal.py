@@ -30,7 +30,7 @@ until: {rounds: %d, by: %d}
         (5, "hold: [1, 5]", 3, 2),
     ],
 )
-def test_by_is_refused_just_below_what_a_robot_alone_needs(
+def test_by_is_refused_just_below_the_minimum_of_a_robot_alone(
     start: int, objective: str, rounds: int, ticks: int
 ) -> None:
     kept = play(CORRIDOR % (start, objective, rounds, ticks))
