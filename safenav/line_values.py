@@ -136,8 +136,8 @@ def flaws(line: Any, kind: str) -> Iterator[str]:
 
 
 def note_flaw(line: dict[str, Any], kind: str, *, fact: bool) -> str:
-    """Return what is wrong with the mark of a line as a note. A fact that is marked would be
-    judged by nobody; a line that is neither might be a fact of another version."""
+    """Return the error in a line's mark as a note. A fact that is marked would not be judged; a
+    line that is neither might be a fact of another version."""
     if fact:
         return f"`{kind}` is a fact, but marked as a note" if "note" in line else ""
     return (

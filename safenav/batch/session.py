@@ -126,7 +126,7 @@ def run_batch(
 ) -> Report:
     """Run all cases without a result in ``kept``, and close the pool.
 
-    KeyboardInterrupt ends the batch, which the report then says (``interrupted``). Raises
+    KeyboardInterrupt ends the batch, which the report then records (``interrupted``). Raises
     SafenavError if no case can be run any longer; results so far are in ``kept``.
     """
     former = {} if kept is None else kept.former

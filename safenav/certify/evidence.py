@@ -30,7 +30,7 @@ def proofs_of(
 ) -> dict[str, bytes]:
     """Return the proofs of all ``synthesis`` lines of a trace, and their strategies, as files.
 
-    A line without a proof gets no file, or a measure that does not fall: the checker says why.
+    A line without a proof gets no file, or a measure that does not fall: the checker reports why.
     Raises ResourceLimitError if a strategy is too large for it, NotCertifiedError for other data
     than a trace."""
     found: dict[str, bytes] = {}

@@ -1,6 +1,7 @@
 """The page of a bundle: what its checker established, for a safety reviewer, on screen and paper.
 
-It is outside the proof, and says so: it renders what ``check.py --json`` says, and the trace.
+It is outside the proof, and states that: it renders the output of ``check.py --json``, and the
+trace.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ _LIMITS = (
     "The truth of the trace: the program that ran wrote it.",
     "The world model: robots move as specified, detect obstacles before entering them, and their "
     "actions succeed.",
-    "Time: no claim says when a goal is met, only that it is met infinitely often.",
+    "Time: no claim states when a goal is met, only that it is met infinitely often.",
     "The checker and Python itself.",
 )
 _STYLE = Path(__file__).with_suffix(".css")

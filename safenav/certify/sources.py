@@ -18,7 +18,7 @@ from safenav.trace.records import Header
 from safenav.trace.setting import ScenarioHeader, scenario_header
 
 FOLDER = Path("a/b/c/d")
-"""Where a scenario is read again: files in folders above it have room."""
+"""Folder in which a scenario is read again: files in folders above it have room."""
 
 
 def sources_of(scenario: Path, text: str) -> dict[str, bytes]:

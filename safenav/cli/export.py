@@ -51,7 +51,7 @@ Exit codes:
     type=options.Output(*ENDINGS),
     metavar="FILE",
     multiple=True,
-    help="Write this; what it is, its ending says.",
+    help="Write this file; its ending determines the format.",
 )
 @click.option("--motion", "written", type=options.LINES, help="Compute and write the motion.")
 @click.option("--report", is_flag=True, help="Print times, waits, distances, errors, margins.")

@@ -25,13 +25,13 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 
 def refuse(unread: Mapping[str, str]) -> None:
     """Raises UsageError for an option on the command line that nothing reads. ``unread``: by
-    parameter, what it goes with."""
+    parameter, the options or inputs that it requires."""
     context = click.get_current_context()
     for param in context.command.params:
         name = param.name or ""
         if name in unread and context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
             off = param.secondary_opts if context.params[name] is False else ()
-            raise UsageError(f"{max(off or param.opts, key=len)} goes with {unread[name]}")
+            raise UsageError(f"{max(off or param.opts, key=len)} requires {unread[name]}")
 
 
 class FiniteRange(click.FloatRange):

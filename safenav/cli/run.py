@@ -80,7 +80,7 @@ def run(
         from safenav.studio.server import start_live
 
         unread = ("html", "motion", "as_json", "max_ticks", "time_limit", "operator", "maps")
-        options.refuse(dict.fromkeys(unread, "runs at the terminal, not with --live"))
+        options.refuse(dict.fromkeys(unread, "a run at the terminal, without --live"))
         start_live(scenario, seed=seed, trace=trace, clock=clock)
         return ExitCode.OK
     plan = load_scenario(scenario)
@@ -218,7 +218,7 @@ Exit codes:
     "--fleet",
     type=options.INPUT,
     required=True,
-    help="How each robot is reached, senses and acts (docs/drive.md).",
+    help="Connection, sensors and actions of each robot (docs/drive.md).",
 )
 @options.trace
 @click.option("--motion", type=options.LINES, help="Write the motion commanded and measured.")

@@ -219,7 +219,7 @@ def _end_of_specification(
         return ExitCode.NEGATIVE if warned and strict else ExitCode.OK
     if not one.shown.states:
         click.echo(f"it has no node: {opening_words(one.spec)}", err=printed)
-    click.echo(f"the environment's strategy; to see why: safenav explain {file}", err=True)
+    click.echo(f"the environment's strategy; for the reason: safenav explain {file}", err=True)
     return ExitCode.NEGATIVE
 
 

@@ -104,12 +104,12 @@ def on_regions(metres: float, side: float) -> float:
 
 
 class Network(Struct, frozen=True):
-    """Where the robots are. Default: this machine alone."""
+    """Network of the robots. Default: this machine alone."""
 
     domain: Annotated[int, Key("ROS_DOMAIN_ID.", most=232)] = 0
     interface: Annotated[str, Key("The network interface; lo: loopback.")] = "lo"
     peers: Annotated[
-        tuple[str, ...], Key("Where to find robots; []: multicast. Default: 127.0.0.1.")
+        tuple[str, ...], Key("Addresses of robots; []: multicast. Default: 127.0.0.1.")
     ] = ("127.0.0.1",)
 
 
@@ -161,8 +161,8 @@ class HiddenKeys(Item, frozen=True):
 
     one: ClassVar = "an obstacle of simulation"
     type: Scalar | None = key("An obstacle type of the scenario.", EXAMPLE)
-    region: RegionValue | None = key("Where it is, as in a scenario.", EXAMPLE)
-    traversable: bool | None = key("What resolving it reveals.")
+    region: RegionValue | None = key("Its region, as in a scenario.", EXAMPLE)
+    traversable: bool | None = key("The truth that resolving it reveals.")
 
 
 class SimulationKeys(Item, frozen=True):
@@ -227,7 +227,7 @@ class StationKeys(Item, frozen=True):
 
 
 class FleetKeys(Item, frozen=True):
-    """How each robot of a scenario is reached, what it senses, and how it acts."""
+    """Connection, sensors and actions of each robot of a scenario."""
 
     label: ClassVar = ""
     spelled: ClassVar = {"version": "safenav-fleet"}

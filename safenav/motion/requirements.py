@@ -25,7 +25,7 @@ from safenav.trace.records import Request, Resolved
 Array = NDArray[np.float64]
 
 RATE = 50.0
-"""Samples per second unless the user says otherwise."""
+"""Default number of samples per second."""
 
 MOST_RATE = 10_000
 FINISHED = ("completed", "operator_needed")

@@ -119,8 +119,8 @@ def _latest(
 
 
 def _because(floor: Floor, before: Joint, joint: Joint) -> Iterator[tuple[int, tuple[int, int]]]:
-    """Who must not leave before which needs are met: those who act, and those who count where they
-    stand because of a resolution."""
+    """The robots that must not leave before certain needs are met: those that act, and those that
+    count where they stand because of a resolution."""
     size, over = floor.team.size, _over(floor, joint) - _over(floor, before)
     for g in floor.open(before.stages):
         if joint.stages[g].need > before.stages[g].need:
@@ -189,7 +189,7 @@ def starving(team: Team, state: State) -> bool:
         ready = spare is not None and robot.idle and robot.active
         if spare is None or not ready or next_step(team, state, i) is not None:
             continue
-        if -_slack(team, i) <= spare <= EARLY:  # it still gets to a charger
+        if -_slack(team, i) <= spare <= EARLY:  # it still reaches a charger
             return True
     return False
 
@@ -212,8 +212,8 @@ def _slack(team: Team, i: int) -> float:
 
 
 def charging_ends(team: Team, state: State) -> float | None:
-    """When, in a live run, a robot on a charger has the charge for which it waits, or one off the
-    chargers has to go to one, or has none left; None: never."""
+    """The next time in a live run at which a robot on a charger has the charge for which it waits,
+    or one off the chargers must go to one or has none left; None: never."""
     times = []
     for i, (member, robot) in enumerate(zip(team.members, state.robots, strict=True)):
         energy = member.energy
@@ -271,9 +271,9 @@ def at_end(state: State, among: Iterable[int]) -> bool:
 
 
 def stuck(team: Team, state: State, helped: frozenset[int]) -> bool:
-    """Whether a plan cannot continue by itself: nobody of its robots moves, acts, can step, or
-    counts by staying, and nobody waits for what a robot with a strategy is to do (``helped``: the
-    obstacles of these)."""
+    """Whether a plan cannot continue by itself: none of its robots moves, acts, can step, or counts
+    by staying, and none waits for an act of a robot with a strategy (``helped``: the obstacles of
+    these)."""
     plan = state.plan
     if plan is None:
         return False
@@ -321,7 +321,7 @@ def surely(team: Team, state: State) -> list[int]:
 
 def preview(floor: Floor, plan: Plan, first: Joint) -> list[Joint] | None:
     """The joint state after each tick of a run of the plan without surprises, in which robots move
-    in turn, each as soon as it may; None if it does not get to its end."""
+    in turn, each as soon as it may; None if it does not reach its end."""
     at = [0] * len(plan.ways)
     ticks, joint, gates = [first], first, floor.gates
     left = sum(len(plan.ways[i]) - 1 for i in floor.robots)

@@ -29,8 +29,8 @@ class Proposals:
         order: Sequence[int],
         forced: tuple[int, int] | None = None,
     ) -> tuple[int, ...] | None:
-        """The next poses; None if somebody can neither move nor stay. ``order``: who chooses first;
-        ``forced``: a robot that must take a pose."""
+        """The next poses; None if a robot can neither move nor stay. ``order``: the robots in the
+        order of their choices; ``forced``: a robot that must take a pose."""
         self._joint, self._fields = joint, fields
         self._next: dict[int, int] = {}
         self._entered: dict[int, list[int]] = {}

@@ -123,8 +123,8 @@ class Search:
         return None
 
     def _aside(self, joint: Joint) -> Joint:
-        """After single steps of random robots to free places from which they can continue
-        forever."""
+        """The joint state after single steps of random robots to free regions from which they can
+        continue forever."""
         size, poses, robots = self.floor.team.size, list(joint.poses), list(self.floor.robots)
         at: dict[int, list[int]] = {}
         for i, pose in enumerate(poses):
@@ -225,7 +225,7 @@ class Search:
                 yield self.floor.after(joint, i, pose)
 
     def fields(self, joint: Joint) -> list[Field]:
-        """For each robot the distances to what it wants now; None where it wants nothing it can
+        """The distances of each robot to its current goal; None without a goal that it can
         reach."""
         guided = self._guided.get(joint.stages)
         if guided is None:
@@ -244,7 +244,7 @@ class Search:
         return found
 
     def _aim(self, joint: Joint, i: int, goal: Mask, *, own: bool) -> Mask:
-        """Where a robot goes first for a goal. ``own``: it is its next target."""
+        """The poses that a robot visits first for a goal. ``own``: it is its next target."""
         del joint, i, own
         return goal
 
@@ -300,7 +300,7 @@ class Search:
 
 
 def _distance(field: Field, pose: int) -> int:
-    """Return the steps to what a robot wants; -1 if it wants nothing."""
+    """Return the steps to a robot's goal; -1 if it has none."""
     return -1 if field is None else field[pose]
 
 

@@ -51,8 +51,8 @@ def _direct(
 def _improved(
     floor: Floor, best: list[Joint], who: Sequence[int], served: frozenset[int]
 ) -> tuple[list[Joint], Plan] | None:
-    """The plan in which these robots, one after the other, go their earliest ways; None if it is no
-    better."""
+    """The plan in which these robots, one after the other, follow their earliest routes; None if it
+    is not better."""
     ways = [[joint.poses[i] for joint in best] for i in range(len(best[0].poses))]
     shared: dict[frozenset[int], list[Mask]] = {}
     size = floor.team.size
@@ -72,7 +72,7 @@ def _improved(
 def _accepted(
     floor: Floor, best: list[Joint], ticks: Sequence[tuple[int, ...]], served: frozenset[int]
 ) -> tuple[list[Joint], Plan] | None:
-    """The plan with these joint poses; None if it is no better."""
+    """The plan with these joint poses; None if it is not better."""
     found = _shown(floor, best[0], ticks)
     if found is None or not floor.completed(found[0][-1], served) or _cost(found[0]) >= _cost(best):
         return None

@@ -27,7 +27,7 @@ class RobotPaths:
     ) -> None:
         self._map, self._tracks, self._seconds = world, tracks, seconds
         self._toward: dict[str, Region | None] = {}
-        """Where robots that have had their turn in the incomplete tick are in transit to."""
+        """Destinations of robots in transit that have had their turn in the incomplete tick."""
 
     def robot(self, name: str) -> RobotTrack:
         """Return the robot. Raises ContradictionError if the header does not name it."""

@@ -86,7 +86,7 @@ def run_of(trace: Trace) -> Run:
 
 
 class Style(Struct, frozen=True):
-    """How sentences show the place of an event, a robot, and what matters most."""
+    """Notation of sentences for the region of an event, for a robot, and for emphasis."""
 
     place: Callable[[RegionMap, Region], str] = RegionMap.place
     robot: Callable[[str], str] = str

@@ -99,7 +99,7 @@ class StoryKind(StrEnum):
     PLAN_END = "plan_end"
     OUTCOME = "outcome"
     NOTE = "note"
-    """Of interest only while the run is read as it happens."""
+    """Used only while the run is read as it happens."""
 
 
 class Event(Struct, frozen=True):

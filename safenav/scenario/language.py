@@ -472,9 +472,9 @@ class ObstacleKeys(Item, frozen=True):
     example: ClassVar = "{type: door, region: 47}"
     elsewhere: ClassVar = _NO_SWEEPS
     type: Scalar | None = key("An obstacle type of the catalogue.", "for example 'type: door'")
-    region: RegionValue | None = key("Where it is.", _AT)
+    region: RegionValue | None = key("Its region.", _AT)
     traversable: bool | None = key(
-        "What resolving it reveals, if its type has a truth. Default: true."
+        "The truth that resolving it reveals, if its type has one. Default: true."
     )
     from_: int | None = key(
         "The tick at which it appears, once no robot is there. Default: the first.", least=1
@@ -495,7 +495,7 @@ class OrderKeys(Item, frozen=True):
     type: Scalar | None = key(
         "An obstacle type with 'blocks: []'.", "an obstacle type with 'blocks: []'"
     )
-    region: RegionValue | None = key("Where it is.", _AT)
+    region: RegionValue | None = key("Its region.", _AT)
     resolve_within: int | None = _WITHIN
 
 
@@ -605,7 +605,7 @@ class ScenarioKeys(Item, frozen=True):
     )
     seed: int = key("Seed of all random draws.", most=2**63 - 1, default=0)
     coordination: Coordination = key(
-        "How robots are reassigned: resynthesis or assignable.", default=Coordination.RESYNTHESIS
+        "Method of reassignment: resynthesis or assignable.", default=Coordination.RESYNTHESIS
     )
     partition: Literal["rooms"] | TileKeys | None = key(
         "The cells of beliefs: rooms, or {tiles: [rows, columns]}. Default: rooms.",

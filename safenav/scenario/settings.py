@@ -88,7 +88,7 @@ class Failures(Struct, frozen=True):
     same time again, the robot is lost."""
 
     example: ClassVar[str] = "{retries: 3}"
-    retries: Annotated[int, Key("How often a failed move into a region is repeated.")] = 2
+    retries: Annotated[int, Key("Number of retries of a failed move into a region.")] = 2
     then: Annotated[
         FailedMoves, Key("Then the region is an obstacle, or the robot is out of service.")
     ] = FailedMoves.OBSTACLE
@@ -117,7 +117,7 @@ class Until(Struct, frozen=True):
     example: ClassVar[str] = "{rounds: 2}"
     rounds: Annotated[int, Key("Rounds of each robot after the last resolution.", least=1)] = 2
     by: Annotated[
-        int | None, Key("The tick at which the mission is completed at the latest.", least=1)
+        int | None, Key("The latest tick at which the mission is completed.", least=1)
     ] = None
 
 

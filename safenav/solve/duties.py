@@ -1,5 +1,4 @@
-"""Who does what now: which requests are served, the plan for all of them, the duties that
-follow."""
+"""Current duties: the served requests, the plan for all of them, and the duties that follow."""
 
 from __future__ import annotations
 

@@ -75,7 +75,7 @@ def _enough(g: int, now: Sets, given: Stages) -> bool:
 
 
 def refute(now: Sets) -> Refutation:
-    """Why SOLVE fails there."""
+    """The proof that SOLVE fails there."""
     closure = closure_of(now)
     if not all(closure.live):
         return closure

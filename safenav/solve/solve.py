@@ -2,7 +2,7 @@
 collide.
 
 A robot is the set of poses that it may choose to be in. A step meets one need by a group, or one
-robot's part of it. Resolving only opens ways; so a step after which its robots can return to all
+robot's part of it. Resolving only opens paths, so a step after which its robots can return to all
 their poses loses nothing, and is taken immediately. Only irreversible steps branch.
 """
 

@@ -20,7 +20,7 @@ from safenav.stl import syntax
 Array = NDArray[np.float64]
 
 SPIKE = 1e-6
-"""Half of the seconds that an event lasts."""
+"""Half the duration of an event, in seconds."""
 
 MOST_SAMPLES = 400_000
 _NEAR = 1e-9

@@ -278,7 +278,7 @@ def _asked(team: Team, state: State, k: int, asked: tuple[tuple[int, int], ...])
     """An obstacle is known and open: its request joins the stack if it is not there yet."""
     before = state.obstacles[k]
     met = before.state is Is.OVER or before.stage.need >= len(team.obstacles[k].needs)
-    stage = now.Stage() if met else before.stage  # one that is back needs all of it again
+    stage = now.Stage() if met else before.stage  # a reappearing obstacle starts over
     due = before.due
     if k not in state.requests:
         limit = team.scenario.limit_of(team.obstacles[k].source)

@@ -77,7 +77,7 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
     def _leg(
         self, allowed: Mask, goal: Mask, then: Mapping[int, float], *, direct: bool = False
     ) -> dict[int, float]:
-        """The least charge of each pose with which it gets to a goal with the charge ``then``, with
+        """The least charge of each pose with which it reaches a goal with the charge ``then``, with
         stops at chargers or ``direct``."""
         battery, before = self.battery, self._before(allowed)
         best, queue = dict[int, float](), list[tuple[float, int]]()
@@ -113,7 +113,7 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
                     found[step].append(pose)
         return found
 
-    # Where it goes first.
+    # The first destination.
 
     @cached_method
     def _direct(self, allowed: Mask, goal: Mask, turn: int, lasting: bool) -> dict[int, float]:
@@ -124,7 +124,7 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def _levels(self, allowed: Mask, goal: Mask, turn: int, lasting: bool) -> dict[int, int]:
-        """The chargers from which it gets to the goal, with the number of stops on the way."""
+        """The chargers from which it reaches the goal, with the number of stops on the way."""
         direct, full = self._direct(allowed, goal, turn, lasting), self.battery.capacity
         places = [*bits(self.chargers & allowed)]
         found = {c: 0 for c in places if direct.get(c, NEVER) <= full}
@@ -170,7 +170,7 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
         return self.aim(allowed, goal, turn, at, (False, full)) if lasting else goal
 
     def home(self, allowed: Mask) -> Mask:
-        """Where it waits: on a charger, if standing elsewhere uses charge."""
+        """The poses where it waits: on a charger, if standing elsewhere uses charge."""
         return self.chargers & allowed if self.battery.stay else 0
 
 

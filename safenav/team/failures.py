@@ -94,8 +94,8 @@ def noticed(team: Team, state: State, obstacle: Obstacle) -> Iterator[now.Event]
 
 
 def number(team: Team, state: State, obstacle: Obstacle) -> int:
-    """Return the number of an obstacle: of those with its name that of this one, else of the first
-    that is not over, else of the last; the next number if it is new."""
+    """Return the number of an obstacle: its own if it is known, else that of the first one with its
+    name that is not over, else of the last one; the next number if its name is new."""
     numbers = team.numbers.get(obstacle.name)
     if numbers is None:
         return len(team.obstacles)

@@ -183,7 +183,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def acting(self, stages: Stages) -> Mask:
-        """The regions in which somebody may take part in a next need."""
+        """The regions in which a robot may take part in a next need."""
         found = 0
         for g in self.open(stages):
             found |= self.need(g, stages).regions if self.able(g, stages) else 0

@@ -45,7 +45,7 @@ class Is(StrEnum):
 
 class ObstacleNow(Struct, frozen=True):
     """``asked``: robots that met it, each with the region where it waits, the last one last;
-    ``given_up``: sealed because nobody can resolve it, not because it was found untraversable;
+    ``given_up``: sealed because no robot can resolve it, not because it was found untraversable;
     ``aside``: no joint plan serves it; ``due``: the tick by whose end its request must be met."""
 
     state: Is = Is.HIDDEN
@@ -356,7 +356,7 @@ class Revealed(Change, frozen=True):
 
 
 class Seen(Change, frozen=True):
-    """A sensor shows an obstacle of which nobody has asked for the removal yet."""
+    """A sensor shows an obstacle that no robot has requested to be resolved yet."""
 
     obstacle: int
     by: int | None = None
@@ -388,8 +388,8 @@ class Acted(Event, frozen=True):
 
 
 class Introduced(Change, frozen=True):
-    """An obstacle that the scenario does not list: somebody has noticed it, or it is the empty
-    battery of a robot."""
+    """An obstacle that the scenario does not list: one that was noticed, or the empty battery of a
+    robot."""
 
     source: model.Obstacle
     battery_of: int | None = None
@@ -430,7 +430,7 @@ class Counted(Event, frozen=True):
 
 
 class GaveUp(Event, frozen=True):
-    """A decision: nobody can ever resolve an obstacle."""
+    """A decision: no robot can ever resolve an obstacle."""
 
     obstacle: int
 

@@ -225,7 +225,7 @@ class _Reader:
         header = self._convert(number, Header, {"tick": 0, **data})
         if isinstance(header, Header):
             self._header = header
-            # An obstacle that comes back has several entries, in any order.
+            # An obstacle that reappears has several entries, in any order.
             listed = sorted(header.scenario.obstacles, key=lambda each: each.from_ is not None)
             for obstacle in listed:
                 if obstacle.from_ is not None and obstacle.name in self._obstacles:

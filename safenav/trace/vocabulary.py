@@ -132,7 +132,7 @@ class OperatorCause(StrEnum):
     UNREALIZABLE = "unrealizable"
     DEADLOCK = "deadlock"
     NEVER_RESOLVABLE = "never_resolvable"
-    """The closure of all that the team can do leaves a robot stuck: see ``proof``."""
+    """A robot cannot continue in the closure of all that the team can do: see ``proof``."""
     OUT_OF_SERVICE = "out_of_service"
     """Nothing is left to do while robots are out of service."""
 

@@ -139,7 +139,7 @@ def test_a_broken_scenario_a_crash_and_a_hang_do_not_take_the_batch_down(
     for name, (verdict, reason) in told.items():
         assert results[name]["verdict"] == verdict
         assert reason in "\n".join(results[name]["reasons"])
-    for name in ("crash.yaml", "hang.yaml"):  # the stack says where it was
+    for name in ("crash.yaml", "hang.yaml"):  # the stack shows where it was
         assert "slugs.py" in results[name]["detail"]
     assert "1 passed, 1 invalid, 1 crashed, 1 error, 1 different" in done.stderr
     assert slugs.all_gone()

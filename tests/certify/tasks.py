@@ -131,7 +131,7 @@ def verdict_of(
         (target / name).parent.mkdir(parents=True, exist_ok=True)
         (target / name).write_bytes(data)
     evidence = Evidence({name: target / name for name in files})
-    judged = judge(trace.splitlines(keepends=True), evidence.rules())  # it is no run
+    judged = judge(trace.splitlines(keepends=True), evidence.rules())  # it is not a run
     if judged.findings:
         return judged.findings[0].explanation
     claims = [claim["kind"] for claim in evidence.claims]

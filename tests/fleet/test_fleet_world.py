@@ -225,7 +225,7 @@ def test_messages_count_after_the_clock_of_a_robot_is_set(jump: float) -> None:
     robots.stamp += jump
     assert world.wait(0.02) == []
     robots.locate("digit")
-    scanned(robots, "digit", 9.0)  # may still be from before that
+    scanned(robots, "digit", 9.0)  # the scan may be older than the jump
     events = [told(event) for event in world.wait(5.0)]
     robots.now += 2.5
     robots.locate("digit")

@@ -34,7 +34,7 @@ def test_a_lidar_reports_a_door_before_the_arrival_is_reported() -> None:
     world, robots, scenario = set_out([("succeeded", 2.5)], scan=ScanUse("scan", "door"))
     assert robots.goals == []
     world.observe(Depart(1, 1, "digit", 8, 9, "east", MovedBy.STRATEGY))
-    assert len(robots.goals) == 1  # it sets out when the trace has told it
+    assert len(robots.goals) == 1  # it departs once the trace has recorded it
     robots.post(Scanned("digit", robots.stamp - 0.5, 0.0, math.pi / 2, rays(0.6, 1)))
     scanned(robots, "digit", 0.6)
     events = world.wait(5.0)
@@ -42,7 +42,7 @@ def test_a_lidar_reports_a_door_before_the_arrival_is_reported() -> None:
     found = world.sense(scenario.robots[1], 10)
     assert found is not None and found.name == "door@10"
     assert world.sense(scenario.robots[1], 16) is None
-    scanned(robots, "digit", 3.0)  # somebody has opened it
+    scanned(robots, "digit", 3.0)  # a person has opened it
     (gone,) = world.wait(5.0)
     assert told(gone) == ("Sensed", "digit", False) and world.sense(scenario.robots[1], 10) is None
 

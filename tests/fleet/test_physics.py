@@ -194,7 +194,7 @@ def test_two_robots_lift_a_load_too_heavy_for_one() -> None:
     physics = yard(CRATE)
     physics.perform("left", "lift")
     assert ended(physics, "left", "acted") == "failed"
-    assert 3.9 < physics.now < 4.3  # it has worked, and waited for somebody
+    assert 3.9 < physics.now < 4.3  # it has worked, and waited for a helper
     _, ranges = physics.scan("left")
     assert ranges[0] < 1.5
     physics.perform("left", "lift")

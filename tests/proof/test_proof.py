@@ -253,7 +253,7 @@ def test_measures_are_those_of_a_specification_that_is_verified(tmp_path: Path) 
     (tmp_path / "lift.structuredslugs").write_text(LIFT)
     measures = ("--measures", tmp_path / "measures.json")
     done = warm.safenav("synth", SCENARIOS / "hello.yaml", *measures)
-    assert done.returncode == 2 and "goes with a specification" in done.stderr
+    assert done.returncode == 2 and "requires a specification" in done.stderr
     done = warm.safenav("synth", tmp_path / "lift.structuredslugs", "--no-verify", *measures)
     assert done.returncode == 2 and "verified strategy" in done.stderr
     assert not (tmp_path / "measures.json").exists()

@@ -133,7 +133,7 @@ def test_a_value_that_the_page_cannot_hold_is_refused() -> None:
 
 
 def test_a_motion_without_the_3d_page_is_a_wrong_usage(trace: Path) -> None:
-    with pytest.raises(UsageError, match="--motion goes with --3d"):
+    with pytest.raises(UsageError, match="--motion requires --3d"):
         _safenav("replay", str(trace), "--motion", "x.jsonl")
 
 
@@ -220,6 +220,6 @@ def test_requirements_are_curves_over_the_seconds_below_the_timeline(
     drawn = str(browser.one(".curves .curve").get_attribute("d"))
     ticks = [float(point.split()[0]) for point in drawn.removeprefix("M").split("L")]
     last = json.loads(path.read_text().splitlines()[-1])["ticks"]
-    assert ticks == sorted(ticks)  # the flat page tells a run in lockstep in ticks
+    assert ticks == sorted(ticks)  # the flat page counts a run in lockstep in ticks
     assert 0 <= ticks[0] < ticks[-1] <= last
     assert browser.errors() == []

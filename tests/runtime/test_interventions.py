@@ -36,7 +36,7 @@ def test_an_intervention_that_has_become_impossible_is_dropped_with_a_line() -> 
     for _ in range(2):
         mission.intervene(MarkResolved(name))
     end(mission, trace)
-    assert trace.one("late")["reason"].startswith(f"the team knows of no obstacle '{name}'")
+    assert trace.one("late")["reason"].startswith(f"the team knows no obstacle '{name}'")
     assert trace.one("late").get("at") is None
 
 
@@ -169,8 +169,8 @@ def _visits(*targets: int, **rules: Any) -> AssignObjective:
         (PlaceOrder(replace(CRATE, name="x", has_truth=True), 20), "has a truth"),
         (RemoveObstacle("nope@3"), "no unresolved obstacle nope@3"),
         (SetInput("alrm", on=True), "there is no input 'alrm'"),
-        (MarkResolved("nope@3"), "the team knows of no obstacle"),
-        (MarkPermanent("nope@3"), "the team knows of no obstacle|only in live runs"),
+        (MarkResolved("nope@3"), "the team knows no obstacle"),
+        (MarkPermanent("nope@3"), "the team knows no obstacle|only in live runs"),
         (_visits(), "visit has 0 targets"),
         (_visits(999, 19), "expected free regions of the map"),
         (_visits(20, 19, avoid=frozenset({999})), "expected regions of the map"),

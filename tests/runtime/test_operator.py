@@ -55,7 +55,7 @@ def test_a_request_given_up_and_resolved_is_not_reopened_when_its_obstacle_is_ba
 @pytest.mark.parametrize(
     ("line", "message"),
     [
-        ("resolved door@9", "the team knows of no obstacle 'door@9'; known: gate@27"),
+        ("resolved door@9", "the team knows no obstacle 'door@9'; known: gate@27"),
         ("put_back cart [0, 0]", "is a wall"),
         ("put_back cart [2, 5]", "gate@27 is in region 27: resolve it first"),
         ("put_back cart 999", "region 999"),
@@ -108,10 +108,10 @@ def test_a_proof_holds_after_moves_during_the_wait() -> None:
             2,
             "error: {}:3: 'region': region 0 [0, 0] is a wall",
         ),
-        (  # ``#2`` is no comment
+        (  # ``#2`` is not a comment
             "resolved gate@doorway#2 # the second\nresolved gate@doorway\n",
             0,
-            "{}:1: dropped: the team knows of no obstacle 'gate@doorway#2'; known: gate@doorway",
+            "{}:1: dropped: the team knows no obstacle 'gate@doorway#2'; known: gate@doorway",
         ),
         ("resolved gaet@doorway\n", 2, "error: {}:1: there is no obstacle type 'gaet'; known: "),
         (

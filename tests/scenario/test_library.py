@@ -50,7 +50,7 @@ def test_each_obstacle_is_resolved_by_robots_of_the_library(name: str) -> None:
     robots: dict[str, object] = {}
     for number, model in enumerate(["cassie", *capable]):
         heading = {"heading": "east"} if model in ("cassie", "digit") else {}
-        region = (21, 16, 32)[number]  # one who needs the way, helpers on both sides of it
+        region = (21, 16, 32)[number]  # the requester, then helpers on both sides
         far = 32 if kind.blocks == frozenset() else (28, 38, 12)[number]
         goal = {"patrol": [region, 28 if number == 0 else far]}
         robots[f"r{number}"] = {"model": model, "start": region, **heading, "objective": goal}

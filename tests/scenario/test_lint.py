@@ -74,7 +74,7 @@ def test_lint_and_motion_refuse_the_same_bodies(model: str, side: float, tmp_pat
         (2.0, 0.7, None),
         (1.0, 0.3, "reaches 0.10 m into the next one, where other robots may be; set its"),
         (0.6, 0.3, "reaches 0.30 m into the next one, where other robots may be; give the map"),
-        (0.5, 0.3, None),  # larger than a region, which is said
+        (0.5, 0.3, None),  # larger than a region, which is reported
     ],
 )
 def test_a_robot_that_arrives_beside_the_middle_reaches_into_the_next_region(

@@ -35,7 +35,7 @@ SLOW = (
     "synt15_28",
     "synt15_30",
 )
-# Their strategies have hundreds of megabytes and more: only the verdict is asked for.
+# Their strategies have hundreds of megabytes and more: only the verdict is requested.
 HUGE = ("genbuf_10", "synt15_5", "synt15_10", *SLOW[4:])
 
 

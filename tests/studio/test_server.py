@@ -89,7 +89,7 @@ def test_a_large_upload_is_refused_before_it_is_read(served: Served) -> None:
         head = f"POST {path} HTTP/1.1\r\nHost: 127.0.0.1:{served.port}\r\n"
         connection.sendall(f"{head}Content-Length: 50000000\r\n\r\n".encode())
         assert b" 413 " in connection.recv(4096)
-    # Of unknown length: it is cut off when it becomes too long.
+    # Its length is unknown: it is cut off when it becomes too long.
     chunk = b"100000\r\n" + b"x" * 0x100000 + b"\r\n"
     with socket.create_connection(("127.0.0.1", served.port), MINUTES) as connection:
         connection.sendall(f"{head}Transfer-Encoding: chunked\r\n\r\n".encode())

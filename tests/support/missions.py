@@ -223,7 +223,7 @@ FAMILIES: dict[str, Family | Callable[..., Data | None]] = {
     **MIXED,
     "apart": APART,
     "apart_needs": replace(APART, needs=0.6, passing=0.25),
-    # One-way choices: obstacles that are resolved from where not all robots can come back.
+    # One-way choices: obstacles that are resolved from where not all robots can return.
     "traps": Family(
         (room((3, 4), (3, 5), 0.3),), (2,), apart=1.0, heading=0.9, hidden=(2, 4), needs=0.3
     ),

@@ -231,7 +231,7 @@ def _something_is_missing(sample: Sample, strategy: Strategy, node: int) -> bool
             if all(evaluate(f, here, {**inputs, **outputs}) for f in promised)
         ]
         if not present and allowed and not answers:
-            return False  # the system is stuck after this input: no successor is needed
+            return False  # the system has no move after this input: no successor is needed
         if present and any(answer not in present for answer in answers):
             return True
     return sample.counter and not present

@@ -53,7 +53,7 @@ LATCHED = Qos(
     Policy.History.KeepLast(10),
     _CDR,
 )
-"""Of topics whose last messages a reader also receives when it joins."""
+"""Settings of topics whose last messages a reader also receives when it joins."""
 CYCLONE = "0110"
 VENDORS = {"0101": "RTI Connext", "0103": "OpenDDS", "010f": "Fast DDS", CYCLONE: "Cyclone DDS"}
 """Middleware by the first two bytes of a participant's guid (RTPS 2.2, 9.3.1.5)."""

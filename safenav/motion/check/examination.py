@@ -213,7 +213,7 @@ class Examination:
         self.driven = {name: own for name, own in header.robots.items() if "driven" in own}
         """The robots that were physically driven; none in a motion that is only computed."""
         self.resets = {(reset.robot, reset.t) for reset in motion.of(Reset)}
-        """Where the plan of a driven robot is cut off."""
+        """The robots and times at which the plan of a driven robot is cut off."""
         self.makespan = motion.outcome.makespan
         self.grid = Grid(header.rows, header.cols, header.side)
         self.held: list[Holding] = []

@@ -21,7 +21,7 @@ from safenav.trace.vocabulary import ActResult, MoveEnd
 from safenav.trace.words import counted
 
 SETPOINTS, GOALS = "setpoints", "goals"
-"""How a robot is driven: by a reference that it tracks, or by goals to which it navigates
+"""The ways of driving a robot: by a reference that it tracks, or by goals to which it navigates
 itself."""
 WINDOW, DRIFT = 5.0, 0.25
 """Seconds in which the fastest message dates the robot's clock, and the most by which that may

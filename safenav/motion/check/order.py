@@ -165,7 +165,7 @@ class _Order:
         self.obstacles = case.obstacles
         self.waiting = list(case.actions)
         self.at = {name: robot.start for name, robot in self.robots.items()}
-        """Where each robot is: in its old region until it arrives."""
+        """The region of each robot: its old one until it arrives."""
         self.pending: dict[str, Passage] = {}
         self.begun: dict[str, tuple[Passage, float]] = {}
         """Steps of several ticks that have not arrived, and the end of the command before each."""
@@ -187,8 +187,8 @@ class _Order:
         """When absent obstacles were resolved; 0 for one that never appeared, disappeared, or is
         not known yet."""
         self.met: dict[str, tuple[int, float | None]] = {}
-        """How many needs of an obstacle the lines so far have fulfilled, and when the last of them
-        was."""
+        """The number of needs of an obstacle that the lines so far have fulfilled, and the time of
+        the last."""
         self.flat: dict[str, tuple[str, float]] = {}
         """The obstacle that each robot with an empty battery is, and since when."""
 

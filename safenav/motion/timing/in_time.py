@@ -69,7 +69,7 @@ class _Run(Struct):
     since: dict[str, float] = field(default_factory=dict)
     """The last time of each obstacle."""
     due: dict[str, tuple[float, float, records.Record]] = field(default_factory=dict)
-    """Obstacles that appear or disappear: when at the earliest, when without a later line."""
+    """Obstacles that appear or disappear: the earliest time, and the time without a later line."""
     left: dict[int, float] = field(default_factory=dict)
     """When each region was left last."""
     under_way: dict[str, tuple[int, float]] = field(default_factory=dict)

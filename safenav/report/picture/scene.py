@@ -56,7 +56,7 @@ LINE = 18.0
 CAPTION_LINES = 3
 """Lines of a film's caption, also of an empty one."""
 SPOKEN = 6
-"""Most events that the caption of a picture tells."""
+"""Maximum number of events in the caption of a picture."""
 ROBOT = 0.28
 """Radius of a robot's body, in cells."""
 LEAST_ROBOT = 8.0

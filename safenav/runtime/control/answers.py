@@ -1,7 +1,7 @@
 """Answers to the questions of a team: strategies and joint plans, remembered by the question.
 
-Beside a running clock they are computed in threads: a question whose answer is not there yet raises
-Pending, and is asked again. One that nobody asks again is abandoned.
+Beside a running clock they are computed in threads: a question without an answer yet raises
+Pending, and is asked again. A question that is not repeated is abandoned.
 """
 
 from __future__ import annotations
@@ -130,7 +130,7 @@ class Answers:
             each.asked = True
 
     def forget(self) -> None:
-        """Abandon the questions that nobody has asked since the last call."""
+        """Abandon the questions that were not asked since the last call."""
         for key, each in [*self._questions.items()]:
             if not each.asked:
                 each.obsolete = True

@@ -1,7 +1,7 @@
 """Goals assigned at run time: a robot with a strategy keeps it, and its inputs command it to wait,
 or to go to a region (the paper's alternative to resynthesis).
 
-It is led around known obstacles, of which its strategy knows nothing. What is commanded now follows
+It is led around known obstacles, which its strategy does not contain. The current command follows
 from the strategy's node, so no other state is kept.
 """
 
@@ -21,8 +21,8 @@ from safenav.team.team import Team
 from safenav.world.poses import FAR, Mask
 
 MOST_STEPS = 40
-"""How many steps of a strategy are followed to see whether they lead to a goal: it may first meet
-one that it pursued before."""
+"""Number of steps of a strategy that are followed to see whether they lead to a goal: it may first
+meet one that it pursued before."""
 Step = tuple[int, int | None, int]
 """A region, a heading, and the strategy's node there."""
 

@@ -1,4 +1,4 @@
-"""Why a request has no helpers, or others than expected, in words."""
+"""Reasons why a request has no helpers, or others than expected, in words."""
 
 from __future__ import annotations
 
@@ -27,7 +27,8 @@ class Request:
         self.poses = tuple(robot.next for robot in state.robots)
 
     def why_nobody(self) -> str | None:
-        """Why no robot helps now, although some could get there; None where the bids show it."""
+        """The reason why no robot helps now, although some could get there; None if the bids show
+        it."""
         floor, stage, g = self.floor, self.stages[self.g], self.g
         able, missing = floor.able(g, self.stages), floor.missing(g, self.stages)
         out = [i for i in self._skilled() if not self.state.robots[i].active]
@@ -61,8 +62,8 @@ class Request:
     def why_others(
         self, helpers: Sequence[int], before: Sequence[str], bids: Mapping[str, int | None]
     ) -> str | None:
-        """Why robots that fail, are out of service, or are nearer than the helpers do not help;
-        None where the bids show it. ``before``: the helpers until now."""
+        """The reasons why robots that fail, are out of service, or are nearer than the helpers do
+        not help; None if the bids show it. ``before``: the helpers until now."""
         names = [self.team.members[i].name for i in helpers]
         last = max((bids.get(name) or 0 for name in names), default=0)
         reasons: dict[str, list[int]] = {}

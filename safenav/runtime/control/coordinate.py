@@ -189,7 +189,8 @@ def _is_astray(robot: RobotNow) -> bool:
 
 
 def _give_up(team: Team, state: State, decide: Decide) -> dict[int, Proof]:
-    """Obstacles whose next need nobody can ever meet join O, with the closure as proof."""
+    """Obstacles whose next need no robots can ever fulfil become permanent, with the closure as
+    proof."""
     found: dict[int, Proof] = {}
     while True:
         sets = hopeful(team, state, given_up=False)
@@ -372,7 +373,7 @@ def _deadlock(team: Team, state: State, found: Deadlock) -> End:
     robots, proof, why, whole = found.robots, found.proof, found.why, found.whole
     if isinstance(proof, JointSearch) and whole:
         begun = {team.obstacles[k].name: state.obstacles[k].stage.need for k in gates_of(state)}
-        proof = replace(proof, stages=begun)  # nobody has acted yet
+        proof = replace(proof, stages=begun)  # no robot has acted yet
     if isinstance(proof, JointSearch):
         proof = _whole(team, state, robots, proof)
     return deadlocked(team, state, robots, proof, why)
@@ -406,7 +407,7 @@ def _without(team: Team, state: State, robots: Sequence[int], left: str = "") ->
 
 
 def _why_out(team: Team, state: State, i: int) -> str:
-    """Why a robot is out of service, and the robots of which it occupies a target."""
+    """The reason why a robot is out of service, and the robots of which it occupies a target."""
     robot, where = state.robots[i], 1 << state.robots[i].pose % team.size
     why = (
         [text] if (text := "its battery is empty" if robot.flat else _OUT.get(robot.cause)) else []

@@ -29,7 +29,7 @@ _TRAPPED = "every remaining option traps a robot needed elsewhere"
 
 
 class End(Struct, frozen=True):
-    """Why the run ends. ``cause`` and ``proof``: of ``operator_needed`` (docs/trace.md), with the
+    """The end of a run. ``cause`` and ``proof``: of ``operator_needed`` (docs/trace.md), with the
     ``links`` of its reasons, one sentence each, and the robots that are ``stuck``;
     ``unrealizable``: robots without a strategy, each with its specification; ``refused``: deadlines
     and charges that do not suffice, each with the least value that does (None: none does)."""
@@ -50,7 +50,7 @@ class End(Struct, frozen=True):
 
 def hopeful(team: Team, state: State, *, given_up: bool = True, serving: bool = False) -> Sets:
     """The team as if every robot were in service, or with ``serving`` as if the others did nothing,
-    and were in nobody's way; with ``given_up`` as if the obstacles that are given up were still
+    and blocked no robot; with ``given_up`` as if the obstacles that are given up were still
     requested."""
     team, state = without_memory(team, state)
     again = tuple(k for k, each in enumerate(state.obstacles) if given_up and each.given_up)
@@ -106,7 +106,7 @@ def _first_dead_end(now: Sets, proof: Refutation, word: Word) -> tuple[Closure |
 
 
 def _why_stuck(team: Team, state: State, i: int, *, chosen: bool) -> str:
-    """Why a robot cannot continue. ``chosen``: after an option that was chosen."""
+    """The reason why a robot cannot continue. ``chosen``: after an option that was chosen."""
     robot, word = team.members[i].robot, team.world.word
     objective = robot.objective
     if isinstance(objective, Ltl):

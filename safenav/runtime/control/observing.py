@@ -41,7 +41,7 @@ def heard(team: Team, state: State, i: int, task: Task) -> dict[str, int]:
 
 
 def looked(team: Team, state: State, i: int, task: Task) -> now.Looked | None:
-    """The knowledge of a robot after it has looked around; None if it tracks nobody so."""
+    """The knowledge of a robot after it has looked around; None if its task tracks no robot."""
     if not task.observed:
         return None
     watch, before = watch_for(task, team.world), dict(state.robots[i].known)

@@ -229,7 +229,7 @@ def walls_of(team: Team, state: State, i: int, avoid: frozenset[int]) -> tuple[K
 
 
 def _sealed_words(team: Team, state: State, k: int) -> str:
-    """Why a sealed obstacle stays."""
+    """The reason why a sealed obstacle stays."""
     if not state.obstacles[k].given_up:
         declared = "an operator declared it permanent"
         return "found to be untraversable" if k in state.over else declared

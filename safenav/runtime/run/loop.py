@@ -381,7 +381,7 @@ class Run:
         return End("time_limit", words)
 
     def left(self) -> str:
-        """Why the run is not completed yet, in words."""
+        """The reason why the run is not completed yet, in words."""
         return what_is_left(self.team, self.state, self.control.roles, live=self.world.live)
 
     def orders_to_come(self) -> bool:

@@ -244,7 +244,7 @@ class Mission:
 
     @property
     def lacks(self) -> tuple[Shortfall, ...]:
-        """Why known obstacles are never resolved: what each lacks."""
+        """The shortfalls of known obstacles that are never resolved."""
         return tuple(lacks_of(self._run.team, self._run.state).values())
 
     def rest(self) -> Scenario:

@@ -138,7 +138,7 @@ class Operator:
             case kinds.AddObstacle(kind, region, truth):
                 new = Obstacle(kind, region, truth, appears=int(run.state.time))
                 self._simulation().bring(new, truth)
-                if truth is not None and new.name in run.team.numbers:  # it comes back, changed
+                if truth is not None and new.name in run.team.numbers:  # it reappears, changed
                     yield now.Revealed(number(run.team, run.state, new), truth)
             case kinds.PlaceOrder(kind, region):
                 new = Obstacle(kind, region, appears=int(run.state.time), ordered=True)
@@ -197,7 +197,7 @@ class Operator:
             case kinds.GiveUp():
                 yield now.Intervened(told.GIVE_UP)
 
-    # What is possible.
+    # Checks of interventions.
 
     def _check(self, run: Running, wanted: kinds.Intervention) -> None:
         match wanted:
@@ -336,7 +336,7 @@ def _serves(run: Running, i: int, active: bool, cause: str) -> Iterator[now.Even
 
 
 def _known(run: Running) -> list[int]:
-    """The obstacles of which the team knows."""
+    """The obstacles known to the team."""
     known = (Is.SEEN, Is.OPEN, Is.SEALED)
     return [k for k, each in enumerate(run.state.obstacles) if each.state in known]
 
@@ -348,7 +348,7 @@ def _met(run: Running, name: str) -> int:
         word = run.team.world.word
         listed = ", ".join(obstacle_words(each, word) for each in names) or "none"
         missing = obstacle_words(name, word)
-        raise UsageError(f"the team knows of no obstacle '{missing}'; known: {listed}")
+        raise UsageError(f"the team knows no obstacle '{missing}'; known: {listed}")
     return names[name]
 
 

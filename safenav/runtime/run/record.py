@@ -370,8 +370,8 @@ class Recorder:
             before = apply(self.team, before, event)
 
     def _told(self, state: State, new: Collection[int]) -> None:
-        """The objectives that no push or pop has told, and no synthesis (``new``) will tell: of
-        planned and assignable robots, and of those out of service."""
+        """The objectives that no push, pop or synthesis (``new``) records: of planned and
+        assignable robots, and of those out of service."""
         for i, robot in enumerate(state.robots):
             told = self.team.members[i].planned or assignable(self.team, i) or i not in new
             if told and self.told[i] != robot.objective:

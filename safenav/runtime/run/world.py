@@ -81,7 +81,7 @@ class World:
         self._asked: set[int] = set()
         """The robots that have acted since their last move."""
         self._told_late = not self.live and self._truth is None
-        """Whether the world learns of a step when it ends, and of stays: a blocking one."""
+        """Whether the world receives a step only at its end, and stays as well: a blocking one."""
         self._held: set[int] = set()
         """The robots of such a world that it has moved."""
         self._strayed: dict[int, protocol.Ended] = {}
@@ -110,7 +110,7 @@ class World:
             self.commands.resume(run.state.time, poses, last)
         if self._truth is not None:
             if truth is None:
-                raise UsageError("the run was one of real robots: pass their world")
+                raise UsageError("the run used real robots: pass their world")
             self._truth.resume(truth, [robot.pose % run.team.size for robot in robots])
         self.follow(run.team)
         self._set = frozenset(self.operator.inputs)
@@ -357,7 +357,7 @@ class World:
             yield from _introduced(run, obstacle)
         team, truths = run.team, dict[int, bool | None]()
         reported = {number(team, run.state, obstacle): result for obstacle, result in event.found}
-        again = tuple(  # opened in passing: nobody had asked for that
+        again = tuple(  # opened in passing, without a request
             k
             for k, result in reported.items()
             if run.state.obstacles[k].state is now.Is.SEEN
@@ -494,7 +494,7 @@ class World:
             self._truth.place(obstacle)
 
     def follow(self, team: Team) -> None:
-        """Let robots of a simulated world follow their present rules."""
+        """Let robots of a simulated world follow their current rules."""
         if self._truth is not None:
             self._truth.follow(team)
 

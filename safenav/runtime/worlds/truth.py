@@ -2,7 +2,7 @@
 
 The modelled world is the map with its known obstacles O; the actual one also holds the hidden
 obstacles R, found when a robot is about to enter one (paper, Sections III and V-A). The truth is a
-state of the team's model in which every obstacle that is there is open; nobody else has it.
+state of the team's model in which every obstacle that is there is open; no other module holds it.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ class SimulatedWorld:
         stages."""
         return self._parts.get(self._number[robot.name], ())
 
-    # What a simulation of durations needs.
+    # Simulation of durations.
 
     def set_out(self, robot: Robot) -> None:
         """Record that a robot has departed: it no longer acts in its former region."""
@@ -186,7 +186,7 @@ class SimulatedWorld:
         self.truths[obstacle.name] = truth
 
     def follow(self, team: Team) -> None:
-        """Robots take the loads that they can deliver under their present rules."""
+        """Let robots take the loads that they can deliver under their current rules."""
         strays = {each.name: each.strays for each in team.obstacles}
         obstacles = (
             replace(each, strays=strays.get(each.name, each.strays))

@@ -174,7 +174,7 @@ def _type(
     last = needs[-1] if needs else None
     if last and last.same and last.at is ResolveAt.SELF and blocks != frozenset():
         found = f"the 'same' robots fulfil the last need of {what} inside it, but may not enter"
-        reading.add(item.node, found, "say 'at: neighbours', or 'blocks: []'")
+        reading.add(item.node, found, "write 'at: neighbours' or 'blocks: []'")
     where = _places(item.resolve_at, reading) or ResolveAt.SELF
     action = needs[0].action if needs else item.action.text if item.action else None
     if item.flawed or len(reading) > before or action is None:

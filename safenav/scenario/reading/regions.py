@@ -288,8 +288,8 @@ def _meant_cell(node: Node, name: str, world: RegionMap) -> Iterator[str]:
         case [int(one), int(other)] if other not in (one, *world.neighbours(one)):
             if one < world.rows and other < world.cols and world.is_free(world.region(one, other)):
                 yield (
-                    f"area '{name}' is the regions {one} and {other}, which are not adjacent; "
-                    f"the region in row {one}, column {other} alone is written [[{one}, {other}]]"
+                    f"area '{name}' names regions {one} and {other}, which are not adjacent; "
+                    f"for the region in row {one}, column {other} alone, write [[{one}, {other}]]"
                 )
 
 

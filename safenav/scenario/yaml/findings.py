@@ -259,8 +259,8 @@ FORMER_PARTS = {
     "file": "write the name of the file alone: 'image: floor.png'; 'names' names regions",
     "kind": "write the kind alone: 'motion: disc'",
     "least": "write one number of ticks: 'timing: 2'",
-    "at_least": "write the most ticks alone: 'ticks: 60'",
-    "at_most": "write the most ticks alone: 'ticks: 60'",
+    "at_least": "write the maximum alone: 'ticks: 60'",
+    "at_most": "write the maximum alone: 'ticks: 60'",
     "probability": "write 'true' or 'false'",
 }
 """Former keys of values that no longer are mappings, and what to write instead."""

@@ -119,9 +119,7 @@ def _bytes(path: Path, limit: int) -> bytes:
             raise DocumentError(None, "this is a directory", "name a file in it")
         if not stat.S_ISREG(kind):
             # A pipe may never deliver data, and /dev/zero never ends.
-            raise DocumentError(
-                None, "this is not a regular file", "copy what it gives into a file"
-            )
+            raise DocumentError(None, "this is not a regular file", "copy its contents into a file")
         with path.open("rb") as file:
             data = file.read(limit + 1)
     except FileNotFoundError:
@@ -195,7 +193,7 @@ def _neighbours(path: Path) -> str:
         files = [entry for entry in path.parent.iterdir() if entry.is_file()]
     except OSError:
         return f"the directory {path.parent} cannot be read or does not exist"
-    # A suffix that many files have makes no two names alike.
+    # A common suffix does not make two names alike.
     alike = {*get_close_matches(path.stem, [file.stem for file in files], cutoff=0.6)}
     names = [file.name for file in files if file.stem in alike]
     close = get_close_matches(path.name, names, n=1, cutoff=0.6)

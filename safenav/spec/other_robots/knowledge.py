@@ -33,7 +33,7 @@ Belief = frozenset[int]
 """The cells that may hold a robot that is out of sight; never empty."""
 
 Knowledge = Region | Belief
-"""Where another robot is, or may be."""
+"""The region of another robot, or the cells where it may be."""
 
 
 class Prospect(Struct, frozen=True):

@@ -147,7 +147,7 @@ class Replay:
     def _acts(self, name: str) -> None:
         for obstacle, stage in self.there.items():
             while (after := self._performed(obstacle, stage, name)) != stage:
-                stage = after  # a robot goes on where it stands with what is needed next
+                stage = after  # a robot continues where it stands with the next need
             self.there[obstacle] = stage
 
     def _performed(self, obstacle: str, stage: Stage, mover: str) -> Stage:
