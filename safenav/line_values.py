@@ -40,7 +40,7 @@ _NUMBERS = {
     *("synthesis_seconds", "t", "targets", "tick", "ticks", "to", "toward", "vision"),
     *("timing", "within"),
 }
-"""Keys of numbers, or of lists and objects of numbers; only headings stand beside them."""
+"""Keys of numbers, or of lists and objects of numbers; the only words among them are headings."""
 _HEADINGS = {"north", "east", "south", "west"}
 _BLOCKS = {"untraversable", "no_capable_robot", "unresolvable", "operator"}
 _CHANGES = {"scenario", "world", "user", "input", "battery"}

@@ -168,7 +168,7 @@ def serve(number: int, lock: str) -> None:
         with contextlib.suppress(ChildProcessError):
             while os.waitpid(-1, os.WNOHANG)[0]:
                 served -= 1
-    fcntl.flock(connecting, fcntl.LOCK_UN)  # commands that go on have the file as well
+    fcntl.flock(connecting, fcntl.LOCK_UN)  # commands that continue also have the file
     os._exit(0)
 
 

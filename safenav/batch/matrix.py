@@ -145,7 +145,7 @@ def _values(value: Raw, findings: Findings) -> list[Any]:
         return []
     items = sequence(node, what, findings)
     if items is not None and not items:
-        findings.add(node, f"{what}: a list of no values", "remove it, or give one value")
+        findings.add(node, f"{what}: the list is empty", "remove it, or give one value")
     return [plain(item) for item in items or ()]
 
 

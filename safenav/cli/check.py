@@ -294,7 +294,7 @@ def examined(
 
 
 def _why(answer: Controller, plan: Scenario) -> str:
-    """Return why a robot is unrealizable. Most have nothing to explain."""
+    """Return the reasons why a robot is unrealizable; most robots have none."""
     from safenav.explain.diagnosis import explain_unrealizable
 
     return explain_unrealizable(answer.task.robot, answer.task, plan.map)

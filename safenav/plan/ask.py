@@ -71,7 +71,7 @@ def ask(
         part = replace(floor, rounds=done + AHEAD)
         found = _ask(part, joint, served, seed, check)
         if not isinstance(found, Found) or _goes_on(part, joint, found, seed):
-            return found  # what is impossible for some rounds is for all
+            return found  # impossible for some rounds: impossible for all
     return _ask(floor, joint, served, seed, check)
 
 

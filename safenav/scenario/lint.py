@@ -133,7 +133,7 @@ def _unnoticed(obstacle: Obstacle, scenario: Scenario) -> Iterator[str]:
 
 
 def _crowded(scenario: Scenario) -> Iterator[str]:
-    """Robots that must stay in fewer regions than they are."""
+    """Groups of robots whose objectives leave them too few regions."""
     given = {change.robot for change in scenario.changes if change.objective is not None}
     for group in without_room([r for r in scenario.robots if r.name not in given]):
         yield room_words(group, scenario.map)

@@ -196,7 +196,7 @@ class Act(Record, frozen=True, tag="act"):
 class ActionEnd(Record, frozen=True, tag="acted"):
     """The end of an action; in lockstep only of a failed one, with ``command`` 0. ``results``: of
     each obstacle. ``barred``: those on which the robot has failed too often; it does not act on
-    them until they change or it is back in service. ``reason``: why it has failed."""
+    them until they change or it is back in service. ``reason``: of the failure."""
 
     command: Count
     robot: str
@@ -231,7 +231,7 @@ class Reopened(Record, frozen=True, tag="reopened"):
 
 
 class Waiting(Record, frozen=True, tag="waiting"):
-    """The run waits instead of ending as ``outcome`` and its fields say: live for an operator, or
+    """The run waits instead of ending with ``outcome`` and its fields: live for an operator, or
     ``until`` the tick or second of a change in the scenario."""
 
     outcome: vocabulary.AvertedEnd

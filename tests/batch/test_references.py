@@ -39,7 +39,7 @@ def _case(folder: Path, form: str, catalogue: str = "") -> str:
 
 @pytest.mark.parametrize("form", MAPS)
 @pytest.mark.parametrize("catalogue", ["", "catalogue: own.yaml\n"])
-def test_a_change_of_any_named_file_is_seen_and_of_no_other(
+def test_a_change_of_a_named_file_is_noticed_and_of_no_other(
     files: Path, form: str, catalogue: str
 ) -> None:
     before = _case(files, form, catalogue)

@@ -154,7 +154,7 @@ def test_the_definitions_are_those_of_ros(safenav: Command, trace: Path, tmp_pat
             assert values(own) == values(theirs)
 
 
-def test_robots_are_where_the_motion_has_them(
+def test_robots_are_at_the_positions_of_the_motion(
     safenav: Command, trace: Path, tmp_path: Path
 ) -> None:
     assert safenav("export", trace, "--motion", "motion.jsonl").returncode == 0

@@ -76,5 +76,5 @@ def test_a_name_with_quotes_stays_a_name() -> None:
     assert load_scenario_text(grid).name == 'it\'s "here"'
 
 
-def test_a_map_with_too_little_floor_has_no_beginning() -> None:
+def test_a_map_with_too_little_floor_has_no_start() -> None:
     assert scenario_on(RegionMap.from_grid([".#.", "#.#", ".#."]), [], "dots") is None

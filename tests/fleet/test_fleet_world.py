@@ -196,7 +196,7 @@ LATE_ODOMETRY = {
 
 
 @pytest.mark.parametrize("case", LATE_ODOMETRY)
-def test_a_result_waits_for_odometry_that_comes_later(case: str) -> None:
+def test_a_result_waits_for_later_odometry(case: str) -> None:
     """It was read at once: a robot that was back stood elsewhere, in a region that it had left."""
     script, on_the_way, there, expected, goals = LATE_ODOMETRY[case]
     world, robots, _ = set_out(script)
@@ -433,7 +433,7 @@ def test_no_robot_enters_a_region_into_which_a_person_moved_another() -> None:
             break
         mission.step()
     assert "lost_cart@10" in mission.waiting.explanation and 10 not in robots.entered
-    robots.locate("cart", *robots.places.centre(17))  # it is carried back
+    robots.locate("cart", *robots.places.centre(17))  # a person carries it back
     for _ in range(500):
         if mission.result is not None:
             break

@@ -35,7 +35,7 @@ def independent_game(source: Random) -> Specification:
         Binary("->", mixed(source, common, ins, 2), mixed(source, common, outs, 2))
         for _ in range(source.randint(1, 3))
     ]
-    answers += [  # what the environment had better not do
+    answers += [  # moves that the environment should avoid
         Binary("->", mixed(source, ins, ins, 3), mixed(source, [*ins, *outs], ins, 2))
         for _ in range(source.choice((0, 0, 1)))
     ]

@@ -90,7 +90,7 @@ def test_text_and_picture_show_one_moment(trace: Path, page: Path, browser: Brow
         assert ("helps" in browser.one(".robots").text) == (status == "requested")
 
 
-def test_the_page_opens_and_moves_without_a_complaint(page: Path, browser: Browser) -> None:
+def test_the_page_opens_and_moves_without_an_error(page: Path, browser: Browser) -> None:
     browser.open(page, "#t=20.5")
     browser.wait(lambda: browser.all(".stage3d canvas"))
     before = browser.run(PICTURE)

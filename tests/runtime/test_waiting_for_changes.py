@@ -45,7 +45,7 @@ clock: live
 """
 
 
-def test_the_audit_accepts_a_last_order_that_a_real_clock_delays_a_little() -> None:
+def test_the_judge_accepts_a_last_order_that_a_real_clock_delays_a_little() -> None:
     """A drive hears the time of an order at the next message, and ends in that pass."""
     run = completed(LAST)
     assert run.still_open == ["p0@8"]

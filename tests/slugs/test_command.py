@@ -37,7 +37,7 @@ def test_strategy_goes_to_the_file_or_to_standard_output(own_slugs: Path, folder
     )
 
 
-def test_strategy_and_counterstrategy_hold_up(own_slugs: Path, folder: Path) -> None:
+def test_strategy_and_counterstrategy_are_verified(own_slugs: Path, folder: Path) -> None:
     """With both options there is a certificate for either verdict."""
     both = ("--explicitStrategy", "--counterStrategy", "--jsonOutput")
     for name, status in (("follow", 0), ("stuck", 10)):

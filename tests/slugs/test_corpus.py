@@ -98,7 +98,7 @@ def _sha256(path: Path) -> str:
 
 
 @pytest.mark.parametrize("row", _parameters([row for row in ROWS if row.verdict == "realizable"]))
-def test_published_strategies_are_met_to_the_byte(
+def test_published_strategies_are_reproduced_to_the_byte(
     slugs_binary: Path, tmp_path: Path, row: Row
 ) -> None:
     """The verdict, the bytes of the strategy where they are known, and else its soundness."""

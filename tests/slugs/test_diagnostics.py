@@ -51,7 +51,7 @@ def constraint(section: str, line: str) -> str:
 # Line 8 is the first line after the heading of the section.
 
 
-def test_a_thousand_mistakes_are_shown_and_the_rest_counted(own_slugs: Path) -> None:
+def test_a_thousand_errors_are_shown_and_the_rest_counted(own_slugs: Path) -> None:
     """A file that is something else altogether does not fill the disk with messages."""
     said = ask(own_slugs, "[SYS_TRANS]\n" + "nonsense\n" * 5000)
     assert said.messages[-2:] == ["-: further mistakes are not shown", "-: 5000 errors"]

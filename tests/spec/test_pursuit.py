@@ -78,7 +78,7 @@ def test_a_step_is_allowed_and_counts_as_by_the_formulas(
 
 
 @pytest.mark.parametrize("objective", OBJECTIVES[:7], ids=str)
-def test_it_begins_as_the_formulas_begin(objective: Patrol | Visit) -> None:
+def test_it_starts_as_the_formulas_require(objective: Patrol | Visit) -> None:
     pursuit = objective
     for region, memory in product(REGIONS, range(len(pursuit.targets))):
         encoding = encode(objective, "robots.r", region, Memory(memory), assigned=True)

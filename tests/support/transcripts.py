@@ -48,7 +48,7 @@ def played(script: str, folder: Path, run: Run) -> str:
                 said = pattern.sub(instead, said)
             if "synth" in words:  # the widths of its columns depend on the times
                 said = re.sub(r"(?<=\S) {2,}", "  ", re.sub(r"-{2,}(?=\s)", "--", said))
-            if "batch" in words:  # cases that passed come the slowest first
+            if "batch" in words:  # passed cases are listed slowest first
                 rows = re.compile(r"(?:^.* passed  .*\n)+", re.MULTILINE)
                 said = rows.sub(lambda found: "".join(sorted(found[0].splitlines(True))), said)
             said += f"exit {status}\n" if status else ""

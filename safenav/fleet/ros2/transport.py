@@ -184,7 +184,7 @@ class Ros2Transport:
             self._robots[robot].cancel()
 
     def perform(self, robot: str, action: str, obstacle: str, number: int) -> None:
-        del obstacle  # std_srvs/Trigger has no fields: the service knows what it works on
+        del obstacle  # std_srvs/Trigger has no fields: the service knows its obstacle
         self._robots[robot].perform(action, number)
 
     def close(self) -> None:

@@ -176,7 +176,7 @@ class _Run(Struct):
         self.left[move.from_][name] = self._do(name, tick, (name,), before, what, crossed)
 
     def _left_before(self, name: str, origin: int, to: int) -> Iterator[Before]:
-        """Yield the steps by which others leave the regions where they must not be while this robot
+        """Yield the steps by which others leave the regions that exclude them while this robot
         enters one: that region; those of an exclusion."""
         for other in self.robots:
             if other == name:

@@ -345,7 +345,7 @@ def _planned(
     helping = {d.g: tuple(i for i in duties if duties[i].g == d.g) for d in duties.values()}
     floor = replace(floor, helping=tuple(helping.items())) if helping else floor
     if state.plan is not None and all(len(state.plan.ways[i]) < 2 for i in sharing):
-        # The plan left all to robots with strategies, which others are chosen to do.
+        # The plan left all to robots with strategies: only their chosen helpers act.
         others = [(i, role) for i, role in enumerate(control.roles) if i not in sharing]
         only = {(i, k) for i, role in others for k in floor.gates if role.helps != k}
         floor = replace(floor, barred=floor.barred | only)

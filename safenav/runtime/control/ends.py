@@ -111,7 +111,7 @@ def _why_stuck(team: Team, state: State, i: int, *, chosen: bool) -> str:
     objective = robot.objective
     if isinstance(objective, Ltl):
         return f"{robot.name} cannot meet its formulas with what it can reach"
-    if chosen:  # from its present pose it still could
+    if chosen:  # it still could from its current pose
         return f"{robot.name} could no longer {describe(objective, word)} after that"
     here = state.robots[i].pose % team.size
     for k, each in enumerate(state.obstacles):

@@ -205,7 +205,7 @@ class Replay:
         or helps are told as well: a round has each target once."""
         goals = self.goals[robot.name]
         count = len(robot.targets)
-        if robot.stays:  # what it is to meet next is known if it has no duties
+        if robot.stays:  # its next goal is known if it has no duties
             met = 0 if self.mission.obstacles else sum(goal < count - 1 for goal, _ in goals)
             return (min(met, count - 1), 0)
         each = (sum(goal == k for goal, _ in goals) for k in range(count))
