@@ -54,8 +54,7 @@ OTHERS = "cli scenario traces judge hostile batch fleet runtime"
 def killed(mutant: Mutant, run: Run) -> str:
     """Return what kills a mutant; empty if nothing does. Tests that do not end kill it, too."""
     text = applied(mutant)
-    if text is None:
-        return "(stale: draw again)"
+    assert text is not None, mutant
     path = ROOT / mutant.path
     honest = path.read_text(encoding="utf-8")
     folders = KILLERS.get(mutant.path.split("/")[1], OTHERS).split()
@@ -115,6 +114,8 @@ def main() -> int:
     lines = LIST.read_text(encoding="utf-8").splitlines()
     lines = [line for line in lines if asked.only in line]
     lines = lines[:: max(1, len(lines) // asked.sample)][: asked.sample] if asked.sample else lines
+    if stale := [line for line in lines if applied(read(line)) is None]:
+        parser.error(f"{len(stale)} mutants have lost their place, draw them anew: {stale[0]}")
     survivors, run = 0, Run(asked.workers, asked.patience)
     with asked.report.open("a", encoding="utf-8") as report:
         for line in lines:
