@@ -288,7 +288,8 @@ def drive(
         plan = replace(plan, failures=stations.failures)
         world = None
         if not rehearse:
-            world = fleet_world(plan, stations, recording)
+            begins = plan if first is None else first.standing(plan)
+            world = fleet_world(begins, stations, recording)
             connection.callback(world.close)
             world.open(patience)
             listeners = [*listeners, world.observe]

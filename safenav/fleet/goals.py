@@ -102,17 +102,17 @@ class Goals:
         return self.clock.now() - self.begun
 
     def begins_elsewhere(self, body: DrivenRobot) -> str | None:
-        """Return the error message for a robot that is not in its start pose of the scenario."""
+        """Return the error message for a robot that is not where the run begins, or continues."""
         at, pose, name = body.place, body.pose, body.robot.name
         assert at is not None
         found = self.places.region(at.x, at.y)
         if found != pose.region:
             where = "off the map" if found is None else f"in region {found}"
             x, y = self.places.centre(pose.region)
-            problem = f"{name} is {where} ({at.x:.2f}, {at.y:.2f} m); the scenario starts it in "
+            problem = f"{name} is {where} ({at.x:.2f}, {at.y:.2f} m); the run begins with it in "
             problem += f"{pose.region} ({x:.2f}, {y:.2f} m)"
         elif pose.heading is not None and (facing := self.places.heading(at.yaw)) != pose.heading:
-            problem = f"{name} faces {facing.label}; the scenario starts it facing "
+            problem = f"{name} faces {facing.label}; the run begins with it facing "
             problem += pose.heading.label
         else:
             return None if self.following is None else self.following.start_error(name)

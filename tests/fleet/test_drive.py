@@ -302,6 +302,22 @@ def test_a_drive_is_resumed_where_its_trace_ends(tmp_path: Path) -> None:
     assert "safenav drive --resume continues it" in safenav("resume", first).stderr
 
 
+def test_a_simulation_is_resumed_with_each_robot_where_its_step_began(tmp_path: Path) -> None:
+    """It began again at the starts of the scenario, so that robots were lost."""
+    scenario, fleet, first, rest = (
+        tmp_path / name for name in ("hall.yaml", "fleet.yaml", "t.jsonl", "rest.jsonl")
+    )
+    corridor = DEBRIS.replace("##..###", "#######").replace("#######", "#" * 9)
+    scenario.write_text(corridor.replace("#.....#", "#.......#").replace("[[1, 5]]", "[[1, 7]]"))
+    fleet.write_text(FREE)
+    drive = ("drive", scenario, "--fleet", fleet)
+    assert safenav(*drive, "--trace", first, "--time-limit", "22").returncode == 3
+    at = [line["at"] for line in lines_of(first) if line["type"] == "arrive"]
+    assert at[-1] >= 12
+    assert safenav(*drive, "--resume", first, "--trace", rest).returncode == 0
+    assert not any(line.get("result") == "lost" for line in lines_of(rest))
+
+
 def test_robots_without_a_lidar_report_the_obstacles_beside_them(tmp_path: Path) -> None:
     """A lidar would take the gate for a pulled door, which nobody opens by pulling."""
     scenario, fleet, trace = (tmp_path / name for name in ("night.yaml", "fleet.yaml", "t.jsonl"))

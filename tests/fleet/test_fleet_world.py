@@ -345,7 +345,7 @@ def test_a_robot_that_is_silent_or_begins_in_another_pose_is_named() -> None:
     robots.x["digit"] = 3.5
     with pytest.raises(
         UsageError,
-        match=r"digit is in region 10 \(3.50, 2.50 m\).* starts it in 8 \(.*\n.*of the map",
+        match=r"digit is in region 10 \(3.50, 2.50 m\).* begins with it in 8 \(.*\n.*of the map",
     ):
         FleetWorld(scenario, stations, robots, robots.clock).open()
     robots = Robots()

@@ -92,6 +92,12 @@ class Resumption(Struct, frozen=True):
     kept: Kept
     lines: tuple[records.Record, ...]
 
+    def standing(self, scenario: Scenario) -> Scenario:
+        """The scenario with each robot where its last step began."""
+        rows = zip(scenario.robots, self.team.members, self.state.robots, strict=True)
+        robots = [replace(robot, start=m.graph.pose(at.pose)) for robot, m, at in rows]
+        return replace(scenario, robots=tuple(robots))
+
 
 def scenario_of(trace: Trace) -> Scenario:
     """Return the scenario of a run, which its first checkpoint holds. Raises UsageError if there is
