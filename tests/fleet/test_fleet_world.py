@@ -352,7 +352,7 @@ def test_a_robot_that_is_silent_or_begins_in_another_pose_is_named() -> None:
     robots.open = lambda post: [  # type: ignore[method-assign, assignment]
         post(Located(name, 1.0, robots.x[name], robots.y[name], 1.5)) for name in robots.x
     ]
-    with pytest.raises(UsageError, match=r"digit faces north; the scenario.* facing east\n"):
+    with pytest.raises(UsageError, match=r"digit faces north; the run .* facing east\n"):
         FleetWorld(scenario, stations, robots, robots.clock).open()
 
 
