@@ -10,7 +10,7 @@ from safenav.team.floor import Floor, Joint
 from safenav.world.poses import Mask
 
 Field = Sequence[int] | None
-"""For each pose the steps to a robot's goal poses; None: it wants nothing, and may be pushed."""
+"""For each pose the steps to a robot's goal poses; None: it has no goal, and may be pushed."""
 
 
 class Proposals:

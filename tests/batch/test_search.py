@@ -19,7 +19,7 @@ def test_an_unreadable_scenario_does_not_vanish_from_a_search(write: Write) -> N
     assert case.text is None
 
 
-def test_links_that_lead_round_in_a_circle_are_not_followed(write: Write) -> None:
+def test_circular_links_are_not_followed(write: Write) -> None:
     path = write("suite/a.yaml")
     (path.parent / "again").symlink_to(path.parent)
     (path.parent / "b.yaml").symlink_to(path)

@@ -54,7 +54,7 @@ robots:
 map: {grid: ["######", "#....#", "######"]}
 """,
 }
-"""Missions that nobody can complete."""
+"""Missions that no team can complete."""
 
 ALTERNATION = """
 name: across a target

@@ -156,7 +156,7 @@ def begins_elsewhere(lines: list[Line]) -> None:
 
 
 def another_plan(lines: list[Line]) -> None:
-    """A plan in which everybody stays: nobody goes by it."""
+    """A plan in which every robot stays: no robot follows it."""
     plan = nth(lines, "plan")
     plan["robots"] = {name: way[:1] for name, way in plan["robots"].items()}
     plan["orders"] = []

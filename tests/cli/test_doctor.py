@@ -54,7 +54,7 @@ def test_requirements_are_those_of_the_project() -> None:
 
 
 def test_hints_install_the_missing_package_and_nothing_of_another_name() -> None:
-    """safenav is on no index: a command that names it would install somebody else's package."""
+    """safenav is on no index: a command that names it would install a foreign package."""
     assert str(missing("this", "cyclonedds", "ros2")).endswith(" install 'cyclonedds>=11,<12'")
     wanted: list[str] = []
     for extra in PURPOSES:

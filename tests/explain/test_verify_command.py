@@ -113,7 +113,7 @@ def test_a_broken_guarantee_is_reported_with_origin_and_path(
     assert "obstacles.door" in spoken.output
 
 
-def test_a_line_without_a_comment_is_named_by_its_place(tmp_path: Path, invoke: Invoke) -> None:
+def test_a_line_without_a_comment_is_named_by_its_number(tmp_path: Path, invoke: Invoke) -> None:
     spec, strategy = _written(tmp_path, "[OUTPUT]\nx\n[SYS_LIVENESS]\nx\n!x\n")
     said = [
         line.strip() for line in invoke(command, spec, _damaged(strategy, _loop)).output.split("\n")

@@ -67,7 +67,7 @@ def test_a_robot_without_a_service_fails_the_common_action() -> None:
 
 
 def test_an_obstacle_stays_until_its_last_need_is_fulfilled() -> None:
-    """The gate is unlocked, and stays closed until somebody pushes it."""
+    """The gate is unlocked, and stays closed until a robot pushes it."""
     scenario, crate, gate, stations = yard()
     progress = FleetProgress(scenario)
     beside = {**BESIDE, "fetch": 11}

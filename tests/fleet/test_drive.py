@@ -136,7 +136,7 @@ def rested(lab: Lab) -> None:
 
 
 def overlap(lines: list[dict[str, Any]]) -> float:
-    """The seconds in which both robots were on their way at once."""
+    """The seconds in which both robots were in transit."""
     begun: dict[int, dict[str, Any]] = {}
     ways: dict[str, list[tuple[float, float]]] = {"digit": [], "quad": []}
     for line in lines:
@@ -319,7 +319,7 @@ def test_a_simulation_is_resumed_with_each_robot_where_its_step_began(tmp_path: 
 
 
 def test_robots_without_a_lidar_report_the_obstacles_beside_them(tmp_path: Path) -> None:
-    """A lidar would take the gate for a pulled door, which nobody opens by pulling."""
+    """A lidar would take the gate for a pulled door, which no robot opens by pulling."""
     scenario, fleet, trace = (tmp_path / name for name in ("night.yaml", "fleet.yaml", "t.jsonl"))
     night = (ROOT / "scenarios" / "night_round.yaml").read_text()
     scenario.write_text(night.replace("map:\n", "map:\n  resolution: 2.0\n"))

@@ -197,7 +197,7 @@ LATE_ODOMETRY = {
 
 @pytest.mark.parametrize("case", LATE_ODOMETRY)
 def test_a_result_waits_for_later_odometry(case: str) -> None:
-    """It was read at once: a robot that was back stood elsewhere, in a region that it had left."""
+    """It was read too early: a robot that was back stood in a region that it had left."""
     script, on_the_way, there, expected, goals = LATE_ODOMETRY[case]
     world, robots, _ = set_out(script)
     if on_the_way is not None:
@@ -379,9 +379,9 @@ CORRIDOR = beside(__file__, "scenarios/side_room.yaml")
 
 
 class Obedient:
-    """A transport whose robots are at once where they are sent. Somebody moves the cart into the
+    """A transport whose robots arrive immediately. A person moves the cart into the
     corridor when digit sets out first, and back when digit has been sent ``patience`` times. Time
-    passes while somebody waits, with odometry."""
+    passes during waits, with odometry."""
 
     def __init__(self, places: Places, scenario: Scenario) -> None:
         self.places, self.stamp, self.now = places, 0.0, 0.0

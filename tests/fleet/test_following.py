@@ -284,7 +284,7 @@ BLIND = beside(__file__, "scenarios/blocked.fleet.yaml")
 
 
 def test_a_walker_that_falls_is_lost_and_its_plan_ends_there() -> None:
-    """It runs into debris that nobody sees."""
+    """It runs into debris that no sensor detects."""
     pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
     walks = BLOCKED.replace(
         "quad: {model: quadcopter, start", "quad: {model: cassie, heading: east, start"

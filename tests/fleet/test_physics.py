@@ -110,7 +110,7 @@ def test_a_drone_is_stopped_by_a_closed_door_and_a_walker_opens_it() -> None:
 
 @pytest.mark.parametrize(("begins", "yaw"), [(8, 0.0), (8, pi / 2), (10, 0.0)])
 def test_a_robot_that_enters_a_door_pushes_it_open(begins: int, yaw: float) -> None:
-    """It goes on through the passage, wherever it faces: one of free mobility keeps its heading."""
+    """It continues through the passage in any heading: one of free mobility keeps its heading."""
     physics, places = hall("[{type: door, region: 9}]", begins)
     physics.send("digit", *places.centre(9), yaw)
     assert ended(physics, "digit", "end") == "succeeded"

@@ -160,7 +160,7 @@ def ours(kind: type[Any], value: Any, client: int, number: int) -> Any:
 
 @pytest.mark.parametrize("name", KINDS, ids=lambda name: name.split("/")[-1])
 def test_bytes_are_those_of_another_serializer(name: str, values: int = 1000) -> None:
-    """A request or reply begins with its header, after which CDR counts anew by 8."""
+    """A request or reply begins with its header, after which CDR restarts its count by 8."""
     rng = random.Random(name)
     kind = kind_of(KINDS[name])
     for _ in range(values):

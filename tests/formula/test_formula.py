@@ -196,5 +196,5 @@ def test_no_next_value_in_an_initial_condition() -> None:
     assert "first state only" in following.hint
 
 
-def test_a_sound_formula_has_no_problem() -> None:
+def test_a_sound_formula_has_no_error() -> None:
     assert check(parse("flag -> x + 1 > 50 & x' = 9"), DECLARED) == ()

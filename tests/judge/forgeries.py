@@ -282,7 +282,7 @@ def a_forbidden_step(lines: list[Line], chance: random.Random) -> bool:
 
 @kind
 def a_negative(lines: list[Line], chance: random.Random) -> bool:
-    """The run ends at once, with a proof of nothing: the mission was completed."""
+    """The run ends immediately, with an empty proof: the mission was completed."""
     names, grid = [*lines[0]["scenario"]["robots"]], world(lines)[0]
     honest = lines[-1]["outcome"] == "completed"
     ends = honest and an_earlier_end(lines, chance)

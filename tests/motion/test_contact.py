@@ -47,7 +47,7 @@ SCENE = f"""
 </mujoco>
 """
 FALLEN = 0.6
-"""Metres off the plan from which no leg reaches the ground any more."""
+"""Metres off the plan from which no leg still reaches the ground."""
 WAYS = ["east"] * 4 + ["north"] * 3 + ["west"] * 3
 """Ten regions with two turns."""
 NEXT = {"east": 1, "north": -SIZE, "west": -1}

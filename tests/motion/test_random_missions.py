@@ -25,7 +25,7 @@ FAMILIES = ("apart_needs", "crowd_hidden", "apart", "tight_needs")
 TICKS = 60
 """Runs are cut here: what is moved need not have come to an end."""
 KNOWN = (490, 713, 748, 1018, 1114, 1399)
-"""Live runs whose motion was refused: what a robot had turned to in vain, several things done in
+"""Live runs whose motion was refused: a heading that proved useless, several things done in
 one action, one by two robots of which one was not asked, a load put down and another taken in one
 region, a new strategy during an action."""
 

@@ -118,7 +118,7 @@ def defined(tree: Requirement, record: Made, grid: float) -> Callable[[float], t
         raise AssertionError(node)
 
     def reach(window: Window, t: float, past: bool) -> tuple[list[float], bool]:
-        """The points in the window, and whether it goes on behind the record."""
+        """The points in the window, and whether it continues after the record."""
         sign = -1 if past else 1
         inside = [p for p in points if window.begin <= sign * (p - t) <= window.end]
         unknown = not record.finished if window.end == math.inf else t + window.end > end

@@ -70,7 +70,7 @@ def strolled(trace: Trace, seed: int) -> list[Line]:
 
 
 def overlaps(trace: Trace, plan: list[Line]) -> int:
-    """Pairs of robots in conflict that have one region at once."""
+    """Pairs of robots in conflict that occupy one region simultaneously."""
     held: dict[tuple[str, int], float] = {}
     spans: dict[int, list[tuple[str, float, float]]] = {}
     for line in plan:

@@ -91,7 +91,7 @@ def _steps(
     own: tuple[Variable, ...],
     counts: tuple[int, ...],
 ) -> tuple[formula.Formula, ...]:
-    """Constraints on the own next values: rarely so tight that nobody can move."""
+    """Constraints on the own next values: rarely so tight that no player can move."""
     steps = []
     for _ in range(source.choice(counts)):
         target = Vocabulary((), own)

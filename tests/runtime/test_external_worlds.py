@@ -369,7 +369,7 @@ def test_steps_that_take_no_time_make_the_patience_no_shorter_than_a_second() ->
 
 
 class Flickering(SimulatedWorld):
-    """A camera that sees the door once, and then not any more while it is closed."""
+    """A camera that sees the door once, and then no longer while it is closed."""
 
     looks = 0
 

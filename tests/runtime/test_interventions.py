@@ -185,7 +185,7 @@ def _visits(*targets: int, **rules: Any) -> AssignObjective:
 def test_an_impossible_intervention_is_refused_at_the_call(
     wanted: Any, says: str, clock: str
 ) -> None:
-    """The run goes on as if it had not been requested."""
+    """The run continues as if it had not been requested."""
     mission, trace = begin(HALL + clock)
     mission.step()
     with pytest.raises(UsageError, match=says):

@@ -167,7 +167,7 @@ def test_an_exhausted_search_names_the_robot_out_of_service(
     ],
 )
 def test_goals_that_are_met_where_a_robot_stands_take_no_time(rounds: int, objective: str) -> None:
-    """Its strategy changes between two nodes there for ever; the others go on meanwhile. The trace
+    """Its strategy changes between two nodes there forever; the others continue. The trace
     does not grow with the passes: once it has its rounds, nothing more is counted there."""
     text = RING.replace("{visit: [[1, 5], [1, 1]]}", objective)
     text = text.replace("rounds: 1", f"rounds: {rounds}")
@@ -394,7 +394,7 @@ def test_a_robot_that_reports_an_impossible_region_is_lost(
 
 
 class Distant(Clocked):
-    """Robots that somebody else drives: they do nothing but what they are asked for."""
+    """Robots with another driver: they do only as commanded."""
 
     def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> Acted | None:
         if not obstacles:

@@ -180,7 +180,7 @@ def test_a_robot_in_transit_takes_part_in_no_joint_action(speed: float) -> None:
 def test_the_trace_records_why_an_action_has_failed(
     first: WorldEvent | Exception | None, told: str, known: bool
 ) -> None:
-    """Where the robot was to act on what the team knows, and where it starts; then it goes on."""
+    """Where the robot was to act on what the team knows, and where it starts; then it continues."""
 
     class Wrong(LiveSimulation):
         failed = False

@@ -174,7 +174,7 @@ def losing_the_cart(text: str, *regions: int, service: str = "") -> tuple[Missio
     return mission, run, scenario
 
 
-def test_a_report_that_nothing_is_there_changes_no_wait() -> None:
+def test_a_report_of_absence_changes_no_wait() -> None:
     """A sensor that looks often would have it decided again as often."""
     scenario = loaded(GATE)
     mission, run = begin(scenario, world=Remote(scenario), attended=True)
@@ -197,7 +197,7 @@ def test_a_robot_that_is_out_of_service_may_be_lost() -> None:
 
 
 def test_a_lost_robot_is_put_back() -> None:
-    """Where it may be, nobody goes; once an operator has put it down, that is over."""
+    """No robot goes where it may be, until an operator has put it down."""
     mission, run, scenario = losing_the_cart(OPEN)
     while mission.waiting is None or not mission.still:
         mission.step()
@@ -213,7 +213,7 @@ def test_a_lost_robot_is_put_back() -> None:
 
 @pytest.mark.parametrize("at_once", [True, False])
 def test_a_region_that_an_operator_resolves_is_excluded_for_a_lost_robot(*, at_once: bool) -> None:
-    """The bee may go there. A run that is given up at once does not end for what was resolved."""
+    """The bee may go there. A run given up immediately does not end for the resolution."""
     mission, run, scenario = losing_the_cart(OPEN.replace("[[1, 9], [1, 1]]", "[[2, 4], [1, 1]]"))
     while mission.waiting is None or not mission.still:
         mission.step()
@@ -242,7 +242,7 @@ def test_a_robot_lost_in_several_regions_is_put_back_by_one_decision() -> None:
 
 
 def test_a_change_of_the_scenario_ends_a_wait_for_an_operator() -> None:
-    """The cart has nothing to do behind the gate any more."""
+    """The cart no longer has anything to do behind the gate."""
     change = "changes: [{at: 8, robot: cart, objective: {visit: [[1, 1], [2, 1]]}}]\n"
     near = GATE.replace("[[1, 9], [1, 1]]", "[[1, 2], [1, 1]]")
     scenario, run = loaded(near + change), Run()

@@ -88,7 +88,7 @@ def always(one: Formula) -> Formula:
 
 
 def unless(one: Formula, other: Formula) -> Formula:
-    """W: until, or for ever."""
+    """W: until, or forever."""
     return no(until(no(other), both(no(one), no(other))))
 
 

@@ -121,7 +121,7 @@ class Drawn:
         return found
 
     def can(self) -> bool:
-        """Whether the robot alone can pursue its objective for ever."""
+        """Whether the robot alone can pursue its objective forever."""
         objective, at = self.robot["objective"], {self.start}
         if "hold" in objective or "once" in objective:
             for target in objective.get("once", [objective.get("hold")]):

@@ -45,7 +45,7 @@ def test_strategy_and_counterstrategy_are_verified(own_slugs: Path, folder: Path
         assert run(own_slugs, folder, *both, file, "out.json").returncode == status
         assert failure(folder / file, folder / "out.json", counter=status == 10) is None
         (folder / "out.json").unlink()
-    # Either option alone is silent about the other verdict.
+    # Either option alone prints nothing on the other verdict.
     for name, option in (("stuck", "--explicitStrategy"), ("follow", "--counterStrategy")):
         done = run(own_slugs, folder, option, f"{name}.structuredslugs", "out.json")
         assert done.returncode == (10 if name == "stuck" else 0)

@@ -66,7 +66,7 @@ def test_with_headings_a_corridor_is_one_way() -> None:
 
 
 def test_the_memory_of_the_robot_counts() -> None:
-    """Once it has been at 12 it must not go to 8 any more."""
+    """Once it has been at 12 it must no longer go to 8."""
     ltl = Ltl(
         init=("!done",),
         safety=("done' <-> (done | region = 12)", "done -> region' != 8"),

@@ -70,7 +70,7 @@ def test_a_step_is_allowed_and_counts_as_by_the_formulas(
         if kept:
             met = tuple(i for i, goal in enumerate(goals) if evaluate(goal, before, now))
             counts = pursuit.met(then, after)
-            if pursuit.in_turn and pursuit.settles:  # the last one alone is a goal for ever
+            if pursuit.in_turn and pursuit.settles:  # the last one alone is a goal forever
                 counts = (0,) if len(pursuit.targets) - 1 in counts else ()
             assert met == counts
             steps += 1

@@ -11,7 +11,7 @@ SHIPPED = load_scenario(SCENARIOS / "case_study_1.yaml")
 
 
 class Board:
-    """The drawing board as somebody with a mouse sees it."""
+    """The drawing board as a user with a mouse sees it."""
 
     def __init__(self, browser: Browser, address: str, cols: int = SHIPPED.map.cols) -> None:
         self.browser = browser
@@ -85,7 +85,7 @@ class Board:
         found[-1].click()
 
     def fast(self) -> None:
-        """Let the run go on as fast as the page offers."""
+        """Let the run continue as fast as the page offers."""
         Select(self.browser.one(".speed select")).select_by_value("64")
 
     @property
@@ -142,7 +142,7 @@ def toast(browser: Browser) -> str:
 
 
 def start(board: Board) -> None:
-    """Run the scenario, and hold it at once."""
+    """Run the scenario, and hold it immediately."""
     browser = board.browser
     board.choose("▶ Run")
     browser.wait(lambda: browser.all('button[aria-label="Pause the run"]'))

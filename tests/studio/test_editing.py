@@ -114,7 +114,7 @@ def test_robots_are_placed_on_a_map_from_a_file_and_its_walls_stay() -> None:
         operations.edited(text, {"op": "paint", "regions": [15], "wall": True}, world)
 
 
-def test_undo_leads_back_to_the_beginning_and_redo_forth() -> None:
+def test_undo_reaches_the_first_state_and_redo_the_last() -> None:
     document = OpenDocument(blank())
     first = document.text
     for region in range(17, 27):

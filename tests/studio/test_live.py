@@ -1,4 +1,4 @@
-"""A run as pages see it: the same for all, whole after a reload, changed while it goes on."""
+"""A run as pages see it: the same for all, whole after a reload, changed while it runs."""
 
 from __future__ import annotations
 
@@ -157,7 +157,7 @@ def test_a_live_run_is_shown_in_seconds() -> None:
 
 
 @pytest.mark.parametrize("name", ["case_study_1", "case_study_3_beliefs", "team_of_six", "live"])
-def test_the_news_of_all_ticks_add_up_to_the_whole_run(name: str) -> None:
+def test_the_messages_of_all_ticks_add_up_to_the_whole_run(name: str) -> None:
     """What a page that was there from the beginning has, and one that was opened later."""
     clocked = name == "live"
     data = live_trace("team_of_six") if clocked else trace_of_shipped(name).read_bytes()

@@ -41,7 +41,7 @@ def test_a_studio_without_a_file_saves_as_and_opens(browser: Browser, tmp_path: 
             board.choose("Save as …")
             browser.wait(lambda: focused(browser).get_attribute("aria-label") == "File name")
             field = focused(browser)
-            # Not clear(): the page does not hear of that, and may draw the old name again.
+            # Not clear(): the page is not notified of that, and may draw the old name again.
             field.send_keys(Keys.CONTROL, "a")
             field.send_keys(name_, Keys.ENTER)
             browser.wait(lambda: "already exists" in words(browser, "dialog[open]"))

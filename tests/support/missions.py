@@ -218,7 +218,7 @@ MIXED: dict[str, Callable[[int], Data]] = {
     "tracked": tracked_mission,
     "spoken": formula_mission,
 }
-"""Many keys at once: by seed alone, and often refused by the loader."""
+"""Many keys together: by seed alone, and often refused by the loader."""
 FAMILIES: dict[str, Family | Callable[..., Data | None]] = {
     **MIXED,
     "apart": APART,

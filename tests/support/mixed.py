@@ -1,4 +1,4 @@
-"""Random small scenarios with many keys at once, as users combine them: loads, orders, inputs,
+"""Random small scenarios with many keys together, as users combine them: loads, orders, inputs,
 changes, batteries, deadlines, zones, obstacles that come later, rules beside objectives."""
 
 from __future__ import annotations

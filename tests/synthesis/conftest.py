@@ -44,7 +44,7 @@ region = 3
 """
 
 PHASES = [(3, 0), (4, 0), (5, 0), (4, 1), (3, 1)]
-"""(region, goal) along the patrol; from the last phase it goes on with the second."""
+"""(region, goal) along the patrol; from the last phase it continues with the second."""
 
 
 @pytest.fixture

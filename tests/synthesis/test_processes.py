@@ -1,4 +1,4 @@
-"""Several syntheses at once, in threads, under signals: no process is left behind."""
+"""Several syntheses in parallel, in threads, under signals: no process is left behind."""
 
 import os
 import signal

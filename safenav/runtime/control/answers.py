@@ -110,7 +110,7 @@ class Answers:
             return found
         plain = self._ask(key, lambda check: ask(floor, joint, served, seed, check))
         if first or not charges or isinstance(plain, Deadlock | Unserved):
-            return plain  # what is impossible with any charge is soon proven
+            return plain  # a plan impossible with any charge is soon proven so
         return self._ask((*key, charges, time), charged) or plain
 
     @property

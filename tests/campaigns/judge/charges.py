@@ -9,7 +9,7 @@ CLOSE = 1e-5
 
 
 class Charges:
-    """The charges of robots along a log, if nobody brings batteries: a step takes ``move`` when it
+    """The charges of robots along a log without new batteries: a step takes ``move`` when it
     ends, a second without one ``stay``, or gives ``charge`` on a charger. A robot stands from the
     moment on at which the team is told of the end of its step. ``starts``: regions; ``defects``:
     steps without charge; ``flat``: robots that could take no step at some time."""
