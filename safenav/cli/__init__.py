@@ -139,6 +139,8 @@ def main() -> None:
         status = group.main(prog_name="safenav", standalone_mode=False, color=_coloured())
         sys.exit(status if isinstance(status, int) else ExitCode.OK)
     except SafenavError as error:
+        if _follows_an_interruption(error):
+            _fail("interrupted", ExitCode.INTERRUPTED)
         _fail(str(error), error.exit_code)
     except click.exceptions.Abort:
         _fail("interrupted", ExitCode.INTERRUPTED)
@@ -153,7 +155,7 @@ def main() -> None:
     except KeyboardInterrupt:
         _fail("interrupted", ExitCode.INTERRUPTED)
     except Exception as error:
-        if isinstance(error.__cause__, KeyboardInterrupt):  # Python wraps one in __set_name__
+        if _follows_an_interruption(error):
             _fail("interrupted", ExitCode.INTERRUPTED)
         if os.environ.get("SAFENAV_DEBUG"):
             raise
@@ -169,6 +171,14 @@ def main() -> None:
             "    this is a defect of safenav; set SAFENAV_DEBUG=1 to see where it happened",
             ExitCode.INTERNAL,
         )
+
+
+def _follows_an_interruption(error: BaseException | None) -> bool:
+    """Return whether Ctrl-C led to an error: Python wraps one that strikes in ``__set_name__``, and
+    what ends a half-done step may fail."""
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__ or error.__context__
+    return error is not None
 
 
 def _open_closed_streams() -> None:

@@ -121,6 +121,22 @@ sys.argv = ['safenav', 'new', '--catalogue']
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "error: interrupted\n")
 
 
+@pytest.mark.parametrize("error", ["ValueError", "safenav.errors.SynthesizerError"])
+@pytest.mark.parametrize("cause", ["", " from interruption"])
+def test_what_fails_after_an_interruption_is_told_as_interrupted(error: str, cause: str) -> None:
+    script = f"""\
+import sys, safenav.cli, safenav.errors
+def failing(*_, **__):
+    try:
+        raise KeyboardInterrupt
+    except KeyboardInterrupt as interruption:
+        raise {error}('half a step'){cause}
+safenav.cli.group.main = failing
+{MAIN}"""
+    done = ran([sys.executable, "-c", script])
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "error: interrupted\n")
+
+
 @pytest.mark.parametrize("wanted", [True, False])
 def test_colours_are_for_terminals_and_can_be_switched_off(wanted: bool, tmp_path: Path) -> None:
     (tmp_path / "s.yaml").write_text("safenav: 2\n")

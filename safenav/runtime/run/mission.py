@@ -287,7 +287,8 @@ class Mission:
         except Stopped as stopped:
             end = stopped.end
         except KeyboardInterrupt:
-            end = End(Outcome.INTERRUPTED, "interrupted by the user")
+            self._end(End(Outcome.INTERRUPTED, "interrupted by the user"))
+            return
         except SafenavError as error:
             with suppress(SafenavError):  # writing the trace may be what failed
                 self._end(End(Outcome.ERROR, str(error)))
