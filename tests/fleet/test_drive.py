@@ -318,6 +318,19 @@ def test_a_simulation_is_resumed_with_each_robot_where_its_step_began(tmp_path: 
     assert not any(line.get("result") == "lost" for line in lines_of(rest))
 
 
+def test_an_obstacle_may_be_there_again_when_a_robot_is_about_to_enter(tmp_path: Path) -> None:
+    """An operator declares it resolved, and it is not: the judge refused the honest trace."""
+    files = ("hall.yaml", "fleet.yaml", "operator.txt", "t.jsonl")
+    scenario, fleet, operator, trace = (tmp_path / name for name in files)
+    scenario.write_text(DEBRIS)
+    fleet.write_text(BLOCKED)
+    operator.write_text("resolved debris@10\n")
+    drive = ("drive", scenario, "--fleet", fleet, "--operator", operator, "--trace", trace)
+    assert safenav(*drive).returncode == 1
+    assert any(line["type"] == "appeared" for line in lines_of(trace))
+    assert safenav("check", trace).returncode == 0
+
+
 def test_robots_without_a_lidar_report_the_obstacles_beside_them(tmp_path: Path) -> None:
     """A lidar would take the gate for a pulled door, which no robot opens by pulling."""
     scenario, fleet, trace = (tmp_path / name for name in ("night.yaml", "fleet.yaml", "t.jsonl"))
