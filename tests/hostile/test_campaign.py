@@ -4,6 +4,7 @@
 import json
 import os
 import sys
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from random import Random
@@ -14,11 +15,15 @@ import pytest
 from certify.making import ALTERNATION, bundle_at, files_of, negative, shipped
 from certify.mutants import lines_of
 from hostile.attack import SAFENAV, attack
-from hostile.enemy import Enemy, written
+from hostile.enemy import MARK, Enemy, written
 from judge.good_live_traces import GOOD_LIVE
 from judge.good_traces import GOOD
 from lies.lies import FORMULAS, LIVE
+from once import SCENARIOS
 from safenav.certify.bundle import programs
+from safenav.runtime.run.checkpoint import _digest
+from safenav.scenario.reading.loader import load_scenario
+from team.test_resume import interrupted
 
 COUNT = min(500, int(os.environ.get("SAFENAV_FUZZ", "0")))
 TRACES, BUNDLES = (COUNT, COUNT * 2 // 5) if COUNT else (40, 15)
@@ -31,6 +36,7 @@ VIEWS = (
     ("resume", "--max-ticks", "50", "--trace", "made.jsonl"),
     ("certify", "-o", "made", "--trace"),
 )
+RESUMED = ("case_study_1_beliefs", "case_study_3", "battery_delivery", "warehouse_orders")
 """Commands on a trace beside its check; their files are called ``made``."""
 
 
@@ -68,6 +74,28 @@ def test_a_hostile_trace_does_no_harm(seed: int, sandbox: Path) -> None:
         report(f"trace {seed} {words[0]}", done)
         assert done.flaws == (), f"seed {seed}: {words}"
         assert not (sandbox.parent / "canary").exists()
+
+
+@pytest.mark.parametrize("seed", range(BUNDLES))
+def test_a_hostile_checkpoint_does_no_harm(seed: int, sandbox: Path) -> None:
+    """Its digest was repaired."""
+    enemy, trace = Enemy(seed, sandbox.parent / "canary"), sandbox / "hostile.jsonl"
+    scenario = load_scenario(SCENARIOS / f"{enemy.rng.choice(RESUMED)}.yaml")
+    part = interrupted(scenario, enemy.rng.choice((3, 12)), sandbox)
+    assert part is not None
+    lines = [json.loads(line) for line in part.read_text().splitlines()]
+    one = next(line for line in lines if line["type"] == "checkpoint")
+    part.unlink()
+    text = enemy.document(json.dumps(one["run"])).decode("utf-8", "surrogateescape").rstrip()
+    with suppress(OverflowError, RecursionError, TypeError, ValueError):
+        run = json.loads(text)
+        text = json.dumps(run | {"sha256": _digest(run)})
+    one["run"] = MARK
+    whole = "".join(json.dumps(line) + "\n" for line in lines).replace(f'"{MARK}"', text)
+    trace.write_bytes(whole.encode("utf-8", "surrogateescape"))
+    done = attack([*SAFENAV, "resume", trace, "--max-ticks", 50], sandbox)
+    report(f"checkpoint {seed}", done)
+    assert done.flaws == (), f"seed {seed}"
 
 
 @pytest.mark.parametrize("seed", range(BUNDLES))
