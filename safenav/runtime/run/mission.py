@@ -171,7 +171,7 @@ class Mission:
             self._checkpoints.take(self._run.kept())
         self._guarded(self._run.step)
 
-    def stop(self, why: str = "interrupted by the user") -> None:
+    def stop(self, why: str = "stopped by the user") -> None:
         """End the run, ``interrupted``, at the next opportunity: between two turns, or within a
         search. Called in the run's own thread, by a signal handler, it gives up a running
         computation immediately, by an exception."""
@@ -195,7 +195,7 @@ class Mission:
         end = refusal_of(self._run.team, self._run.state)
         return None if end is None else end.explanation
 
-    def give_up(self, explanation: str = "interrupted by the user") -> RunResult:
+    def give_up(self, explanation: str = "stopped by the user") -> RunResult:
         """End a run that was started, with the outcome ``interrupted``: for programs that call
         ``step`` and will not continue. A run that has ended stays as it is."""
         if not self._started:
@@ -287,7 +287,7 @@ class Mission:
         except Stopped as stopped:
             end = stopped.end
         except KeyboardInterrupt:
-            self._end(End(Outcome.INTERRUPTED, "interrupted by the user"))
+            self._end(End(Outcome.INTERRUPTED, "stopped by the user"))
             return
         except SafenavError as error:
             with suppress(SafenavError):  # writing the trace may be what failed
