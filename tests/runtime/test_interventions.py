@@ -13,6 +13,7 @@ from safenav.errors import UsageError
 from safenav.runtime.intervention.kinds import (
     AddObstacle,
     AssignObjective,
+    Intervention,
     MarkPermanent,
     MarkResolved,
     PlaceOrder,
@@ -45,6 +46,7 @@ def test_an_intervention_that_has_become_impossible_is_dropped_with_a_line() -> 
     [
         ("resolved door@47", "'resolved door@47' is not an intervention: use safenav.MarkResolved"),
         (None, "None is not an intervention"),
+        (Intervention(), "Intervention() is not an intervention"),
         (SetService("digit", "out"), "'active' of SetService is 'out', not bool"),  # type: ignore[arg-type]
         (SetInput("alarm", "off"), "'on' of SetInput is 'off', not bool"),  # type: ignore[arg-type]
         (MarkResolved(47), "'obstacle' of MarkResolved is 47, not str"),  # type: ignore[arg-type]

@@ -92,7 +92,7 @@ class GiveUp(Intervention, frozen=True):
 def misfit(wanted: object) -> str | None:
     """The reason why a value is not an intervention, or has parts of wrong types; None if it is
     one. ``SetService("digit", "out")`` would mean the opposite, since every text is true."""
-    if not isinstance(wanted, Intervention):
+    if not isinstance(wanted, Intervention) or type(wanted) is Intervention:
         return (
             f"{wanted!r} is not an intervention: use safenav.MarkResolved or another class of "
             "interventions, or safenav.read_intervention(LINE, scenario)"
