@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 from collections.abc import Sequence
 from contextlib import ExitStack
@@ -189,8 +190,13 @@ def resume(
     try:
         return _simulated(plan, files, operator, resumption(before, plan))
     except _MISFITS as error:
-        why = f"its checkpoint does not fit the run: {error or type(error).__name__}"
-        raise UsageError(f"{trace}: {why}") from error
+        if os.environ.get("SAFENAV_DEBUG"):
+            raise
+        raise UsageError(
+            f"{trace}: its checkpoint does not fit the run: {type(error).__name__}: {error}\n"
+            "    if safenav wrote the trace, this is a defect of safenav; set SAFENAV_DEBUG=1 to "
+            "see where it happened"
+        ) from error
 
 
 DRIVE_EPILOG = """\b
