@@ -15,7 +15,7 @@ from safenav.judge.formulas import Formulas, UnreadError
 from safenav.line_values import flaws, note_flaw
 from safenav.strict_json import read_json
 
-VERSION = 3
+VERSION = 4
 PASSING = ("tick", "t", "reason", "seconds", "cached")
 """Fields of a synthesis that say nothing of its task; the others are its ``text``."""
 MOST_BYTES = 10_000_000

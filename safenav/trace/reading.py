@@ -220,7 +220,8 @@ class _Reader:
         version = data.get("trace")
         if type(version) is int and version != VERSION:
             self._headless = True
-            self._report(number, f"`trace` is {version}: version {VERSION} can be read")
+            again = "run its scenario again, or use the safenav that wrote it"
+            self._report(number, f"`trace` is {version}: version {VERSION} can be read", again)
             return
         header = self._convert(number, Header, {"tick": 0, **data})
         if isinstance(header, Header):

@@ -21,7 +21,7 @@ from safenav.trace.fields import Objective
 from safenav.trace.proofs import Proof
 from safenav.trace.setting import ObstacleHeader, ScenarioHeader, without_underscore
 
-VERSION = 3
+VERSION = 4
 """The version of the format; there is no other."""
 
 

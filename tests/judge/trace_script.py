@@ -94,7 +94,7 @@ class Script:
             "coordination": "resynthesis",
         }
         self.lines: list[Line] = [
-            {"type": "header", "trace": 3, "safenav": "0.1.0", "scenario": scenario}
+            {"type": "header", "trace": 4, "safenav": "0.1.0", "scenario": scenario}
         ]
         self.synthesize("initial", *robots)
 

@@ -156,7 +156,7 @@ def test_another_version_is_refused() -> None:
     lines = GOOD["door"]()
     lines[0]["trace"] = 2
     (problem,) = refused(text(lines))
-    assert "version 3 can be read" in problem.found
+    assert "version 4 can be read" in problem.found
 
 
 def test_a_missing_trace_file_is_reported(tmp_path: Path) -> None:
