@@ -130,14 +130,17 @@ def ask_charged(
         c if m.energy is None or m.energy.chargers >> p & 1 else c - m.energy.battery.stay
         for c, m, p in zip(charges, floor.team.members, joint.poses, strict=True)
     )
-    tries = [(True, full, late) for full in (False, True)]
-    tries += [(lasting, False, charges) for lasting in (True, False)]
-    for lasting, full, begins in dict.fromkeys(tries):
+    def found(lasting: bool, full: bool, begins: Charges) -> list[Joint] | None:
         start, how = joint._replace(charges=begins), (lasting, full)
         answer = ChargedSearch(floor, wanted, _guide(floor, wanted), start, seed, how).run()
-        if answer is not None and not isinstance(answer, Exhausted):
-            return Found(charged_plan(floor, answer, time))
-    return None
+        return None if isinstance(answer, Exhausted) else answer
+
+    # Where a charger is near, short stops cost least; where it is far, few do.
+    answers = [one for full in (False, True) if (one := found(True, full, late)) is not None]
+    for lasting in (True, False):
+        if not answers and (one := found(lasting, False, charges)) is not None:
+            answers.append(one)
+    return Found(charged_plan(floor, min(answers, key=len), time)) if answers else None
 
 
 def _alone(floor: Floor, joint: Joint) -> Deadlock | None:
