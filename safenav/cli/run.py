@@ -239,6 +239,7 @@ Exit codes:
 @options.operator
 @options.live
 @options.as_json
+@options.maps
 @options.time_limit
 @click.option(
     "--patience",
@@ -257,6 +258,7 @@ def drive(
     operator: str | None,
     live: bool,
     as_json: bool,
+    maps: bool,
     time_limit: float | None,
     patience: float,
 ) -> int:
@@ -333,7 +335,7 @@ def drive(
         status = carried_out(
             plan,
             mission,
-            Files(scenario, trace, None, motion, as_json),
+            Files(scenario, trace, None, motion, as_json, maps),
             operator,
             motion=write_motion,
             views=() if view is None else (view,),
