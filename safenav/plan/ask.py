@@ -130,6 +130,7 @@ def ask_charged(
         c if m.energy is None or m.energy.chargers >> p & 1 else c - m.energy.battery.stay
         for c, m, p in zip(charges, floor.team.members, joint.poses, strict=True)
     )
+
     def found(lasting: bool, full: bool, begins: Charges) -> list[Joint] | None:
         start, how = joint._replace(charges=begins), (lasting, full)
         answer = ChargedSearch(floor, wanted, _guide(floor, wanted), start, seed, how).run()

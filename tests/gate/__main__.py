@@ -21,7 +21,7 @@ from gate.mutator import ROOT, Mutant, applied, drawn, read
 
 LIST = Path(__file__).with_name("mutants.txt")
 KILLERS = {
-    "batch": "batch cli",
+    "batch": "batch cli certify",
     "certify": "lies certify cli",
     "cli": "cli batch documentation faults",
     "explain": "explain cli",
