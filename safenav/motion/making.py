@@ -12,7 +12,7 @@ from safenav.motion.check.pieces import fault_of
 from safenav.motion.file import Flight, Line, Motion, MotionHeader
 from safenav.motion.flyer import check_gust, flown
 from safenav.motion.geometry import MetricFloor
-from safenav.motion.mover import Glider, Mover, flown_through
+from safenav.motion.mover import Glider, Mover, Start, flown_through
 from safenav.motion.timing.execution import when
 from safenav.motion.timing.schedule import motion_at_earliest_times, motion_at_recorded_times
 from safenav.motion.walker.mover import WalkerMover
@@ -163,8 +163,9 @@ def mover(
             limits = f"from {parameter.least:g} to {parameter.most:g}"
             raise UsageError(f"{robot}: '{name}' of its motion is {value:g}, not {limits}")
         values[name] = float(value)
+    start = Start(robot, floor, region, heading, values)
     if kind == "walker":
-        walker = WalkerMover(robot, floor, region, heading, values)
+        walker = WalkerMover(start)
         if (fault := fault_of(walker.gait)) is not None:
             raise UsageError(
                 f"{robot}: a walker {values['height']:g} m high at {values['speed']:g} m/s cannot "
@@ -172,7 +173,7 @@ def mover(
                 "    change 'speed' or 'height' of its model"
             )
         return walker
-    return Glider(robot, floor, region, heading, values, kind)
+    return Glider(start, kind)
 
 
 def _motion(name: str, robot: RobotHeader) -> Mapping[str, object]:

@@ -8,6 +8,7 @@ for each axis, and one for the yaw.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from math import atan2, hypot, pi, remainder, tau
@@ -35,28 +36,31 @@ class Crossing(Struct, frozen=True):
     short: bool = False
 
 
-class Mover:
-    """A robot in motion. ``time`` is the end of its motion so far, in seconds; ``values``: the
-    parameters of its motion by name (safenav.scenario.motion)."""
+class Start(Struct, frozen=True):
+    """A robot before its motion. ``values``: the parameters of its motion by name
+    (safenav.scenario.motion)."""
 
-    def __init__(
-        self,
-        robot: str,
-        floor: MetricFloor,
-        region: int,
-        heading: str | None,
-        values: Mapping[str, float],
-    ) -> None:
-        self.robot, self.floor, self.region, self.heading = robot, floor, region, heading
-        self.values, self.time = values, 0.0
+    robot: str
+    floor: MetricFloor
+    region: int
+    heading: str | None
+    values: Mapping[str, float]
 
+
+class Mover(ABC):
+    """A robot in motion. ``time`` is the end of its motion so far, in seconds."""
+
+    def __init__(self, start: Start) -> None:
+        self.robot, self.floor, self.values = start.robot, start.floor, start.values
+        self.region, self.heading, self.time = start.region, start.heading, 0.0
+
+    @abstractmethod
     def move(self, crossing: Crossing) -> list[Moving]:
         """Carry out a move that begins now."""
-        raise NotImplementedError
 
+    @abstractmethod
     def rest(self, tick: int, until: float) -> list[Moving]:
         """Stay at rest until then."""
-        raise NotImplementedError
 
     def halt(self, tick: int) -> list[Moving]:  # noqa: ARG002
         """Come to rest within the region."""
@@ -87,25 +91,17 @@ class Glider(Mover):
     straight; its body has room to turn in a region.
     """
 
-    def __init__(
-        self,
-        robot: str,
-        floor: MetricFloor,
-        region: int,
-        heading: str | None,
-        values: Mapping[str, float],
-        kind: str,
-    ) -> None:
-        super().__init__(robot, floor, region, heading, values)
-        self.kind = kind
-        size, side = values["size"], floor.side
+    def __init__(self, start: Start, kind: str) -> None:
+        super().__init__(start)
+        self.kind, values = kind, start.values
+        size, side = values["size"], self.floor.side
         if size + 2 * ROOM > side:
             raise UsageError(
-                f"{robot}: a body of {size:g} m does not fit into regions of {side:g} m\n"
+                f"{self.robot}: a body of {size:g} m does not fit into regions of {side:g} m\n"
                 "    give the map a larger 'resolution', or the model a smaller 'size'"
             )
-        self.place = floor.centre(region)
-        self.facing = YAW[heading] if heading else 0.0
+        self.place = self.floor.centre(self.region)
+        self.facing = YAW[self.heading] if self.heading else 0.0
         self._height = (values.get("altitude", 0.0),)
         self._pull = RESERVE * values["tilt"] if kind == "flyer" else values.get("acceleration")
 

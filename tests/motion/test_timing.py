@@ -21,7 +21,7 @@ from safenav.motion.check.verdict import check_motion
 from safenav.motion.file import Action, Line, Motion, Moving, Release, Reserve
 from safenav.motion.geometry import MetricFloor
 from safenav.motion.making import motion_of, mover
-from safenav.motion.mover import Crossing, Glider, Mover
+from safenav.motion.mover import Crossing, Glider, Mover, Start
 from safenav.motion.timing.execution import when
 from safenav.motion.timing.in_time import in_time
 from safenav.motion.timing.schedule import motion_at_earliest_times
@@ -62,7 +62,7 @@ def strolled(trace: Trace, seed: int) -> list[Line]:
     movers: dict[str, Mover] = {}
     for name, robot in trace.header.scenario.robots.items():
         values = {"size": 0.5, "speed": 0.5, "action_seconds": 2.0}
-        mover = Stroller(name, floor, robot.start, robot.heading, values, "disc")
+        mover = Stroller(Start(name, floor, robot.start, robot.heading, values), "disc")
         mover.chance = random.Random(f"{seed} {name}")
         movers[name] = mover
     lines, _ = motion_at_earliest_times(trace, floor, movers)

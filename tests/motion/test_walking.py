@@ -15,7 +15,7 @@ from safenav.motion.check.pieces import check_segment, joined
 from safenav.motion.columns import sample
 from safenav.motion.file import Segment
 from safenav.motion.geometry import HEADINGS, MetricFloor
-from safenav.motion.mover import Crossing
+from safenav.motion.mover import Crossing, Start
 from safenav.motion.walker import primitives
 from safenav.motion.walker.mover import WalkerMover, cut_off
 from safenav.pace.gait import Walker, gait_on
@@ -28,7 +28,7 @@ STEPS = {"east": (0, 1), "north": (-1, 0), "west": (0, -1), "south": (1, 0)}
 
 def walker(side: float = 2.7, region: int = SIZE * SIZE // 2 + SIZE // 2) -> WalkerMover:
     floor = MetricFloor(SIZE, SIZE, side)
-    return WalkerMover("digit", floor, region, "east", VALUES)
+    return WalkerMover(Start("digit", floor, region, "east", VALUES))
 
 
 def beside(region: int, heading: str) -> int | None:

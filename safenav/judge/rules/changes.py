@@ -118,7 +118,8 @@ def _by_inputs(robot: str, s: State) -> Line:
     """Return the objective that the inputs assign to a robot."""
     data = s.robots[robot].data
     listed = (each.objective for each in data.when or () if s.inputs.get(each.input))
-    return next(listed, data.objective)  # type: ignore[no-any-return]
+    found: Line = next(listed, data.objective)
+    return found
 
 
 @rule("move", "depart", "outcome")

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from safenav.errors import UsageError
 from safenav.motion.file import Foothold, FootState, Moving, Piece, PressurePhase, Segment, Swing
 from safenav.motion.geometry import MetricFloor, between, derivative, turn, unit_vector, values
-from safenav.motion.mover import Crossing, Mover
+from safenav.motion.mover import Crossing, Mover, Start
 from safenav.motion.walker import primitives
 from safenav.motion.walker.primitives import LEFT, Array, Primitive, advanced
 from safenav.pace.gait import Walker, gait_on
@@ -38,21 +38,15 @@ feet are on the ground."""
 class WalkerMover(Mover):
     """A walker that stands, or is at a walking pose with ``foot`` on the ground, 0 if it stands."""
 
-    def __init__(
-        self,
-        robot: str,
-        floor: MetricFloor,
-        region: int,
-        heading: str | None,
-        values: Mapping[str, float],
-    ) -> None:
-        super().__init__(robot, floor, region, heading or "east", values)
+    def __init__(self, start: Start) -> None:
+        super().__init__(start)
+        self.heading = start.heading or "east"
         self.foot = 0
-        walker = Walker(*(values[name] for name in WALKER))
+        walker = Walker(*(self.values[name] for name in WALKER))
         try:
-            self.gait = gait_on(floor.side, walker)
+            self.gait = gait_on(self.floor.side, walker)
         except UsageError as error:
-            raise UsageError(f"{robot}: {error}") from error
+            raise UsageError(f"{self.robot}: {error}") from error
 
     def limits(self) -> Mapping[str, float]:
         return {**self.values, "omega": self.gait.omega, **BUILD}

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Sequence
+from functools import partial
 from itertools import zip_longest
 
 import click
@@ -48,8 +49,7 @@ class Story:
         names = [robot.name for robot in scenario.robots]
         self._letters = labels(names)
         self._colours = {n: _COLOURS[i % len(_COLOURS)] for i, n in enumerate(names)}
-        strong = lambda word: click.style(word, bold=True)  # noqa: E731
-        self._style = Style(RegionMap.label, self._name, strong)
+        self._style = Style(RegionMap.label, self._name, partial(click.style, bold=True))
         self._reader = RunReader(unstarted(scenario).header, self._style)
         self._told = 0
         self._syntheses: list[Event] = []
