@@ -194,7 +194,9 @@ def die_with_parent(command: Sequence[str]) -> list[str]:
     setpriv = _setpriv()
     if setpriv is None or not os.access(command[0], os.X_OK):
         return list(command)  # a command that cannot be started raises its own error
-    return [setpriv, "--pdeathsig", "KILL", "--", *command]
+    # This process may die before the kernel is asked: then the command must not begin.
+    begin = ["/bin/sh", "-c", '[ "$PPID" = "$0" ] && exec "$@"', str(os.getpid())]
+    return [setpriv, "--pdeathsig", "KILL", "--", *begin, *command]
 
 
 @lru_cache(maxsize=1)
