@@ -9,16 +9,20 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from enum import StrEnum
 from itertools import takewhile
+from typing import Annotated
 
-from msgspec import Struct, field
+from msgspec import Meta, Struct, field
 from msgspec.structs import replace
 
 from safenav.bounds import Count, Positive, Seconds
 from safenav.scenario import settings
-from safenav.scenario.objective import Objective, TargetObjective
+from safenav.scenario.objective import Objective
 from safenav.world.map import Region, RegionMap
 from safenav.world.moves import Mobility, Pose
 from safenav.world.partition import tiles
+
+Charge = Annotated[int, Meta(ge=0, le=1_000_000)]
+SomeCharge = Annotated[int, Meta(ge=1, le=1_000_000)]
 
 
 class Battery(Struct, frozen=True):
@@ -26,10 +30,10 @@ class Battery(Struct, frozen=True):
     ``move``; a tick (live: a second) without a step takes ``stay`` (live: perhaps a fraction), or
     gives ``charge`` on a charger."""
 
-    capacity: Positive
-    charge: Positive
-    start: Count
-    move: Count = 1
+    capacity: SomeCharge
+    charge: SomeCharge
+    start: Charge
+    move: Charge = 1
     stay: Seconds = 0
 
 
@@ -48,7 +52,7 @@ class RobotModel(Struct, frozen=True):
     vision: float | None = None
     size: float | None = None
     speed: float | None = None
-    timing: int = 1
+    timing: Annotated[int, Meta(ge=1, le=1000)] = 1
     motion: str | None = None
     battery: Battery | None = None
 
@@ -69,7 +73,7 @@ class Robot(Struct, frozen=True):
     objective: Objective
     avoids: frozenset[str] | None = None
     tracks: frozenset[str] = frozenset()
-    while_waiting: TargetObjective | None = None
+    while_waiting: Objective | None = None
     within: int | None = None
     when: tuple[tuple[str, Objective], ...] = ()
 

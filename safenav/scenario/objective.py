@@ -12,9 +12,10 @@ Raw formulas (``ltl``) have no pursuit: the synthesizer makes their automaton.
 from __future__ import annotations
 
 import json
+from abc import ABC
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from itertools import combinations, groupby
-from typing import ClassVar, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, NamedTuple, TypeVar
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -356,7 +357,15 @@ class Ltl(Struct, frozen=True):
         return len(seen) == max(1, len(self.liveness))
 
 
-Objective = TargetObjective | Ltl
+if TYPE_CHECKING:
+    Objective = TargetObjective | Ltl
+else:
+
+    class Objective(ABC):  # noqa: B024 - others are registered
+        """Any objective: its keys are data, too, so that ``trace.fields`` converts it by a hook."""
+
+    Objective.register(TargetObjective)
+    Objective.register(Ltl)
 
 
 def target_regions(objective: Objective | None) -> frozenset[Region]:
@@ -409,8 +418,13 @@ def on_steps(formula: str) -> str:
     return f"region' = region | ({formula})"
 
 
-def ruled(objective: TargetObjective, like: Objective) -> TargetObjective:
+_Any = TypeVar("_Any", bound=Objective)
+
+
+def ruled(objective: _Any, like: Objective) -> _Any:
     """Return an objective with the rules (``avoid`` and ``always``) of another."""
+    if isinstance(objective, Ltl):
+        return objective
     return replace(objective, avoid=like.avoid, always=like.always)
 
 

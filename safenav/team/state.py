@@ -8,7 +8,7 @@ from typing import NamedTuple
 from msgspec import Struct
 
 from safenav.scenario import model
-from safenav.trace.fields import Objective
+from safenav.scenario.objective import Objective
 from safenav.world.moves import Pose
 
 

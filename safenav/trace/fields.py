@@ -3,33 +3,23 @@
 from __future__ import annotations
 
 import re
-from abc import ABC
 from collections.abc import Mapping
 from functools import cache
 from inspect import get_annotations
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 import msgspec
 from msgspec import Meta, Struct, field
 from msgspec.structs import FieldInfo, fields
 
-from safenav.scenario.objective import KINDS, Ltl, TargetObjective, to_data
-
-if TYPE_CHECKING:
-    from safenav.scenario.objective import Objective as Objective
-else:
-
-    class Objective(ABC):  # noqa: B024 - others are registered
-        """Any objective: its keys are data, too, so that msgspec has it made by a hook."""
-
-    Objective.register(TargetObjective)
-    Objective.register(Ltl)
+from safenav.scenario.objective import KINDS, Ltl, Objective, TargetObjective, to_data
+from safenav.world.map import Region
 
 EXAMPLE = '{"visit": [3, [5, 6]]}'
 """An objective, for messages and the schema."""
 _Bound = Annotated[int, Meta(ge=1 - 2**31, le=2**31 - 1)]
 _Variable = Annotated[str, Meta(pattern="^[A-Za-z_][A-Za-z0-9_]{0,99}$")]
-_Target = int | Annotated[frozenset[int], Meta(min_length=1)]
+_Target = Region | Annotated[frozenset[Region], Meta(min_length=1)]
 _PLACED = re.compile(r"(.*?)(?: - at `(?:key in )?\$\.?(.*)`)?", re.DOTALL)
 _EXPECTED = re.compile(r"Expected (.*?)(?:, got (.*))?", re.DOTALL)
 _MISSING = re.compile(r"Object missing required field `(.*)`")
@@ -89,7 +79,7 @@ def _hook(kind: Any, value: Any) -> Any:
 
 class _Rules(Struct, frozen=True):
     form: Literal["literal"] | None = None
-    avoid: frozenset[int] = frozenset()
+    avoid: frozenset[Region] = frozenset()
     always: tuple[str, ...] = ()
 
 

@@ -16,8 +16,8 @@ from msgspec import Meta, Struct
 
 from safenav.bounds import Count, Heading, Place, Region, Seconds, Sha256
 from safenav.outcome import Outcome, Verdict
+from safenav.scenario.objective import Objective
 from safenav.trace import vocabulary
-from safenav.trace.fields import Objective
 from safenav.trace.proofs import Proof
 from safenav.trace.setting import ObstacleHeader, ScenarioHeader, without_underscore
 

@@ -10,9 +10,9 @@ from msgspec import Meta, Struct
 from safenav.bounds import Count, Heading, Positive, Region
 from safenav.scenario.model import Battery, Obstacle, Robot, Scenario
 from safenav.scenario.motion import resolved
+from safenav.scenario.objective import Objective
 from safenav.scenario.settings import Exclusion, Input, Limits
 from safenav.spec.other_robots.belief import MOST_CELLS
-from safenav.trace.fields import Objective
 from safenav.world.map import RegionMap
 from safenav.world.partition import rooms
 

@@ -11,8 +11,9 @@ from collections.abc import Iterable, Mapping
 from enum import IntEnum
 from functools import cached_property
 from math import cos, sin
+from typing import Annotated
 
-from msgspec import Struct, field
+from msgspec import Meta, Struct, field
 
 from safenav.cached_method import cached_method
 
@@ -46,7 +47,10 @@ class Frame(Struct, frozen=True):
         return east, dy * cos(self.yaw) - dx * sin(self.yaw)
 
 
-Region = int
+MAX_REGIONS = 512 * 512
+"""Maximum number of regions of a map, walls included."""
+
+Region = Annotated[int, Meta(ge=0, lt=MAX_REGIONS)]
 """A region's number."""
 
 
@@ -81,9 +85,6 @@ _STEPS = {
     Heading.SOUTH: (1, 0),
     Heading.WEST: (0, -1),
 }
-
-MAX_REGIONS = 512 * 512
-"""Maximum number of regions of a map, walls included."""
 
 WALL = "#"
 FREE = "."

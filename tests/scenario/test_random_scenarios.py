@@ -1,4 +1,4 @@
-"""Damaged scenarios end in an InputError, or load and are read back from their canonical form."""
+"""Damaged scenarios end in an InputError, or load and are read back from a checkpoint."""
 
 import json
 import string
@@ -11,11 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from safenav.errors import InputError
-from safenav.scenario.dump import dump
+from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.yaml.document import plain, read_document
+from safenav.trace import fields
 from scenario.mistakes import places
-from scenario.test_dump import same
 from scenario.test_schema import FULL
 
 words = st.text(alphabet=string.ascii_letters + "ü -", min_size=1, max_size=8).filter(
@@ -51,8 +51,8 @@ def load_or_refuse(text: str) -> None:
             assert diagnostic.line <= text.count("\n") + text.count("\r") + 3
         assert error.diagnostics
         return
-    again = load_scenario_text(json.dumps(dump(scenario)), "mutated.yaml")
-    assert same(again) == same(scenario)
+    data = json.loads(json.dumps(fields.plain(scenario)))
+    assert fields.convert(Scenario, data) == scenario
 
 
 edits = st.lists(

@@ -10,7 +10,8 @@ from msgspec import Meta, Struct
 from msgspec.structs import fields
 
 from safenav.line_values import WORDS, WORDS_OF_LINES
-from safenav.trace.fields import Objective, objective_of
+from safenav.scenario.objective import Objective
+from safenav.trace.fields import objective_of
 from safenav.trace.records import KINDS, Record
 from safenav.trace.setting import MapHeader, ObstacleHeader
 

@@ -8,9 +8,8 @@ under way in a live run have ended where they began.
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Callable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import msgspec
 from msgspec import Struct, field
@@ -20,16 +19,15 @@ from safenav.errors import UsageError
 from safenav.runtime.control.roles import Role
 from safenav.runtime.run.deadlines import LedgerKept
 from safenav.runtime.worlds.truth import Truth
-from safenav.scenario.dump import dump
 from safenav.scenario.model import Obstacle, Scenario
-from safenav.scenario.reading.loader import load_scenario_text
+from safenav.scenario.objective import Objective
 from safenav.scenario.settings import Limits
-from safenav.scenario.yaml.findings import ReadableFolder
 from safenav.team.state import State
 from safenav.team.team import Team, assigned, introduced, team_of
 from safenav.trace import records
-from safenav.trace.fields import Objective, WrongError, convert, plain
+from safenav.trace.fields import WrongError, convert, plain
 from safenav.trace.setting import scenario_header
+from safenav.world.map import MAX_REGIONS
 
 if TYPE_CHECKING:
     from safenav.trace.reading import Trace
@@ -58,7 +56,7 @@ class Kept(Struct, frozen=True, forbid_unknown_fields=True):
     """A run before a pass. ``own``: the objective of each robot, with rounds of at most ``within``
     ticks; ``helps``: the obstacle that each robot serves; ``introduced``: the obstacles that the
     scenario does not list, each with the robot whose battery it is; ``due``: the ticks in which
-    steps under way end (lockstep). ``scenario``: its canonical form, in the first checkpoint."""
+    steps under way end (lockstep). ``scenario``: in the first checkpoint."""
 
     state: State
     own: tuple[Objective, ...]
@@ -68,12 +66,12 @@ class Kept(Struct, frozen=True, forbid_unknown_fields=True):
     introduced: tuple[tuple[Obstacle, int | None], ...] = ()
     due: dict[str, int] = field(default_factory=dict)
     truth: Truth | None = None
-    scenario: dict[str, Any] | None = None
+    scenario: Scenario | None = None
     sha256: str = ""
 
     def checkpoint(self, lines: int, scenario: Scenario | None) -> records.Checkpoint:
         """The run after so many lines of its trace, with its scenario unless that is known."""
-        run = plain(self if scenario is None else replace(self, scenario=dump(scenario)))
+        run = plain(self if scenario is None else replace(self, scenario=scenario))
         return records.Checkpoint(self.memory.tick, lines, {**run, "sha256": _digest(run)})
 
 
@@ -101,10 +99,11 @@ class Resumption(Struct, frozen=True):
 
 def scenario_of(trace: Trace) -> Scenario:
     """Return the scenario of a run, which its first checkpoint holds. Raises UsageError if there is
-    none, InputError if it cannot be used."""
+    none, or none of which a map can be made."""
     found = next((kept.scenario for _, kept in _checkpoints(trace)), None)
-    # Like an uploaded scenario, it may name no file.
-    return load_scenario_text(json.dumps(found), trace.source, reach=ReadableFolder(None))
+    if found is None or not 0 < found.map.size <= MAX_REGIONS:
+        raise UsageError(f"{trace.source}: its first checkpoint has no scenario")
+    return replace(found, source=trace.source)
 
 
 def _checkpoints(trace: Trace) -> list[tuple[int, Kept]]:
@@ -140,13 +139,10 @@ def _bits(kept: Kept) -> Iterator[int]:
         pursued.append((robot.objective, robot.task))
         pursued += [] if robot.base is None else [(robot.base[0], robot.base[2])]
     for objective, count in pursued:
-        yield from (count.memory * objective.in_turn, *objective.avoid)
-        yield from (region for target in objective.targets for region in target)
+        yield count.memory * objective.in_turn
     for each in (*state.obstacles, *(() if truth is None else truth.obstacles)):
         yield from (region for _, region in each.asked)
     yield from (place.pose for way in (state.plan.ways if state.plan else ()) for place in way)
-    added = () if truth is None else truth.added
-    yield from (each.region for each in (*(source for source, _ in kept.introduced), *added))
 
 
 def resumption(trace: Trace, scenario: Scenario) -> Resumption:
@@ -168,16 +164,9 @@ def _compare(trace: Trace, scenario: Scenario) -> Limits:
     """Compare a scenario with the header of its trace; return its limits."""
     header = trace.header.scenario
     here = scenario_header(scenario, None, live=trace.header.clock is not None)
-    pairs = {
-        "map": (header.map, here.map),
-        "robots": (header.robots, here.robots),
-        "obstacles": (
-            [replace(each, traversable=None) for each in header.obstacles],
-            [replace(each, traversable=None) for each in here.obstacles],
-        ),
-        "until": (header.until, here.until),
-    }
-    other = [name for name, (there, own) in pairs.items() if there != own]
+    hidden = tuple(replace(each, traversable=None) for each in header.obstacles)
+    there, parts = replace(header, obstacles=hidden), ("map", "robots", "obstacles", "until")
+    other = [name for name in parts if getattr(there, name) != getattr(here, name)]
     if other:
         raise UsageError(
             f"the scenario is not that of {trace.source}: it differs in {' and '.join(other)}"
