@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from safenav.review.foresight import Rehearsal
     from safenav.runtime.control.tasks import Controller
     from safenav.scenario.model import Scenario
-    from safenav.synthesis.slugs import Synthesizer
 
 EPILOG = """\b
 Examples:
@@ -200,10 +199,9 @@ def recognized(path: Path) -> GivenFile:
 
 def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
     """Judge each robot and the team, then run the scenario without its hidden obstacles. Valid
-    items that are probably unintended give warnings: those of ``lint`` and ``foreseen``, a robot
-    that can win by breaking its assumptions about the other robots, an objective from an input that
-    is unrealizable, a battery that runs empty, a deadlock. ``strict``: they count as
-    unrealizable."""
+    items that are probably unintended give warnings: those of ``lint`` and ``foreseen``, an
+    objective from an input that is unrealizable, a battery that runs empty, a deadlock. ``strict``:
+    they count as unrealizable."""
     from safenav.report.terminal.layout import WaitingLine
     from safenav.review.foresight import foreseen, rehearse
     from safenav.runtime.run.mission import Mission, default_synthesizer, first_results
@@ -221,7 +219,7 @@ def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
         plan = load_scenario_text(text, str(file.path))
     synthesizer = default_synthesizer(plan)
     answers = first_results(plan, synthesizer, WaitingLine())
-    of_plan, of_robots = [*lint(plan), *foreseen(plan)], list[str]()
+    warnings = [*lint(plan), *foreseen(plan)]
     for robot in plan.robots:
         for event, objective in robot.when:  # as if the input were on from the start
             team = (replace(r, objective=objective) if r is robot else r for r in plan.robots)
@@ -229,20 +227,18 @@ def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
             answer = first_results(then, synthesizer, WaitingLine(), [robot.name])[robot.name]
             if not answer.realizable:
                 why = _why(answer, plan)
-                of_plan.append(f"when {event} is on from the start, {why}")
+                warnings.append(f"when {event} is on from the start, {why}")
     realizable = all(answer.realizable for answer in answers.values())
     refusal = Mission(plan, synthesizer).refusal() if realizable else None
     apart = "" if refusal is None else " apart from deadlines and batteries"
     verdicts, lines = list[dict[str, Any]](), list[str]()
     for name, answer in answers.items():
-        more, warned = examined(name, answer, plan, synthesizer)
         data = {
             "robot": name,
             "objective": describe(answer.asked, plan.map.word),
             "form": answer.form.value,
             "verdict": answer.result.verdict.value,
-        } | more
-        of_robots += warned
+        } | examined(answer, plan)
         verdicts.append(data)
         word = click.style(data["verdict"], fg="green" if answer.realizable else "red")
         lines.append(f"{name}: {word}{apart}, {answer.words(plan.map.word)}")
@@ -250,10 +246,10 @@ def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
         if not answer.realizable:
             repairs = f"safenav explain {shlex.quote(plan.source)} proposes repairs"
             lines += [f"    {data['explanation']}", f"    {repairs}"]
-    whole: dict[str, Any] = {"scenario": plan.name, "robots": verdicts, "warnings": of_plan}
+    whole: dict[str, Any] = {"scenario": plan.name, "robots": verdicts, "warnings": warnings}
     if realizable and refusal is None:
         ahead = rehearse(plan, synthesizer)
-        of_plan += _ahead(plan, ahead, of_plan)
+        warnings += _ahead(plan, ahead, warnings)
         result = ahead.result
         whole["without_obstacles"] = {
             "outcome": result.outcome.value,
@@ -267,30 +263,19 @@ def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
     if refusal is not None:
         whole["unrealizable"] = refusal
         lines.append(f"{click.style('unrealizable', fg='red')}: {refusal}")
-    warnings = [*of_plan, *of_robots]
     good = realizable and refusal is None and not (strict and warnings)
     return JudgedFile(good, whole, lines, warnings)
 
 
-def examined(
-    name: str, answer: Controller, plan: Scenario, synthesizer: Synthesizer
-) -> tuple[dict[str, Any], list[str]]:
-    """Return what a robot's controller allows and assumes, why it is unrealizable and how it may
-    win by breaking its assumptions, as data; and lines of warnings about the latter."""
-    from safenav.explain.vacuity import vacuous_wins
+def examined(answer: Controller, plan: Scenario) -> dict[str, Any]:
+    """Return what a robot's controller allows and assumes, and why it is unrealizable, as data."""
     from safenav.spec.compile import assumption_names
 
-    why, strategy = None if answer.realizable else _why(answer, plan), answer.result.strategy
-    data, lines = list[dict[str, Any]](), list[str]()
-    for vacuity in vacuous_wins(strategy, synthesizer) if strategy and why is None else ():
-        from safenav.report.terminal.specification_text import vacuity_data, vacuity_lines
-
-        assert strategy is not None
-        lines += vacuity_lines(name, vacuity, strategy)
-        data.append(vacuity_data(vacuity, strategy))
-    rules = assumption_names(answer.task, plan.map)
-    allows = answer.allows(plan.map.word)
-    return {"allows": allows, "assumptions": rules, "explanation": why, "warnings": data}, lines
+    return {
+        "allows": answer.allows(plan.map.word),
+        "assumptions": assumption_names(answer.task, plan.map),
+        "explanation": None if answer.realizable else _why(answer, plan),
+    }
 
 
 def _why(answer: Controller, plan: Scenario) -> str:

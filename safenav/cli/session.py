@@ -35,8 +35,6 @@ if TYPE_CHECKING:
 
 PATIENCE = 0.8
 """Seconds after the first signal until a run that does not react is ended."""
-MOST_STATES = 20_000
-"""Maximum number of states of a strategy that is examined after a run has reached a limit."""
 TERMINAL = "-"
 HELP_SECONDS = 10.0
 """Maximum wall time in seconds for trying repairs."""
@@ -174,7 +172,7 @@ def _reported(
         if expected != Expect() and not compares:
             notes.append("note: interrupted: not compared with 'expect'")
         if advice and status in (ExitCode.NEGATIVE, ExitCode.RESOURCE_LIMIT):
-            notes += [f"    {line}" for line in _next_steps(mission, outcome, files)]
+            notes += [f"    {line}" for line in _next_steps(outcome, files)]
         for line in notes:
             click.echo(line, err=True)
     return status
@@ -191,7 +189,7 @@ def _not_reached(mission: Mission) -> Iterator[str]:
             yield f"note: completed before the change of {change.robot} {when}"
 
 
-def _next_steps(mission: Mission, outcome: Outcome, files: Files) -> Iterator[str]:
+def _next_steps(outcome: Outcome, files: Files) -> Iterator[str]:
     """Yield commands that show the cause of the outcome."""
     name = quote(str(files.scenario))
     if files.html is not None:
@@ -204,19 +202,6 @@ def _next_steps(mission: Mission, outcome: Outcome, files: Files) -> Iterator[st
         yield f"explain: safenav explain {name}"
     elif outcome is Outcome.TICK_LIMIT:
         yield f"run longer: safenav run {name} --max-ticks N"
-    if outcome in (Outcome.TICK_LIMIT, Outcome.TIME_LIMIT):
-        # Imported here, since most runs do not need it.
-        from safenav.explain.vacuity import vacuities
-        from safenav.synthesis.strategy import Strategy
-
-        found = []
-        for robot, controller in mission.controllers.items():
-            strategy = controller.result.strategy
-            if isinstance(strategy, Strategy) and len(strategy.states) <= MOST_STATES:
-                found += [robot] if vacuities(strategy) else []
-        if found:
-            robots = " and ".join(found)
-            yield f"check: safenav check {name} ({robots} may win by breaking assumptions)"
 
 
 Lines = list[tuple[str, str]]

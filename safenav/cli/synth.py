@@ -11,7 +11,7 @@ import click
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.cli import options, warn, warn_of
+from safenav.cli import options, warn
 from safenav.cli.check import examined
 from safenav.errors import (
     Diagnostic,
@@ -22,7 +22,7 @@ from safenav.errors import (
     UsageError,
     exit_code_of,
 )
-from safenav.explain.vacuity import Cause, vacuous_wins
+from safenav.explain.vacuity import Cause, vacuities
 from safenav.file_kind import kind_of
 from safenav.lines import json_flaw, json_line, read_file
 from safenav.outcome import Verdict
@@ -55,9 +55,6 @@ from safenav.verify.verification import (
     verify_strategy,
 )
 
-WARNING_SECONDS, WARNING_MB = 5.0, 100
-"""Limits of the synthesis whose strategy is examined for warnings, after the verdict."""
-
 SYNTH_EPILOG = """\b
 Examples:
   safenav new lab.yaml && safenav synth lab.yaml
@@ -72,7 +69,7 @@ Files in DIR for each robot R (a specification: of its name):
 An unrealizable one gets the environment's strategy, as R.counterstrategy.json, .dot, .graphml.
 \b
 Exit codes:
-  0  all realizable   1  some robot is unrealizable (--strict: or a warning)
+  0  all realizable   1  some robot is unrealizable
   2  bad input   3  time or memory limit   4  synthesizer failure
 """
 
@@ -125,7 +122,6 @@ class Synthesized(Struct, frozen=True):
 @click.option("--measures", type=options.Output(), help="Write the measures of a specification.")
 @click.option("--avoiding", is_flag=True, help="Avoid the other robots (without coordination).")
 @click.option("--verify/--no-verify", default=True, help="Check each strategy independently.")
-@click.option("--strict", is_flag=True, help="Warnings count as unrealizable.")
 @options.as_json
 def synth(
     scenario: Path,
@@ -134,7 +130,6 @@ def synth(
     measures: Path | None,
     avoiding: bool,
     verify: bool,
-    strict: bool,
     as_json: bool,
 ) -> int:
     """Synthesize the controllers for the start of SCENARIO and print their size. SCENARIO may be a
@@ -147,7 +142,7 @@ def synth(
             raise UsageError("--measures are those of a verified strategy: without --no-verify")
         one = _of_specification(scenario, verify)
         _report([one], output, "file", {"specification": str(scenario), **one.data()}, as_json)
-        return _end_of_specification(one, scenario, measures, strict, as_json or str(output) == "-")
+        return _end_of_specification(one, scenario, measures, as_json or str(output) == "-")
     options.refuse({"measures": "a specification; -o writes that of each robot"})
     plan, refused, wanted = options.loaded(scenario, robot)
     if str(output) == "-" and len(wanted) > 1:
@@ -162,24 +157,21 @@ def synth(
             answers[name] = replace(answer, task=task, result=result)
     if refused is not None and all(answer.realizable for answer in answers.values()):
         raise refused  # for another reason than an unreachable target
-    made, data, notes, warned = list[Synthesized](), list[dict[str, Any]](), list[str](), False
+    made, data, notes = list[Synthesized](), list[dict[str, Any]](), list[str]()
     for name, answer in answers.items():
         spec, shown = compile_task(answer.task, plan.map), answer.result
-        more, lines = examined(name, answer, plan, synthesizer)
+        more = examined(answer, plan)
         if not answer.realizable:
             unrealizable = click.style("unrealizable:", fg="red", bold=True)
             click.echo(f"{unrealizable} {more['explanation']}", err=True)
             if output is not None:
                 shown = listed(synthesizer.counterstrategy, spec)
         made.append(one := Synthesized(name, spec, answer.result, shown))
-        warn_of(lines)
-        warned = warned or bool(lines)
         notes += [f"{name}: {answer.words(plan.map.word)}"] if more["allows"] else []
         notes += [f"{name} assumes: {shortened(rule)}" for rule in more["assumptions"]]
         data.append(one.data() | more)
     _report(made, output, "robot", {"scenario": plan.name, "robots": data}, as_json, notes)
-    bad = not all(one.realizable for one in made) or (strict and warned)
-    return ExitCode.NEGATIVE if bad else ExitCode.OK
+    return ExitCode.OK if all(one.realizable for one in made) else ExitCode.NEGATIVE
 
 
 def _of_specification(file: Path, verify: bool) -> Synthesized:
@@ -204,7 +196,7 @@ def _of_specification(file: Path, verify: bool) -> Synthesized:
 
 
 def _end_of_specification(
-    one: Synthesized, file: Path, measures: Path | None, strict: bool, printed: bool
+    one: Synthesized, file: Path, measures: Path | None, printed: bool
 ) -> int:
     """Write the measures, explain a negative or warn; return the exit code."""
     strategy = one.shown.strategy
@@ -215,8 +207,10 @@ def _end_of_specification(
         )
         write_out(measures, json_line(made))
     if one.realizable:
-        warned = warn_of_vacuity(file, one.result, Synthesizer(verifier=first_failure))
-        return ExitCode.NEGATIVE if warned and strict else ExitCode.OK
+        assert strategy is not None
+        for vacuity in vacuities(strategy):
+            warn(*vacuity_lines(vacuity, strategy, str(file)))
+        return ExitCode.OK
     if not one.shown.states:
         click.echo(f"it has no node: {opening_words(one.spec)}", err=printed)
     click.echo(f"the environment's strategy; for the reason: safenav explain {file}", err=True)
@@ -289,17 +283,6 @@ def too_large(file: Path, what: str, result: SynthesisResult) -> ResourceLimitEr
     limit = (result.detail.splitlines() or [result.verdict.value.replace("_", " ")])[0]
     hint = "`slugs --explicitStrategy FILE` has no limits; `safenav verify` checks what it prints"
     return ResourceLimitError(f"{file}: {what} is too large to list ({limit})\n    {hint}")
-
-
-def warn_of_vacuity(file: Path, result: SynthesisResult, synthesizer: Synthesizer) -> bool:
-    """Warn about a system that wins by breaking its assumptions; return whether it does. A strategy
-    that is too large to list is not examined."""
-    if result.strategy is None:
-        return False
-    found = vacuous_wins(result.strategy, synthesizer)
-    for vacuity in found:
-        warn(*vacuity_lines("the system", vacuity, result.strategy, str(file)))
-    return bool(found)
 
 
 VERIFY_EPILOG = """\b
@@ -443,9 +426,6 @@ def _explain_specification(file: Path, as_json: bool) -> int:
     if not as_json:
         word = click.style(result.verdict.value, fg="green" if realizable else "red")
         click.echo(f"{file} is {word}: nothing to explain" if realizable else f"{file}: {word}")
-    if realizable and not as_json:
-        brief = Synthesizer(seconds=WARNING_SECONDS, memory_mb=WARNING_MB)
-        warn_of_vacuity(file, listed(brief.synthesize, spec), synthesizer)
     found = None if realizable else explain_lines(spec, synthesizer)
     if as_json:
         why = None if found is None else line_explanation_data(found)

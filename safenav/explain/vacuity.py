@@ -1,10 +1,11 @@
-"""Vacuity: wins of a robot that come from breaking its assumptions on the other robots.
+"""Vacuity: wins of a system that come from breaking its own assumptions.
 
 A strategy may force the environment into a state with no move left, or one where it cannot meet a
-fairness assumption. From there on no guarantee binds the robot: it has won, and may do nothing at
+fairness assumption. From there on no guarantee binds the system: it has won, and may do nothing at
 all. Such a win is worth a warning. (Klein, Pnueli: Revisiting synthesis of GR(1) specifications,
 HVC 2010, and Maoz, Ringert: On well-separation of GR(1) specifications, FSE 2016, who examine the
-specification; here the strategy in use is examined first.)"""
+specification; here the strategy in use is examined.) The specifications of robots cannot be won so:
+whatever the robot does, their assumptions can be satisfied."""
 
 from __future__ import annotations
 
@@ -13,9 +14,7 @@ from enum import StrEnum
 from msgspec import Struct
 
 from safenav.components import explored
-from safenav.outcome import Verdict
-from safenav.spec.specification import Constraint, Origin, Section, Specification
-from safenav.synthesis.slugs import Synthesizer
+from safenav.spec.specification import Origin, Section, Specification
 from safenav.synthesis.strategy import Strategy
 from safenav.verify.automaton import Automaton
 from safenav.verify.cycles import cyclic_parts
@@ -27,30 +26,17 @@ class Cause(StrEnum):
     NO_BEGINNING = "no initial state satisfies the assumptions, so nothing is guaranteed"
     DEAD_END = "a state can occur in which the assumptions allow no move"
     UNFAIR = "a state can occur from which these assumptions cannot all be met"
-    FORCED = "it could make the environment break an assumption from the start"
 
 
 class Vacuity(Struct, frozen=True):
     """A way in which a robot could win without doing anything.
 
-    ``path``: nodes of its strategy, the shortest path to where it happens (empty if the strategy
-    does not do it: FORCED). ``nodes``: number of its nodes that win so. ``origins``: the
+    ``path``: nodes of its strategy, the shortest path to where it happens. ``origins``: the
     assumptions that fail."""
 
     cause: Cause
     path: tuple[int, ...] = ()
-    nodes: int = 0
     origins: tuple[Origin, ...] = ()
-
-
-def vacuous_wins(strategy: Strategy, synthesizer: Synthesizer) -> tuple[Vacuity, ...]:
-    """Return all vacuous wins of a realizable robot: those of its strategy, else those of another
-    strategy."""
-    found = vacuities(strategy)
-    if found:
-        return found
-    forced = can_force(strategy.specification, synthesizer)
-    return () if forced is None else (forced,)
 
 
 def vacuities(strategy: Strategy) -> tuple[Vacuity, ...]:
@@ -67,7 +53,7 @@ def vacuities(strategy: Strategy) -> tuple[Vacuity, ...]:
     stuck = [node for node in automaton.nodes if not strategy.transitions[node]]
     if stuck:
         steps = _origins(spec, Section.ENV_TRANS)
-        found.append(Vacuity(Cause.DEAD_END, automaton.path(stuck[0]), len(stuck), steps))
+        found.append(Vacuity(Cause.DEAD_END, automaton.path(stuck[0]), steps))
     parts = cyclic_parts(automaton.edges)
     fair = automaton.clauses(Section.ENV_LIVENESS)
     lacking = _lacking(automaton, parts, len(fair))
@@ -80,21 +66,8 @@ def vacuities(strategy: Strategy) -> tuple[Vacuity, ...]:
         never = [k for k in range(len(fair)) if all(k in missing for missing in ahead)]
         failing = dict.fromkeys(fair[k].constraint.origin for k in never or range(len(fair)))
         path = automaton.path(first)
-        found.append(Vacuity(Cause.UNFAIR, path, len(hopeless), tuple(failing)))
+        found.append(Vacuity(Cause.UNFAIR, path, tuple(failing)))
     return tuple(sorted(found, key=lambda vacuity: len(vacuity.path)))
-
-
-def can_force(spec: Specification, synthesizer: Synthesizer) -> Vacuity | None:
-    """Return whether the robot could break the assumptions from the start on, whatever the others
-    do: it could then even meet a goal that is false."""
-    assumed = [s for s in (Section.ENV_TRANS, Section.ENV_LIVENESS) if spec.section(s)]
-    if not assumed:
-        return None
-    never = Constraint(Section.SYS_LIVENESS, "FALSE", Origin("", "never"))
-    hopeless = spec.without(spec.section(Section.SYS_LIVENESS)).with_more(never)
-    if synthesizer.synthesize(hopeless, strategy=False).verdict is not Verdict.REALIZABLE:
-        return None
-    return Vacuity(Cause.FORCED, origins=_origins(spec, *assumed))
 
 
 def _origins(spec: Specification, *sections: Section) -> tuple[Origin, ...]:

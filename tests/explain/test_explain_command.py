@@ -1,6 +1,8 @@
-"""``safenav explain``: what it prints and how it ends."""
+"""``safenav explain`` of scenarios whose robots are unrealizable. Cores and plays of random ones:
+``sentences``."""
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -8,23 +10,55 @@ import pytest
 from explain.conftest import Invoke
 from once import SCENARIOS, beside
 from safenav.cli.synth import explain as command
+from safenav.explain.explanation import NoStrategyCause, RepairKind
+from safenav.report.terminal.explanation_text import explanation_lines
+from safenav.review.team import explain_team
+from safenav.runtime.run.mission import Mission, default_synthesizer, first_results
+from safenav.scenario.reading.loader import load_scenario
+from safenav.synthesis.slugs import Synthesizer
+from safenav.verify.verification import first_failure
+
+FOLDER = SCENARIOS / "unrealizable"
+CAUSES = {
+    "contradictory_objective": ("rover", NoStrategyCause.CONTRADICTION, RepairKind.OBJECTIVE),
+    "crossing_a_target": ("rover", NoStrategyCause.CROSSING, RepairKind.OBJECTIVE),
+    "dead_end": ("digit", NoStrategyCause.ONE_WAY, RepairKind.MOBILITY),
+    "facing_the_wall": ("digit", NoStrategyCause.HEADING, RepairKind.HEADING),
+    "forbidden_way": ("rover", NoStrategyCause.FORBIDDEN_WAY, RepairKind.OBJECTIVE),
+    "impossible_start": ("rover", NoStrategyCause.IMPOSSIBLE_START, RepairKind.START),
+    "no_room_to_turn": ("digit", NoStrategyCause.ONE_WAY, RepairKind.MOBILITY),
+    "separate_rooms": ("digit", NoStrategyCause.NO_WAY, RepairKind.OPEN_WALL),
+}
+"""The robot of each shipped file, the true cause, and a repair that works."""
 
 
-def test_a_realizable_scenario_needs_no_explanation(invoke: Invoke) -> None:
-    answer = invoke(command, SCENARIOS / "hello.yaml")
-    assert answer.status == 0
-    assert "nothing to explain" in answer.output
-
-
-@pytest.mark.parametrize(
-    "file", sorted((SCENARIOS / "unrealizable").glob("*.yaml")), ids=lambda file: file.stem
-)
-def test_every_unrealizable_scenario_is_explained_in_full(file: Path, invoke: Invoke) -> None:
-    answer = invoke(command, file)
-    assert answer.status == 1
+@pytest.mark.parametrize("file", sorted(FOLDER.glob("*.yaml")), ids=lambda file: file.stem)
+def test_a_shipped_scenario_is_explained_and_repaired(file: Path) -> None:
+    robot, cause, kind = CAUSES[file.stem]
+    scenario = load_scenario(file, reachable=False)
+    (found,) = explain_team(scenario, default_synthesizer(scenario))
+    assert (found.robot, found.cause) == (robot, cause)
+    assert found.core.alone, "it does not depend on other robots"
+    text = "\n".join(explanation_lines(found, scenario))
     for part in ("because", "These guarantees conflict", "What happens", "Any one of these"):
-        assert part in answer.output
-    assert "busy_" not in answer.output.split("Any one of these")[0].split("What happens")[1]
+        assert part in text
+    assert "busy_" not in text.split("Any one of these")[0].split("What happens")[1]
+    assert kind in {repair.kind for repair in found.repairs}
+    for repair in found.repairs:
+        answers = first_results(repair.scenario, Synthesizer(verifier=first_failure), names=[robot])
+        assert answers[robot].realizable, repair.change
+    if file.stem == "separate_rooms":
+        assert {21, 34, 47, 60, 73} <= set(found.core.walls) and len(found.core.walls) == 7
+        assert [sorted(target) for target in found.diagnosis.lost] == [[49]]
+        opened = found.repairs[0]
+        assert (opened.kind, opened.action, opened.helpers) == (kind, "push", ("digit",))
+        assert Mission(opened.scenario).run().outcome.value == "completed"
+
+
+def test_the_documentation_explains_every_cause() -> None:
+    page = (SCENARIOS.parent / "docs" / "explain.md").read_text(encoding="utf-8")
+    named = re.findall(r"`(\w+)`", page.split("| cause |")[1].split("\n\n")[0])
+    assert {cause.value for cause in NoStrategyCause} <= set(named)
 
 
 def test_avoided_regions_are_marked_on_the_map(invoke: Invoke, tmp_path: Path) -> None:
@@ -39,7 +73,7 @@ def test_avoided_regions_are_marked_on_the_map(invoke: Invoke, tmp_path: Path) -
 
 
 def test_json_has_cause_core_witness_and_repairs(invoke: Invoke) -> None:
-    answer = invoke(command, SCENARIOS / "unrealizable" / "crossing_a_target.yaml", "--json")
+    answer = invoke(command, FOLDER / "crossing_a_target.yaml", "--json")
     assert answer.status == 1
     (found,) = json.loads(answer.output)["unrealizable"]
     assert (found["robot"], found["cause"]) == ("rover", "crossing")
@@ -49,12 +83,12 @@ def test_json_has_cause_core_witness_and_repairs(invoke: Invoke) -> None:
 
 
 def test_explain_accepts_one_robot(invoke: Invoke) -> None:
-    file = SCENARIOS / "unrealizable" / "separate_rooms.yaml"
-    assert invoke(command, file, "--robot", "quad").status == 0
+    file = FOLDER / "separate_rooms.yaml"
+    alone = invoke(command, file, "--robot", "quad")
+    assert alone.status == 0 and "nothing to explain" in alone.output
     assert invoke(command, file, "--robot", "digit").status == 1
     unknown = invoke(command, file, "--robot", "nobody")
-    assert unknown.status == 2
-    assert "digit, quad" in unknown.error
+    assert unknown.status == 2 and "digit, quad" in unknown.error
 
 
 INPUTS = beside(__file__, "scenarios/explain_command_inputs.yaml")
@@ -98,10 +132,22 @@ def test_an_input_is_the_environment(
     assert ("always_eventually" in answer.output) == ("always_eventually" in "".join(parts))
 
 
+def test_without_time_the_cause_is_a_conflict(
+    tmp_path: Path, invoke: Invoke, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("safenav.explain.realizability.BUDGET_SECONDS", 0.0)
+    file = tmp_path / "fire.yaml"
+    rule = INPUTS.replace("SAFETY", "owed' <-> fire', fire -> region' != den")
+    file.write_text(rule.replace("LIVENESS", "region = den, region = porch"))
+    answer = invoke(command, file)
+    assert answer.status == 1 and "because its guarantees conflict\n" in answer.output
+    assert "What happens" not in answer.output and "cooperated" not in answer.output
+
+
 def test_a_wall_is_replaced_by_a_type_as_the_scenario_defines_it(
     tmp_path: Path, invoke: Invoke
 ) -> None:
-    text = (SCENARIOS / "unrealizable" / "separate_rooms.yaml").read_text()
+    text = (FOLDER / "separate_rooms.yaml").read_text()
     file = tmp_path / "rooms.yaml"
     file.write_text(text + "catalogue: {obstacles: {door: {action: unlock}}}\n")
     answer = invoke(command, file)

@@ -167,11 +167,6 @@ def test_one_repair_supplies_all_missing_actions(clock: str) -> None:
     assert all((repair.makespan or 0.0) > 5.0 for repair in given if clock == "live")
 
 
-def test_without_time_no_repair_is_run() -> None:
-    found = explained(KEYS, seconds=0)
-    assert (found.repairs, found.tried) == ((), 1)
-
-
 def test_explain_prints_text_and_json(tmp_path: Path, invoke: Invoke) -> None:
     scenario = tmp_path / "s.yaml"
     scenario.write_text(LIFTER)

@@ -1,5 +1,5 @@
 """Specifications and their strategies, for people and for machines: the faults of a strategy, the
-lines that make a specification unrealizable, and vacuous wins as warnings, also of robots.
+lines that make a specification unrealizable, and vacuous wins as warnings.
 
 Paths show the values of nodes (``region=47 heading=east``), not only their numbers."""
 
@@ -175,30 +175,14 @@ def _data(constraint: Constraint) -> dict[str, str]:
     }
 
 
-def vacuity_lines(
-    who: str, vacuity: Vacuity, strategy: Strategy, file: str | None = None
-) -> Iterator[str]:
-    """Yield a warning of a vacuous win of a robot or a system; the first line is the warning
-    itself. ``file``: that of its specification, if it is not made from a scenario."""
-    verb = "could win" if vacuity.cause is Cause.FORCED else "may win"
-    yield f"{who} {verb} by breaking its own assumptions: {vacuity.cause.value}"
+def vacuity_lines(vacuity: Vacuity, strategy: Strategy, file: str) -> Iterator[str]:
+    """Yield a warning of a vacuous win of a system; the first line is the warning itself.
+    ``file``: that of its specification."""
+    yield f"the system may win by breaking its own assumptions: {vacuity.cause.value}"
     if vacuity.cause in (Cause.UNFAIR, Cause.NO_BEGINNING):
         failing = [c for c in strategy.specification.constraints if c.origin in vacuity.origins]
-        named = [f"{origin.item}: {origin.rule}" for origin in vacuity.origins]
-        shown = named if file is None else [line_words(c, file) for c in failing]
-        yield from (f"  assumption: {words}" for words in shown[:_SHOWN])
+        yield from (f"  assumption: {line_words(c, file)}" for c in failing[:_SHOWN])
     if vacuity.path:
         yield f"  it happens after {counted(len(vacuity.path) - 1, 'step')}:"
         moments = [strategy.values(node) for node in vacuity.path]
         yield from (f"    {line}" for line in _moments(moments, strategy))
-
-
-def vacuity_data(vacuity: Vacuity, strategy: Strategy) -> dict[str, Any]:
-    """Return a vacuous win as data for machines."""
-    return {
-        "way": vacuity.cause.name.lower(),
-        "says": vacuity.cause.value,
-        "nodes": vacuity.nodes,
-        "assumptions": [{"item": o.item, "rule": o.rule} for o in vacuity.origins],
-        "path": [strategy.values(node) for node in vacuity.path],
-    }
