@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from oracle.duel import Abilities, Duel
+from oracle.duel import Duel
 from safenav.synthesis.binary import find_own_binary
 
 
@@ -13,4 +13,4 @@ def duel(tmp_path: Path) -> Duel:
     """The own build of slugs, for counterstrategies."""
     own = find_own_binary()
     assert own is not None
-    return Duel(own.path, tmp_path, Abilities())
+    return Duel(own.path, tmp_path)

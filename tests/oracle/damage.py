@@ -8,6 +8,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from random import Random
 
+import networkx
+
 from oracle.automaton import Automaton, Node
 
 Damage = Callable[[Automaton, list[int], Random], Automaton]
@@ -80,32 +82,20 @@ DAMAGES: tuple[Damage, ...] = (
 )
 
 
-def reachable(automaton: Automaton, starts: list[int]) -> bool:
-    """Whether every node can be reached from these nodes."""
-    return len(_reached(automaton, starts)) == len(automaton.nodes)
-
-
 def without_unreachable(automaton: Automaton, starts: list[int]) -> Automaton:
-    kept = sorted(_reached(automaton, starts))
+    graph = networkx.DiGraph(
+        (n, to) for n, node in enumerate(automaton.nodes) for to in node.successors
+    )
+    graph.add_nodes_from(starts)
+    kept = sorted({*starts}.union(*(networkx.descendants(graph, start) for start in starts)))
     number = {old: new for new, old in enumerate(kept)}
-    nodes = [
-        replace(
-            automaton.nodes[i], successors=tuple(number[s] for s in automaton.nodes[i].successors)
-        )
-        for i in kept
-    ]
-    return replace(automaton, nodes=tuple(nodes))
-
-
-def _reached(automaton: Automaton, starts: list[int]) -> set[int]:
-    seen = set(starts)
-    pending = list(starts)
-    while pending:
-        for successor in automaton.nodes[pending.pop()].successors:
-            if successor not in seen:
-                seen.add(successor)
-                pending.append(successor)
-    return seen
+    nodes = (automaton.nodes[n] for n in kept)
+    return replace(
+        automaton,
+        nodes=tuple(
+            replace(node, successors=tuple(number[to] for to in node.successors)) for node in nodes
+        ),
+    )
 
 
 def _some_edge(automaton: Automaton, source: Random) -> tuple[int, int]:

@@ -1,8 +1,7 @@
 """Plays one specification against a slugs binary and says in which way the two disagree.
 
-The verdict is read from the RESULT line, so any binary with the command line of SLUGS can be
-judged. Everything else must equal the oracle's: the bytes of strategies with every combination of
-the two flags, soundness of strategies and counterstrategies, the translation.
+The verdict and the bytes of strategies must be the oracle's with every combination of the two
+flags; counterstrategies must be sound, and the translation must be the same game.
 """
 
 from collections.abc import Iterator
@@ -15,8 +14,7 @@ from typing import Literal
 from children import ran
 from oracle.automaton import Automaton, MalformedAutomatonError, from_json, to_json, to_text
 from oracle.checker import check_counterstrategy, check_strategy
-from oracle.extraction import extract
-from oracle.fixpoint import Solution, is_realizable, solve
+from oracle.fixpoint import Solution, extract, is_realizable, solve
 from oracle.game import Game, build_game
 from oracle.rendering import inputs_first, to_slugsin, to_structuredslugs
 from oracle.slugsin import read_slugsin
@@ -38,21 +36,12 @@ class Answer:
     status: int
 
 
-@dataclass(frozen=True)
-class Abilities:
-    """Which commands beyond upstream's the binary has."""
-
-    counterstrategy: bool = True
-    translate: bool = True
-
-
 @dataclass
 class Duel:
     """A binary, a folder for its files, and counts of what has been compared."""
 
     binary: Path
     folder: Path
-    abilities: Abilities
     translations: float = 0.3  # the share of files whose translation is compared
     games: int = 0
     strategies: int = 0
@@ -105,7 +94,7 @@ class Duel:
             told = [ROBOTICS] * robotics + [BIAS] * bias
             for difference in self._answer(game, solutions[bias], name, told, source):
                 yield f"{' '.join([*told, name])}: {difference}\n{text}"
-        if self.abilities.translate and source.random() < self.translations:
+        if source.random() < self.translations:
             for difference in self._translation(game, name):
                 yield f"--translate {name}: {difference}\n{text}"
 
@@ -124,7 +113,7 @@ class Duel:
             yield from self._strategy(game, solution, name, told, answer.output, source)
         elif answer.output:
             yield f"a strategy for an unrealizable specification: {answer.output}"
-        elif self.abilities.counterstrategy and BIAS not in told:
+        elif BIAS not in told:
             yield from self._counterstrategy(game, name, told)
 
     def _strategy(

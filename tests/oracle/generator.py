@@ -1,7 +1,8 @@
 """Random specifications, small enough for brute force, and unusual enough to find errors.
 
 Some have no inputs, no outputs, no goals or contradictions; most have a few constraints that
-leave both players some freedom, so that both verdicts are frequent and strategies have loops.
+leave both players some freedom, so that both verdicts are frequent and strategies have loops. Games
+of parities have large decision diagrams for their few bits: no order of their variables is good.
 """
 
 from dataclasses import dataclass
@@ -57,6 +58,100 @@ def deep_formulas(source: Random, integers: bool, depth: int = 5) -> Specificati
         sys_trans=(_tree(source, everything, depth),),
         sys_liveness=(_tree(source, everything, depth),),
     )
+
+
+def dense_game(source: Random) -> Specification:
+    """A game of eleven Booleans, two to four of them inputs, for which a symbolic solver has to
+    reorder, collect and regrow its tables; explicit sets do not care."""
+    inputs = source.randint(2, 4)
+    ins, outs = [f"v{i}" for i in range(inputs)], [f"v{i}" for i in range(inputs, 11)]
+    every = ins + outs
+
+    def goals(count: int) -> tuple[formula.Formula, ...]:
+        return tuple(_parity(source, every, every, source.choice((1, 2, 4))) for _ in range(count))
+
+    rules: list[formula.Formula] = [
+        _implies(_parity(source, every, ins, 6), _parity(source, [], outs, 3))
+        for _ in range(source.randint(3, 5))
+    ]
+    rules += [
+        formula.Binary("<->", formula.Atom(name, True), _parity(source, every, ins, 5))
+        for name in source.sample(outs, 2)
+    ]
+    return Specification(
+        _shuffled(source, ins, outs),
+        sys_init=(_parity(source, outs, [], 3),),
+        env_trans=tuple(
+            _implies(_parity(source, every, [], 5), _parity(source, [], ins, 2)) for _ in range(2)
+        ),
+        sys_trans=tuple(rules),
+        env_liveness=goals(source.randint(0, 3)),
+        sys_liveness=goals(source.randint(1, 4)),
+    )
+
+
+def independent_game(source: Random) -> Specification:
+    """Two parts of the environment of two bits, each with rules of its own, that a symbolic solver
+    may treat one at a time; perhaps an input that belongs to none, and two or three outputs."""
+    parts = [["p0", "p1"], ["q0", "q1"]]
+    shared = ["s"] if source.random() < 0.5 else []
+    outs = [f"o{i}" for i in range(source.randint(2, 3 - len(shared)))]
+    ins, common = [*parts[0], *parts[1], *shared], shared + outs
+
+    rules: list[formula.Formula] = [
+        _implies(_parity(source, [*own, *common], [], 2), _parity(source, [], own, 2))
+        for own in parts
+        for _ in range(source.randint(0, 2))
+    ]
+    for own in parts:  # both bits of a part together
+        first, second = (formula.Atom(name, True) for name in own)
+        rules.append(formula.Binary("|", first, _implies(second, _parity(source, own, [], 2))))
+    rules += [_parity(source, common, shared, 3) for _ in shared]
+    answers: list[formula.Formula] = [
+        _implies(_parity(source, common, ins, 2), _parity(source, common, outs, 2))
+        for _ in range(source.randint(1, 3))
+    ]
+    answers += [  # moves that the environment should avoid
+        _implies(_parity(source, ins, ins, 3), _parity(source, [*ins, *outs], ins, 2))
+        for _ in range(source.choice((0, 0, 1)))
+    ]
+
+    def goals(count: int) -> tuple[formula.Formula, ...]:
+        return tuple(_parity(source, common, ins + outs, 2) for _ in range(count))
+
+    return Specification(
+        _shuffled(source, ins, outs),
+        env_init=(_parity(source, ins, [], 2),),
+        sys_init=(_parity(source, [*ins, *outs], [], 2),),
+        env_trans=tuple(rules),
+        sys_trans=tuple(answers),
+        env_liveness=goals(source.randint(0, 2)),
+        sys_liveness=goals(source.randint(1, 3)),
+    )
+
+
+def _implies(left: formula.Formula, right: formula.Formula) -> formula.Formula:
+    return formula.Binary("->", left, right)
+
+
+def _shuffled(source: Random, ins: list[str], outs: list[str]) -> tuple[Variable, ...]:
+    variables = [*(Variable(v, "input") for v in ins), *(Variable(v, "output") for v in outs)]
+    source.shuffle(variables)
+    return tuple(variables)
+
+
+def _parity(source: Random, now: list[str], later: list[str], count: int) -> formula.Formula:
+    """A chain of ``count`` literals, mostly exclusive-or."""
+    atoms = [formula.Atom(name) for name in now] + [formula.Atom(name, True) for name in later]
+
+    def literal() -> formula.Formula:
+        atom = source.choice(atoms)
+        return atom if source.random() < 0.5 else formula.Not(atom)
+
+    chain = literal()
+    for _ in range(count - 1):
+        chain = formula.Binary(source.choice(("^", "^", "&", "|")), chain, literal())
+    return chain
 
 
 def _variables(source: Random, integers: bool, bits: int) -> tuple[Variable, ...]:

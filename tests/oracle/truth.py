@@ -5,10 +5,17 @@ order is the lexicographic order in which strategies list states.  Bit `s << bit
 says whether the formula holds on the transition from s to t.
 """
 
+import operator
+from collections.abc import Callable
 from itertools import product
 
 from oracle.formula import Atom, Binary, Compare, Constant, Formula, Next, Not, Number, prime
 from oracle.specification import Specification, Variable
+
+_RELATIONS: dict[str, Callable[[int, int], bool]] = {
+    **{"=": operator.eq, "!=": operator.ne, "<": operator.lt},
+    **{"<=": operator.le, ">": operator.gt, ">=": operator.ge},
+}
 
 
 class TruthTables:
@@ -100,7 +107,7 @@ class TruthTables:
         for values in product(*domains):
             chosen = dict(zip(names, values, strict=True))
             left, right = _sum(formula.left, chosen), _sum(formula.right, chosen)
-            if _holds(formula.relation, left, right):
+            if _RELATIONS[formula.relation](left, right):
                 here = self.full
                 for (name, primed), value in chosen.items():
                     here &= self._equals(self._variables[name], value, primed)
@@ -110,19 +117,3 @@ class TruthTables:
 
 def _sum(numbers: tuple[Number, ...], values: dict[tuple[str, bool], int]) -> int:
     return sum(values[n.value, n.primed] if isinstance(n.value, str) else n.value for n in numbers)
-
-
-def _holds(relation: str, left: int, right: int) -> bool:
-    match relation:
-        case "=":
-            return left == right
-        case "!=":
-            return left != right
-        case "<":
-            return left < right
-        case "<=":
-            return left <= right
-        case ">":
-            return left > right
-        case _:
-            return left >= right

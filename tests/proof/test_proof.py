@@ -26,7 +26,7 @@ from oracle import (
     to_json,
 )
 from oracle.damage import DAMAGES
-from oracle.duel import Abilities, Duel
+from oracle.duel import Duel
 from oracle.rendering import to_plain
 from proof.mutants import KINDS
 from proof.proving import COUNT, SOURCE, Case, built, case_of, disagreements, with_measures
@@ -54,7 +54,7 @@ def duel(tmp_path: Path) -> Duel:
     """The own build of slugs, for counterstrategies."""
     own = find_own_binary()
     assert own is not None
-    return Duel(own.path, tmp_path, Abilities())
+    return Duel(own.path, tmp_path)
 
 
 def of_scenario(name: str) -> list[Case]:

@@ -10,15 +10,10 @@ from random import Random
 
 import pytest
 
-from oracle import (
-    Specification,
-    deep_formulas,
-    dense_game,
-    independent_game,
-    random_specification,
-)
-from oracle.duel import Abilities, Duel
+from oracle.duel import Duel
+from oracle.generator import deep_formulas, dense_game, independent_game, random_specification
 from oracle.rendering import to_slugsin
+from oracle.specification import Specification
 from slugs.commands import STRATEGY, run
 
 BATCH = 50
@@ -30,11 +25,8 @@ DEEP = range((GAMES + 249) // 250)
 
 
 @pytest.fixture
-def duel(slugs_binary: Path, tmp_path: Path) -> Duel:
-    """Upstream's binary, which has no --translate, is judged as far as it goes."""
-    probe = Duel(slugs_binary, tmp_path, Abilities())
-    ours = "--translate" in probe.run("--help").output
-    return Duel(slugs_binary, tmp_path, Abilities(counterstrategy=ours, translate=ours))
+def duel(own_slugs: Path, tmp_path: Path) -> Duel:
+    return Duel(own_slugs, tmp_path)
 
 
 @pytest.mark.parametrize("batch", BATCHES)
@@ -47,7 +39,7 @@ def test_random_games_are_played_as_by_the_oracle(duel: Duel, batch: int) -> Non
         _compare(duel, specification, seed)
     assert duel.games == BATCH
     assert duel.strategies > BATCH
-    assert duel.counterstrategies > 0 or not duel.abilities.counterstrategy
+    assert duel.counterstrategies > 0
 
 
 @pytest.mark.parametrize("seed", range(40))
@@ -100,7 +92,7 @@ def test_independent_environment_parts_are_played_as_by_the_oracle(duel: Duel, b
 @pytest.mark.parametrize("batch", DEEP)
 def test_deep_formulas_are_read_as_they_are_meant(duel: Duel, batch: int) -> None:
     """Precedence, aliases, sums and buffers, nested; the translation is compared each time."""
-    eager = Duel(duel.binary, duel.folder, duel.abilities, translations=1.0)
+    eager = Duel(duel.binary, duel.folder, translations=1.0)
     for seed in range(FIRST + batch * BATCH, FIRST + (batch + 1) * BATCH):
         _compare(eager, deep_formulas(Random(seed), integers=seed % 2 == 0), seed)
 

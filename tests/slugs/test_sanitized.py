@@ -11,8 +11,8 @@ from random import Random
 
 import pytest
 
-from oracle import dense_game, random_specification
-from oracle.duel import Abilities, Duel
+from oracle.duel import Duel
+from oracle.generator import dense_game, random_specification
 
 GAMES = int(os.environ.get("SAFENAV_RANDOM_GAMES", "120")) // 5
 FIRST = int(os.environ.get("SAFENAV_FUZZ_FIRST", "0"))
@@ -22,7 +22,7 @@ FUZZER_SECONDS = "30"
 
 @pytest.fixture
 def duel(sanitized: Path, tmp_path: Path) -> Duel:
-    return Duel(sanitized / "slugs", tmp_path, Abilities())
+    return Duel(sanitized / "slugs", tmp_path)
 
 
 @pytest.mark.slow
