@@ -84,6 +84,18 @@ def test_an_impossible_intervention_is_refused(line: str, message: str) -> None:
     assert message in str(error.value)
 
 
+def test_no_robot_is_put_into_what_has_been_found_untraversable() -> None:
+    """It has no further need, and is closed to the robots that it blocks."""
+    truth = GATE.replace("action: push, resolve_at: self,", "action: look, has_truth: true,")
+    truth = truth.replace("air, capabilities: []", "air, capabilities: [look]")
+    mission, run = begin(truth.replace("[2, 5]}]", "[2, 5], traversable: false}]"), attended=True)
+    while mission.waiting is None:
+        mission.step()
+    assert run.one("resolved")["traversable"] is False
+    with pytest.raises(UsageError, match="gate@27 is in region 27: resolve it first"):
+        mission.intervene(read_intervention("put_back cart [2, 5]", mission.scenario))
+
+
 def test_a_proof_holds_after_moves_during_the_wait() -> None:
     """A robot that pursues its own objective continues, and the run is given up: the poses with
     which its proof begins are those at the begin of the wait."""

@@ -293,13 +293,12 @@ class Operator:
             raise UsageError(f"another robot is in region {region}, or in a zone with it")
         away = {asked.obstacle for asked in self.asked if isinstance(asked, AWAY)}
         for k in _known(run):
-            obstacle, need = run.team.obstacles[k], run.state.obstacles[k].stage.need
+            obstacle, state = run.team.obstacles[k], run.state.obstacles[k]
             own = stands_for(obstacle.source, member.name)  # it is no longer lost
             if own or obstacle.region != region or obstacle.name in away:
                 continue
-            if i in obstacle.closed_to[need] or (
-                run.state.obstacles[k].state is Is.SEALED and i in obstacle.blocks
-            ):
+            sealed = state.state is Is.SEALED  # perhaps after its last need
+            if i in (obstacle.blocks if sealed else obstacle.closed_to[state.stage.need]):
                 raise UsageError(f"{obstacle.name} is in region {region}: resolve it first")
         there = None if self.truth is None else self.truth.standing().get(region)
         if there is not None and there.name not in away and there.blocks(member.robot):
