@@ -54,8 +54,7 @@ def _group(e: Line, one: Obstacle, number: int, s: State) -> Iterator[str]:
 @rule("appeared", "gone", "order", "truth")
 def timetable(e: Line, s: State) -> Iterator[str]:
     """Obstacles appear, disappear and are ordered as the scenario says, by a user, or by a world
-    that is not simulated, which may notice one that a robot is about to enter; none appears where
-    a robot is."""
+    that is not simulated; none that a scenario or a user adds appears where a robot is."""
     one, now = s.obstacles[e.obstacle], s.now(e)
     if e.kind == "order":
         if not one.there or one.blocks or not (one.ordered or s.external or e.cause == "user"):
@@ -73,9 +72,8 @@ def timetable(e: Line, s: State) -> Iterator[str]:
             yield f"{one.name} appears, but no charge is used up there"
         return
     noticed = e.cause == "world" and s.external
-    for name in s.names if e.kind == "appeared" and not one.ordered else ():
-        robot = s.robots[name]
-        if one.region in robot.holds and not (noticed and robot.bound == one.region):
+    for name in s.names if e.kind == "appeared" and not (one.ordered or noticed) else ():
+        if one.region in s.robots[name].holds:
             yield f"{one.name} appears at {s.show(one.region)}, where {name} is"
     if e.cause == "scenario":
         listed = [each.start for each in s.coming if each.name == one.name]
