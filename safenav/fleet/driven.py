@@ -26,13 +26,14 @@ from safenav.motion.file import (
     Measured,
     Measurement,
     Motion,
+    MotionOutcome,
     Moving,
     Piece,
 )
 from safenav.motion.making import described, floor_of, header_of, movers_of
 from safenav.motion.mover import Mover
 from safenav.motion.timing.execution import TimedAction, actions_of, by_command, when
-from safenav.motion.timing.schedule import TraceLedger
+from safenav.motion.timing.schedule import end_of, recorded_reservations, time_of
 from safenav.trace import records
 from safenav.trace.reading import Trace
 
@@ -61,22 +62,16 @@ def driven_motion(
     begun = goals.begun + began
     floor = floor_of(trace)
     movers = movers_of(trace, floor)
-    ledger = TraceLedger({name: body.region for name, body in movers.items()})
     actions = by_command(actions_of(trace)[0])
-    steps: list[Step] = []
-    lines: list[Line] = []
-    for record in trace.records:
-        step, action = ledger.step(record), ledger.action(record)
-        if step:
-            steps.append(step)
-        if action:
-            follower = followers.get(action[0].robot) if len(action[0].robots) == 1 else None
+    lines = [*recorded_reservations(trace)]
+    for act, acted in trace.acts:
+        if acted is not None:
+            follower = followers.get(act.robot) if len(act.robots) == 1 else None
             acts = [(t0 - begun, t1 - begun) for t0, t1 in follower.acts] if follower else []
-            lines += _actions(*action, actions.get(action[1].command, ()), acts)
-    steps += [(depart, None) for depart in ledger.departs.values()]
-    over = max((record.t or 0.0 for record in trace.records), default=0.0)
+            lines += _actions(act, acted, actions.get(act.command, ()), acts)
+    over = end_of(trace)
     for name, body in movers.items():
-        turns = _Turns(name, steps)
+        turns = _Turns(name, trace.steps)
         if name in followers:
             lines += turns.in_steps(_plan(followers[name], body, begun, over))
             for reset in followers[name].resets:
@@ -90,8 +85,8 @@ def driven_motion(
         name: {**described(trace, name, body), **_driven(stations[name])}
         for name, body in movers.items()
     }
-    found = tuple(sorted([*ledger.lines, *lines], key=when))
-    return Motion(header_of(trace, floor, robots), found, ledger.outcome(over))
+    found = tuple(sorted(lines, key=when))
+    return Motion(header_of(trace, floor, robots), found, MotionOutcome(over))
 
 
 def _driven(station: Station) -> dict[str, object]:
@@ -147,7 +142,7 @@ def _actions(
 ) -> Iterator[Line]:
     """Yield the lines of an action's robots in sequence. ``acts``: begin and end of each action of
     a follower that acts alone; it also moves before and after them."""
-    begin, end = act.t or 0.0, acted.t or 0.0
+    begin, end = time_of(act), time_of(acted)
     span = (end - begin) / max(1, len(deeds))
     own = [times for times in acts if begin <= times[0] + ROUNDING and times[1] <= end + ROUNDING]
     for number, deed in enumerate(deeds):

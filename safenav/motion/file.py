@@ -217,48 +217,18 @@ class Action(Struct, frozen=True, tag="action"):
     t1: float
 
 
-class Wait(Struct, frozen=True, tag="wait"):
-    """A robot waits. ``cause``: ``region`` (until another robot has left it), ``obstacle`` (until
-    it is resolved), ``synthesis`` (until the event that its new strategy follows); ``on``: the
-    robot and ``on_tick`` the turn that it waits for."""
-
-    robot: str
-    tick: int
-    t0: float
-    t1: float
-    cause: str
-    on: str
-    on_tick: int
-
-
-class Link(Struct, frozen=True, array_like=True):
-    """A part of the critical path: a step or action of a robot that could not have begun
-    earlier."""
-
-    robot: str
-    tick: int
-    what: str
-    t0: float
-    t1: float
-    cause: str
-
-
 class MotionOutcome(Struct, frozen=True, tag="outcome"):
-    """``busy`` and ``waiting``: seconds of each robot until its last move or action ended;
-    ``chain``: the longest chain of the dependency graph, whose length is the makespan."""
+    """The end of the motion."""
 
     makespan: float
-    busy: Mapping[str, float]
-    waiting: Mapping[str, float]
-    chain: tuple[Link, ...]
 
 
-Line = Moving | GoalLine | Measured | Reset | FlownTrack | Reserve | Release | Action | Wait
+Line = Moving | GoalLine | Measured | Reset | FlownTrack | Reserve | Release | Action
 TYPES: Mapping[object, type[Struct]] = {
     kind.__struct_config__.tag: kind
     for kind in (
         *(MotionHeader, Segment, Flight, GoalLine, Measured, Reset, FlownTrack),
-        *(Reserve, Release, Action, Wait, MotionOutcome),
+        *(Reserve, Release, Action, MotionOutcome),
     )
 }
 """The lines of a file by their ``type``."""

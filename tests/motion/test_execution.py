@@ -25,11 +25,9 @@ from safenav.motion.file import (
     Segment,
 )
 from safenav.motion.waypoints import timed_waypoints
-from safenav.trace.records import Act, ActionEnd, Arrive, Depart, Discovered
-from safenav.trace.setting import NeedHeader, ObstacleHeader
+from safenav.trace.records import Act, ActionEnd, Arrive
 from safenav.trace.vocabulary import MoveEnd
 
-ALL = frozenset({"digit", "quad", "jackal", "spot"})
 Change = Callable[[Measurement], Measurement | None]
 
 
@@ -135,18 +133,6 @@ def test_a_robot_that_cuts_a_corner_into_a_neighbours_region_is_found(drive: Dri
 
     changed = measured(drive.motion, "jackal", cut)
     assert {"measured room", "tracking"} <= rules(drive, changed)
-
-
-def test_a_region_may_be_entered_before_an_obstacle_is_found_there(drive: Drive) -> None:
-    """Such as a robot that gets lost there."""
-    step = next(line for line in drive.trace.records if isinstance(line, Depart))
-    lost = ObstacleHeader(
-        "lost", f"lost@{step.to}", step.to, (NeedHeader("x", (step.to,)),), ALL, None
-    )
-    lines = drive.trace.records
-    runs = [(*lines, Discovered(0, lost)), (Discovered(0, lost), *lines)]
-    found = [check_motion(drive.motion, replace(drive.trace, records=run)) for run in runs]
-    assert [{finding.rule for finding in each} for each in found] == [set(), {"obstacle"}]
 
 
 def test_bodies_that_touch_are_found_although_their_plans_keep_apart(drive: Drive) -> None:

@@ -1,11 +1,11 @@
-"""Random missions with robots of all kinds, run by safenav: moved, accepted by the checker, and
-no longer than the chain that is named."""
+"""Random missions with robots of all kinds, run by safenav: moved, and accepted by the
+checker."""
 
 import json
 import os
 import random
 from collections.abc import Callable, Iterator
-from itertools import islice, pairwise
+from itertools import islice
 from typing import Any
 
 import pytest
@@ -50,7 +50,7 @@ def _moved(data: dict[str, Any], chance: random.Random) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("data", list(islice(missions(FIRST), RUNS)), ids=lambda data: data["name"])
-def test_random_mission_is_moved_accepted_and_as_long_as_its_chain(
+def test_random_mission_is_moved_and_accepted(
     data: dict[str, Any], played: Callable[[], None]
 ) -> None:
     content = traced(json.dumps(data))
@@ -58,11 +58,6 @@ def test_random_mission_is_moved_accepted_and_as_long_as_its_chain(
     trace = read_bytes(content, data["name"])
     motion = parsed(text_of(motion_of(trace)).encode(), "made")
     assert check_motion(motion, trace) == []
-    chain, makespan = motion.outcome.chain, motion.outcome.makespan
-    if chain:
-        assert chain[0].t0 == 0
-        assert chain[-1].t1 == pytest.approx(makespan, abs=1e-9)
-    assert all(after.t0 == pytest.approx(before.t1, abs=1e-8) for before, after in pairwise(chain))
 
 
 @pytest.mark.parametrize("seed", [*range(FIRST, FIRST + RUNS), *KNOWN])

@@ -30,45 +30,12 @@ def holdings(case: Examination) -> list[Holding]:
     open_since: dict[tuple[str, int], float] = {}
     for line in case.motion.lines:
         if isinstance(line, Reserve):
-            if (line.robot, line.region) in open_since:
-                what = f"it reserves region {line.region} twice"
-                case.wrong(line.t, line.robot, "reservation", what)
             open_since.setdefault((line.robot, line.region), line.t)
-        elif isinstance(line, Release):
-            begin = open_since.pop((line.robot, line.region), None)
-            if begin is None:
-                what = f"it releases region {line.region}, which it has not reserved"
-                case.wrong(line.t, line.robot, "reservation", what)
-            else:
-                found.append(Holding(line.robot, line.region, begin, line.t))
+        elif isinstance(line, Release) and (line.robot, line.region) in open_since:
+            begin = open_since.pop((line.robot, line.region))
+            found.append(Holding(line.robot, line.region, begin, line.t))
     found += [Holding(who, region, t, FOREVER) for (who, region), t in open_since.items()]
     return sorted(found, key=lambda held: (held.begin, held.robot))
-
-
-def check_overlaps(case: Examination) -> None:
-    """Robots in conflict never occupy one region at the same time."""
-    regions: dict[int, list[Holding]] = {}
-    for holding in case.held:
-        regions.setdefault(holding.region, []).append(holding)
-    for region, holders in regions.items():
-        for one, other in combinations(holders, 2):
-            shared = min(one.end, other.end) - max(one.begin, other.begin)
-            if shared > NEAR and case.in_conflict(one.robot, other.robot):
-                seconds = "forever" if shared == FOREVER else f"for {shared:.3f} s"
-                what = f"it and {one.robot} both reserve region {region} {seconds}"
-                case.wrong(max(one.begin, other.begin), other.robot, "overlap", what)
-
-
-def check_never_together(case: Examination) -> None:
-    """At most one robot of an exclusion has reserved any of its regions."""
-    for zone in case.trace.header.scenario.never_together or ():
-        inside = [h for h in case.held if h.robot in zone.robots and h.region in zone.regions]
-        for one, other in combinations(inside, 2):
-            shared = min(one.end, other.end) - max(one.begin, other.begin)
-            if one.robot != other.robot and shared > NEAR:
-                what = f"it reserves region {other.region} while {one.robot} reserves {one.region}"
-                what += ", which 'never_together' forbids"
-                case.wrong(max(one.begin, other.begin), other.robot, "never-together", what)
 
 
 def outside(

@@ -1,1 +1,1 @@
-"""Timing of all robots: the dependency graph of a run, its schedule, its critical path."""
+"""Timing of all robots: the dependency graph of a run, and its schedule."""

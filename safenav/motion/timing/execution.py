@@ -129,39 +129,12 @@ SLACK = 1e-6
 """Seconds that are rounding."""
 
 
-class ReservationLedger:
-    """Reservations as ``lines``, and for how long each robot is busy."""
-
-    def __init__(self, starts: Mapping[str, int]) -> None:
-        self.lines: list[Line] = [Reserve(n, 0, region, 0.0) for n, region in starts.items()]
-        self._busy = dict.fromkeys(starts, 0.0)
-        self._last = dict.fromkeys(starts, 0.0)
-
-    def reserve(self, robot: str, tick: int, region: int, t: float) -> None:
-        self.lines.append(Reserve(robot, tick, region, t))
-
-    def release(self, robot: str, tick: int, region: int, t: float) -> None:
-        self.lines.append(Release(robot, tick, region, t))
-
-    def busy(self, robots: Iterable[str], begin: float, end: float) -> None:
-        """Robots have stepped or acted until ``end``."""
-        for robot in robots:
-            self._busy[robot] += end - begin
-            self._last[robot] = end
-
-    def outcome(self, makespan: float) -> MotionOutcome:
-        """Return the outcome of the motion; a robot waits while it is not busy, up to its last
-        activity."""
-        waiting = {name: end - self._busy[name] for name, end in self._last.items()}
-        return MotionOutcome(makespan, self._busy, waiting, ())
-
-
 class MotionExecution:
-    """The movers of a run, and the ``lines`` of their motion, with those of a ledger."""
+    """The movers of a run, and the ``lines`` of their motion."""
 
-    def __init__(self, movers: Mapping[str, Mover], ledger: ReservationLedger) -> None:
-        self.movers, self._ledger = movers, ledger
-        self.lines = ledger.lines
+    def __init__(self, movers: Mapping[str, Mover]) -> None:
+        self.movers = movers
+        self.lines: list[Line] = []
         self._due: set[str] = set()
         """Robots that have acted in their own region, and must resume from there."""
 
@@ -231,7 +204,7 @@ class MotionExecution:
         for mover in self.movers.values():
             if mover.time < until:
                 self.lines += mover.rest(tick, until)
-        return tuple(sorted(self.lines, key=when)), self._ledger.outcome(until)
+        return tuple(sorted(self.lines, key=when)), MotionOutcome(until)
 
     def _rest(self, mover: Mover, tick: int, until: float, *, stays: bool = False) -> None:
         """Rest until then: in the centre of the region, unless the robot ``stays`` where it has

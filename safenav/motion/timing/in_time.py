@@ -26,17 +26,33 @@ DECIMALS = 9
 """Decimals of seconds: an arrival and the departure after it must not differ by rounding."""
 
 
+Dated = tuple[float, records.Record]
+
+
+def dated(trace: Trace, motion: Motion) -> list[Dated]:
+    """Return the lines of a trace as those of a run with a clock, each with its time, in the order
+    of the trace."""
+    if trace.header.clock is not None:
+        return [(record.t or 0.0, record) for record in trace.records]
+    return _walked(trace, motion).dated
+
+
 def in_time(trace: Trace, motion: Motion) -> Trace:
     """Return the trace as that of a run with a clock, ``MOTION``; one with a clock stays
     unchanged."""
+    return ordered(trace, dated(trace, motion))
+
+
+def ordered(trace: Trace, lines: list[Dated]) -> Trace:
+    """Return the trace with these lines in the order of their times."""
     if trace.header.clock is not None:
         return trace
-    lines: list[records.Record] = []
+    found: list[records.Record] = []
     tick, now = 0, 0.0
-    for time, record in sorted(_walked(trace, motion).dated, key=lambda line: line[0]):
+    for time, record in sorted(lines, key=lambda line: line[0]):
         tick, now = tick + (time > now), time
-        lines.append(replace(record, t=time, tick=tick))
-    return replace(trace, header=replace(trace.header, clock=MOTION), records=tuple(lines))
+        found.append(replace(record, t=time, tick=tick))
+    return replace(trace, header=replace(trace.header, clock=MOTION), records=tuple(found))
 
 
 def turns_in_time(trace: Trace, motion: Motion) -> Mapping[str, Sequence[tuple[int, float]]]:
@@ -62,7 +78,7 @@ class _Run(Struct):
     steps: Mapping[tuple[str, int], tuple[float, float]]
     actions: list[Action]
     makespan: float
-    dated: list[tuple[float, records.Record]] = field(default_factory=list)
+    dated: list[Dated] = field(default_factory=list)
     ended: dict[str, float] = field(default_factory=dict)
     """The end of each robot's last activity so far."""
     turn: str = ""
