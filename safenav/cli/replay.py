@@ -15,7 +15,7 @@ from safenav.extras import missing
 from safenav.outfile import tell, write_out, write_whole
 from safenav.report.picture.scene import Options, svg_of
 from safenav.run.reading import run_of
-from safenav.run.run import Run, shading_lines, shading_of, viewers
+from safenav.run.run import Run
 from safenav.trace.reading import Trace, read_trace
 
 REPLAY_EPILOG = """\b
@@ -41,7 +41,6 @@ _READ_BY = {
     "width": ("--png", "--gif"),
     "ticks": ("--gif",),
     "speed": ("--gif",),
-    "sight": ("--svg", "--png", "--gif"),
     "legend": ("--svg", "--png"),
     "hidden": ("--svg", "--png"),
 }
@@ -63,7 +62,6 @@ _READ_BY = {
     type=options.FiniteRange(0.1, 100),
     help="Ticks per second; for a run in seconds, the speed-up (GIF).  [4 or 12]",
 )
-@click.option("--sight", metavar="ROBOT", help="Shade what this robot sees and believes.")
 @click.option("--legend/--no-legend", default=True, help="Draw a legend (SVG, PNG).")
 @click.option("--hidden/--no-hidden", default=True, help="Show undiscovered obstacles (SVG, PNG).")
 def replay(
@@ -77,7 +75,6 @@ def replay(
     width: int | None,
     ticks: str | None,
     speed: float | None,
-    sight: str | None,
     legend: bool,
     hidden: bool,
 ) -> int:
@@ -102,16 +99,13 @@ def replay(
         write_out(output or trace.with_suffix(".html"), page_of_trace(lines, trace.name))
         return ExitCode.OK
     run = run_of(lines)
-    if sight is not None:
-        _check_viewer(run, sight)
     if gif:
         speed = speed or run.clock.speed
         path, during = output or trace.with_suffix(".gif"), _ticks(run, ticks)
-        _film(run, path, during, speed, width or 720, sight)
+        _film(run, path, during, speed, width or 720)
         return ExitCode.OK
     tick, part = _moment(run, svg if svg is not None else png or "")
-    shading = None if sight is None else shading_of(run, sight, tick)
-    picture = svg_of(run.at(tick, part), Options(legend=legend, hidden=hidden, shading=shading))
+    picture = svg_of(run.at(tick, part), Options(legend=legend, hidden=hidden))
     name = f"{trace.stem}-{run.when(tick).removeprefix('tick ')}.{ending}"
     _write_picture(output or trace.with_name(name), picture, ending, width)
     return ExitCode.OK
@@ -173,14 +167,6 @@ def _moment(run: Run, written: str) -> tuple[int, float]:
     )
 
 
-def _check_viewer(run: Run, robot: str) -> None:
-    names = [track.name for track in run.robots]
-    if robot not in names:
-        raise UsageError(f"there is no robot {robot!r}; the run has {', '.join(names)}")
-    if robot not in viewers(run):
-        raise UsageError(f"nothing to shade: {robot} has no limit of vision, and no beliefs")
-
-
 def _ticks(run: Run, written: str | None) -> range:
     if written is None:
         return range(run.last + 1)
@@ -191,10 +177,10 @@ def _ticks(run: Run, written: str | None) -> range:
     return range(run.tick_at(int(found[1])), run.tick_at(int(found[2])) + 1)
 
 
-def _film(run: Run, path: Path, ticks: range, speed: float, width: int, sight: str | None) -> None:
+def _film(run: Run, path: Path, ticks: range, speed: float, width: int) -> None:
     from safenav.report.picture.film import Film, write_gif
 
-    film = Film(ticks.start, ticks.stop - 1, speed, width, sight)
+    film = Film(ticks.start, ticks.stop - 1, speed, width)
     count = len(film.moments(run))
     with click.progressbar(length=count, label="drawing", file=sys.stderr) as bar:
         write_whole(path, lambda part: write_gif(run, part, film, lambda: bar.update(1)))
@@ -205,7 +191,6 @@ DRAW_EPILOG = """\b
 Examples:
   safenav new lab.yaml && safenav draw lab.yaml
   safenav draw lab.yaml -o lab.svg
-  safenav draw lab.yaml --sight walker -o sight.svg
 \b
 With the extra 'pictures', or with your own map (image, ROS, MovingAI):
   safenav draw lab.yaml -o lab.png --width 1600
@@ -221,14 +206,12 @@ Exit codes:
 @click.argument("scenario", type=options.INPUT)
 @options.output(".svg", ".png", help="Picture: .svg or .png.")
 @click.option("--width", type=options.PIXELS, help="Width of the PNG in pixels.")
-@click.option("--sight", metavar="ROBOT", help="Shade what this robot sees from its start.")
 @options.division
 @click.option("--legend/--no-legend", default=True, help="Draw a legend (pictures).")
 def draw(
     scenario: Path,
     output: Path | None,
     width: int | None,
-    sight: str | None,
     rows: int | None,
     cols: int | None,
     side: float | None,
@@ -237,7 +220,7 @@ def draw(
 ) -> int:
     """Draw SCENARIO before its run: region numbers, starts, objectives, hidden obstacles.
     Without -o it is drawn as text. SCENARIO may be a map file alone."""
-    from safenav.report.picture.scene import scene_of, sight_of
+    from safenav.report.picture.scene import scene_of
     from safenav.report.terminal.map import scenario_text
     from safenav.scenario.model import Scenario
     from safenav.scenario.reading.loader import load_scenario
@@ -250,17 +233,13 @@ def draw(
         plan = Scenario(scenario.name, load_map(scenario, Division(rows, cols, side, share)), ())
     for note in plan.map.notes:
         warn(note)
-    options.check_robot(sight, plan, scenario)
-    shading = None if sight is None else sight_of(plan, sight)
     if output is None:
         for line in scenario_text(plan, shutil.get_terminal_size((120, 40)).columns):
             click.echo(line)
-        for line in shading_lines(shading) if shading is not None else ():
-            click.echo(f"\n  {line}")
         return ExitCode.OK
     form = output.suffix.lower().removeprefix(".")
     if form not in ("svg", "png"):
         raise UsageError(f"{output}: the name of a picture ends in .svg or .png")
-    shown = Options(legend=legend, shading=shading, axes=True)
+    shown = Options(legend=legend, axes=True)
     _write_picture(output, svg_of(scene_of(plan), shown), form, width)
     return ExitCode.OK

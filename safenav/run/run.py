@@ -32,7 +32,6 @@ from safenav.run.values import (
 )
 from safenav.scenario.objective import Objective, describe, station, target_regions
 from safenav.scenario.settings import Exclusion
-from safenav.trace.words import regions_words
 from safenav.world.map import Region, RegionMap
 from safenav.world.poses import bits
 from safenav.world.sight import Visibility, visible_from
@@ -273,47 +272,12 @@ class Run(Struct):
 CLOSED = {ObstacleStatus.FOUND, ObstacleStatus.REQUESTED, ObstacleStatus.BLOCKED}
 
 
-class Shading(Struct, frozen=True):
-    """Knowledge of ``robot`` at one tick. ``sight``: the regions that it sees (None: its vision has
-    no limit, or is not recorded); ``beliefs``: its beliefs about other robots, by name."""
-
-    robot: str
-    vision: float | None
-    sight: frozenset[Region] | None = None
-    beliefs: tuple[tuple[str, RobotBelief], ...] = ()
-
-
 def viewers(run: Run) -> tuple[str, ...]:
     """Return the robots with limited vision or recorded beliefs, in the order of their turns."""
     believing = {pair[0] for pair in run.beliefs}
     return tuple(
         track.name for track in run.robots if track.vision is not None or track.name in believing
     )
-
-
-def shading_of(run: Run, robot: str, tick: int) -> Shading:
-    """Return the robot's sight and beliefs after ``tick``. Raises KeyError for an unknown robot."""
-    pairs = (
-        (other, changes.at(tick))
-        for (viewer, other), changes in run.beliefs.items()
-        if viewer == robot
-    )
-    beliefs = tuple((other, belief) for other, belief in pairs if belief is not None)
-    sight = SightCache(run.map).after(run, robot, tick)
-    seen = None if sight is None else frozenset(sight)
-    return Shading(robot, run.track(robot).vision, seen, beliefs)
-
-
-def shading_lines(shading: Shading) -> list[str]:
-    """Return a shading in words: ``digit sees 14-16``, ``digit believes quad in 22-24``."""
-    lines = []
-    if shading.sight is not None:
-        lines.append(f"{shading.robot} sees {regions_words(shading.sight)}")
-    for other, belief in shading.beliefs:
-        verb = "saw" if belief.seen else "believes"
-        place = f"{'at' if belief.seen else 'in'} {regions_words(belief.regions)}"
-        lines.append(f"{shading.robot} {verb} {other} {place}")
-    return lines
 
 
 class SightCache(Struct, frozen=True, dict=True):

@@ -57,14 +57,16 @@ def test_no_text_overlaps_another_or_leaves_the_page(
             assert apart, f"{words!r} overlaps {other!r}"
 
 
-def test_the_map_is_cropped_and_words_lead_to_their_region(replays: dict[str, Run]) -> None:
+def test_the_map_is_cropped_and_the_region_of_the_words_has_a_frame(
+    replays: dict[str, Run],
+) -> None:
     root = ElementTree.fromstring(svg_of(replays["door"].at(11)))
     (floor,) = root.findall(f"{SVG}svg")
     left, upper, width, height = (48 * side for side in window(replays["door"].map))
     assert [float(each) for each in floor.attrib["viewBox"].split()] == [left, upper, width, height]
     assert (left, upper) == (24, 24)
-    (dot,) = (each for each in floor.findall(f"{SVG}circle") if each.get("r") == "2.2")
-    assert (float(dot.attrib["cx"]), float(dot.attrib["cy"])) == (8.5 * 48, 4 * 48)  # the door
+    (frame,) = (each for each in floor.findall(f"{SVG}rect") if each.get("stroke-width") == "1.2")
+    assert (float(frame.attrib["x"]), float(frame.attrib["y"])) == (8 * 48 + 3, 3 * 48 + 3)  # door
 
 
 def test_the_next_target_is_filled_and_the_route_there_dashed(replays: dict[str, Run]) -> None:

@@ -9,21 +9,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
-from msgspec.structs import replace
 
 from safenav.errors import UsageError
 from safenav.extras import missing
-from safenav.report.picture.floor import cell_size, window
-from safenav.report.picture.glyphs import separated
 from safenav.report.picture.scene import Layer, Options, svg_of
-from safenav.report.picture.svg import png_of, size_of
-from safenav.run.run import Run, Shading, shading_of
-from safenav.run.values import Placed, Scene, StoryKind
+from safenav.report.picture.svg import png_of
+from safenav.run.run import Run
+from safenav.run.values import Scene, StoryKind
 
 if TYPE_CHECKING:
     from PIL import Image
-
-Sprite = tuple["Image.Image", tuple[int, int]]
 
 _HALTS = {
     StoryKind.VIOLATION,
@@ -44,14 +39,12 @@ _CAPTIONS = _HALTS | {StoryKind.ASSUMPTION, StoryKind.OUTCOME}
 
 class Film(Struct, frozen=True):
     """Options of a film of a run: first and last tick, speed, width. ``speed``: ticks per second,
-    or a multiple of the speed of the run's clock. ``sight``: the robot whose sight and beliefs are
-    shaded."""
+    or a multiple of the speed of the run's clock."""
 
     first: int
     last: int
     speed: float = 4.0
     width: int = 720
-    sight: str | None = None
 
     @property
     def ticks(self) -> range:
@@ -65,9 +58,6 @@ class Film(Struct, frozen=True):
         found = {run.moment(begin + pause * number) for number in range(count)}
         halts = {(e.tick, 0.0) for e in run.events if e.kind in _HALTS and e.tick in self.ticks}
         return sorted(found | halts | {(self.last, 0.0)})
-
-    def shading(self, run: Run, tick: int) -> Shading | None:
-        return None if self.sight is None else shading_of(run, self.sight, tick)
 
 
 def write_gif(run: Run, path: Path, film: Film, progress: Callable[[], None] | None = None) -> None:
@@ -100,64 +90,22 @@ def write_gif(run: Run, path: Path, film: Film, progress: Callable[[], None] | N
 
 
 class _Stage:
-    """Drawer of frames. A film would take most of its time for vectors: the ground and the names
-    are drawn once, the state once per tick, and a robot once for each of its headings and loads."""
+    """Drawer of frames. The ground, which takes most of the time, is drawn once."""
 
     def __init__(self, run: Run, film: Film) -> None:
         self._run, self._film = run, film
-        first = run.at(film.first)
-        self._ground = self._layer(first, film.first, Layer.GROUND)
-        self._names = self._layer(first, film.first, Layer.NAMES)
-        self._state: tuple[object, Image.Image] = None, self._ground
-        left, upper, width, height = window(run.map)
-        self._home = round(upper + height / 2), round(left + width / 2)
-        self._robots: dict[object, Sprite] = {}
+        self._ground = self._drawn(run.at(film.first), Layer.GROUND)
 
     def frame(self, tick: int, part: float, caption: str) -> Image.Image:
         """Return a moment: a ``part`` of the time from ``tick`` to the next one."""
-        scene = self._run.at(tick, part)
-        key = tick, scene.moment, caption
-        if key != self._state[0]:
-            drawn = self._ground.copy()
-            drawn.alpha_composite(self._layer(scene, tick, Layer.STATE, caption=caption))
-            self._state = key, drawn
-        frame = self._state[1].copy()
-        side = cell_size(scene.map) * self._film.width / self._across
-        first_row, first_col = self._home
-        shifts = separated([(robot.row, robot.col) for robot in scene.robots])
-        for robot, (down, right) in zip(scene.robots, shifts, strict=True):
-            body, (x, y) = self._robot(scene, robot)
-            east, south = robot.col + right - first_col, robot.row + down - first_row
-            place = round(x + east * side), round(y + south * side)
-            frame.alpha_composite(body, place)
-        frame.alpha_composite(self._names)
+        frame = self._ground.copy()
+        frame.alpha_composite(self._drawn(self._run.at(tick, part), Layer.MOMENT, caption))
         return frame.convert("RGB")
 
-    def _robot(self, scene: Scene, robot: Placed) -> Sprite:
-        """Return a robot's body, and its place while the robot is in the middle of the map."""
-        key = robot.name, robot.heading, robot.loads
-        if key not in self._robots:
-            row, col = self._home
-            first = tuple(replace(one, row=row, col=col) for one in scene.robots)
-            alone = replace(scene, robots=first)
-            drawn = self._layer(alone, self._film.first, Layer.ROBOTS, robot=robot.name)
-            box = drawn.getbbox() or (0, 0, 1, 1)
-            self._robots[key] = drawn.crop(box), box[:2]
-        return self._robots[key]
-
-    def _layer(
-        self, scene: Scene, tick: int, layer: Layer, caption: str = "", robot: str | None = None
-    ) -> Image.Image:
+    def _drawn(self, scene: Scene, layer: Layer, caption: str = "") -> Image.Image:
         from PIL import Image
 
-        options = Options(
-            layers=frozenset({layer}),
-            caption=caption,
-            shading=self._film.shading(self._run, tick),
-            robot=robot,
-        )
-        svg = svg_of(scene, options)
-        self._across = size_of(svg)[0]
+        svg = svg_of(scene, Options(layers=frozenset({layer}), caption=caption))
         return Image.open(io.BytesIO(png_of(svg, self._film.width))).convert("RGBA")
 
 

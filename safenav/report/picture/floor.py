@@ -101,6 +101,8 @@ def draw_axes(page: SvgWriter, world: RegionMap, cell: float) -> None:
 AREA = "#0067A3"
 _SIZES = (13.0, 12.0, 11.0, 10.0, 9.0)
 """Heights of letters, the best first."""
+BELOW = 0.19
+"""Most height of the letters in a region, in its sides, so that its robot does not hide them."""
 _LINE = 1.15
 _GAP = 2.0
 """Distance of a name from the border of its region."""
@@ -171,7 +173,8 @@ def _fitted(text: str, side: float) -> tuple[tuple[str, ...], float] | None:
 
     def fits(lines: tuple[str, ...], size: float) -> bool:
         wide = max(text_width(line, size, bold=True) for line in lines)
-        return wide <= side - 2 * _GAP and len(lines) * _LINE * size <= side
+        low = size <= max(_SIZES[-1], BELOW * side)
+        return low and wide <= side - 2 * _GAP and len(lines) * _LINE * size <= side
 
     folds = [(text[: at.end()], text[at.end() :]) for at in re.finditer("[ _-](?=.)", text)]
     short = [(f"{text[:length]}…",) for length in range(len(text) - 1, 2, -1)]

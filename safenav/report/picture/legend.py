@@ -11,7 +11,6 @@ from safenav.report.picture.floor import AREA, INK, MUTED, WALL, WALL_LINE
 from safenav.report.picture.glyphs import GLYPHS, STATUS_MARKS
 from safenav.report.picture.svg import SvgWriter, number, wrapped
 from safenav.run.looks import Look, looks
-from safenav.run.run import Shading
 from safenav.run.values import ObstacleStatus, Scene, StoryKind
 from safenav.trace.words import listed
 
@@ -84,16 +83,14 @@ def key_of(scene: Scene) -> Legend:
     return Legend(tuple(Row(icon, lines_of(name, 13)) for icon, name in pairs))
 
 
-def legend_of(
-    scene: Scene, hidden: bool, shading: Shading | None, exclusion: Mapping[str, Any]
-) -> Legend:
+def legend_of(scene: Scene, hidden: bool, exclusion: Mapping[str, Any]) -> Legend:
     """Return the legend of a scene's picture. ``exclusion``: the line around such regions."""
     style = looks([robot.name for robot in scene.robots])
     groups = {
         "Robots and objectives": _robots(scene, style),
         "Obstacles": _obstacles(scene, hidden),
         "Objective stack, top first": _stack(scene),
-        "Marks": _marks(scene, style, shading, exclusion),
+        "Marks": _marks(scene, style, exclusion),
     }
     rows: list[Row] = []
     for title, found in groups.items():
@@ -167,9 +164,7 @@ def _load(page: SvgWriter, x: float, y: float) -> None:
     page.glyph(GLYPHS.obstacles["crate"], x, y, 6, fill=INK)
 
 
-def _marks(
-    scene: Scene, style: Sequence[Look], shading: Shading | None, exclusion: Mapping[str, Any]
-) -> Iterable[Row]:
+def _marks(scene: Scene, style: Sequence[Look], exclusion: Mapping[str, Any]) -> Iterable[Row]:
     """Return the meanings of the marks that the picture has."""
     robots, objectives = scene.robots, [r.objective for r in scene.robots if r.objective]
     colour = style[0].colour if style else INK
@@ -204,17 +199,4 @@ def _marks(
     for each in scene.exclusions:
         words = f"at most one of {listed(sorted(each.robots))} at a time"
         table.append((True, _square(9, fill="none", **exclusion), words))
-    names = {robot.name: look for robot, look in zip(robots, style, strict=True)}
-    if shading is not None and shading.sight is not None:
-        limit = "" if shading.vision is None else f" (radius {number(shading.vision)} regions)"
-        tint = {"fill": names[shading.robot].colour, "stroke": names[shading.robot].colour}
-        words = f"what {shading.robot} sees{limit}"
-        table.append((True, _square(9, fill_opacity=0.13, **tint), words))
-    for other, belief in () if shading is None else shading.beliefs:
-        assert shading is not None
-        tint = {"fill": names[other].colour, "stroke": names[other].colour}
-        line = {"fill_opacity": 0.0} if belief.seen else {"stroke_dasharray": "5 3"}
-        saw = f"saw {other}" if belief.seen else f"believed {other} to be"
-        words = f"where {shading.robot} {saw} at its last observation"
-        table.append((True, _square(9, **{"fill_opacity": 0.13, **tint, **line}), words))
     return [Row(icon, lines_of(words, 12)) for drawn, icon, words in table if drawn]

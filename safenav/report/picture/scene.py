@@ -23,7 +23,6 @@ from safenav.report.picture.floor import (
     draw_floor,
     draw_names,
     draw_numbers,
-    filled,
     outline,
     placed_names,
     window,
@@ -39,14 +38,11 @@ from safenav.report.picture.legend import key_of, legend_of
 from safenav.report.picture.svg import SvgWriter, polyline, wrapped
 from safenav.run.looks import Look, looks
 from safenav.run.reading import run_of
-from safenav.run.run import Shading
 from safenav.run.values import Event, Hidden, ObstacleStatus, Placed, Scene, StoryKind
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import target_regions
 from safenav.trace.reading import unstarted
 from safenav.world.map import Region
-from safenav.world.poses import bits
-from safenav.world.sight import visible_from
 
 MARGIN = 16.0
 NARROWEST = 260.0
@@ -72,33 +68,28 @@ BADGE = 0.96
 """Distance of a load from the body, in radii of the body."""
 EXCLUSION = {"stroke": "#A5568A", "stroke_width": 2.2, "stroke_dasharray": "9 3 2 3"}
 """Line around the regions of ``never_together``."""
-_QUIET = {StoryKind.SYNTHESIS, StoryKind.PUSH, StoryKind.POP, StoryKind.OUTCOME}
+_QUIET = {StoryKind.SYNTHESIS, StoryKind.PUSH, StoryKind.POP}
 
 
 class Layer(Enum):
-    """A part of a picture, from the bottom up: the floor with all that never changes, what changes
-    from tick to tick, the robots, and the names of regions."""
+    """A part of a picture: the floor with all that never changes, and what lies above it."""
 
     GROUND = "ground"
-    STATE = "state"
-    ROBOTS = "robots"
-    NAMES = "names"
+    MOMENT = "moment"
 
 
 class Options(Struct, frozen=True):
     """Contents of a picture besides the scene itself.
 
     ``caption``: words below the map instead of those of the moment, always of the same height, and
-    the robots' names instead of a legend (for the frames of a film). ``shading``: sight and
-    beliefs of a robot. ``axes``: numbers of rows and columns around the map. ``layers``: those to
-    draw; without ``GROUND`` the picture is transparent. ``robot``: the only one to draw."""
+    the robots' names instead of a legend (for the frames of a film). ``axes``: numbers of rows
+    and columns around the map. ``layers``: those to draw; without ``GROUND`` the picture is
+    transparent."""
 
     layers: frozenset[Layer] = frozenset(Layer)
-    robot: str | None = None
     legend: bool = True
     hidden: bool = True
     caption: str | None = None
-    shading: Shading | None = None
     axes: bool = False
 
 
@@ -109,14 +100,6 @@ def scene_of(scenario: Scenario) -> Scene:
     return replace(run.at(0), moment="before the run", obstacles=obstacles)
 
 
-def sight_of(scenario: Scenario, robot: str) -> Shading:
-    """Return a robot's sight from its start, without hidden obstacles."""
-    viewer = next(r for r in scenario.robots if r.name == robot)
-    view = visible_from(scenario.map, viewer.model.vision)
-    seen = frozenset(bits(view.mask(viewer.start.region)))
-    return Shading(robot, viewer.model.vision, seen)
-
-
 def svg_of(scene: Scene, options: Options | None = None) -> str:
     options = options or Options()
     cell = cell_size(scene.map)
@@ -124,7 +107,8 @@ def svg_of(scene: Scene, options: Options | None = None) -> str:
     inner = max(width, NARROWEST)
     title = wrapped(scene.title, 17, inner, bold=True)
     top = MARGIN + 21 * len(title) + 22
-    told = [event for event in scene.happened if event.kind not in _QUIET][:SPOKEN]
+    told = [event for event in scene.happened if event.kind not in _QUIET]
+    told = sorted(told, key=lambda event: event.kind is not StoryKind.OUTCOME)[:SPOKEN]
     film = options.caption is not None
     says = [options.caption or ""] if film else [f"{event.text}." for event in told]
     caption = [line for text in says for line in wrapped(text, 13, inner)]
@@ -132,7 +116,7 @@ def svg_of(scene: Scene, options: Options | None = None) -> str:
     below = top + height + (14.0 if options.axes else 0.0) + (spoken + 14 if spoken else 0.0)
     legend = key_of(scene) if film else None
     if options.legend and not film:
-        legend = legend_of(scene, options.hidden, options.shading, EXCLUSION)
+        legend = legend_of(scene, options.hidden, EXCLUSION)
     end = below + (legend.height(inner) + 20 if legend else 0.0) + MARGIN
     page = SvgWriter()
     if Layer.GROUND in options.layers:
@@ -145,7 +129,7 @@ def svg_of(scene: Scene, options: Options | None = None) -> str:
             page.open("g", transform=f"translate({MARGIN - left} {top - upper})")
             draw_axes(page, scene.map, cell)
             page.close("g")
-    if Layer.STATE in options.layers:
+    if Layer.MOMENT in options.layers:
         page.text(MARGIN, top - 9, scene.moment, 13, fill=MUTED)
         for i, line in enumerate(caption[: CAPTION_LINES if film else None]):
             page.text(MARGIN, below - spoken + 10 + LINE * i, line, 13, fill=INK)
@@ -155,7 +139,7 @@ def svg_of(scene: Scene, options: Options | None = None) -> str:
         page.open(inside, x=MARGIN, y=top, width=width, height=height, viewBox=box)
     else:
         page.open(inside, transform=f"translate({MARGIN - left:g} {top - upper:g})")
-    _Drawing(page, scene, cell, options, placed_names(scene.map, cell), upper + height).draw(told)
+    _Drawing(page, scene, cell, options, placed_names(scene.map, cell)).draw(told)
     page.close(inside)
     return page.document(inner + 2 * MARGIN, end, scene.title, _described(scene))
 
@@ -170,35 +154,28 @@ def _described(scene: Scene) -> str:
 
 
 class _Drawing(Struct):
-    """Drawing of the map and its contents, bottom layer first. ``bottom``: of its window."""
+    """Drawing of the map and its contents, bottom layer first."""
 
     page: SvgWriter
     scene: Scene
     cell: float
     options: Options
     names: list[PlacedName]
-    bottom: float
 
     def draw(self, told: Sequence[Event]) -> None:
         style = looks([robot.name for robot in self.scene.robots])
         robots = [*zip(self.scene.robots, style, strict=True)]
-        layers, shading = self.options.layers, self.options.shading
+        layers = self.options.layers
         if Layer.GROUND in layers:
             draw_floor(self.page, self.scene.map, self.cell)
-        if shading is not None and Layer.STATE in layers:
-            self._shading(shading, {robot.name: look for robot, look in robots})
-        if (Layer.STATE if shading is not None else Layer.GROUND) in layers:
             self._signs()
-        if Layer.STATE in layers:
+        if Layer.MOMENT in layers:
             self._state(robots)
-            self._leader(told)
-        if Layer.ROBOTS in layers:
-            drawn = [pair for pair in robots if self.options.robot in (None, pair[0].name)]
-            shifts = separated([(robot.row, robot.col) for robot, _ in drawn])
-            for (robot, look), (down, right) in zip(drawn, shifts, strict=True):
-                self._robot(robot, look, robot.row + down, robot.col + right)
-        if Layer.NAMES in layers:
+            self._spoken_of(told)
             draw_names(self.page, self.names, INK)
+            shifts = separated([(robot.row, robot.col) for robot, _ in robots])
+            for (robot, look), (down, right) in zip(robots, shifts, strict=True):
+                self._robot(robot, look, robot.row + down, robot.col + right)
 
     def _signs(self) -> None:
         draw_areas(self.page, self.scene.map, self.cell)
@@ -207,26 +184,9 @@ class _Drawing(Struct):
             self.page.path(border, fill="none", **EXCLUSION)
         for region in self.scene.chargers:
             x, y = self._corner(region)
-            place = (x + 0.18 * self.cell, y + 0.8 * self.cell)
-            self.page.glyph(GLYPHS.charger, *place, 0.17 * self.cell, fill="#B87900")
+            place = (x + 0.13 * self.cell, y + 0.62 * self.cell)
+            self.page.glyph(GLYPHS.charger, *place, 0.11 * self.cell, fill="#B87900")
         draw_numbers(self.page, self.scene.map, self.cell, self.names)
-
-    def _shading(self, shading: Shading, style: dict[str, Look]) -> None:
-        """Tint the regions that a robot sees in its colour, and those where it believes others to
-        be in theirs; a robot that it sees has a frame."""
-        world, cell = self.scene.map, self.cell
-        sight = frozenset(shading.sight or ())
-        tinted: list[tuple[str, frozenset[Region], bool, str | None]]
-        tinted = [(shading.robot, sight, False, None)]
-        tinted += [(name, each.regions, each.seen, "5 3") for name, each in shading.beliefs]
-        for name, regions, seen, dashes in tinted:
-            line = {"stroke": style[name].colour, "stroke_width": 2.6 if seen else 1.4}
-            dashes = None if seen else dashes
-            if not seen:
-                area = filled(world, regions, cell)
-                self.page.path(area, fill=style[name].colour, fill_opacity=0.13)
-            border = outline(world, regions, cell)
-            self.page.path(border, fill="none", stroke_dasharray=dashes, **line)
 
     def _state(self, robots: Sequence[tuple[Placed, Look]]) -> None:
         """Draw the parts that change from tick to tick."""
@@ -353,15 +313,12 @@ class _Drawing(Struct):
             colour = STATUS_MARKS[ObstacleStatus.FOUND].colour
             self.page.path(data, stroke=colour, stroke_width=self.cell * 0.06, fill="none")
 
-    def _leader(self, told: Sequence[Event]) -> None:
-        """Draw a line from the words below the map to the region that they are about."""
-        regions = [event.region for event in told if event.region is not None]
-        if regions:
-            x, y = self._corner(regions[0])
-            foot, style = (x + self.cell / 2, self.bottom), {"stroke": MUTED, "fill": "none"}
-            line = polyline((x + self.cell / 2, y + self.cell), foot)
-            self.page.path(line, stroke_width=1, stroke_dasharray="1 3", **style)
-            self.page.element("circle", cx=foot[0], cy=y + self.cell, r=2.2, fill=MUTED)
+    def _spoken_of(self, told: Sequence[Event]) -> None:
+        """Draw a frame around the region that the words below the map are about."""
+        for region in [event.region for event in told if event.region is not None][:1]:
+            x, y = self._corner(region)
+            frame = {"fill": "none", "stroke": INK, "stroke_width": 1.2}
+            self.page.rect(x + 3, y + 3, self.cell - 6, self.cell - 6, rx=2, **frame)
 
     def _robot(self, robot: Placed, look: Look, row: float, col: float) -> None:
         x, y = (col + 0.5) * self.cell, (row + 0.5) * self.cell
