@@ -17,7 +17,7 @@ from safenav.scenario.reading.loader import Draft, load_draft
 from safenav.scenario.yaml.findings import ReadableFolder
 from safenav.scenario.yaml.source import MAX_BYTES
 from safenav.studio.editing.drawing import drawing_of, palette
-from safenav.studio.editing.operations import edited, played
+from safenav.studio.editing.operations import edited
 from safenav.studio.editing.realizability import RealizabilityQueue
 from safenav.studio.process import RunOrder
 from safenav.studio.scenario_folder import ScenarioFolder, read_text, save_text
@@ -26,8 +26,7 @@ from safenav.studio.session import Made, Message, Studio
 
 class Editor(Studio):
     """Owner of the text. ``scenarios``: the folder in which scenarios are opened and saved;
-    ``named``: the folder that the user named, the only one that a text of foreign origin may
-    read."""
+    ``named``: the folder whose files a text may name, if the user named one."""
 
     def __init__(
         self, text: str, origin: TextOrigin, scenarios: ScenarioFolder, named: Path | None
@@ -51,7 +50,6 @@ class Editor(Studio):
             "open": self._open,
             "files": self._files,
             "save": self._save,
-            "keep": self._keep,
         }
 
     @classmethod
@@ -90,22 +88,12 @@ class Editor(Studio):
             self._realizability.check(self._order_of(self.document.text))
 
     async def made(self, name: str) -> Made | None:
-        """Return a download: the scenario, the scenario as run, or a result of the run."""
+        """Return a download: the scenario, or a result of the run."""
         file = self.document.origin.file
         stem = "scenario" if file is None else file.stem
         if name == "scenario":
             return f"{stem}.yaml", self.document.text.encode(), "application/yaml"
-        if name == "played" and self.run is not None:
-            return f"{stem}-played.yaml", self._played().encode(), "application/yaml"
         return await super().made(name)
-
-    async def uploaded(self, name: str, content: bytes) -> None:
-        """Open an uploaded scenario."""
-        try:
-            text = content.decode("utf-8-sig")
-        except UnicodeDecodeError as error:
-            raise UsageError(f"{name} is not a text file") from error
-        self._begin_with(text, foreign=True)
 
     def _everything(self) -> list[dict[str, Any]]:
         sent = super()._everything()
@@ -133,11 +121,9 @@ class Editor(Studio):
         }
 
     def _reach(self) -> ReadableFolder:
-        """Return the files that the text may name: those in the folder that the user named, else,
-        for a text of foreign origin, none, else those in the folder of its file."""
-        origin = self.document.origin
-        home = origin.file.parent if origin.file is not None else self.scenarios.folder
-        return ReadableFolder(self.named or (None if origin.foreign else home))
+        """Return the files that the text may name: those in the folder that the user named, else
+        those in the folder of its file."""
+        return ReadableFolder(self.named or Path(self._name).parent)
 
     @property
     def _name(self) -> str:
@@ -148,8 +134,7 @@ class Editor(Studio):
         return load_draft(self.document.text, self._name, self._reach(), reachable=reachable)
 
     def _order_of(self, text: str) -> RunOrder:
-        folder = self._reach().folder
-        return RunOrder(text, self._name, None if folder is None else str(folder))
+        return RunOrder(text, self._name, str(self._reach().folder))
 
     def _ordered(self) -> RunOrder:
         if not self._checked:
@@ -229,13 +214,11 @@ class Editor(Studio):
         else:
             raise UsageError("unknown beginning; known: blank, template, file")
 
-    def _begin_with(self, text: str, *, foreign: bool = False) -> None:
+    def _begin_with(self, text: str) -> None:
         """Open a text without a file; a named file that does not exist yet stays its target."""
-        if len(text) > MAX_BYTES:
-            raise UsageError(f"a scenario has at most {MAX_BYTES // 1_000_000} MB")
         file = self.document.origin.file
         new = file if file is not None and not file.exists() else None
-        self.document.change(text, origin=TextOrigin(new, foreign, None if new else text))
+        self.document.change(text, origin=TextOrigin(new, None if new else text))
         self._changed()
 
     async def _files(self, _: Message) -> None:
@@ -253,23 +236,12 @@ class Editor(Studio):
         known = origin.saved if path == origin.file else None
         save_text(path, document.text, known, replace=data.get("replace") is True)
         moved = path != origin.file
-        origin.file, origin.foreign, origin.saved = path, False, document.text
+        origin.file, origin.saved = path, document.text
         self.tell({"is": "saved", "file": self.scenarios.name(path)})
         if moved:  # the text may now name other files
             self._changed()
         else:
             self.tell(self._view())
-
-    async def _keep(self, _: Message) -> None:
-        """Open the scenario of the run, with its changes, in the editor."""
-        if self.run is None:
-            raise UsageError("no run to edit yet")
-        if self.document.change(self._played()):
-            self._changed()
-
-    def _played(self) -> str:
-        assert self.run is not None
-        return played(self.run.order.text, self.run.records, self.run.order.seed)
 
 
 MOST = 500
@@ -278,12 +250,10 @@ TYPING = 1.2
 
 
 class TextOrigin(Struct, eq=False):
-    """The origin of a text. ``file``: the file that it is saved to, if any; ``foreign``: it came by
-    upload; ``saved``: the content of the file, or the initial text, which needs no saving;
-    ``number``: distinguishes origins."""
+    """The origin of a text. ``file``: the file that it is saved to, if any; ``saved``: the content
+    of the file, or the initial text, which needs no saving; ``number``: distinguishes origins."""
 
     file: Path | None = None
-    foreign: bool = False
     saved: str | None = None
     number: int = field(default_factory=count().__next__)
 

@@ -40,23 +40,19 @@ DONE, REFUSED, FAILED = "~done", "~refused", "~failed"
 
 
 class RunOrder(Struct, frozen=True):
-    """A scenario to run. ``folder``: the folder whose files it may read (None: none); ``trusted``:
-    it may read any file, since the user named it. ``seed`` and ``clock`` override its own.
-    """
+    """A scenario to run. ``folder``: the folder whose files it may read; None: any, since the user
+    named it. ``seed`` and ``clock`` override its own."""
 
     text: str
     file: str
     folder: str | None = None
-    trusted: bool = False
     seed: int | None = None
     clock: str | None = None
 
     @property
     def reach(self) -> ReadableFolder | None:
         """The files that the scenario may name."""
-        if self.trusted:
-            return None
-        return ReadableFolder(None if self.folder is None else Path(self.folder))
+        return None if self.folder is None else ReadableFolder(Path(self.folder))
 
     def line(self) -> str:
         return json_line(to_builtins(self))

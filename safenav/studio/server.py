@@ -14,7 +14,6 @@ import asyncio
 import hmac
 import json
 import re
-import resource
 import secrets
 import signal
 import socket
@@ -26,7 +25,7 @@ from http.client import HTTPException, parse_headers
 from io import BytesIO
 from pathlib import Path, PurePath
 from typing import Any
-from urllib.parse import parse_qs, unquote, urlsplit
+from urllib.parse import unquote, urlsplit
 
 import click
 from msgspec import Struct
@@ -37,8 +36,8 @@ from safenav.scenario.reading.loader import schema_text
 from safenav.studio.scenario_folder import ReplaceError
 from safenav.studio.session import Studio
 
-UPLOAD = 8_000_000
-"""Bytes of the largest upload."""
+LARGEST = 8_000_000
+"""Bytes of the largest request: an edited text."""
 
 HEADERS = {
     "Content-Security-Policy": (
@@ -88,16 +87,14 @@ class Guard(Struct, frozen=True):
         length = (
             "unknown" if headers.get("Transfer-Encoding") else headers.get("Content-Length", "0")
         )
-        if not re.fullmatch("[0-9]{1,18}", length) or int(length) > UPLOAD:
-            return 413, f"that is too large: at most {UPLOAD // 1_000_000} MB"
+        if not re.fullmatch("[0-9]{1,18}", length) or int(length) > LARGEST:
+            return 413, f"that is too large: at most {LARGEST // 1_000_000} MB"
         return None
 
 
 PORT = 7246
 PORTS = 20
 """Number of ports that are tried, starting with ``PORT``."""
-BACKLOG = 2048
-"""Maximum number of connections that wait to be accepted."""
 
 PAGES = 64
 """Maximum number of open pages."""
@@ -154,8 +151,7 @@ class Server:
 
     async def serve(self, *, browser: bool, ready: Callable[[str], None]) -> None:
         """Serve until ``stop``, or until the last page has been closed for a while."""
-        _allow_many_connections()
-        serving = await asyncio.start_server(self._connected, sock=self._socket, backlog=BACKLOG)
+        serving = await asyncio.start_server(self._connected, sock=self._socket)
         ready(self.guard.address)
         if browser:
             with suppress(Exception):
@@ -229,7 +225,7 @@ class Server:
         _, _, path = address.path[1:].partition("/")
         try:
             if method == "POST":
-                return await self._posted(path, parse_qs(address.query), body)
+                return await self._posted(path, body)
             return await self._got(unquote(path))
         except SafenavError as error:
             return Answer(400, str(error).encode())
@@ -256,11 +252,7 @@ class Server:
         headers = {"Content-Disposition": f'attachment; filename="{name}"'}
         return Answer(200, content, kind, headers)
 
-    async def _posted(self, path: str, query: Mapping[str, list[str]], body: bytes) -> Answer:
-        if path == "upload":
-            name = PurePath(query.get("name", ["upload"])[0]).name
-            await self.studio.uploaded(name, body)
-            return Answer(200)
+    async def _posted(self, path: str, body: bytes) -> Answer:
         if path != "say":
             return Answer(404, b"there is no such request\n")
         refused = await self._take(body)
@@ -319,7 +311,7 @@ def listening(port: int | None) -> socket.socket:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             listener.bind(("127.0.0.1", number))
-            listener.listen(BACKLOG)  # before this, another process can bind the same port
+            listener.listen()  # before this, another process can bind the same port
         except OSError as error:
             listener.close()
             failure = error
@@ -328,15 +320,6 @@ def listening(port: int | None) -> socket.socket:
     raise UsageError(
         f"cannot listen on port {port}: {failure.strerror}\n    leave --port out to get another"
     )
-
-
-def _allow_many_connections() -> None:
-    """Raise the limit of open files to 8192 if the system allows it."""
-    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    wanted = 8192 if hard == resource.RLIM_INFINITY else min(8192, hard)
-    if soft != resource.RLIM_INFINITY and soft < wanted:
-        with suppress(ValueError, OSError):
-            resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
 
 
 FILES = {

@@ -103,7 +103,7 @@ class Studio:
             raise UsageError("a live run needs a file: standard input can be read only once")
         catalogue = load_scenario(scenario).catalogue
         text = scenario.read_text(encoding="utf-8-sig")
-        order = RunOrder(text, str(scenario), trusted=True, seed=seed, clock=clock)
+        order = RunOrder(text, str(scenario), seed=seed, clock=clock)
         return cls(order, catalogue, trace=trace)
 
     @property
@@ -152,11 +152,6 @@ class Studio:
         stem = Path(self._order.file).stem or "scenario"
         content = await asyncio.to_thread(make, self.run.trace, f"{stem}.jsonl")
         return f"{stem}{ending}", content, kind
-
-    async def uploaded(self, name: str, content: bytes) -> None:
-        """Handle an uploaded file. Raises UsageError: only ``Editor`` opens files."""
-        del name, content
-        raise UsageError("this studio only shows a run and opens no files")
 
     async def close(self) -> None:
         """End the run."""

@@ -1,6 +1,10 @@
 """The drawing board as a user with mouse and keyboard sees it."""
 
 import urllib.request
+from contextlib import suppress
+
+from selenium.common.exceptions import NoAlertPresentException
+from selenium.webdriver.common.alert import Alert
 
 from once import beside
 from report.browser import Browser, Keys, Select, WebElement
@@ -106,6 +110,23 @@ class Board:
         self.browser.driver.execute_cdp_cmd("Input.insertText", {"text": text})
 
 
+def answer(browser: Browser, typed: str | None = None, *, accept: bool = True) -> str:
+    """Answer a question of the browser, and return its words."""
+    found: list[Alert] = []
+
+    def asked() -> bool:
+        with suppress(NoAlertPresentException):
+            found.append(browser.driver.switch_to.alert)
+        return bool(found)
+
+    browser.wait(asked, lacks="no question")
+    said = str(found[0].text)
+    if typed is not None:
+        found[0].send_keys(typed)
+    found[0].accept() if accept else found[0].dismiss()
+    return said
+
+
 HOUSE = beside(__file__, "scenarios/house.yaml")
 WARD = "areas: {ward: {rows: 1-3, columns: 5-7}}\n"
 DEN, HALL, WALL = 10, 22, 13
@@ -158,7 +179,3 @@ def hover(board: Board, region: int) -> None:
 
 def readout(browser: Browser) -> str:
     return str(browser.run("return document.querySelector('.readout').textContent"))
-
-
-def focused(browser: Browser) -> WebElement:
-    return browser.driver.switch_to.active_element

@@ -137,9 +137,6 @@ class Page:
     async def get(self, path: str) -> bytes:
         return await self._ask(path)
 
-    async def upload(self, name: str, text: str) -> None:
-        await self._ask(f"upload?name={name}", text.encode())
-
     async def _ask(self, path: str, body: bytes | None = None) -> bytes:
         def answer() -> bytes:
             with urlopen(Request(self.address + path, body), timeout=MINUTES) as response:

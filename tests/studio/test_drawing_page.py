@@ -5,7 +5,6 @@ import time
 import urllib.error
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -13,7 +12,7 @@ from report.browser import Browser, Keys
 from safenav.checked_trace import check_trace
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.reading import read_bytes
-from safenav.trace.records import Appeared, Move, Resolved
+from safenav.trace.records import Appeared, Resolved
 from safenav.trace.vocabulary import ChangeCause
 from studio.board import SHIPPED, Board, toast
 from studio.serving import MINUTES, SCENARIOS, Served
@@ -131,9 +130,7 @@ def test_an_unrealizable_robot_gets_a_reason_and_a_repair_by_click(board: Board)
     )
 
 
-def test_a_door_is_closed_by_a_click_and_the_saved_scenario_plays_the_same(board: Board) -> None:
-    from safenav.runtime.run.mission import Mission
-
+def test_a_door_is_closed_by_a_click_and_reloads_lose_nothing(board: Board) -> None:
     browser = board.browser
     board.write((SCENARIOS / "case_study_1.yaml").read_text().split("expect:")[0])
     board.until("door")
@@ -165,14 +162,6 @@ def test_a_door_is_closed_by_a_click_and_the_saved_scenario_plays_the_same(board
     assert (appeared.obstacle, appeared.cause) == ("door@44", ChangeCause.USER)
     assert b"</html>" in board.saved("replay")
     assert "door@44" in {r.obstacle for r in trace.records if isinstance(r, Resolved)}
-    again: list[Any] = []
-    mission = Mission(load_scenario_text(board.saved("played").decode()), listeners=[again.append])
-    mission.run()
-
-    def moves(records: Any) -> list[Any]:
-        return [(m.tick, m.robot, m.to) for m in records if isinstance(m, Move)]
-
-    assert moves(again) == moves(trace.records)
     assert browser.errors() == []
 
 

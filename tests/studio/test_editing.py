@@ -8,28 +8,12 @@ from typing import Any
 
 import pytest
 
-from runtime.played import Run
 from safenav.errors import UsageError
-from safenav.run.reading import run_of
-from safenav.runtime.intervention.kinds import (
-    AddObstacle,
-    AssignObjective,
-    Intervention,
-    RemoveObstacle,
-    SetService,
-    SetTruth,
-)
-from safenav.runtime.run.mission import Mission
-from safenav.runtime.worlds.truth import SimulatedWorld
-from safenav.scenario.objective import Hold, Visit
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_draft, load_scenario_text
 from safenav.studio.editing import operations
 from safenav.studio.editing.drawing import drawing_of
-from safenav.studio.editing.operations import played
 from safenav.studio.editor import OpenDocument, blank
-from safenav.trace.reading import read_lines
-from safenav.trace.records import Record
 from safenav.world.moves import Mobility
 from studio.serving import SCENARIOS
 
@@ -245,54 +229,6 @@ def test_an_edit_fits_any_form_of_the_text(text: str, edit: dict[str, Any], afte
 def test_rows_in_quotes_are_painted() -> None:
     grid = 'safenav: 1\nmap: {grid: ["###", "#.#", \'###\']}\n'
     assert "'##.'" in edited(grid, {"op": "paint", "regions": [8], "wall": False})
-
-
-def whatever(mission: Mission, world: SimulatedWorld, chance: random.Random) -> Intervention:
-    """A change of a running world, possible or not."""
-    kind = chance.choice(list(built_in().obstacles.values()))
-    one, other = chance.sample(sorted(mission.scenario.map.free), 2)
-    there = [obstacle.name for obstacle in world.standing().values()] or ["door@1"]
-    robot = chance.choice(mission.scenario.robots).name
-    truth = chance.random() < 0.5
-    here, there_too = frozenset({one}), frozenset({other})
-    objective = chance.choice([Hold((here,)), Visit((here | there_too,)), Visit((here, there_too))])
-    return chance.choice(
-        [
-            RemoveObstacle(chance.choice(there)),
-            SetTruth(chance.choice(there), truth),
-            AddObstacle(kind, one, truth if kind.has_truth else None),
-            AddObstacle(kind, one, truth if kind.has_truth else None),
-            AssignObjective(robot, objective),
-            SetService(robot, chance.random() < 0.6),
-        ]
-    )
-
-
-@pytest.mark.parametrize("seed", range(FIRST, FIRST + SEQUENCES // 2))
-@pytest.mark.parametrize("name", ["case_study_1", "case_study_3", "two_digits"])
-def test_a_changed_run_is_sound_and_plays_the_same_when_saved(name: str, seed: int) -> None:
-    chance = random.Random(f"{name}/{seed}")
-    text = (SCENARIOS / f"{name}.yaml").read_text().split("expect:")[0]
-    scenario = load_scenario_text(text)
-    world, run, records = SimulatedWorld(scenario), Run(), list[Record]()
-    mission = Mission(scenario, world=world, listeners=[run, records.append])
-    mission.start()
-    while mission.result is None:
-        for _ in range(chance.choice((0, 0, 0, 0, 1, 2))):
-            with suppress(UsageError):
-                mission.intervene(whatever(mission, world, chance))
-        mission.step()
-        if mission.tick >= 60:
-            mission.give_up()
-    assert not run.findings, run.findings
-    assert run_of(read_lines(run.text.splitlines())).ending is not None
-    again = Run()
-    other = Mission(load_scenario_text(played(text, records, None)), listeners=[again])
-    other.start()
-    while other.result is None and other.tick < mission.tick:
-        other.step()
-    assert all(again.path(robot.name) == run.path(robot.name) for robot in scenario.robots)
-    assert not again.findings
 
 
 def test_areas_are_drawn_and_used_as_targets() -> None:

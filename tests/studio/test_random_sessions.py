@@ -64,7 +64,6 @@ def message(chance: random.Random) -> dict[str, Any]:
             {"do": "speed", "value": chance.choice((64, 8, 0, "x"))},
             {"do": "undo"},
             {"do": "redo"},
-            {"do": "keep"},
             {"do": "text", "text": chance.choice(("", "a: [", "safenav: 1", "- x"))},
             {"do": "undo"},
             {"do": "restart", "seed": chance.choice((None, 3, -1, "x"))},

@@ -14,7 +14,7 @@ import pytest
 
 from children import ran
 from safenav.errors import UsageError
-from safenav.studio.server import UPLOAD, Guard, Server, listening
+from safenav.studio.server import LARGEST, Guard, Server, listening
 from safenav.studio.session import Studio
 from studio.serving import MINUTES, SCENARIOS, Page, Served, ServedAnew, opened, visit
 
@@ -83,8 +83,8 @@ def test_a_path_outside_is_not_a_file_of_the_page(served: Served, path: str) -> 
     assert answer(served, base + "save/" + path)[0] in (400, 404)
 
 
-def test_a_large_upload_is_refused_before_it_is_read(served: Served) -> None:
-    path = served.address[served.address.index("/", 8) :] + "upload"
+def test_a_large_request_is_refused_before_it_is_read(served: Served) -> None:
+    path = served.address[served.address.index("/", 8) :] + "say"
     with socket.create_connection(("127.0.0.1", served.port), MINUTES) as connection:
         head = f"POST {path} HTTP/1.1\r\nHost: 127.0.0.1:{served.port}\r\n"
         connection.sendall(f"{head}Content-Length: 50000000\r\n\r\n".encode())
@@ -99,19 +99,6 @@ def test_a_large_upload_is_refused_before_it_is_read(served: Served) -> None:
         except OSError:
             return
         assert b" 413 " in connection.recv(4096)
-
-
-def test_a_thousand_connections_do_not_stop_a_studio(served: Served) -> None:
-    held = []
-    try:
-        for _ in range(1000):
-            held.append(socket.create_connection(("127.0.0.1", served.port), MINUTES))
-        path = served.address[served.address.index("/", 8) :]
-        assert answer(served, path)[0] == 200
-    finally:
-        for connection in held:
-            connection.close()
-    assert answer(served, path)[0] == 200
 
 
 def test_an_invalid_message_is_refused_and_the_next_one_served(served: Served) -> None:
@@ -172,7 +159,7 @@ OURS = {"Host": "127.0.0.1:7246"}
     [
         ("/secret/", OURS, None),
         ("/secret/", {"Host": "localhost:7246"}, None),
-        ("/secret/socket", {**OURS, "Origin": "http://127.0.0.1:7246"}, None),
+        ("/secret/events", {**OURS, "Origin": "http://127.0.0.1:7246"}, None),
         ("/secret/", {**OURS, "Sec-Fetch-Site": "same-origin"}, None),
         ("/", OURS, 404),
         ("/secre/", OURS, 404),
@@ -181,14 +168,14 @@ OURS = {"Host": "127.0.0.1:7246"}
         ("/secret/", {"Host": "127.0.0.1:80"}, 421),
         ("/secret/", {"Host": "evil.example:7246"}, 421),
         ("/secret/", {}, 421),
-        ("/secret/socket", {**OURS, "Origin": "http://evil.example"}, 403),
-        ("/secret/socket", {**OURS, "Origin": "null"}, 403),
-        ("/secret/socket", {**OURS, "Origin": "http://localhost:7246"}, 403),
+        ("/secret/events", {**OURS, "Origin": "http://evil.example"}, 403),
+        ("/secret/events", {**OURS, "Origin": "null"}, 403),
+        ("/secret/events", {**OURS, "Origin": "http://localhost:7246"}, 403),
         ("/secret/", {**OURS, "Sec-Fetch-Site": "cross-site"}, 403),
-        ("/secret/upload", {**OURS, "Content-Length": str(UPLOAD + 1)}, 413),
-        ("/secret/upload", {**OURS, "Content-Length": "many"}, 413),
-        ("/secret/upload", {**OURS, "Content-Length": "\xb2"}, 413),
-        ("/secret/upload", {**OURS, "Content-Length": "9" * 5000}, 413),
+        ("/secret/say", {**OURS, "Content-Length": str(LARGEST + 1)}, 413),
+        ("/secret/say", {**OURS, "Content-Length": "many"}, 413),
+        ("/secret/say", {**OURS, "Content-Length": "\xb2"}, 413),
+        ("/secret/say", {**OURS, "Content-Length": "9" * 5000}, 413),
     ],
 )
 def test_a_request_passes_or_is_refused(

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from report.browser import Browser, Keys
-from studio.board import DEN, HOUSE, WARD, Board, focused, readout, rectangles, start, toast, words
+from studio.board import DEN, HOUSE, WARD, Board, answer, readout, rectangles, start, toast, words
 from studio.serving import Served
 
 pytestmark = pytest.mark.slow
@@ -21,40 +21,36 @@ def test_a_studio_without_a_file_saves_as_and_opens(browser: Browser, tmp_path: 
     with Served("studio", "--no-browser", cwd=tmp_path) as served:
         board = Board(browser, served.address)
         browser.press(Keys.CONTROL, "s")
-        browser.wait(lambda: focused(browser).get_attribute("aria-label") == "File name")
-        focused(browser).send_keys("mine", Keys.ENTER)
+        assert answer(browser, "mine") == "File name"
         browser.wait(lambda: (tmp_path / "mine.yaml").exists())
         browser.wait(lambda: "mine.yaml" in words(browser, "header"))
         mine = board.text
         assert (tmp_path / "mine.yaml").read_text() == mine
 
-        board.choose("Open")
-        browser.wait(lambda: browser.all(".files button"))
-        listed = [button.text for button in browser.all(".files button")]
-        assert listed == ["mine.yaml", "wing/house.yaml"]
-        board.choose("wing/house.yaml")
+        open_file(board, "wing/house.yaml", ["mine.yaml", "wing/house.yaml"])
         board.until("name: house")
         assert board.text == HOUSE
 
-        for name_, answer, content in (("mine", "Cancel", mine), ("mine", "Replace", HOUSE)):
+        for accept, content in ((False, mine), (True, HOUSE)):
             browser.one('[data-menu="Save"] summary').click()
             board.choose("Save as …")
-            browser.wait(lambda: focused(browser).get_attribute("aria-label") == "File name")
-            field = focused(browser)
-            # Not clear(): the page is not notified of that, and may draw the old name again.
-            field.send_keys(Keys.CONTROL, "a")
-            field.send_keys(name_, Keys.ENTER)
-            browser.wait(lambda: "already exists" in words(browser, "dialog[open]"))
-            board.choose(answer)
-            browser.wait(lambda: not browser.all("dialog[open]"))
+            answer(browser, "mine")
+            assert "already exists" in answer(browser, accept=accept)
             browser.wait(lambda content=content: (tmp_path / "mine.yaml").read_text() == content)
         (tmp_path / "mine.yaml").write_text("somebody else wrote this\n")
         browser.press(Keys.CONTROL, "s")
-        browser.wait(lambda: browser.all("dialog[open]"))
-        assert "has changed since it was opened" in words(browser, "dialog[open]")
-        board.choose("Cancel")
+        assert "has changed since it was opened" in answer(browser, accept=False)
         assert (tmp_path / "mine.yaml").read_text() == "somebody else wrote this\n"
         assert browser.errors() == []
+
+
+def open_file(board: Board, name: str, listed: list[str] | None = None) -> None:
+    browser, menu = board.browser, '[data-menu="Open"]'
+    browser.one(f"{menu} summary").click()
+    browser.wait(lambda: browser.all(f"{menu} button"))
+    names = [button.text for button in browser.all(f"{menu} button")]
+    assert name in names and names == (listed or names)
+    board.choose(name)
 
 
 def test_nothing_is_greyed_out_without_a_reason(house: Board) -> None:
@@ -200,9 +196,7 @@ def test_a_map_file_is_drawn_or_the_page_explains_how_to_allow_it(
             ("flat.yaml", None),
             ("out.yaml", ("floor.pgm", "outside the folder", "--folder")),
         ):
-            board.choose("Open")
-            browser.wait(lambda: browser.all(".files button"))
-            board.choose(name)
+            open_file(board, name)
             browser.wait(lambda name=name: name in words(browser, "header"))
             if said is None:
                 browser.wait(lambda: "Map of 4 by 4" in _map(browser))
@@ -211,16 +205,6 @@ def test_a_map_file_is_drawn_or_the_page_explains_how_to_allow_it(
                 browser.wait(lambda: browser.all(".no-map"))
                 assert all(word in words(browser, ".no-map") for word in said)
                 assert not browser.all("svg.floor"), "the map before is not that of this one"
-        sent = tmp_path / "sent.yaml"
-        sent.write_text((tmp_path / "flat" / "flat.yaml").read_text())
-    with Served("studio", "--no-browser", cwd=tmp_path / "flat") as served:
-        board = Board(browser, served.address, cols=4)
-        board.choose("Open")
-        browser.wait(lambda: browser.all(".files button"))
-        browser.one('dialog input[type="file"]').send_keys(str(sent))
-        browser.wait(lambda: browser.all(".no-map"))
-        told = browser.one(".no-map").text
-        assert "floor.pgm" in told and "uploaded" in told and "open the scenario" in told
 
 
 def _map(browser: Browser) -> str:
@@ -264,28 +248,6 @@ def test_the_help_lists_each_key_once_and_is_true_of_a_live_run(house: Board) ->
     browser.wait(lambda: browser.one(".speed select").get_attribute("value") != before)
     browser.press("t")
     browser.wait(lambda: browser.all('button[aria-label="Theme: light"]'))
-
-
-def test_two_fingers_zoom_the_map_while_walls_are_painted(house: Board) -> None:
-    browser = house.browser
-    browser.resize(380, 800)
-    browser.press("1")
-    text, (x, y) = house.text, house.at(20)
-
-    def touch(kind: str, *places: tuple[float, float]) -> None:
-        points = [{"x": px, "y": py, "id": k} for k, (px, py) in enumerate(places)]
-        command = {"type": kind, "touchPoints": points}
-        browser.driver.execute_cdp_cmd("Input.dispatchTouchEvent", command)
-
-    browser.driver.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": True})
-    touch("touchStart", (x, y))
-    touch("touchStart", (x, y), (x + 20, y))
-    for step in range(1, 6):
-        touch("touchMove", (x - 8 * step, y), (x + 20 + 8 * step, y))
-    touch("touchEnd")
-    browser.driver.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": False})
-    browser.wait(lambda: browser.all(".map.near"))
-    assert house.text == text, "nothing was painted"
 
 
 def test_on_a_phone_the_map_comes_first_and_nothing_is_cut(house: Board) -> None:

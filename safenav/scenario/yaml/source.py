@@ -98,8 +98,8 @@ def _refuse_outside(path: Path, findings: Findings, named_at: Node | None) -> No
     if reach.holds(path):
         return
     if reach.folder is None:
-        found = "not read: an uploaded scenario cannot open files"
-        raise DocumentError(None, found, "save both in one folder and open the scenario from there")
+        found = "not read: the scenario of a trace cannot open files"
+        raise DocumentError(None, found, "run the scenario again")
     where = f"put it into {reach.folder}, or start the studio with --folder and a folder above both"
     raise DocumentError(None, "not read: it is outside the folder of the scenario", where)
 

@@ -7,29 +7,15 @@ name, obstacles by index.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from safenav.errors import UsageError
 from safenav.scenario.language import FORM, RULES, STRICT, TIMED, WITHIN
-from safenav.scenario.model import name_parts
-from safenav.scenario.objective import KINDS, STAYING, to_data
+from safenav.scenario.objective import KINDS, STAYING
 from safenav.scenario.reading.regions import place_of
 from safenav.scenario.yaml.document import plain, read_document
 from safenav.studio.editing.splice import YamlText, flow
-from safenav.trace.records import (
-    Appeared,
-    Discovered,
-    Gone,
-    Header,
-    NewObjective,
-    Ordered,
-    Record,
-    Resolved,
-    Service,
-    Truth,
-)
-from safenav.trace.vocabulary import ChangeCause
 from safenav.world.map import Region, RegionMap
 
 Operation = Mapping[str, Any]
@@ -198,39 +184,16 @@ def _new_name(model: str, robots: Any) -> str:
 
 
 def add_obstacle(file: ScenarioText, edit: Operation) -> None:
-    """Add an obstacle of ``type`` at ``region``; ``from``, ``until``, ``traversable`` if given."""
-    _add(file, "obstacles", "robots", ("type", "region", "traversable", "from", "until"), edit)
-
-
-def add_order(file: ScenarioText, edit: Operation) -> None:
-    """Add an order of ``type`` at ``region`` in tick ``at``."""
-    _add(file, "orders", "obstacles", ("at", "type", "region"), edit)
-
-
-def _add(file: ScenarioText, key: str, after: str, keys: Sequence[str], edit: Operation) -> None:
-    """Add an entry to a list of the scenario, with its region in the notation of other entries."""
-    entries = file.at(key)
+    """Add an obstacle of ``type`` at ``region``, in the notation of the others; ``from``,
+    ``until``, ``traversable`` if given."""
+    entries = file.at("obstacles")
     entries = entries if isinstance(entries, list) else []
     like = next((e["region"] for e in entries if isinstance(e, dict) and "region" in e), None)
     like = _start_of_any(file) if like is None else like
+    keys = ("type", "region", "traversable", "from", "until")
     new = {each: edit[each] for each in keys if edit.get(each) is not None}
     new["region"] = file.written(edit["region"], like)
-    file.append((key,), flow(new), after)
-
-
-def add_change(file: ScenarioText, edit: Operation) -> None:
-    """Add a change for ``robot`` at tick ``at``: an ``objective`` (kind and targets, each a region
-    number or a list of them of which any counts), or ``service``."""
-    new = {"at": edit["at"], "robot": edit["robot"]}
-    if edit.get("objective") is not None:
-        ((kind, body),) = edit["objective"].items()
-        targets = [body] if KINDS[kind].one else body
-        targets = [{"any": each} if isinstance(each, list) else each for each in targets]
-        new["objective"] = {kind: targets[0] if KINDS[kind].one else targets}
-    else:
-        new["service"] = edit["service"]
-    after = "obstacles" if "obstacles" in file.data else "robots"
-    file.append(("changes",), flow(new), after)
+    file.append(("obstacles",), flow(new), "robots")
 
 
 def move_obstacle(file: ScenarioText, edit: Operation) -> None:
@@ -276,104 +239,3 @@ OPERATIONS: Mapping[str, Callable[[ScenarioText, Operation], None]] = {
         *(add_robot, move_robot, remove_robot, set_heading, set_objective),
     )
 }
-
-
-def played(text: str, records: Sequence[Record], seed: int | None) -> str:
-    """Return the text with the user's changes during the run, and the seed of the run."""
-    if not any(_by_user(record) for record in records) and seed is None:
-        return text
-    plan = next(record for record in records if isinstance(record, Header)).scenario.map
-    file = ScenarioText(text, RegionMap.from_grid(plan.grid, plan.names))
-    _replay(file, records, seed)
-    return file.text
-
-
-def _by_user(record: Record) -> bool:
-    return getattr(record, "cause", None) is ChangeCause.USER
-
-
-def _replay(file: ScenarioText, records: Sequence[Record], seed: int | None) -> None:
-    known = {}
-    truths: dict[str, bool] = {}
-    standing: set[str] = set()
-    orders = {(r.tick, r.obstacle) for r in records if isinstance(r, Ordered)}
-    for record in records:
-        if isinstance(record, Header):
-            standing |= {o.name for o in record.scenario.obstacles if not o.from_}
-        elif isinstance(record, Resolved | Gone):
-            standing.discard(record.obstacle)
-        elif isinstance(record, Appeared):
-            standing.add(record.obstacle)
-        if isinstance(record, Discovered):
-            known[record.obstacle.name] = record.obstacle
-        elif not _by_user(record):
-            continue
-        elif isinstance(record, Appeared):
-            kind, region, _ = name_parts(record.obstacle)
-            if (record.tick, record.obstacle) in orders:
-                add_order(file, {"at": record.tick, "type": kind, "region": int(region)})
-                continue
-            earlier = _entries_in(file, int(region))
-            for index in earlier:  # each was resolved before the next appeared
-                if file.at("obstacles", index, "until") is None:
-                    _set(file, index, "until", record.tick)
-            header = known.get(record.obstacle)
-            since = header.from_ if header is not None and not earlier else None
-            new = {"type": kind, "region": int(region), "from": since or record.tick}
-            truth = truths.get(record.obstacle, header.traversable if header else None)
-            if truth is not None:
-                new["traversable"] = truth
-            add_obstacle(file, new)
-        elif isinstance(record, Gone):
-            entry = _entry(file, record.obstacle, record.tick)
-            if entry is not None:
-                _set(file, entry, "until", record.tick)
-        elif isinstance(record, Truth):
-            truths[record.obstacle] = record.traversable
-            entry = _entry(file, record.obstacle, record.tick)
-            if entry is not None and record.obstacle in standing:
-                _settle_draws(file, records)
-                _set(file, entry, "traversable", record.traversable)
-        elif isinstance(record, NewObjective):
-            change: dict[str, Any] = {"at": record.tick, "robot": record.robot}
-            add_change(file, change | {"objective": to_data(record.objective)})
-        elif isinstance(record, Service):
-            service = "back" if record.active else "out"
-            add_change(file, {"at": record.tick, "robot": record.robot, "service": service})
-    if seed is not None:
-        file.put(("seed",), flow(seed))
-
-
-def _settle_draws(file: ScenarioText, records: Sequence[Record]) -> None:
-    """Replace all probabilities by the values drawn from the seed: replacing only one would change
-    the others' draws."""
-    header = next(record for record in records if isinstance(record, Header))
-    for entry, drawn in enumerate(header.scenario.obstacles):
-        probable = isinstance(file.at("obstacles", entry, "traversable"), dict)
-        if probable and drawn.traversable is not None:
-            _set(file, entry, "traversable", drawn.traversable)
-
-
-def _set(file: ScenarioText, entry: int, key: str, value: Any) -> None:
-    file.put(("obstacles", entry, key), flow(value))
-
-
-def _entry(file: ScenarioText, name: str, tick: int) -> int | None:
-    """Return the index of the last obstacle of that name that has appeared by a tick."""
-    kind, region, _ = name_parts(name)
-    since = {
-        entry: file.at("obstacles", entry, "from") or 0
-        for entry in _entries_in(file, int(region))
-        if file.at("obstacles", entry, "type") == kind
-    }
-    there = [entry for entry, begin in since.items() if begin <= tick]
-    return max(there, key=lambda entry: since[entry], default=None)
-
-
-def _entries_in(file: ScenarioText, region: int) -> list[int]:
-    """Return the indices of the obstacles in a region, in order."""
-    return [
-        index
-        for index, entry in enumerate(file.at("obstacles") or ())
-        if isinstance(entry, dict) and file.region(entry.get("region")) == region
-    ]

@@ -20,10 +20,6 @@ function isTold([, kind]: RunEvent): boolean {
   return EVENTS[kind][0] === "story" || kind === "plan" || kind === "plan_end";
 }
 
-/** Larger teams, and all in a window of at most this height, are shown in narrow rows. */
-const MANY_ROBOTS = 3;
-const LOW = 760;
-
 interface AppProps {
   run: Run;
   player: Player;
@@ -85,7 +81,6 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
   const tick = player.tick;
   const size = useWindow();
   const layout = extras.beside === undefined ? layoutOf(run, size) : "";
-  const close = layout !== "" || size[1] <= LOW || extras.beside !== undefined || run.robots.length > MANY_ROBOTS;
   return (
     <>
       <Header
@@ -113,7 +108,7 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
             tick={tick}
             shown={shown}
             pointed={pointed}
-            leader={leaderOf(run, tick)}
+            spoken={spokenOf(run, tick)}
             theme={shell.theme}
             hand={extras.hand}
           />
@@ -128,7 +123,7 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
         </section>
         {extras.controls ? extras.controls(tick) : <Playback run={run} player={player} tick={tick} eye={eye} />}
         <aside aria-label="State of the run">
-          <div class={`state ${close ? "close" : ""}`}>
+          <div class="state">
             {extras.beside}
             <Robots run={run} tick={tick} eye={eye} player={player} where={stage.where} />
             <Stack run={run} tick={tick} />
@@ -143,8 +138,8 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
 
 /** Pixels of the page (see page.css): the panels below a map with the header, playback below a map that has the panels
  * beside it, those panels, the strip below the map, and the least width of a window with anything beside the map. */
-const BELOW = 232;
-const PLAYBACK = 280;
+const BELOW = 190;
+const PLAYBACK = 250;
 const BESIDE = 380;
 const STRIP = 34;
 /** How much larger a map has to be to stand above the panels. */
@@ -177,8 +172,9 @@ function Story({ run, tick, playing }: { run: Run; tick: number; playing: boolea
   const told = useMemo(() => run.events.filter(isTold), [run]);
   const end = eventsAfter(told, tick);
   const last = told[end - 1];
-  const texts = last ? told.slice(eventsAfter(told, last[0] - 1), end).map((event) => event[2]) : [];
-  const sentences = [...new Set(texts)]; // changes of one moment may repeat a sentence
+  const now = last ? told.slice(eventsAfter(told, last[0] - 1), end) : [];
+  now.sort((a, b) => Number(b[1] === "outcome") - Number(a[1] === "outcome")); // why it ended comes first
+  const sentences = [...new Set(now.map((event) => event[2]))]; // changes of one moment may repeat a sentence
   const before = last === undefined;
   return (
     <p class="story" aria-live={playing ? "off" : "polite"}>
@@ -194,7 +190,7 @@ function Story({ run, tick, playing }: { run: Run; tick: number; playing: boolea
 }
 
 /** The region that the story of this tick is about, -1 for none. */
-function leaderOf(run: Run, tick: number): number {
+function spokenOf(run: Run, tick: number): number {
   const told = eventsAt(run, tick).filter((event) => isTold(event) && event[4] >= 0);
   return told[told.length - 1]?.[4] ?? -1;
 }

@@ -14,7 +14,7 @@ export const KEYS: Keys = [
   ["Shift ← →", "previous or next event"],
   ["Home End", "first or last tick"],
   ["+ −", "faster or slower"],
-  ["I O", "zoom in or out; also the wheel and two fingers"],
+  ["I O", "zoom in or out; also the wheel"],
   ["W A S D", "move the map; dragging it does the same"],
   ["F", "the whole map"],
   ["R", "follow the next robot"],

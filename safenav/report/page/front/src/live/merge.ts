@@ -1,4 +1,4 @@
-/** Merge the news of a run, written by `safenav/report/page/live.py`, into the run of the page. */
+/** Merge the news of a run, written by `safenav/report/page/encode.py`, into the run of the page. */
 
 import type { Obstacle, Robot, Run, View } from "../run/run";
 

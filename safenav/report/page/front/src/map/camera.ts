@@ -5,7 +5,6 @@
  * with every frame while a robot is followed. Positions are in cells, screen lengths in pixels.
  */
 
-import { heard } from "../listening";
 import { clamp } from "../run/run";
 
 /** Units of the drawings for one cell. */
@@ -171,63 +170,4 @@ export class Camera implements Eye {
     const text = box.map((value) => value.toFixed(2)).join(" ");
     for (const layer of this.layers) layer.setAttribute("viewBox", text);
   }
-}
-
-/** Pointer and wheel: drag, pinch, zoom at the pointer; a tap without a drag is a click. */
-export function listenToPointers(
-  room: HTMLElement,
-  camera: Camera,
-  clicked: (x: number, y: number) => void,
-): () => void {
-  const held = new Map<number, { x: number; y: number }>();
-  let travelled = 0;
-  let spread = 0;
-  const place = (event: PointerEvent | WheelEvent): { x: number; y: number } => {
-    const box = room.getBoundingClientRect();
-    return { x: event.clientX - box.left, y: event.clientY - box.top };
-  };
-  const spanOf = (): number => {
-    const [a, b] = [...held.values()];
-    return a && b ? Math.hypot(a.x - b.x, a.y - b.y) : 0;
-  };
-  const down = (event: PointerEvent): void => {
-    if (event.button !== 0) return;
-    held.set(event.pointerId, place(event));
-    if (held.size === 1) travelled = 0;
-    spread = spanOf();
-  };
-  const move = (event: PointerEvent): void => {
-    const before = held.get(event.pointerId);
-    if (!before) return;
-    const now = place(event);
-    held.set(event.pointerId, now);
-    travelled += Math.hypot(now.x - before.x, now.y - before.y);
-    if (travelled < 5) return;
-    if (held.size === 2) {
-      const [a, b] = [...held.values()];
-      const wide = spanOf();
-      if (spread > 0) camera.zoom(wide / spread, (a!.x + b!.x) / 2, (a!.y + b!.y) / 2);
-      spread = wide;
-    } else if (!camera.isWhole) {
-      room.setPointerCapture(event.pointerId);
-      camera.pan(now.x - before.x, now.y - before.y);
-    }
-  };
-  const up = (event: PointerEvent): void => {
-    const was = held.delete(event.pointerId);
-    if (!was || travelled >= 5 || event.type !== "pointerup") return;
-    const { x, y } = place(event);
-    clicked(...camera.at(x, y));
-  };
-  const wheel = (event: WheelEvent): void => {
-    // On narrow screens the wheel scrolls the page; only a pinch zooms the map.
-    const scrolls = document.documentElement.scrollHeight > innerHeight + 1;
-    if (scrolls && !event.ctrlKey) return;
-    event.preventDefault();
-    const { x, y } = place(event);
-    camera.zoom(Math.exp(-event.deltaY * (event.ctrlKey ? 0.01 : 0.0015)), x, y);
-  };
-  const moves = { pointerdown: down, pointermove: move, pointerup: up, pointercancel: up, pointerleave: up };
-  const stops = [heard(room, moves), heard(room, { wheel }, { passive: false })];
-  return () => stops.forEach((stop) => stop());
 }

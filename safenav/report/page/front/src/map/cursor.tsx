@@ -13,7 +13,7 @@ export interface Hand {
   down(x: number, y: number): boolean;
   move(x: number, y: number): void;
   up(x: number, y: number): void;
-  /** Cancel the gesture: a second finger zooms the map. */
+  /** Cancel the gesture: a second finger zooms the page. */
   drop?(): void;
   /** The pointer is no longer over the map. */
   leave(): void;

@@ -39,7 +39,7 @@ export function Floor({ run, numbers, names, scale }: FloorProps) {
       {run.chargers.map((region) => {
         const [col, row] = placeOf(run, region);
         return (
-          <path key={region} {...INK.charger} d={run.charger} transform={`scale(${CELL}) translate(${col + 0.18} ${row + 0.8}) scale(0.17)`}>
+          <path key={region} {...INK.charger} d={run.charger} transform={`scale(${CELL}) translate(${col + 0.13} ${row + 0.62}) scale(0.11)`}>
             <title>charger</title>
           </path>
         );

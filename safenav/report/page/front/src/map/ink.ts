@@ -41,7 +41,7 @@ export const INK = {
   seenEdge: { fill: "none", stroke: OWN, "stroke-width": 2.6 },
   // what is pointed out
   pointed: { ...LINE, stroke: ACCENT, "stroke-width": 3 },
-  leader: { ...LINE, stroke: "var(--ink)", "stroke-opacity": 0.45 },
+  spoken: { ...LINE, stroke: "var(--ink)", "stroke-width": 1.2 },
   cursor: { fill: "none", stroke: ACCENT, "stroke-dasharray": "4 2", "stroke-width": 3 },
   order: { ...BOLD, fill: "var(--ink)", "font-size": 16 },
   handle: { fill: "var(--panel)", stroke: ACCENT, "stroke-width": 2, cursor: "grab" },

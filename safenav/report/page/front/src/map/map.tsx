@@ -6,8 +6,9 @@
  */
 
 import { useLayoutEffect, useReducer, useRef } from "preact/hooks";
-import { CELL, listenToPointers, type Camera } from "./camera";
-import { heard, resized } from "../listening";
+import { CELL, type Camera } from "./camera";
+import { listenToPointers } from "./gestures";
+import { resized } from "../listening";
 import { useCursor } from "./cursor";
 import { Floor } from "./floor";
 import { INK } from "./ink";
@@ -16,7 +17,7 @@ import { centreOf } from "./shapes";
 import { Names, useNames } from "./names";
 import { growth, Robots, Trails } from "./motion";
 import type { Player } from "../run/player";
-import { at, clamp, isWall, label, poseAt, transitAt, when, type Run } from "../run/run";
+import { at, clamp, isWall, label, placeOf, poseAt, transitAt, when, type Run } from "../run/run";
 import type { Shown } from "../settings";
 import type { Hand } from "./cursor";
 import { shadesAt, Shading, viewersOf } from "./shading";
@@ -36,11 +37,11 @@ interface MapProps {
   /** A recently highlighted region. */
   pointed: number | null;
   /** The region that the words below the map are about, -1 for none. */
-  leader?: number;
+  spoken?: number;
   hand?: Hand | undefined;
 }
 
-export function MapView({ run, player, camera, tick, shown, pointed, leader = -1, hand }: MapProps) {
+export function MapView({ run, player, camera, tick, shown, pointed, spoken = -1, hand }: MapProps) {
   const [, redraw] = useReducer((count: number) => count + 1, 0);
   const room = useRef<HTMLDivElement>(null);
   const shades = viewersOf(run).length > 0;
@@ -59,8 +60,7 @@ export function MapView({ run, player, camera, tick, shown, pointed, leader = -1
     const stops = [
       resized(element, attach),
       camera.onChange(() => redraw(0)),
-      listenToHand(element, camera, () => now.current.hand),
-      listenToPointers(element, camera, (x, y) => {
+      listenToPointers(element, camera, () => now.current.hand, (x, y) => {
         const robot = robotAt(now.current.run, player, x, y, growth(camera, 11, 9) * 0.3);
         if (robot !== null) camera.follow(robot === camera.followed ? null : robot);
       }),
@@ -91,7 +91,7 @@ export function MapView({ run, player, camera, tick, shown, pointed, leader = -1
         </svg>
         <svg class="knowledge">
           <Knowledge run={run} tick={tick} shown={shown} grown={growth(camera, 8.8, 6)} />
-          {leader >= 0 && <Leader run={run} region={leader} />}
+          {spoken >= 0 && <Spoken run={run} region={spoken} />}
           {pointed !== null && <Pointed key={`${pointed}`} run={run} region={pointed} />}
         </svg>
         <svg class="words">
@@ -114,53 +114,10 @@ export function MapView({ run, player, camera, tick, shown, pointed, leader = -1
   );
 }
 
-/** Let a hand take the gestures that begin with a press that it accepts; two fingers zoom the map. */
-function listenToHand(room: HTMLElement, camera: Camera, hand: () => Hand | undefined): () => void {
-  let held: PointerEvent | null = null; // the newest event of its pointer
-  const pressed = new Set<number>();
-  const place = (event: PointerEvent): [number, number] => {
-    const box = room.getBoundingClientRect();
-    return camera.at(event.clientX - box.left, event.clientY - box.top);
-  };
-  const down = (event: PointerEvent): void => {
-    if (event.button !== 0) return;
-    pressed.add(event.pointerId);
-    if (held !== null) {
-      const first = held;
-      held = null;
-      hand()?.drop?.();
-      room.dispatchEvent(new PointerEvent("pointerdown", first)); // the map takes both fingers
-    }
-    if (pressed.size > 1 || !event.isTrusted || !hand()?.down(...place(event))) return;
-    held = event;
-    room.setPointerCapture(event.pointerId);
-    event.preventDefault();
-    event.stopImmediatePropagation();
-  };
-  const move = (event: PointerEvent): void => {
-    const own = event.pointerId === held?.pointerId;
-    if (own || pressed.size === 0) hand()?.move(...place(event));
-    if (!own) return;
-    held = event;
-    event.stopImmediatePropagation();
-  };
-  const up = (event: PointerEvent): void => {
-    pressed.delete(event.pointerId);
-    if (event.pointerId !== held?.pointerId) return;
-    held = null;
-    hand()?.up(...place(event));
-    event.stopImmediatePropagation();
-  };
-  const leave = (): void => {
-    if (held === null) hand()?.leave();
-  };
-  return heard(room, { pointerdown: down, pointermove: move, pointerup: up, pointercancel: up, pointerleave: leave });
-}
-
-/** A line from the words below the map to the region that they are about. */
-function Leader({ run, region }: { run: Run; region: number }) {
-  const [x, y] = centreOf(run, region);
-  return <path {...INK.leader} data-leader={region} d={`M${x} ${y + CELL / 2}V${run.rows * CELL}`} />;
+/** A frame around the region that the words below the map are about. */
+function Spoken({ run, region }: { run: Run; region: number }) {
+  const [col, row] = placeOf(run, region);
+  return <rect {...INK.spoken} data-spoken={region} x={col * CELL + 2.5} y={row * CELL + 2.5} width={CELL - 5} height={CELL - 5} rx={2} />;
 }
 
 /** Rings that highlight a region briefly. */

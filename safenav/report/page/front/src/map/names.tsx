@@ -10,6 +10,8 @@ import { placeOf, type Run } from "../run/run";
 /** Heights of letters in pixels, the best first. */
 const SIZES = [13, 12, 11, 10, 9];
 const LINE = 1.15;
+/** Most height of the letters in a region, in its sides, so that its robot does not hide them. */
+const BELOW = 0.19;
 /** Pixels between a name and the border of its region. */
 const GAP = 2;
 /** Regions in which the name of an area is tried. */
@@ -42,6 +44,7 @@ function widthOf(text: string): number {
 /** Return a text in at most two lines that fit a region, and their size; null if there is no room for three letters. */
 function fitted(text: string, side: number): [lines: string[], size: number] | null {
   const fits = (lines: string[], size: number): boolean =>
+    size <= Math.max(SIZES[SIZES.length - 1]!, BELOW * side) &&
     lines.every((line) => widthOf(line) * size <= side - 2 * GAP) && lines.length * LINE * size <= side;
   const parts = text.split(/(?<=[ _-])/);
   const folds = [[text], ...parts.slice(1).map((_, i) => [parts.slice(0, i + 1).join(""), parts.slice(i + 1).join("")])];

@@ -19,7 +19,7 @@ export interface StageProps {
   /** A recently highlighted region, or null. */
   pointed: number | null;
   /** The region that the story is about now, -1 for none. */
-  leader: number;
+  spoken: number;
   theme: Theme;
   /** The hand that takes presses on the map instead of moving it. */
   hand?: Hand | undefined;

@@ -88,54 +88,27 @@ function Seconds({ player }: { player: Player }) {
 
 const RANK = Object.keys(EVENTS);
 const MARK = 18;
-/** Rows of marks: those that are close together stand above each other. */
-const ROWS = 3;
-/** Allowed shifts of a story mark, in widths of a mark. */
-const ASIDE = [0, 1, -1, 2, -2];
 
 interface TimelineMark {
   /** Percent of the width. */
   place: number;
-  /** 0 is the lowest. */
-  row: number;
   event: RunEvent;
   title: string;
 }
 
-/**
- * The marks of a timeline of a given width in pixels. The story comes first, by rank: its marks stand above or
- * beside others that are close, those of causes from outside above. Other events take a place in
- * the lowest row where these leave one. Where there is no room at all, the words of an event are
- * added to the nearest mark.
- */
+/** The marks of a timeline of a given width in pixels: of those that would overlap, the first by rank stands for all. */
 export function marksOf(run: Run, player: Player, width: number): TimelineMark[] {
-  const marks: (TimelineMark & { x: number })[] = [];
+  const marks: TimelineMark[] = [];
   const ranked = run.events.filter((event) => event[1] !== "goal");
   ranked.sort((a, b) => RANK.indexOf(a[1]) - RANK.indexOf(b[1]) || a[0] - b[0]);
   for (const event of ranked) {
-    const place = player.end ? player.timeOf(event[0]) / player.end : 0;
-    const [role] = EVENTS[event[1]];
-    const aside = role === "story" ? ASIDE : [0];
-    const rows = role === "rest" ? 1 : ROWS;
+    const place = player.end ? (100 * player.timeOf(event[0])) / player.end : 0;
     const title = `${when(run, event[0])}: ${event[2]}`;
-    const same = marks.find((mark) => mark.event[0] === event[0] && mark.event[1] === event[1]);
-    const spots = aside.flatMap((by) =>
-      [...Array(rows).keys()].map((row) => ({ x: place * width + by * MARK, row })),
-    );
-    const free = spots.find(
-      ({ x, row }) =>
-        x >= 0 && x <= width && marks.every((mark) => mark.row !== row || Math.abs(mark.x - x) >= MARK),
-    );
-    if (same === undefined && free !== undefined) {
-      marks.push({ ...free, place: (100 * free.x) / width, event, title });
-      continue;
-    }
-    const away = (mark: { x: number; event: RunEvent }): number =>
-      Math.abs(mark.x - place * width) + (mark.event[1] === event[1] ? 0 : MARK);
-    const host = same ?? [...marks].sort((a, b) => away(a) - away(b))[0]!;
-    if (host.title.length < 600) host.title += `\n${title}`;
+    const host = marks.find((mark) => (Math.abs(mark.place - place) * width) / 100 < MARK);
+    if (host === undefined) marks.push({ place, event, title });
+    else if (host.title.length < 600) host.title += `\n${title}`;
   }
-  return marks.sort((a, b) => a.x - b.x || a.row - b.row);
+  return marks.sort((a, b) => a.place - b.place);
 }
 
 function Timeline({ run, player, tick, eye }: TimelineProps) {
@@ -159,15 +132,15 @@ function Timeline({ run, player, tick, eye }: TimelineProps) {
   }, [run, player]);
   return (
     <div class="timeline" ref={track}>
-      <div class="marks" style={{ "--rows": 1 + Math.max(0, ...marks.map((mark) => mark.row)) }}>
-        {marks.map(({ place, row, event, title }) => (
+      <div class="marks">
+        {marks.map(({ place, event, title }) => (
           <button
             key={`${event[0]} ${event[1]}`}
             type="button"
             tabIndex={-1}
             aria-hidden="true"
             class={event[0] <= tick ? "past" : ""}
-            style={{ left: `${place}%`, "--row": row }}
+            style={{ left: `${place}%` }}
             title={title}
             data-tick={event[0]}
             data-kind={event[1]}

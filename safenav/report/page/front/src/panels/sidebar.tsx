@@ -66,7 +66,7 @@ export function Robots({ run, tick, eye, player, where }: RobotsProps) {
                 aria-pressed={eye.followed === i}
                 onClick={() => eye.follow(eye.followed === i ? null : i)}
               >
-                <RobotSign robot={robot} size={32} />
+                <RobotSign robot={robot} size={22} />
               </button>
               <div>
                 <p>

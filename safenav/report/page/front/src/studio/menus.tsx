@@ -1,16 +1,23 @@
-/** Menus and dialogs of the studio: Esc, or a choice, closes an open one. */
+/** Menus of the studio: Esc, or a choice, closes an open one. */
 
 import type { ComponentChildren } from "preact";
 import { heard } from "../listening";
 import { useLayoutEffect, useRef } from "preact/hooks";
 
-export function Menu({ title, children, mark }: { title: string; children: ComponentChildren; mark?: ComponentChildren }) {
+interface MenuProps {
+  title: string;
+  children: ComponentChildren;
+  mark?: ComponentChildren;
+  opened?(): void;
+}
+
+export function Menu({ title, children, mark, opened }: MenuProps) {
   const menu = useRef<HTMLDetailsElement>(null);
   const chosen = (event: Event): void => {
     if ((event.target as HTMLElement).closest("button, a")) menu.current!.open = false;
   };
   return (
-    <details class="menu" ref={menu} data-menu={title}>
+    <details class="menu" ref={menu} data-menu={title} onToggle={() => menu.current!.open && opened?.()}>
       <summary class="card">
         {title}
         {mark}
@@ -38,24 +45,4 @@ export function useClosingMenus(): void {
     const stops = [heard(window, { pointerdown: pressed }, { capture: true }), heard(window, { keydown: keyed }, { capture: true })];
     return () => stops.forEach((stop) => stop());
   }, []);
-}
-
-interface DialogProps {
-  title: string;
-  close(): void;
-  children: ComponentChildren;
-}
-
-/** A dialog as long as it is rendered; `close` is called when the reader closes it. */
-export function Dialog({ title, close, children }: DialogProps) {
-  const dialog = useRef<HTMLDialogElement>(null);
-  useLayoutEffect(() => dialog.current!.showModal(), []); // before a key can be pressed
-  return (
-    <dialog class="card" ref={dialog} aria-label={title} onClose={close}>
-      <div>
-        <h2>{title}</h2>
-        {children}
-      </div>
-    </dialog>
-  );
 }

@@ -5,7 +5,7 @@ import { merged } from "../live/merge";
 import { LivePlayer, type RunState } from "../live/player";
 import { Wire, type Message } from "../live/wire";
 import type { Run } from "../run/run";
-import { Asked, NewMenu, save, SaveMenu, type Asking } from "./begin";
+import { NewMenu, OpenMenu, save, SaveMenu } from "./begin";
 import { Draw } from "./draw";
 import { LiveView } from "./live";
 import { useClosingMenus } from "./menus";
@@ -38,7 +38,6 @@ export function Studio() {
     setRunning(on);
   };
   const [files, setFiles] = useState<string[] | null>(null);
-  const [asking, ask] = useState<Asking | null>(null);
   const current = useRef<Run | null>(null);
   const latest = useRef<Doc | null>(null);
   const wire = useMemo(() => new Wire((message) => hear.current(message), setConnected), []);
@@ -66,7 +65,9 @@ export function Studio() {
     saved: ({ file }) => refuse(`Saved: ${file}`),
     refused: ({ message }) => refuse(message),
     files: ({ names }) => setFiles(names),
-    exists: ({ name, message }) => ask({ what: "replace", name: name ?? undefined, message }),
+    exists: ({ name, message }) => {
+      if (confirm(`${message}. Replace it? Its content would be lost.`)) wire.say("save", { name: name ?? undefined, replace: true });
+    },
     state: ({ state }) => {
       player.stand(state);
       redraw(0);
@@ -93,7 +94,7 @@ export function Studio() {
           wire={wire}
           palette={hello.palette}
           watches={hello.watches ?? false}
-          saving={doc && <SaveMenu doc={doc} ran={run !== null} say={wire.say} ask={ask} />}
+          saving={doc && <SaveMenu doc={doc} ran={run !== null} say={wire.say} />}
           bar={
             doc && (
               <button type="button" onClick={() => watch(false)}>
@@ -108,7 +109,7 @@ export function Studio() {
           doc={doc}
           verdicts={verdicts}
           say={wire.say}
-          save={() => save(doc, wire.say, ask)}
+          save={() => save(doc, wire.say)}
           menus={
             <>
               {run !== null && (
@@ -117,10 +118,8 @@ export function Studio() {
                 </button>
               )}
               <NewMenu templates={hello.templates} say={wire.say} />
-              <button type="button" onClick={() => ask({ what: "open" })}>
-                Open
-              </button>
-              <SaveMenu doc={doc} ran={run !== null} say={wire.say} ask={ask} />
+              <OpenMenu folder={hello.folder} files={files} say={wire.say} />
+              <SaveMenu doc={doc} ran={run !== null} say={wire.say} />
             </>
           }
           run={() => {
@@ -129,9 +128,6 @@ export function Studio() {
             wire.say("restart", { play: true });
           }}
         />
-      )}
-      {asking !== null && doc !== null && hello !== null && (
-        <Asked key={asking.what} asking={asking} doc={doc} folder={hello.folder} files={files} say={wire.say} ask={ask} />
       )}
       {!connected && <p class="toast lost">The studio has ended. Start it again, or close this page.</p>}
       {refused !== null && (

@@ -54,9 +54,8 @@ export function SolidMarks({ run, robots }: { run: Run; robots: Sampled[] }) {
       <Row words="load: the robot below carries it" shown={run.obstacles.some(({ carried }) => carried.length > 1)}>
         <Cube colour="ink" />
       </Row>
-      <Row words="charger" shown={run.chargers.length > 0} viewBox="-1.6 -1.6 3.2 3.2">
+      <Row words="charger" shown={run.chargers.length > 0} viewBox="-1.2 -1.2 2.4 2.4">
         <path {...INK.charger} d={run.charger} />
-        <circle r="1.4" class="charger-ring" />
       </Row>
       <Row words="area" shown={Object.keys(run.areas).length > 0}>
         <path class="area-edge" d="M2 2h14v14h-14z" />

@@ -2,10 +2,9 @@
 
 import { Group } from "three";
 import { at, isWall, loadsOf, tickAt, type Obstacle, type Run, type Status } from "../run/run";
-import { likeness } from "./bodies";
 import { centreOf } from "./floor";
 import { sampleAt, type Motion, type Sampled } from "./motion";
-import { Door, Sliding, THINGS, type Held, type Thing } from "./things";
+import { Block, Door, Fog, type Held, type Thing } from "./things";
 
 /** The properties of the carriers that place a load. */
 export interface Holder {
@@ -41,7 +40,6 @@ export class Obstacles {
       const carriers = at(obstacle.carried, tick)[1];
       thing.show(status, carriers.length > 0 ? 0 : this.resolved(obstacle, status, seconds), hidden);
       if (carriers.length > 0) thing.carry(this.held(obstacle, carriers, seconds));
-      thing.stage(at(obstacle.met, tick)[1]);
     });
   }
 
@@ -70,18 +68,12 @@ export class Obstacles {
 
   private made(obstacle: Obstacle): Thing {
     const { side } = this.motion;
-    const still = likeness(THINGS, obstacle.type);
-    if (still !== null) return still(side);
-    const door = likeness({ door: "push", pulled_door: "pull", sliding_door: "slide", gate: "bars", elevator: "lift" }, obstacle.type);
-    if (door !== null || obstacle.action === "push") {
-      const { run } = this;
-      const free = (region: number): boolean => region >= 0 && region < run.rows * run.cols && !isWall(run, region);
-      const northSouth = free(obstacle.region - run.cols) && free(obstacle.region + run.cols);
-      if (door === "slide" || door === "lift") return new Sliding(side, northSouth, door === "lift");
-      const away = this.away(obstacle, northSouth);
-      return new Door(side, northSouth, door === "pull" ? (-away as 1 | -1) : away, door === "bars");
-    }
-    return THINGS[obstacle.action === "sense" ? "uncertainty" : "debris"]!(side);
+    if (obstacle.action === "sense") return new Fog(side);
+    if (obstacle.action !== "push" && !/(^|[_-])(door|gate)$/.test(obstacle.type)) return new Block(side, obstacle.shape);
+    const { run } = this;
+    const free = (region: number): boolean => region >= 0 && region < run.rows * run.cols && !isWall(run, region);
+    const northSouth = free(obstacle.region - run.cols) && free(obstacle.region + run.cols);
+    return new Door(side, northSouth, this.away(obstacle, northSouth));
   }
 
   /** Return the side to which a door opens: 1 is north, or west in a horizontal passage. */

@@ -7,7 +7,7 @@ import { at, roleOf, type Run } from "../run/run";
 import type { Shown } from "../settings";
 import { bodyOf } from "./bodies";
 import { focusAt, type Lens, type View } from "./eye";
-import { centreOf, Floor, HIGH, LOW } from "./floor";
+import { centreOf, Floor } from "./floor";
 import { sampleAt, type Motion, type Sampled } from "./motion";
 import { Obstacles } from "./obstacles";
 import { Places, tidied } from "./places";
@@ -84,7 +84,7 @@ export class RunScene implements Lens {
     this.floor = new Floor(run, motion.side);
     this.trails = new Trails(motion, robots, colours);
     const made = ({ track }: Sampled, i: number): Body =>
-      bodyOf(run.robots[i]!.model, track.kind, track.size, colours[i]!, run.robots[i]!.headings !== null);
+      bodyOf(track.kind, track.size, run.robots[i]!);
     this.bodies = robots.map(made);
     this.obstacles = new Obstacles(run, motion, robots, this.bodies);
     this.ghosts = robots.map((robot, i) => {
@@ -135,10 +135,6 @@ export class RunScene implements Lens {
     this.scene.background = themeColour("page");
     this.floor.recolour();
     this.places.recolour();
-  }
-
-  raise(high: boolean): void {
-    this.floor.raise(high ? HIGH : LOW);
   }
 
   resize(width: number, height: number): void {

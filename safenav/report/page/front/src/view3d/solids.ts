@@ -1,6 +1,6 @@
 /** The interface of drawn robots, and the simple solids of which robots and obstacles are made. */
 
-import { BoxGeometry, CapsuleGeometry, CircleGeometry, Color, CylinderGeometry, Mesh, MeshBasicMaterial, MeshLambertMaterial } from "three";
+import { BoxGeometry, CanvasTexture, CapsuleGeometry, CircleGeometry, Color, CylinderGeometry, Mesh, MeshBasicMaterial, MeshLambertMaterial, PlaneGeometry } from "three";
 import type { BufferGeometry, Group, Material } from "three";
 import type { Sample } from "./motion";
 
@@ -58,18 +58,23 @@ export function column(radius: number, height: number, material: Material, x = 0
   return solid(new CapsuleGeometry(radius, height, 4, 12).rotateX(Math.PI / 2), material, x, y, z);
 }
 
-/** A rounded bar that points ahead. */
-export function rod(radius: number, length: number, material: Material, x = 0, y = 0, z = 0): Mesh {
-  return solid(new CapsuleGeometry(radius, length, 4, 12).rotateZ(Math.PI / 2), material, x, y, z);
-}
-
 /** A round shadow on the ground. */
 export function shade(radius: number): Mesh {
   const material = new MeshBasicMaterial({ color: 0x000000, transparent: true, opacity: 0.22, depthWrite: false });
   return solid(new CircleGeometry(radius, 24), material, 0, 0, 0.012);
 }
 
-/** Places to the left and right, at the front and the rear unless `x` is 0. */
-export function axles(x: number, y: number): [number, number][] {
-  return (x === 0 ? [0] : [x, -x]).flatMap((at): [number, number][] => [[at, y], [at, -y]]);
+/** A pictogram of the page, which lies on a surface; `turn`: about the vertical, in radians. */
+export function pictogram(path: string, side: number, z: number, colour: string | number = 0xffffff, turn = 0): Mesh<PlaneGeometry, MeshBasicMaterial> {
+  const canvas = document.createElement("canvas");
+  canvas.width = canvas.height = 128;
+  const brush = canvas.getContext("2d")!;
+  brush.fillStyle = "#fff";
+  brush.setTransform(60, 0, 0, 60, 64, 64);
+  brush.fill(new Path2D(path), "evenodd");
+  const material = new MeshBasicMaterial({ map: new CanvasTexture(canvas), color: colour, transparent: true, depthWrite: false });
+  const plate = new Mesh(new PlaneGeometry(side, side), material);
+  plate.position.z = z;
+  plate.rotation.z = turn;
+  return plate;
 }

@@ -45,7 +45,6 @@ function Scene({ run, player, tick, shown, theme, motion, robots, eye }: ScenePr
   const scene = useRef<RunScene | null>(null);
   const latest = useRef(shown);
   latest.current = shown;
-  const [high, setHigh] = useState(false);
   const [failed, setFailed] = useState(false);
   const draw = (): void => {
     const seconds = calm.matches ? Math.floor(player.time * CALM_STEPS) / CALM_STEPS : player.time;
@@ -83,28 +82,17 @@ function Scene({ run, player, tick, shown, theme, motion, robots, eye }: ScenePr
     scene.current?.recolour();
     draw();
   }, [theme]);
-  useLayoutEffect(() => {
-    scene.current?.raise(high);
-    draw();
-  }, [high]);
   useLayoutEffect(draw, [shown, tick]);
   return (
     <div class="stage3d">
       <canvas ref={canvas} role="img" aria-label={`The run in three dimensions, ${when(run, tick)}`} />
       {failed && <p class="failure">This browser shows no 3D graphics (WebGL). The flat page shows the same run.</p>}
-      <Tools run={run} eye={eye} high={high} onHigh={setHigh} />
+      <Tools run={run} eye={eye} />
     </div>
   );
 }
 
-interface ToolsProps {
-  run: Run;
-  eye: OrbitEye;
-  high: boolean;
-  onHigh(high: boolean): void;
-}
-
-function Tools({ run, eye, high, onHigh }: ToolsProps) {
+function Tools({ run, eye }: { run: Run; eye: OrbitEye }) {
   const [, redraw] = useReducer((count: number) => count + 1, 0);
   useLayoutEffect(() => eye.onChange(() => redraw(0)), [eye]);
   return (
@@ -123,10 +111,6 @@ function Tools({ run, eye, high, onHigh }: ToolsProps) {
           <option value={String(i)}>follow {robot.name}</option>
         ))}
       </select>
-      <label>
-        <input type="checkbox" checked={high} onChange={({ currentTarget }) => onHigh(currentTarget.checked)} /> high
-        walls
-      </label>
     </div>
   );
 }
