@@ -3,7 +3,6 @@
 import math
 
 import pytest
-from msgspec.structs import replace
 
 from fleet.hall import (
     EAST,
@@ -56,30 +55,6 @@ def test_every_lifter_is_called_and_the_worst_result_counts(
     assert team_action.reasons == (["two: its arm jams"] if result is FAILED else [])
     assert team_action.resolved == (None if result is FAILED else crate)
     assert team_action.next(BESIDE, stations) == {} and team_action.found == [(crate, result)]
-
-
-def test_a_robot_without_a_service_fails_the_common_action() -> None:
-    scenario, crate, _, stations = yard()
-    stations["two"] = Station("/two")
-    team_action = TeamAction(scenario.robots[0], (crate,), FleetProgress(scenario))
-    assert team_action.next(BESIDE, stations) == {} and team_action.found == [(crate, FAILED)]
-    assert team_action.reasons == ["no service for 'lift' in the fleet file"]
-
-
-def test_an_obstacle_stays_until_its_last_need_is_fulfilled() -> None:
-    """The gate is unlocked, and stays closed until a robot pushes it."""
-    scenario, crate, gate, stations = yard()
-    progress = FleetProgress(scenario)
-    beside = {**BESIDE, "fetch": 11}
-    team_action = TeamAction(scenario.robots[2], (gate,), progress)
-    assert team_action.next(beside, stations) == {"fetch": "key"}
-    assert team_action.answer("fetch", DONE, beside) and team_action.resolved is None
-    assert team_action.next(beside, stations) == {} and team_action.found == []
-    assert progress.need(gate) == 1
-    progress.forget(replace(crate, region=gate.region))  # other work in its region
-    assert progress.need(gate) == 1
-    progress.forget(gate)
-    assert progress.need(gate) == 0
 
 
 @pytest.mark.parametrize("answer", [DONE, NOTHING, FAILED])

@@ -5,7 +5,6 @@ simulation, whose contacts are the judge.
 """
 
 import json
-import operator
 import os
 import re
 import signal
@@ -27,8 +26,6 @@ from safenav.checked_trace import check_trace
 from safenav.fleet.file import template_text
 from safenav.scenario.reading.loader import load_scenario
 from warm import safenav
-
-stem = operator.attrgetter("stem")
 
 
 @pytest.fixture
@@ -222,18 +219,16 @@ def test_no_robot_continues_beyond_its_goal_when_safenav_ends(
         assert lines_of(lab.trace)[-1]["outcome"] == "interrupted"
 
 
-@pytest.mark.parametrize("scenario", sorted((ROOT / "scenarios").glob("*.yaml")), ids=stem)
-def test_a_rehearsal_is_the_run_in_time(scenario: Path, tmp_path: Path) -> None:
-    """Each shipped scenario, for its first half minute; those that cannot run live say the same."""
+@pytest.mark.parametrize("name", ["case_study_1", "hospital", "warehouse_orders"])
+def test_a_rehearsal_is_the_run_in_time(name: str, tmp_path: Path) -> None:
+    """For its first half minute."""
+    scenario = ROOT / "scenarios" / f"{name}.yaml"
     fleet, one, two = (tmp_path / name for name in ("fleet.yaml", "run.jsonl", "rehearsal.jsonl"))
     fleet.write_text("safenav-fleet: 1\ntransport: ros2\n")
     options = (scenario, "--json", "--time-limit", LIMIT, "--trace")
     run = safenav("run", *options, one, "--clock", "live")
     rehearsal = safenav("drive", *options, two, "--fleet", fleet, "--rehearse")
-    assert run.returncode == rehearsal.returncode and run.returncode < 4
-    if run.returncode == 2:
-        assert run.stderr == rehearsal.stderr
-        return
+    assert run.returncode == rehearsal.returncode == 3
     kept = [
         [{k: v for k, v in line.items() if k not in TIMES} for line in lines_of(path)]
         for path in (one, two)
@@ -279,31 +274,9 @@ robots: {digit: {speed: 0.45, scan: {obstacle: debris}}}
 FREE = BLOCKED.replace(", obstacles: [{type: debris, region: [1, 3]}]", "")
 
 
-def test_a_drive_is_resumed_where_its_trace_ends(tmp_path: Path) -> None:
-    """Robots begin where they were; ``resume`` refuses a run of real robots."""
-    scenario, fleet, first, rest = (
-        tmp_path / name for name in ("hall.yaml", "fleet.yaml", "t.jsonl", "rest.jsonl")
-    )
-    scenario.write_text(DEBRIS)
-    fleet.write_text(FREE)
-    drive = ("drive", scenario, "--fleet", fleet)
-    assert safenav(*drive, "--trace", first, "--time-limit", "9").returncode == 3
-    again = safenav(*drive, "--resume", first, "--trace", first)
-    assert again.returncode == 2 and "would overwrite" in again.stderr
-    assert safenav(*drive, "--resume", first, "--trace", rest).returncode == 0
-    lines = lines_of(rest)
-    begun = next(i for i, line in enumerate(lines) if line["type"] == "resumed")
-    assert lines[1:begun] == lines_of(first)[1:begun]  # the header has other limits
-    ends = [line["at"] for line in lines[:begun] if line["type"] == "arrive"]
-    departures = [line["from"] for line in lines[begun:] if line["type"] == "depart"]
-    assert ends[-1] == departures[0] > 8
-    assert lines[-1]["outcome"] == "completed"
-    assert safenav("check", rest).returncode == 0
-    assert "safenav drive --resume continues it" in safenav("resume", first).stderr
-
-
-def test_a_simulation_is_resumed_with_each_robot_where_its_step_began(tmp_path: Path) -> None:
-    """It began again at the starts of the scenario, so that robots were lost."""
+def test_a_drive_is_resumed_with_each_robot_where_its_step_began(tmp_path: Path) -> None:
+    """It began again at the starts of the scenario, so that robots were lost. ``resume`` refuses a
+    run of real robots."""
     scenario, fleet, first, rest = (
         tmp_path / name for name in ("hall.yaml", "fleet.yaml", "t.jsonl", "rest.jsonl")
     )
@@ -312,10 +285,18 @@ def test_a_simulation_is_resumed_with_each_robot_where_its_step_began(tmp_path: 
     fleet.write_text(FREE)
     drive = ("drive", scenario, "--fleet", fleet)
     assert safenav(*drive, "--trace", first, "--time-limit", "22").returncode == 3
-    at = [line["at"] for line in lines_of(first) if line["type"] == "arrive"]
-    assert at[-1] >= 12
+    again = safenav(*drive, "--resume", first, "--trace", first)
+    assert again.returncode == 2 and "would overwrite" in again.stderr
     assert safenav(*drive, "--resume", first, "--trace", rest).returncode == 0
-    assert not any(line.get("result") == "lost" for line in lines_of(rest))
+    lines = lines_of(rest)
+    begun = next(i for i, line in enumerate(lines) if line["type"] == "resumed")
+    assert lines[1:begun] == lines_of(first)[1:begun]  # the header has other limits
+    ends = [line["at"] for line in lines[:begun] if line["type"] == "arrive"]
+    departures = [line["from"] for line in lines[begun:] if line["type"] == "depart"]
+    assert ends[-1] == departures[0] >= 12
+    assert not any(line.get("result") == "lost" for line in lines)
+    assert safenav("check", rest).returncode == 0
+    assert "safenav drive --resume continues it" in safenav("resume", first).stderr
 
 
 def test_an_obstacle_may_be_there_again_when_a_robot_is_about_to_enter(tmp_path: Path) -> None:

@@ -154,15 +154,6 @@ def test_a_goal_is_sent_again_after_a_pause_to_a_robot_that_refused_it(back: boo
     assert len(robots.goals) == tries
 
 
-def test_a_robot_cancelled_between_two_tries_is_sent_back() -> None:
-    world, robots, scenario = set_out([("aborted", 1.9), ("succeeded", 1.5)])
-    assert world.wait(0.0) == []
-    world.cancel(scenario.robots[0])
-    (event,) = world.wait(1.0)
-    assert told(event) == ("Failed", HOME, False)
-    assert [goal.x for goal in robots.goals] == [2.5, 1.5]
-
-
 def test_a_time_limit_is_reported_in_seconds_of_the_goal() -> None:
     """It was told in seconds of the run."""
     world, robots, scenario = started(retries=0)

@@ -18,7 +18,7 @@ from safenav.checked_trace import check_trace
 from safenav.fleet.file import FollowUse, Station
 from safenav.fleet.following import Following, mover_of
 from safenav.fleet.place import Places
-from safenav.fleet.setpoints import ACCELERATION, HORIZON, PERIOD, VELOCITY, Setpoints
+from safenav.fleet.setpoints import ACCELERATION, HORIZON, PERIOD, Setpoints
 from safenav.fleet.transport import (
     GoalEnd,
     GoalEnded,
@@ -105,19 +105,6 @@ def goal(places: Places, region: int, number: int = 1) -> GoalPoint:
     return GoalPoint(number, *places.centre(region), None)
 
 
-def test_a_goal_ends_well_when_its_reference_is_over() -> None:
-    follows, bodies, places, _ = prepared()
-    follows.navigate("quad", goal(places, SOUTH))
-    reference = bodies.references["quad"]
-    seconds = reference.end - bodies.now
-    assert reference.begin > bodies.now and 3.0 < seconds < 6.0
-    assert bodies.pass_by("quad", seconds - 0.2) == []
-    assert bodies.pass_by("quad", 0.4) == [GoalEnded("quad", 1, GoalEnd.SUCCEEDED)]
-    row = reference.at(bodies.now)
-    assert places.distance(SOUTH, row[0], row[1]) < 1e-6
-    assert not row[VELOCITY].any() and not row[ACCELERATION].any()
-
-
 def test_the_stream_has_the_next_second_and_the_next_steps() -> None:
     """Of a walker: its mass obeys its pendulum between feet that are where the plan has them."""
     follows, bodies, places, _ = prepared()
@@ -188,19 +175,6 @@ def test_a_robot_that_rests_is_not_drawn_back_from_another_region(
     assert (reset.x, reset.y) == pytest.approx(there)
 
 
-def test_a_walker_that_leaves_its_footsteps_is_sent_nowhere() -> None:
-    follows, bodies, places, _ = prepared()
-    follows.navigate("digit", goal(places, EAST))
-    bodies.pass_by("digit", 3.0)
-    bodies.off["digit"] = 0.4
-    (ended,) = bodies.pass_by("digit", PERIOD)
-    assert isinstance(ended, GoalEnded) and ended.end is GoalEnd.ABORTED
-    assert "from where its footsteps begin" in ended.reason and ("digit", "cancel") in bodies.sent
-    follows.navigate("digit", goal(places, EAST, 2))
-    ended = bodies.told[-1]
-    assert isinstance(ended, GoalEnded) and (ended.number, ended.end) == (2, GoalEnd.ABORTED)
-
-
 def test_a_walker_does_not_turn_around_and_steps_are_single() -> None:
     follows, bodies, places, _ = prepared()
     follows.navigate("digit", goal(places, EAST))
@@ -247,16 +221,6 @@ def test_a_robot_without_a_motion_is_refused() -> None:
     assert scenario.map.frame is not None
     with pytest.raises(Exception, match="'box' has no motion"):
         mover_of(scenario.robots[3], Places(scenario.map, scenario.map.frame))
-
-
-def test_a_robot_that_stands_where_no_reference_begins_is_named() -> None:
-    follows, bodies, _, _ = prepared()
-    x, y, yaw = follows.begins("digit")
-    assert follows.start_error("digit") is None and follows.start_error("spot") is None
-    bodies.post(Located("digit", bodies.now, x + 0.4, y, yaw))
-    assert follows.start_error("digit") == (
-        f"digit is 0.40 m from ({x:.2f}, {y:.2f}) m, where its references begin"
-    )
 
 
 def test_a_drive_of_the_simulation_does_not_depend_on_the_machine() -> None:

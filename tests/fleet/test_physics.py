@@ -64,30 +64,6 @@ def ended(physics: Physics, name: str, key: str, limit: float = 30.0) -> Any:
     return None
 
 
-def test_a_robot_stops_in_the_middle_of_a_region() -> None:
-    physics, places = hall()
-    assert gone(physics, places, "digit", 9) == "succeeded"
-    assert gone(physics, places, "quad", 11) == "succeeded"
-    for name, region in (("digit", 9), ("quad", 11)):
-        state = physics.state(name)
-        assert places.region(state["x"], state["y"]) == region
-        assert places.distance(region, state["x"], state["y"]) < 0.05
-    assert physics.log()["contacts"] == {}
-
-
-def test_a_wide_robot_passes_below_a_drone() -> None:
-    """A husky was 2.2 m high, as wide as it is, and pushed drones out of their regions."""
-    text = FREE.replace("digit, start: 8, heading: east", "husky, start: 8")
-    scenario = load_scenario_text(text, "hall.yaml")
-    assert scenario.map.frame is not None
-    places = Places(scenario.map, scenario.map.frame)
-    physics = watched(Physics(places, scenario.robots, ()))
-    physics.send("digit", *places.centre(12), None)
-    assert ended(physics, "digit", "end") == "succeeded"
-    assert places.region(*(physics.state("quad")[key] for key in "xy")) == 12
-    assert physics.log()["contacts"] == {}
-
-
 def test_a_drone_is_stopped_by_a_closed_door_and_a_walker_opens_it() -> None:
     physics, places = hall("[{type: door, region: 10}]")
     assert gone(physics, places, "quad", 11) == "succeeded"
@@ -106,18 +82,6 @@ def test_a_drone_is_stopped_by_a_closed_door_and_a_walker_opens_it() -> None:
     assert ranges[0] > 4.0
     for region in (11, 10):
         assert gone(physics, places, "quad", region) == "succeeded"
-
-
-@pytest.mark.parametrize(("begins", "yaw"), [(8, 0.0), (8, pi / 2), (10, 0.0)])
-def test_a_robot_that_enters_a_door_pushes_it_open(begins: int, yaw: float) -> None:
-    """It continues through the passage in any heading: one of free mobility keeps its heading."""
-    physics, places = hall("[{type: door, region: 9}]", begins)
-    physics.send("digit", *places.centre(9), yaw)
-    assert ended(physics, "digit", "end") == "succeeded"
-    physics.perform("digit", "push")
-    assert ended(physics, "digit", "acted") == "done"
-    assert physics.log()["closed"] == []
-    assert places.distance(9, physics.state("digit")["x"], physics.state("digit")["y"]) < 0.1
 
 
 @pytest.mark.parametrize(("side", "size"), [(0.4, 0.18), (0.5, 0.3), (1.0, 0.6), (2.0, 0.6)])
@@ -142,30 +106,6 @@ obstacles: [{{type: door, region: 10}}]
     assert physics.log()["closed"] == []
 
 
-def test_a_box_disappears_when_a_robot_has_acted_on_it() -> None:
-    physics, places = hall("[{type: rubble, region: 10}]")
-    assert gone(physics, places, "digit", 9) == "succeeded"
-    assert gone(physics, places, "digit", 10) == "aborted"
-    assert gone(physics, places, "digit", 9) == "succeeded"
-    physics.perform("digit", "push")
-    assert ended(physics, "digit", "acted") == "nothing"
-    physics.perform("digit", "clear")
-    assert ended(physics, "digit", "acted") == "done"
-    assert gone(physics, places, "digit", 10) == "succeeded"
-
-
-def test_a_cancelled_robot_stops_within_its_braking_distance() -> None:
-    physics, places = hall()
-    physics.send("quad", *places.centre(8), None)
-    physics.step(3.0)
-    before = physics.state("quad")["x"]
-    physics.stop("quad")
-    physics.step(3.0)
-    after = physics.state("quad")
-    assert after["end"] == "canceled" and before - after["x"] < 0.6
-    assert physics.log()["moving"] == []
-
-
 @pytest.mark.parametrize(("heading", "yaw"), [(Heading.NORTH, pi / 2), (Heading.WEST, pi)])
 def test_regions_and_headings_follow_a_turned_map(heading: Heading, yaw: float) -> None:
     text = FREE.replace("origin: [3.0, -4.0]", "origin: [3.0, -4.0, 0.3]")
@@ -188,22 +128,6 @@ def yard(*obstacles: Obstacle) -> Physics:
     scenario = load_scenario_text(YARD, "yard.yaml")
     assert scenario.map.frame is not None
     return watched(Physics(Places(scenario.map, scenario.map.frame), scenario.robots, obstacles))
-
-
-def test_two_robots_lift_a_load_too_heavy_for_one() -> None:
-    physics = yard(CRATE)
-    physics.perform("left", "lift")
-    assert ended(physics, "left", "acted") == "failed"
-    assert 3.9 < physics.now < 4.3  # it has worked, and waited for a helper
-    _, ranges = physics.scan("left")
-    assert ranges[0] < 1.5
-    physics.perform("left", "lift")
-    physics.step(1.5)
-    physics.perform("right", "lift")
-    assert ended(physics, "left", "acted") == "done"
-    assert physics.state("right")["acted"] == "done"
-    _, ranges = physics.scan("left")
-    assert ranges[0] > 2.0  # the other robot, behind where the crate was
 
 
 def test_a_gate_is_unlocked_before_it_is_pushed() -> None:

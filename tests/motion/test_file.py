@@ -1,6 +1,5 @@
 """Motion files, and the columns and waypoints of a motion."""
 
-import io
 import json
 from itertools import pairwise
 
@@ -8,13 +7,13 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from motion.runs import motion, played, trace_bytes, trace_of
+from motion.runs import motion, played, trace_bytes
 from safenav.errors import InputError, UsageError
 from safenav.motion import waypoints
 from safenav.motion.check.verdict import check_motion
-from safenav.motion.columns import columns_of, npz_bytes
+from safenav.motion.columns import columns_of
 from safenav.motion.file import parsed, text_of
-from safenav.motion.making import Disturbances, motion_of
+from safenav.motion.making import motion_of
 from safenav.trace.reading import read_bytes
 
 
@@ -39,11 +38,6 @@ until: {{rounds: 1}}
     read = read_bytes(trace, "trace.jsonl")
     written = text_of(motion_of(read))
     assert check_motion(parsed(written.encode(), "slow"), read) == []
-
-
-def test_same_trace_makes_the_same_file() -> None:
-    made = [text_of(motion_of(trace_of("case_study_2"))) for _ in "ab"]
-    assert made[0] == made[1]
 
 
 def test_further_lines_and_fields_are_skipped() -> None:
@@ -143,22 +137,6 @@ def test_columns_are_in_the_world_of_the_map_s_origin() -> None:
     np.testing.assert_allclose(turned["com_y"], 20 + plain["com_x"], atol=1e-9)
     np.testing.assert_allclose(turned["vel_x"], -plain["vel_y"], atol=1e-9)
     np.testing.assert_allclose(turned["yaw"], plain["yaw"] + np.pi / 2, atol=1e-9)
-
-
-def test_tables_hold_all_columns() -> None:
-    found = columns_of(motion(NAME), "quad", 10.0)
-    with np.load(io.BytesIO(npz_bytes(motion(NAME), 10.0))) as archive:
-        np.testing.assert_allclose(archive["quad.x"], found.columns["x"])
-        assert {"t", "quad.x", "digit.com_x", "digit.left_yaw"} <= set(archive.files)
-
-
-def test_flight_in_wind_has_its_attitude_and_its_reference() -> None:
-    made = motion_of(trace_of(NAME), None, Disturbances(gust=2.0))
-    found = columns_of(made, "quad", 20.0).columns
-    off = np.hypot(found["x"] - found["ref_x"], found["y"] - found["ref_y"])
-    assert 0 < off.max() < 0.15
-    length = sum(found[f"q_{axis}"] ** 2 for axis in "wxyz")
-    assert np.abs(length - 1).max() < 0.01
 
 
 def test_timed_waypoints_are_the_ends_of_moves() -> None:

@@ -32,36 +32,22 @@ def windy(gust: float) -> Motion:
 
 
 def errors(motion: Motion) -> np.ndarray:
-    """Metres between where the flyer is and where its polynomials are."""
-    flights = [line for line in motion.lines if isinstance(line, Flight)]
-    found = []
-    for track in (line for line in motion.lines if isinstance(line, FlownTrack)):
-        for number, row in enumerate(track.rows):
-            t = track.t0 + number * track.step
-            flight = next((f for f in flights if f.t0 - 1e-9 <= t <= f.t1 + 1e-9), flights[-1])
-            (curve,) = flight.parts
-            at = [
-                sum(c * (t - flight.t0) ** k for k, c in enumerate(p)) for p in (curve.x, curve.y)
-            ]
-            found.append(np.hypot(row[0] - at[0], row[1] - at[1]))
-    return np.array(found)
+    """Metres off its reference: the checker compares them with the flight."""
+    return np.concatenate([track.errors for track in motion.of(FlownTrack)])
 
 
-def test_gusts_of_2_metres_a_second_push_it_off_by_centimetres() -> None:
-    off = errors(windy(2.0))
-    assert np.sqrt((off**2).mean()) < 0.06
-    assert off.max() < 0.15
-
-
-@pytest.mark.parametrize("gust", [2.0, 5.0])
-def test_flight_in_wind_is_accepted_by_the_checker(gust: float) -> None:
+@pytest.mark.parametrize(("gust", "mean", "most"), [(2.0, 0.06, 0.15), (5.0, 0.3, 0.9)])
+def test_flight_in_wind_is_accepted_and_near_its_reference(
+    gust: float, mean: float, most: float
+) -> None:
     assert check_motion(windy(gust), trace_of(NAME)) == []
+    off = errors(windy(gust))
+    assert np.sqrt((off**2).mean()) < mean and off.max() < most
 
 
 def test_a_flyer_tracks_its_flight_through_centres_without_wind() -> None:
     still = motion_of(trace_of(NAME), None, Disturbances(track=True))
     assert check_motion(still, trace_of(NAME)) == []
-    assert still.header.gust == 0
     off = errors(still)
     assert len(off) > 19 * still.outcome.makespan and off.max() < 0.05
 
@@ -111,12 +97,4 @@ def test_command_keeps_to_the_tilt_limit_and_turns_back_at_the_border() -> None:
     tracker.state = np.array([0.0, 1.0, 0.0, 0.0])
     bound = tracker.command(wanted, np.full(HORIZON, -9.0), np.full(HORIZON, 0.2))
     assert -3.4 <= bound < 0
-    assert tracker.failed == 0
-
-
-def test_a_border_that_is_already_crossed_is_not_a_failure() -> None:
-    tracker = AxisTracker(1.0, 3.4)
-    wanted = np.tile([0.0, 0.0, 0.0], (HORIZON, 1))
-    back = tracker.command(wanted, np.full(HORIZON, -0.5), np.full(HORIZON, 0.5))
-    assert back == pytest.approx(-3.4)
     assert tracker.failed == 0

@@ -107,21 +107,6 @@ def test_walker_keeps_to_its_limits_on_regions_of(side: float) -> None:
     assert wrong == []
 
 
-def test_swing_foot_passes_the_standing_foot_at_a_distance() -> None:
-    for segment in every_primitive(2.7):
-        for swing in segment.swings:
-            _, (places,), _ = swing_states([swing])
-            middle = (swing.t0 + swing.t1) / 2
-            standing = [
-                foot
-                for foot in segment.feet
-                if foot.side != swing.side and foot.down <= middle <= foot.up
-            ]
-            assert len(standing) == 1
-            apart = np.hypot(places[:, 0] - standing[0].x, places[:, 1] - standing[0].y)
-            assert apart.min() > 0.2
-
-
 @pytest.mark.parametrize(("side", "words"), [(1.2, "1.2 m"), (0.5, "0.5 m"), (1.7, "1.8 m")])
 def test_small_regions_are_refused_with_the_reason(side: float, words: str) -> None:
     with pytest.raises(UsageError, match=words):

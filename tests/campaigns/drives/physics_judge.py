@@ -1,4 +1,5 @@
-"""A judge of drives that reads only the physics."""
+"""A judge of drives by the physics: sightings, ends of steps and contacts. The check of motions
+judges the regions in which robots are."""
 
 from __future__ import annotations
 
@@ -85,7 +86,6 @@ class Judge:
         self._sightings()
         self._ends()
         self._contacts()
-        self._rooms()
 
     def _wrong(self, t: float, what: str) -> None:
         self.defects.append(f"{t:.2f} s: {what}")
@@ -178,47 +178,7 @@ class Judge:
                     if one.stands.get(name) and not acts and not self._known(name, t):
                         self._once(t, f"{robots[0]} touches {thing}")
 
-    def _rooms(self) -> None:
-        """A robot is in the regions that it has in the trace, and no two have one that conflict."""
-        spans = self._spans()
-        beyond: dict[str, float] = {}
-        for one in self._log:
-            t = one.t - self._zero
-            if t < 0:
-                continue
-            for name, held in spans.items():
-                regions = next((r for a, b, r in held if a <= t < b), frozenset())
-                if not regions or self._bumped(name, t):
-                    continue
-                x, y, _ = one.at[name]
-                off = min(self._places.outside(region, x, y) for region in regions)
-                if off > max(0.02, beyond.get(name, 0.0)) and name not in one.acting:
-                    beyond[name] = off
-                    self._wrong(t, f"{name} is {off:.2f} m outside of {sorted(regions)}")
-
     def _bumped(self, name: str, t: float) -> bool:
         """Whether a robot touches another one, which the scenario lets share its regions."""
         pairs = (pair for one in self._around(t, 0.5) for pair in one.touches)
         return any(name in pair and all(one in self._log[0].at for one in pair) for pair in pairs)
-
-    def _spans(self) -> dict[str, list[tuple[float, float, frozenset[int]]]]:
-        found: dict[str, list[tuple[float, float, frozenset[int]]]] = {}
-        for robot in self._scenario.robots:
-            since, regions = 0.0, frozenset({robot.start.region})
-            found[robot.name] = []
-            for line in self._lines:
-                t = line.t or 0.0
-                if getattr(line, "robot", None) != robot.name:
-                    continue
-                if isinstance(line, records.Depart):
-                    new = frozenset({line.from_, line.to})
-                elif isinstance(line, records.Arrive):
-                    new = frozenset(line.regions or (line.at,))
-                elif isinstance(line, records.Operator) and line.region is not None:
-                    new = frozenset({line.region})
-                else:
-                    continue
-                found[robot.name].append((since, t, regions))
-                since, regions = t, new
-            found[robot.name].append((since, 1e9, regions))
-        return found
