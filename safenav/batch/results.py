@@ -1,12 +1,7 @@
 """The results of a batch as a file: one line per case, written when it arrives.
 
-However a batch ends, its results so far are in the file: ``--resume`` continues from them, and
-``--baseline`` compares with them. A result is reused only for an equal case (by its fingerprint).
-Only one batch at a time may use the folder.
-
-Two runs of the same scenario behave identically, to the tick, so every difference from a baseline
-is reported. Time is noisy: a case counts as slower only if its run took longer by ``RATIO`` and by
-more than ``NOISE_SECONDS``.
+However a batch ends, its results so far are in the file: ``--resume`` continues from them. A result
+is reused only for an equal case (by its fingerprint). Only one batch at a time may use the folder.
 """
 
 from __future__ import annotations
@@ -14,22 +9,17 @@ from __future__ import annotations
 import fcntl
 import json
 import os
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection
 from pathlib import Path
 from typing import IO
 
-from msgspec import Struct, convert, field, to_builtins
+from msgspec import convert, to_builtins
 
 from safenav.batch.case import Result
 from safenav.errors import UsageError
-from safenav.lines import json_flaw, json_line, read_file
-from safenav.strict_json import read_json
+from safenav.lines import json_line
 
 NAME = "results.jsonl"
-RATIO = 1.5
-NOISE_SECONDS = 0.1
-
-_BEHAVIOUR = ("outcome", "cause", "ticks", "rounds", "resolved", "blocked", "helpers", "syntheses")
 
 
 class ResultsFile:
@@ -102,83 +92,3 @@ class ResultsFile:
 
     def __exit__(self, *_: object) -> None:
         self._file.close()
-
-
-def read_results(path: Path) -> dict[str, Result]:
-    """Return the results of an earlier batch by name: its folder, or the file in it. Raises
-    UsageError for any other file."""
-    path = path / NAME if path.is_dir() else path
-    try:
-        lines = read_file(path).splitlines()
-    except OSError as error:
-        raise UsageError(f"cannot read the baseline {path}: {error.strerror}") from error
-    found = {}
-    for number, line in enumerate(lines, 1):
-        try:
-            result = convert(read_json(line), Result)
-        except ValueError as error:
-            raise UsageError(
-                f"{path}:{number} is not a result of a batch ({json_flaw(error)})\n"
-                f"    a baseline is the {NAME} that a batch wrote into its --out"
-            ) from error
-        found[result.name] = result
-    return found
-
-
-class BaselineComparison(Struct, frozen=True):
-    """Differences from a baseline. ``changed``: by case, one sentence per difference; ``slower``:
-    seconds before and now, the most lost first; ``new``, ``gone``: names of cases with a result
-    only in this batch, or only in the baseline."""
-
-    changed: dict[str, list[str]] = field(default_factory=dict)
-    slower: dict[str, tuple[float, float]] = field(default_factory=dict)
-    new: list[str] = field(default_factory=list)
-    gone: list[str] = field(default_factory=list)
-
-
-def compare(
-    results: Iterable[Result], former: Mapping[str, Result], not_run: Iterable[str] = ()
-) -> BaselineComparison:
-    """Return the differences from the baseline. ``not_run``: names of cases of this batch without a
-    result."""
-    now = {result.name: result for result in results}
-    both = [(former[name], result) for name, result in now.items() if name in former]
-    changed = {result.name: _differences(before, result) for before, result in both}
-    slower = {}
-    for before, result in both:
-        times = before.duration, result.duration
-        lost = times[1] - times[0]
-        if (
-            before.passed
-            and result.passed
-            and lost > NOISE_SECONDS
-            and times[1] >= RATIO * times[0]
-        ):
-            slower[result.name] = times
-    return BaselineComparison(
-        {name: what for name, what in changed.items() if what},
-        dict(sorted(slower.items(), key=lambda item: item[1][0] - item[1][1])),
-        [name for name in now if name not in former],
-        [name for name in former if name not in now and name not in {*not_run}],
-    )
-
-
-def _differences(before: Result, now: Result) -> list[str]:
-    found = []
-    if before.verdict is not now.verdict:
-        found.append(f"{before.verdict.value} before, {now.verdict.value} now")
-    if before.outcome is None or now.outcome is None:
-        return found
-    for name in _BEHAVIOUR:
-        was, is_now = getattr(before, name), getattr(now, name)
-        if was != is_now:
-            found.append(f"{name}: {_shown(was)} before, {_shown(is_now)} now")
-    return found
-
-
-def _shown(value: object) -> str:
-    if isinstance(value, dict):
-        return "{" + ", ".join(f"{key}: {item}" for key, item in sorted(value.items())) + "}"
-    if isinstance(value, list):
-        return "[" + ", ".join(str(item) for item in value) + "]"
-    return "nothing" if value is None else str(value)

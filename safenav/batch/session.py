@@ -81,15 +81,13 @@ class Observer(Protocol):
 
 class Report(Struct):
     """The results of a batch. ``results``: by name, in the order of arrival; ``resumed``: number of
-    results from before. ``interrupted``: it was stopped; ``stopped_early``: by the first
-    failure."""
+    results from before. ``interrupted``: it was stopped."""
 
     cases: tuple[Case, ...]
     results: dict[str, Result]
     resumed: int = 0
     seconds: float = 0.0
     interrupted: bool = False
-    stopped_early: bool = False
 
     @property
     def in_order(self) -> list[Result]:
@@ -120,7 +118,6 @@ def run_batch(
     pool: Pool,
     *,
     kept: ResultsFile | None = None,
-    fail_fast: bool = False,
     artifacts: Artifacts | None = None,
     observer: Observer | None = None,
 ) -> Report:
@@ -136,14 +133,13 @@ def run_batch(
     try:
         for case in report.not_run:
             pool.submit(case)
-        while report.left and not report.stopped_early:
+        while report.left:
             for case, result, trace in pool.collect(_LOOK_SECONDS):
                 if not result.passed and artifacts is not None:
                     result = replace(result, artifacts=artifacts(result, trace))
                 if kept is not None:
                     kept.add(result)
                 report.results[case.name] = result
-                report.stopped_early |= fail_fast and not result.passed and report.left > 0
                 if observer is not None:
                     observer.arrived(report, result)
             report.seconds = time.monotonic() - begun

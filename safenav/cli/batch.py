@@ -24,9 +24,8 @@ EPILOG = """\b
 Examples:
   mkdir suite && safenav new suite/door.yaml && safenav new suite/team.yaml --template team
   safenav batch suite --jobs 2 --junit report.xml --out before
-  safenav batch 'suite/**/d*.yaml' --fail-fast
-  safenav batch suite --out now --baseline before
-  safenav batch suite --out now --resume
+  safenav batch 'suite/**/d*.yaml'
+  safenav batch suite --out before --resume
 \b
 A PATH is a scenario, a folder (without its folders 'invalid' and 'unrealizable'),
 a quoted pattern, or a matrix file (docs/batch.md). '-': standard output.
@@ -47,7 +46,6 @@ Exit codes:
     metavar="S",
     help="End a scenario after so long.  [600]",
 )
-@click.option("--fail-fast", is_flag=True, help="Stop at the first failure.")
 @click.option("--certify", type=options.FOLDER, help="Write the bundle of each run here.")
 @click.option("--junit", type=options.Output(".xml"), help="Write a JUnit report (XML).")
 @options.as_json
@@ -60,19 +58,16 @@ Exit codes:
     help="Write results.jsonl, and trace and replay of failures.",
 )
 @click.option("--resume", is_flag=True, help="Run only cases without a result in --out.")
-@click.option("--baseline", type=options.INPUT, help="Compare with an earlier --out.")
 @click.option("--dask", metavar="ADDRESS", help="Run on this Dask cluster.")
 def batch(
     paths: tuple[str, ...],
     jobs: int | None,
     time_limit: float,
-    fail_fast: bool,
     certify: Path | None,
     junit: Path | None,
     as_json: bool,
     out: Path | None,
     resume: bool,
-    baseline: Path | None,
     dask: str | None,
 ) -> int:
     """Run every scenario that the PATHs name, each in a process of its own, and compare each
@@ -82,12 +77,11 @@ def batch(
     if dask is not None and jobs is not None:
         raise UsageError("--jobs is for this machine; a Dask cluster has its own workers")
     from safenav.batch.case import Conditions
-    from safenav.batch.results import ResultsFile, compare, read_results
+    from safenav.batch.results import ResultsFile
     from safenav.batch.search import find_cases
     from safenav.batch.session import Pool, run_batch
     from safenav.report.batch import FailureFolder, ProgressLine, report_data, summary, to_junit
 
-    former = None if baseline is None else read_results(baseline)
     found = find_cases(paths)
     _report_skipped(found)
     bundles = None if certify is None else str(certify.resolve())
@@ -114,21 +108,17 @@ def batch(
             found.cases,
             pool,
             kept=kept,
-            fail_fast=fail_fast,
             artifacts=failures,
             observer=progress,
         )
     progress.clear()
-    comparison = None
-    if former is not None:
-        comparison = compare(report.in_order, former, [case.name for case in report.not_run])
     if junit is not None:
         write_out(junit, to_junit(report), echo=False)
     if as_json:
-        click.echo(json.dumps(report_data(report, comparison), indent=2))
+        click.echo(json.dumps(report_data(report), indent=2))
     err = as_json or str(junit) == "-"
     width = terminal_width(sys.stderr if err else sys.stdout)
-    echo_folded(summary(report, comparison, width), err=err)
+    echo_folded(summary(report, width), err=err)
     if report.left and out is not None:
         click.echo(f"to continue, repeat with --resume ({report.left} cases left)", err=True)
     if report.interrupted:

@@ -50,14 +50,14 @@ Exit codes: (of several files, the largest)
 SCENARIO, TRACE, MOTION, BUNDLE = "scenario", "trace", "motion file", "bundle"
 READ_BY = {
     "strict": (SCENARIO,),
-    "partial": (TRACE,),
-    "show_all": (TRACE, MOTION),
     "require": (MOTION,),
     "rate": (MOTION,),
 }
 """The kinds of files that each option is for."""
 ARCHIVE = ("PK\x03\x04", "PK\x05\x06")
 """Beginnings of a zip file."""
+SHOWN = 5
+"""Most findings about a file that are printed."""
 BEGINNING = 5_000_000
 """Bytes of a file from which its kind is recognized."""
 
@@ -94,8 +94,6 @@ class JudgedFile(Struct, frozen=True):
 @click.command(epilog=EPILOG)
 @click.argument("files", metavar="FILE...", type=options.INPUT, nargs=-1, required=True)
 @click.option("--strict", is_flag=True, help="Scenarios: warnings count as unrealizable.")
-@click.option("--partial", is_flag=True, help="Traces: accept a missing outcome.")
-@click.option("--all", "show_all", is_flag=True, help="Traces, motions: print all broken rules.")
 @click.option("--require", metavar="FORMULA", multiple=True, help="Motions: also check this.")
 @click.option(
     "--rate",
@@ -108,8 +106,6 @@ class JudgedFile(Struct, frozen=True):
 def check(
     files: tuple[Path, ...],
     strict: bool,
-    partial: bool,
-    show_all: bool,
     require: tuple[str, ...],
     rate: float,
     as_json: bool,
@@ -130,8 +126,8 @@ def check(
             raise UsageError(f"{file.path}: a motion is judged against its trace\n    {hint}")
     judges: dict[str, Callable[[GivenFile], JudgedFile]] = {
         SCENARIO: lambda file: of_scenario(file, strict),
-        TRACE: lambda file: of_trace(file, show_all, partial, MOTION in kinds),
-        MOTION: lambda file: of_motion(file, traces, show_all, require, rate),
+        TRACE: lambda file: of_trace(file, MOTION in kinds),
+        MOTION: lambda file: of_motion(file, traces, require, rate),
         BUNDLE: of_bundle,
     }
     status, data = ExitCode.OK, list[Mapping[str, Any]]()
@@ -298,7 +294,7 @@ def _ahead(plan: Scenario, ahead: Rehearsal, warnings: Sequence[str]) -> list[st
     return found
 
 
-def of_trace(file: GivenFile, show_all: bool, partial: bool, with_motion: bool) -> JudgedFile:
+def of_trace(file: GivenFile, with_motion: bool) -> JudgedFile:
     """Judge a trace. Its requirements are judged on the motion, if that is given."""
     from safenav.checked_trace import checked
     from safenav.trace.reading import read_bytes
@@ -306,21 +302,19 @@ def of_trace(file: GivenFile, show_all: bool, partial: bool, with_motion: bool) 
     content = file.bytes()
     trace = read_bytes(content, file.source)
     found = checked(content, trace)
-    lines = [*trace_lines(found, show_all, partial)]
+    lines = [*trace_lines(found)]
     if not with_motion and (formulas := trace.header.scenario.requirements):
         what = counted(len(formulas), "requirement")
         lines.append(f"Not judged: {what}; give the motion of the run also.")
-    good = not found.findings and (found.complete or partial)
+    good = not found.findings and found.complete
     return JudgedFile(good, {"ok": not found.findings, **to_builtins(found)}, lines)
 
 
-def trace_lines(found: CheckedTrace, show_all: bool, partial: bool) -> Iterator[str]:
-    yield from broken(found.source, found.findings, show_all)
-    yield from broken(found.source, found.notes, show_all, "more not judged")
+def trace_lines(found: CheckedTrace) -> Iterator[str]:
+    yield from broken(found.source, found.findings)
+    yield from broken(found.source, found.notes, "more not judged")
     if not found.complete:
         yield "The trace ends before its outcome; checked as far as it goes."
-        if not partial:
-            yield "The outcome is missing. Pass --partial to accept that."
     if not found.findings:
         numbers = found.statistics
         yield (
@@ -337,7 +331,7 @@ def trace_lines(found: CheckedTrace, show_all: bool, partial: bool) -> Iterator[
 
 
 def of_motion(
-    file: GivenFile, traces: Sequence[GivenFile], show_all: bool, more: tuple[str, ...], rate: float
+    file: GivenFile, traces: Sequence[GivenFile], more: tuple[str, ...], rate: float
 ) -> JudgedFile:
     """Judge a motion against its trace (if none of the traces is its own, against the first), then
     the requirements of the scenario and ``more``."""
@@ -355,7 +349,7 @@ def of_motion(
     # The signals of a motion that breaks rules are not reliable.
     judgements = [] if found else judged(MotionRecording(motion, run, rate), formulas)
     tracked = [] if found else trackings(motion, run)
-    lines = [*broken(file.source, found, show_all)]
+    lines = [*broken(file.source, found)]
     if found and formulas:
         lines.append("the requirements are not evaluated on a motion that breaks rules")
     if not found:
@@ -387,13 +381,11 @@ def of_bundle(file: GivenFile) -> JudgedFile:
     return JudgedFile(verdict.accepted, data, lines, status=status)
 
 
-def broken(
-    source: object, found: Sequence[object], show_all: bool, rest: str = "more"
-) -> Iterator[str]:
-    """Yield the first finding about a source, or all. ``rest``: noun for those left out."""
-    yield from (f"{source}: {each}" for each in (found if show_all else found[:1]))
-    if len(found) > 1 and not show_all:
-        yield f"and {len(found) - 1} {rest} (--all shows them)"
+def broken(source: object, found: Sequence[object], rest: str = "more") -> Iterator[str]:
+    """Yield the first findings about a source. ``rest``: noun for those left out."""
+    yield from (f"{source}: {each}" for each in found[:SHOWN])
+    if len(found) > SHOWN:
+        yield f"and {len(found) - SHOWN} {rest} (--json prints them)"
 
 
 CERTIFY_EPILOG = """\b

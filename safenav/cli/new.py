@@ -64,7 +64,6 @@ NEW_EPILOG = "\n".join(
     metavar="[FILE]",
     help="List models, capabilities, obstacle types.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print the catalogue as JSON.")
 @click.option("--force", is_flag=True, help="Replace FILE if it exists.")
 def new(
     file: Path | None,
@@ -77,7 +76,6 @@ def new(
     fleet: Path | None,
     schema: str | None,
     catalogue: str | None,
-    as_json: bool,
     force: bool,
 ) -> int:
     """Write a commented scenario to FILE (default: scenario.yaml; -: standard output), which runs
@@ -88,15 +86,13 @@ def new(
     division = Division(rows, cols, side, share)
     if map_file is None:
         options.refuse(dict.fromkeys(("rows", "cols", "side", "share"), "--map"))
-    if catalogue is None:
-        options.refuse({"as_json": "--catalogue"})
     made, endings = "scenario or fleet file", (".yaml", ".yml")
     if schema is not None or catalogue is not None:
         made, endings = "schema or catalogue", (".json", ".txt")
     if file is not None and file.suffix.lower() in {*options.KINDS} - {*endings}:
         raise UsageError(f"{file}: the name of a {made} ends in {endings[0]}")
     if schema is not None or catalogue is not None:
-        text = _catalogue(catalogue, as_json) if catalogue is not None else _schema(schema)
+        text = _catalogue(catalogue) if catalogue is not None else _schema(schema)
         write_out(file or Path("-"), text, replace=force)
         return ExitCode.OK
     file = file or Path("scenario.yaml" if fleet is None else "fleet.yaml")
@@ -132,14 +128,12 @@ def _schema(of: str | None) -> str:
     return schema_text()
 
 
-def _catalogue(file: str, as_json: bool) -> str:
+def _catalogue(file: str) -> str:
     """Return the catalogue, with the additions of a scenario or catalogue file if one is given."""
-    from safenav.report.terminal.catalogue_tables import catalogue_data, catalogue_lines
+    from safenav.report.terminal.catalogue_tables import catalogue_lines
     from safenav.scenario.reading.catalogue import built_in
 
     found = load_catalogue(Path(file)) if file else built_in()
-    if as_json:
-        return json.dumps(catalogue_data(found), indent=2) + "\n"
     return "\n".join([*catalogue_lines(found), ""])
 
 

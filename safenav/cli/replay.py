@@ -41,8 +41,6 @@ _READ_BY = {
     "width": ("--png", "--gif"),
     "ticks": ("--gif",),
     "speed": ("--gif",),
-    "legend": ("--svg", "--png"),
-    "hidden": ("--svg", "--png"),
 }
 """The forms of a replay that read an option."""
 
@@ -62,8 +60,6 @@ _READ_BY = {
     type=options.FiniteRange(0.1, 100),
     help="Ticks per second; for a run in seconds, the speed-up (GIF).  [4 or 12]",
 )
-@click.option("--legend/--no-legend", default=True, help="Draw a legend (SVG, PNG).")
-@click.option("--hidden/--no-hidden", default=True, help="Show undiscovered obstacles (SVG, PNG).")
 def replay(
     trace: Path,
     output: Path | None,
@@ -75,8 +71,6 @@ def replay(
     width: int | None,
     ticks: str | None,
     speed: float | None,
-    legend: bool,
-    hidden: bool,
 ) -> int:
     """Replay TRACE, which `safenav run --trace` wrote: as one HTML file that needs no network
     (the default), as a picture of one moment, or as an animated GIF."""
@@ -105,7 +99,7 @@ def replay(
         _film(run, path, during, speed, width or 720)
         return ExitCode.OK
     tick, part = _moment(run, svg if svg is not None else png or "")
-    picture = svg_of(run.at(tick, part), Options(legend=legend, hidden=hidden))
+    picture = svg_of(run.at(tick, part))
     name = f"{trace.stem}-{run.when(tick).removeprefix('tick ')}.{ending}"
     _write_picture(output or trace.with_name(name), picture, ending, width)
     return ExitCode.OK
@@ -207,7 +201,6 @@ Exit codes:
 @options.output(".svg", ".png", help="Picture: .svg or .png.")
 @click.option("--width", type=options.PIXELS, help="Width of the PNG in pixels.")
 @options.division
-@click.option("--legend/--no-legend", default=True, help="Draw a legend (pictures).")
 def draw(
     scenario: Path,
     output: Path | None,
@@ -216,7 +209,6 @@ def draw(
     cols: int | None,
     side: float | None,
     share: float | None,
-    legend: bool,
 ) -> int:
     """Draw SCENARIO before its run: region numbers, starts, objectives, hidden obstacles.
     Without -o it is drawn as text. SCENARIO may be a map file alone."""
@@ -240,6 +232,5 @@ def draw(
     form = output.suffix.lower().removeprefix(".")
     if form not in ("svg", "png"):
         raise UsageError(f"{output}: the name of a picture ends in .svg or .png")
-    shown = Options(legend=legend, axes=True)
-    _write_picture(output, svg_of(scene_of(plan), shown), form, width)
+    _write_picture(output, svg_of(scene_of(plan), Options(axes=True)), form, width)
     return ExitCode.OK

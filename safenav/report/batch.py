@@ -1,4 +1,4 @@
-"""The end of a batch on the terminal: failures with reasons, slow cases, changes."""
+"""The end of a batch on the terminal: failures with reasons, slow cases."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ from msgspec import to_builtins
 
 import safenav
 from safenav.batch.case import Case, CaseVerdict, Result, file_name
-from safenav.batch.results import BaselineComparison
 from safenav.batch.session import Report
 from safenav.errors import UsageError
 from safenav.lines import printable
@@ -31,13 +30,9 @@ _LEAST_NAME = 16
 _STILL_OPEN = "; still open: "
 
 
-def summary(
-    report: Report,
-    comparison: BaselineComparison | None = None,
-    width: int | None = None,
-) -> list[str]:
+def summary(report: Report, width: int | None = None) -> list[str]:
     """Return lines: a table with the failed cases first, then the slowest that passed; the
-    reasons; the comparison; the totals. ``width``: of the terminal, for the table."""
+    reasons; the totals. ``width``: of the terminal, for the table."""
     failed = report.failed
     passed = [result for result in report.in_order if result.passed]
     passed.sort(key=lambda result: -result.duration)
@@ -61,8 +56,6 @@ def summary(
         lines.append(printable(f"{result.name}: passed with orders that are still open: {left}"))
     if len(undone) > _NAMES:
         lines.append(f"... and {len(undone) - _NAMES} more with such orders")
-    if comparison is not None:
-        lines += ["", *map(printable, _compared(comparison))]
     return [*lines, "", _sum(report)]
 
 
@@ -127,28 +120,15 @@ def _why(group: Sequence[Result]) -> list[str]:
     return [click.style(head, bold=True), *rest]
 
 
-def _compared(comparison: BaselineComparison) -> list[str]:
-    lines = []
-    for name, differences in comparison.changed.items():
-        lines += [f"changed: {name}", *(f"  {what}" for what in differences)]
-    for name, (before, now) in comparison.slower.items():
-        lines.append(f"slower: {name}: {before:.2f} s before, {now:.2f} s now")
-    for word, names in (("new", comparison.new), ("gone", comparison.gone)):
-        lines += [f"{word}: {name}" for name in names[:_NAMES]]
-        if len(names) > _NAMES:
-            lines.append(f"{word}: ... and {len(names) - _NAMES} more")
-    return lines or ["no change and no slowdown against the baseline"]
-
-
 def counts(report: Report) -> dict[str, int]:
     """Return the number of cases by verdict; zeros are omitted, except that of ``passed``."""
     found = {"passed": 0, **Counter(result.verdict.value for result in report.in_order)}
     return found | ({"not_run": report.left} if report.left else {})
 
 
-def report_data(report: Report, comparison: BaselineComparison | None = None) -> dict[str, Any]:
+def report_data(report: Report) -> dict[str, Any]:
     """Return all results of the batch as JSON data."""
-    data: dict[str, Any] = {
+    return {
         "safenav": safenav.__version__,
         "as_expected": report.as_expected,
         "interrupted": report.interrupted,
@@ -158,7 +138,6 @@ def report_data(report: Report, comparison: BaselineComparison | None = None) ->
         "results": to_builtins(report.in_order),
         "not_run": [case.name for case in report.not_run],
     }
-    return data if comparison is None else data | {"baseline": to_builtins(comparison)}
 
 
 def _sum(report: Report) -> str:
@@ -169,8 +148,6 @@ def _sum(report: Report) -> str:
     text = click.style(text, fg="green" if report.as_expected else "red", bold=True)
     if report.interrupted:
         text += "; interrupted"
-    elif report.stopped_early:
-        text += "; stopped at the first failure"
     return text
 
 

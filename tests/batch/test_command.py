@@ -147,18 +147,6 @@ def test_a_broken_scenario_a_crash_and_a_hang_do_not_take_the_batch_down(
         assert [*Path(out, "failures").glob(f"{name}-*/trace.jsonl")]
 
 
-def test_differences_from_a_baseline_are_reported(write: Write) -> None:
-    write("a.yaml", expect="{outcome: completed}")
-    write("b.yaml")
-    safenav("a.yaml", "b.yaml", "--out", "before")
-    write("a.yaml")
-    done = safenav("a.yaml", "--baseline", "before", "--json")
-    assert done.returncode == 0
-    assert "changed: a.yaml\n  different before, passed now\n" in done.stderr
-    assert "gone: b.yaml" in done.stderr
-    assert json.loads(done.stdout)["baseline"]["gone"] == ["b.yaml"]
-
-
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupted_batch_is_resumed_where_it_was(
     write: Write, slugs: SlugsLog, number: signal.Signals

@@ -7,11 +7,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import pytest
 from msgspec.structs import replace
 
 from safenav.batch.case import Case, CaseVerdict, Result, without_a_run
-from safenav.batch.results import BaselineComparison, compare
 from safenav.batch.session import Report
 from safenav.report.batch import summary, to_junit
 
@@ -113,45 +111,6 @@ def test_the_table_starts_with_failed_cases_and_then_slow_ones() -> None:
     text = re.sub("\x1b.*?m", "", "\n".join(lines))
     assert "a/wrong.yaml: different\n  ticks: expected at most 5, got 40\n" in text
     assert text.endswith("14 passed, 1 different, 1 crashed in 7.5 s")
-
-
-def compared(before: list[Result], now: list[Result]) -> BaselineComparison:
-    return compare(now, {result.name: result for result in before})
-
-
-def test_cases_that_behave_differently_are_named() -> None:
-    before = ran("a.yaml", resolved=["door@47"], helpers={"door@47": "digit"})
-    now = ran("a.yaml", resolved=[], helpers={}, ticks=41, wrong="more")
-    assert compared([before], [now]).changed["a.yaml"] == [
-        "passed before, different now",
-        "ticks: 40 before, 41 now",
-        "resolved: [door@47] before, [] now",
-        "helpers: {door@47: digit} before, {} now",
-    ]
-
-
-@pytest.mark.parametrize(
-    ("before", "now", "slower"),
-    [
-        (1.0, 1.49, False),
-        (1.0, 1.5, True),
-        (0.01, 0.1, False),  # ten times, but within the noise
-        (0.01, 0.2, True),
-        (2.0, 1.0, False),
-        (0.0, 1.0, True),
-    ],
-)
-def test_a_case_is_slower_if_it_exceeds_a_ratio_and_the_noise(
-    before: float, now: float, slower: bool
-) -> None:
-    found = compared([ran("a", before)], [ran("a", now)])
-    assert list(found.slower) == (["a"] if slower else [])
-
-
-def test_cases_that_are_new_or_gone_are_named_but_not_those_that_were_not_run() -> None:
-    former = {name: ran(name) for name in ("a", "b", "c")}
-    found = compare([ran("a"), ran("d")], former, not_run=["b"])
-    assert (found.new, found.gone) == (["d"], ["c"])
 
 
 def varied(seed: int, mode: str, wrong: str = "", **measured: object) -> Result:

@@ -184,10 +184,6 @@ BOMBS: dict[str, tuple[Files, tuple[str, ...]]] = {
         ("draw", "s.map"),
     ),
     "a catalogue": ({"c.yaml": laughs().replace(LAB, "")}, ("new", "--catalogue", "c.yaml")),
-    "a baseline": (
-        {"s.yaml": LAB, "b.json": "[" * 500_000},
-        ("batch", "s.yaml", "--baseline", "b.json"),
-    ),
     "a motion file": (
         {"m.jsonl": '{"type": "header", "motion": 1, "motion": 1}\n', "t.jsonl": "{}\n"},
         ("check", "m.jsonl", "t.jsonl"),

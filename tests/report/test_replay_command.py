@@ -43,7 +43,6 @@ def test_a_moment_is_named_by_number_or_event(
         (["--svg", "-1"], "no tick '-1'"),
         (["--svg", "1", "--gif"], "choose one of"),
         (["--speed", "3"], "--speed requires --gif"),
-        (["--gif", "--no-legend"], "--no-legend requires --svg or --png"),
         (["--gif", "-o", "x.html"], "the replay is GIF; choose a name such as x.gif"),
         (["--svg", "1", "-o", "x.PNG"], "the replay is SVG; choose a name such as x.svg"),
         (["-o", "x.gif"], "the replay is HTML; choose a name such as x.html, or add --gif"),

@@ -83,12 +83,12 @@ def key_of(scene: Scene) -> Legend:
     return Legend(tuple(Row(icon, lines_of(name, 13)) for icon, name in pairs))
 
 
-def legend_of(scene: Scene, hidden: bool, exclusion: Mapping[str, Any]) -> Legend:
+def legend_of(scene: Scene, exclusion: Mapping[str, Any]) -> Legend:
     """Return the legend of a scene's picture. ``exclusion``: the line around such regions."""
     style = looks([robot.name for robot in scene.robots])
     groups = {
         "Robots and objectives": _robots(scene, style),
-        "Obstacles": _obstacles(scene, hidden),
+        "Obstacles": _obstacles(scene),
         "Objective stack, top first": _stack(scene),
         "Marks": _marks(scene, style, exclusion),
     }
@@ -125,10 +125,8 @@ def _body(look: Look) -> Icon:
     return draw
 
 
-def _obstacles(scene: Scene, hidden: bool) -> Iterator[Row]:
+def _obstacles(scene: Scene) -> Iterator[Row]:
     for obstacle, status, met in scene.obstacles:
-        if status is ObstacleStatus.HIDDEN and not hidden:
-            continue
         lines = lines_of(obstacle.label(scene.map), 13, bold=True)
         lines += lines_of(obstacle.state(status, met), 12, colour=MUTED)
         mark = STATUS_MARKS[status]

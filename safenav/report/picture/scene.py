@@ -87,8 +87,6 @@ class Options(Struct, frozen=True):
     transparent."""
 
     layers: frozenset[Layer] = frozenset(Layer)
-    legend: bool = True
-    hidden: bool = True
     caption: str | None = None
     axes: bool = False
 
@@ -114,17 +112,14 @@ def svg_of(scene: Scene, options: Options | None = None) -> str:
     caption = [line for text in says for line in wrapped(text, 13, inner)]
     spoken = LINE * (CAPTION_LINES if film else len(caption))
     below = top + height + (14.0 if options.axes else 0.0) + (spoken + 14 if spoken else 0.0)
-    legend = key_of(scene) if film else None
-    if options.legend and not film:
-        legend = legend_of(scene, options.hidden, EXCLUSION)
-    end = below + (legend.height(inner) + 20 if legend else 0.0) + MARGIN
+    legend = key_of(scene) if film else legend_of(scene, EXCLUSION)
+    end = below + legend.height(inner) + 20 + MARGIN
     page = SvgWriter()
     if Layer.GROUND in options.layers:
         page.rect(0, 0, inner + 2 * MARGIN, end, fill="#FFFFFF")
         for i, line in enumerate(title):
             page.text(MARGIN, MARGIN + 15 + 21 * i, line, 17, bold=True, fill=INK)
-        if legend is not None:
-            legend.draw(page, MARGIN, below + 20, inner)
+        legend.draw(page, MARGIN, below + 20, inner)
         if options.axes:
             page.open("g", transform=f"translate({MARGIN - left} {top - upper})")
             draw_axes(page, scene.map, cell)
@@ -193,8 +188,7 @@ class _Drawing(Struct):
         for i, (robot, look) in enumerate(robots):
             self._trail(robot, look, i - (len(robots) - 1) / 2)
         for obstacle, status, _ in self.scene.obstacles:
-            if status is not ObstacleStatus.HIDDEN or self.options.hidden:
-                self._obstacle(obstacle, status)
+            self._obstacle(obstacle, status)
         wide = max(1.5, self.cell * 0.05)
         for robot, look in robots:
             line = {"stroke": look.colour, "stroke_width": wide, "fill": "none"}

@@ -1,55 +1,27 @@
-"""A catalogue as tables for people and as data for machines: robot models, capabilities, obstacle
-types, and the source of each entry."""
+"""A catalogue as tables: robot models, capabilities, obstacle types, the source of each entry."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from functools import partial
-from typing import Any
-
-from msgspec import to_builtins
 
 from safenav.report.terminal.layout import table
 from safenav.scenario.model import Catalogue, Need, ResolveAt, RobotModel
 from safenav.scenario.reading.catalogue import UNLIMITED
 
 
-def catalogue_data(catalogue: Catalogue) -> dict[str, Any]:
-    """Return the catalogue as JSON data. ``capabilities`` lists the models that have each and the
-    obstacle types that need it."""
-    robots, obstacles = catalogue.robots, catalogue.obstacles
-    written = partial(to_builtins, order="deterministic")
-    return {
-        "robots": {
-            name: {**written(model), "source": catalogue.sources[f"robots.{name}"]}
-            for name, model in robots.items()
-        },
-        "capabilities": {
-            word: {
-                "robots": [m.name for m in robots.values() if word in m.capabilities],
-                "resolves": [
-                    kind.name
-                    for kind in obstacles.values()
-                    if any(need.action == word for need in kind.needs)
-                ],
-            }
-            for word in _capabilities(catalogue)
-        },
-        "obstacles": {
-            name: written(kind)
-            | {"needs": written(kind.needs), "source": catalogue.sources[f"obstacles.{name}"]}
-            for name, kind in obstacles.items()
-        },
-    }
-
-
 def catalogue_lines(catalogue: Catalogue) -> list[str]:
     """Return a catalogue as three tables, line by line."""
-    data = catalogue_data(catalogue)
     lines = ["Robot models", *_robots(catalogue), "", "Capabilities"]
+    models, types = catalogue.robots.values(), catalogue.obstacles.values()
+    needs = {kind.name: {need.action for need in kind.needs} for kind in types}
+    words = {word for each in (*needs.values(), *(m.capabilities for m in models)) for word in each}
     rows = [
-        (word, _listed(entry["robots"]), _listed(entry["resolves"]))
-        for word, entry in data["capabilities"].items()
+        (
+            word,
+            _listed(model.name for model in models if word in model.capabilities),
+            _listed(kind for kind, actions in needs.items() if word in actions),
+        )
+        for word in sorted(words)
     ]
     lines += table(("capability", "robots that have it", "resolves"), rows)
     return [*lines, "", "Obstacle types", *_obstacles(catalogue)]
@@ -86,12 +58,6 @@ def _obstacles(catalogue: Catalogue) -> list[str]:
         for name, kind in catalogue.obstacles.items()
     ]
     return table(("type", "needs", "blocks", "reveals", "source"), rows)
-
-
-def _capabilities(catalogue: Catalogue) -> list[str]:
-    known = {word for model in catalogue.robots.values() for word in model.capabilities}
-    needs = (need for kind in catalogue.obstacles.values() for need in kind.needs)
-    return sorted(known | {need.action for need in needs})
 
 
 def _listed(words: Iterable[str]) -> str | None:
