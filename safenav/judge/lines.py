@@ -1,8 +1,8 @@
 """The one reader: a trace (docs/trace.md) as lines with typed fields.
 
-Everything is checked here before a rule sees it: JSON without repeated keys, words, names and sizes
-(``line_values``), the fields of each type of line, and that robots and obstacles are known. Lines
-and fields that only explain are dropped.
+Everything is checked here before a rule sees it: JSON without repeated keys, names and sizes
+(``line_values``), the fields of each type of line with their words, and that robots and obstacles
+are known. Lines and fields that only explain are dropped.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import json
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
-from safenav.judge.formulas import Formulas, UnreadError
+from safenav.judge.formulas import HEADINGS, Formulas, UnreadError
 from safenav.line_values import flaws, note_flaw
 from safenav.strict_json import read_json
 
@@ -129,12 +129,21 @@ def _pair(*reads: Read) -> Read:
     return each
 
 
+def _word(*words: str | None) -> Read:
+    def read(value: Any) -> Any:
+        if value not in words:
+            raise WrongError(f"must be one of {', '.join(map(str, words))}")
+        return value
+
+    return read
+
+
 _INT, _STR, _BOOL, _NUMBER = _of(int), _of(str), _of(bool), _of(int, float)
 _NAMES, _SET = _list(_STR), _list(_STR, frozenset)
-_HEADING = _of(str, type(None))
+_HEADING = _word(*HEADINGS, None)
 READS: dict[str, Read] = {
     **{"int": _INT, "str": _STR, "bool": _BOOL, "number": _NUMBER, "count": _count},
-    **{"heading": _HEADING, "truth": _of(bool, type(None)), "name": _HEADING},
+    **{"heading": _HEADING, "truth": _of(bool, type(None))},
     **{"names": _NAMES, "set": _SET, "regions": _list(_INT, frozenset)},
     **{"counts": _by_name(_count), "ints": _by_name(_INT), "truths": _by_name(_BOOL)},
     **{"words": _by_name(_STR)},
@@ -143,6 +152,35 @@ READS: dict[str, Read] = {
     **{"closed": _list(_pair(_INT, _STR)), "cells": _list(_list(_INT, frozenset))},
     **{"again": _by_name(_list(_BOOL)), "orders": _list(_pair(_STR, _count, _STR, _count))},
     **{"places": _by_name(_pair(_INT, _HEADING)), "refused": _by_name(_of(int, type(None)))},
+}
+READS |= {
+    "name": _of(str, type(None)),
+    "by": _word("strategy", "backtrack", "plan", "stay"),
+    "result": _word("arrived", "elsewhere", "blocked", "failed", "lost"),
+    "results": _by_name(_word("done", "untraversable", "failed", "nothing")),
+    "cause": _word("scenario", "world", "user", "input", "battery"),
+    "permanent": _word("untraversable", "no_capable_robot", "unresolvable", "operator"),
+    "plan_end": _word("reached", "violation", "changed"),
+    "deadline": _word("set", "kept", "late", "excused", "lost"),
+    "verdict": _word("realizable", "unrealizable", "timeout", "out_of_memory", "interrupted"),
+    "form": _word("literal", "other_memory", "alternation"),
+    "intervention": _word(
+        *("resolved", "permanent", "put_back", "out_of_service", "objective", "added", "give_up")
+    ),
+    "ended": _word(
+        *("completed", "operator_needed", "unrealizable", "tick_limit", "time_limit"),
+        *("search_limit", "assumption_violated", "late", "interrupted", "error"),
+    ),
+    "averted": _word("operator_needed", "assumption_violated", "search_limit", "time_limit"),
+    "needed": _word(
+        *("no_capable_robot", "cyclic_requests", "unrealizable", "deadlock", "never_resolvable"),
+        "out_of_service",
+    ),
+    "mobility": _word("free", "heading"),
+    "clock": _word("live"),
+    "world": _word("simulated", "external"),
+    "coordination": _word("resynthesis", "assignable"),
+    "policy": _word("go_on", "stop"),
 }
 READS["knowledge"] = _by_name(lambda one: _INT(one) if type(one) is int else _list(_INT)(one))
 READS |= {"beliefs": _by_name(READS["cells"])}
@@ -247,7 +285,7 @@ _add(
     when="input objective:objective",
     change="at:count robot objective?:objective active?:bool within?:count",
     zone="robots:names regions:regions",
-    promises="within:counts by?:count late?",
+    promises="within:counts by?:count late?:policy",
     input="name spans?:spans again?:again_list",
     map="rows:count cols:count grid:names names?:ints areas?:areas",
     signal="request:bool wait:bool assigned:int",
@@ -260,7 +298,7 @@ _add(
 _add(
     obstacle="type name region:int needs:needs blocks:set traversable:truth"
     " from?:count until?:count resolve_within?:count ordered?:bool",
-    robot="mobility layer capabilities:set start:int heading:heading objective:objective"
+    robot="mobility:mobility layer capabilities:set start:int heading:heading objective:objective"
     " conflicts?:set vision?:number timing?:count battery?:battery"
     " when?:when_list while_waiting?:objective",
     choice="option:option proof:proof",
@@ -271,52 +309,53 @@ _add(
 _add(tree="choices:choice_list")
 _add(
     scenario="map:map robots:robot_by_name obstacles:obstacle_list until:until limits:limits"
-    " coordination world? flat? changes?:change_list never_together?:zone_list"
+    " coordination:coordination world?:world flat? changes?:change_list never_together?:zone_list"
     " promises?:promises chargers?:regions inputs?:input_list partition?:cells",
 )
-_MOVED, _ENDS = "robot from:int to:int heading:heading", "outcome explanation cause? proof?:proof"
+_MOVED = "robot from:int to:int heading:heading"
+_ENDS = "explanation cause?:needed proof?:proof"
 KINDS = {
     kind: _object(text)
     for kind, text in {
-        "header": "trace:int scenario:scenario clock?",
-        "move": f"{_MOVED} toward?:int by? result? signal?:signal",
-        "depart": f"{_MOVED} command:count by node?:count signal?:signal",
+        "header": "trace:int scenario:scenario clock?:clock",
+        "move": f"{_MOVED} toward?:int by?:by result?:result signal?:signal",
+        "depart": f"{_MOVED} command:count by:by node?:count signal?:signal",
         "hold": "robot signal?:signal",
-        "arrive": "robot at:int heading:heading result command:count regions?:regions",
+        "arrive": "robot at:int heading:heading result:result command:count regions?:regions",
         "act": "robot robots:names obstacles:names",
-        "acted": "robot results:words reason? barred?:names",
-        "synthesis": "robot verdict objective:objective spec node?:count memory?:ints"
-        " places?:regions strategy? region?:int heading?:heading form?"
+        "acted": "robot results:results reason? barred?:names",
+        "synthesis": "robot verdict:verdict objective:objective spec node?:count memory?:ints"
+        " places?:regions strategy? region?:int heading?:heading form?:form"
         " closed?:closed knowledge?:knowledge beliefs?:beliefs neutral?:int"
         " places_from?:command_list sight_closed?:regions inputs?:truths"
         " again?:again forbidden?:poses",
         "plan": "robots:ways orders:orders",
-        "plan_end": "reason",
+        "plan_end": "reason:plan_end",
         "told": "robot objective:objective",
         "push": "obstacle objectives:objectives",
         "pop": "obstacle objectives:objectives",
         "violation": "robot obstacle at:int proposed:int",
         "request": "obstacle requester:name aside?:bool",
         "discovered": "obstacle:obstacle",
-        "appeared": "obstacle cause",
-        "gone": "obstacle cause",
-        "order": "obstacle cause",
-        "truth": "obstacle cause traversable:bool",
+        "appeared": "obstacle cause:cause",
+        "gone": "obstacle cause:cause",
+        "order": "obstacle cause:cause",
+        "truth": "obstacle cause:cause traversable:bool",
         "met": "obstacle need:count robot at:int action robots?:names",
         "resolved": "obstacle robot at:int traversable:truth robots?:names",
-        "blocked": "obstacle robots:set reason proof?:proof",
+        "blocked": "obstacle robots:set reason:permanent proof?:proof",
         "reopened": "obstacle",
-        "objective": "robot objective:objective at_once:bool cause within?:count",
+        "objective": "robot objective:objective at_once:bool cause:cause within?:count",
         "inputs": "values:truths user?:names",
-        "service": "robot active:bool cause",
-        "operator": "intervention robot? obstacle? region?:int heading?",
+        "service": "robot active:bool cause:cause",
+        "operator": "intervention:intervention robot? obstacle? region?:int heading?:heading",
         "goal": "robot goal:count region:int round:count",
         "assumption": "robot",
-        "deadline": "of due:count verdict earliest?:count",
+        "deadline": "of due:count verdict:deadline earliest?:count",
         "checkpoint": "lines:count",
-        "waiting": f"{_ENDS} until?:number",
-        "outcome": f"{_ENDS} rounds:counts ticks:count unrealizable?:words late?:names"
-        " refused?:refused",
+        "waiting": f"outcome:averted {_ENDS} until?:number",
+        "outcome": f"outcome:ended {_ENDS} rounds:counts ticks:count unrealizable?:words"
+        " late?:names refused?:refused",
     }.items()
 }
 """The types of facts, which are judged; all other lines are marked as notes, and explain."""

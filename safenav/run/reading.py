@@ -33,7 +33,7 @@ from safenav.run.values import (
 from safenav.run.wording import Wording, synthesis_words
 from safenav.scenario.model import OPERATOR_ACTION
 from safenav.scenario.objective import Ltl, Objective, TargetObjective
-from safenav.scenario.settings import Clock, Exclusion
+from safenav.scenario.settings import Exclusion
 from safenav.trace import records, setting
 from safenav.trace.reading import Trace, read_trace
 from safenav.trace.vocabulary import ActResult, ChangeCause, DeadlineVerdict, MoveEnd
@@ -106,7 +106,7 @@ class RunReader:
             world = RegionMap.from_grid(scenario.map.grid, scenario.map.names, scenario.map.areas)
         except ValueError as error:
             raise ContradictionError(f"the map cannot be used: {error}") from error
-        self._style, self._live = style, header.clock == Clock.LIVE
+        self._style, self._live = style, header.clock is not None
         robots, seconds = scenario.robots, None if header.clock is None else [0.0]
         tracks = {name: _track(name, robot) for name, robot in robots.items()}
         self._paths = RobotPaths(world, tracks, seconds)

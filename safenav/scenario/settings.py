@@ -20,11 +20,11 @@ class RobotChange(Struct, frozen=True):
     ``objective`` (its rounds ``within`` this many ticks) or whether it is in service (``active``);
     the other is None."""
 
-    at: int
+    at: Count
     robot: str
     objective: Objective | None = None
     active: bool | None = None
-    within: int | None = None
+    within: Count | None = None
 
 
 class Input(Struct, frozen=True):

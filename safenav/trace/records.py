@@ -10,7 +10,7 @@ traces.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, Literal
 
 from msgspec import Meta, Struct
 
@@ -63,7 +63,7 @@ class Header(Record, frozen=True, tag="header"):
     trace: int
     safenav: str
     scenario: ScenarioHeader
-    clock: str | None = None
+    clock: Literal["live"] | None = None
 
 
 class Tried(Struct, frozen=True):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated
+from typing import Annotated, Literal
 
 from msgspec import Meta, Struct
 
@@ -11,9 +11,17 @@ from safenav.bounds import Count, Heading, Positive, Region
 from safenav.scenario.model import Battery, Obstacle, Robot, Scenario
 from safenav.scenario.motion import resolved
 from safenav.scenario.objective import Objective
-from safenav.scenario.settings import Exclusion, Input, Limits
+from safenav.scenario.settings import (
+    Coordination,
+    Exclusion,
+    Input,
+    LatePolicy,
+    Limits,
+    RobotChange,
+)
 from safenav.spec.other_robots.belief import MOST_CELLS
 from safenav.world.map import RegionMap
+from safenav.world.moves import Mobility
 from safenav.world.partition import rooms
 
 
@@ -34,7 +42,7 @@ class RobotHeader(Struct, frozen=True):
     ``vision``: in regions; None: without limit. ``motion``: its kind and all parameters."""
 
     model: str
-    mobility: str
+    mobility: Mobility
     layer: str
     capabilities: frozenset[str]
     start: Region
@@ -85,17 +93,6 @@ class ObstacleHeader(Struct, frozen=True, rename=without_underscore):
         return only and self.region in last.regions and last.action in robot.capabilities
 
 
-class ChangeHeader(Struct, frozen=True):
-    """A change for a robot during the run, at the beginning of tick ``at`` (live: this many seconds
-    after its start): another ``objective``, or whether it is in service (``active``)."""
-
-    at: Count
-    robot: str
-    objective: Objective | None = None
-    active: bool | None = None
-    within: Count | None = None
-
-
 class MapHeader(Struct, frozen=True):
     """The map. ``resolution``: metres of a region from west to east and from south to north.
     ``origin``: x, y (metres) and yaw (radians) of its south-western corner."""
@@ -124,7 +121,7 @@ class PromisesHeader(Struct, frozen=True):
 
     within: Mapping[str, Count]
     by: Count | None = None
-    late: str = "go_on"
+    late: LatePolicy = LatePolicy.GO_ON
 
 
 class ScenarioHeader(Struct, frozen=True):
@@ -140,10 +137,10 @@ class ScenarioHeader(Struct, frozen=True):
     until: UntilHeader
     limits: Limits
     seed: int
-    coordination: str
-    world: str = "simulated"
+    coordination: Coordination
+    world: Literal["simulated", "external"] = "simulated"
     partition: tuple[tuple[Region, ...], ...] | None = None
-    changes: tuple[ChangeHeader, ...] | None = None
+    changes: tuple[RobotChange, ...] | None = None
     requirements: Mapping[str, str] | None = None
     never_together: tuple[Exclusion, ...] | None = None
     promises: PromisesHeader | None = None
@@ -172,9 +169,9 @@ def scenario_header(
         until=UntilHeader(scenario.until.rounds),
         limits=scenario.limits,
         seed=scenario.seed,
-        coordination=scenario.coordination.value,
+        coordination=scenario.coordination,
         partition=_partition(scenario),
-        changes=_changes(scenario),
+        changes=scenario.changes or None,
         requirements=scenario.requirements or None,
         never_together=scenario.never_together or None,
         promises=None if live else _promises(scenario),
@@ -188,7 +185,7 @@ def _promises(scenario: Scenario) -> PromisesHeader | None:
     if not scenario.deadlines:
         return None
     within = {robot.name: robot.within for robot in scenario.robots if robot.within is not None}
-    return PromisesHeader(within, scenario.until.by, scenario.late.value)
+    return PromisesHeader(within, scenario.until.by, scenario.late)
 
 
 def obstacle_header(
@@ -240,7 +237,7 @@ def _robot(robot: Robot, scenario: Scenario) -> RobotHeader:
     model = robot.model
     return RobotHeader(
         model=model.name,
-        mobility=model.mobility.value,
+        mobility=model.mobility,
         layer=model.layer,
         capabilities=robot.capabilities,
         start=robot.start.region,
@@ -255,20 +252,6 @@ def _robot(robot: Robot, scenario: Scenario) -> RobotHeader:
         battery=model.battery,
         when=tuple(WhenHeader(n, o) for n, o in robot.when) or None,
     )
-
-
-def _changes(scenario: Scenario) -> tuple[ChangeHeader, ...] | None:
-    found = tuple(
-        ChangeHeader(
-            change.at,
-            change.robot,
-            change.objective,
-            change.active,
-            change.within,
-        )
-        for change in scenario.changes
-    )
-    return found or None
 
 
 def _partition(scenario: Scenario) -> tuple[tuple[int, ...], ...] | None:

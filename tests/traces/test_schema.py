@@ -49,6 +49,14 @@ def test_every_record_meets_the_schema(seed: int) -> None:
         assert not list(validator.iter_errors(as_data(record))), record.type
 
 
+@pytest.mark.parametrize("seed", range(10))
+def test_the_judge_reads_every_fact_that_can_be_recorded(seed: int) -> None:
+    """Its words are those of the records."""
+    for record in examples(seed):
+        if record.type in lines.KINDS:
+            lines.KINDS[record.type](as_data(record))
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_real_traces_meet_the_schema(name: str) -> None:
     validator = Draft202012Validator(trace_schema())

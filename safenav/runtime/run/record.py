@@ -23,7 +23,6 @@ from safenav.runtime.run.deadlines import Ledger
 from safenav.runtime.run.moves import CommandLines, CommandTimes, TickLines
 from safenav.runtime.run.synthesis_line import synthesis_line
 from safenav.scenario.objective import Objective
-from safenav.scenario.settings import Clock
 from safenav.solve.reasons import shortfall_words
 from safenav.team import state as now
 from safenav.team.apply import acting_floor, apply, goals, rounds
@@ -83,8 +82,8 @@ class Recorder:
 
     def begins(self) -> None:
         header = scenario_header(self.team.scenario, self.truths, live=self.live)
-        clock = Clock.LIVE.value if self.live else None
-        self.emit(records.Header(0, records.VERSION, safenav.__version__, header, clock))
+        version = records.VERSION, safenav.__version__
+        self.emit(records.Header(0, *version, header, "live" if self.live else None))
 
     def kept(self) -> Memory:
         """The recorder's memory, for a checkpoint."""
