@@ -29,8 +29,8 @@ def scenario_on(world: RegionMap, lines: Sequence[str], name: str) -> str | None
     """Return the YAML of a scenario on a map; ``lines`` are the keys of its ``map``.
 
     A flyer patrols between two regions that are far apart, and a rover goes back and forth
-    between two others. A commented-out door stands where the flyer discovers it. None if the map
-    has no four connected regions.
+    between two others. A commented-out door stands where the flyer discovers it: at its second
+    target. None if the map has no four connected regions.
     """
     floor = sorted(max(pieces(world.free, world), key=len, default=()))
     if len(floor) < 4:
@@ -42,7 +42,6 @@ def scenario_on(world: RegionMap, lines: Sequence[str], name: str) -> str | None
         (region for region in floor if region not in (home, away)), key=lambda r: (depth[r], r)
     )
     dock, far = between[len(between) // 4], between[-1]
-    door = _bottleneck(world, home, away, dock)
     body = "\n".join(f"  {line}" for line in lines)
 
     side = 1.0 if world.frame is None else min(world.frame.resolution)
@@ -73,27 +72,11 @@ robots:
 
 # Present, but unknown until a robot discovers it; uncomment these lines and run it again:
 # obstacles:
-#   - {{type: door, region: {place(door)}}}
+#   - {{type: door, region: {place(away)}}}
 
 until: {{rounds: 1}}
 expect: {{outcome: completed}}
 """
-
-
-def _bottleneck(world: RegionMap, home: Region, away: Region, dock: Region) -> Region:
-    """Return the region, not ``dock``, that every shortest path from ``home`` to ``away`` enters;
-    of several the one nearest to the middle, at worst ``away``."""
-    there, back = world.distances([home]), world.distances([away])
-    length = there[away]
-    layers: dict[int, list[Region]] = {}
-    for region, depth in there.items():
-        if depth + back[region] == length:
-            layers.setdefault(depth, []).append(region)
-    single = [layer[0] for depth, layer in layers.items() if depth and len(layer) == 1]
-    return min(
-        (region for region in single if region != dock),
-        key=lambda region: (abs(2 * there[region] - length), region),
-    )
 
 
 def _farthest(world: RegionMap, region: Region) -> Region:
