@@ -12,10 +12,8 @@ import pytest
 
 from cli.conftest import Command
 from once import trace_of_shipped
-from report import clinic, made_traces
-from safenav.report.bag import TRAIL, messages
-from safenav.run.reading import read_run
-from safenav.world.map import Frame
+from report import clinic
+from safenav.report.bag import TRAIL
 
 
 @pytest.fixture
@@ -89,17 +87,6 @@ def test_a_robot_named_map_has_another_frame_than_the_map(
     bag = read(tmp_path / "map.mcap")
     tree = {(t.header.frame_id, t.child_frame_id) for _, m in bag["/tf"] for t in m.transforms}
     assert tree == {("map", "map_2"), ("map", "digit")}
-
-
-def test_the_height_of_an_obstacle_shows_its_status(tmp_path: Path) -> None:
-    """Their colours look alike to people who cannot tell red from green."""
-    replay = read_run(made_traces.write(made_traces.detour(), tmp_path / "detour.jsonl"))
-    told = [
-        said.message for said in messages(replay, Frame((1.0, 1.0))) if said.topic == "/obstacles"
-    ]
-    markers = [marker for message in told for marker in message["markers"] if not marker["action"]]
-    heights = {tuple(marker["color"].values()): marker["scale"]["z"] for marker in markers}
-    assert len(heights) > 1 and len({*heights.values()}) == len(heights)
 
 
 def test_foxglove_gets_bodies_names_and_the_plan(safenav: Command, tmp_path: Path) -> None:

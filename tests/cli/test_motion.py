@@ -120,17 +120,6 @@ def test_a_robot_that_cannot_move_so_is_reported_and_nothing_is_written(
     assert not (tmp_path / "out.jsonl").exists()
 
 
-def test_another_robot_of_a_built_in_name_does_not_move_as_that(
-    safenav: Command, tmp_path: Path
-) -> None:
-    path = scenario(tmp_path, model="digit", motion="")
-    path.write_text(path.read_text().replace("cart:", "digit:", 1))
-    assert safenav("run", path, "--trace", "run.jsonl").returncode == 0
-    found = safenav("export", "run.jsonl", "--motion", "out.jsonl")
-    assert found.returncode == 2
-    assert "the model 'digit' has no motion in metres" in found.stderr
-
-
 REQUIRED = """\
 requirements:
   - calm: always(speed(rover) <= 3)

@@ -57,7 +57,7 @@ def test_the_schema_is_printed_and_written(safenav: Command, tmp_path: Path) -> 
     assert safenav("new", "no/where.json", "--schema").returncode == 2
 
 
-@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+@pytest.mark.parametrize("shell", ["bash", "fish"])
 def test_shells_complete_commands_as_documented(shell: str, environment: dict[str, str]) -> None:
     documented = (DOCS / "install.md").read_text(encoding="utf-8")
     assert f"_SAFENAV_COMPLETE={shell}_source safenav" in documented

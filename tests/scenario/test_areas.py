@@ -1,8 +1,5 @@
 """Areas: named sets of regions wherever a target or a set of regions can stand."""
 
-import json
-from pathlib import Path
-
 import pytest
 
 from safenav.errors import InputError
@@ -11,7 +8,6 @@ from safenav.scenario.objective import Hold, Patrol, Visit, describe, written
 from safenav.scenario.reading.loader import load_scenario_text
 from scenario.rooms import ROOMS
 from scenario.rooms import load as load_rooms
-from tests.warm import safenav
 
 AREAS = """\
 areas:
@@ -71,8 +67,6 @@ def test_objectives_take_areas_and_are_described_by_their_names(
     ("areas", "told"),
     [
         ("{desk: [2, 3]}", "'desk': [2, 3] is two regions, and not both are free\n"),
-        ("{desk: [2, 3]}", "did you mean [[2, 3]]?"),
-        ("{desk: {any: [8, 9]}}", "an area lists its regions: [[1, 1], [1, 2]]"),
         ("{desk: [8, {any: [9]}]}", "an area lists its regions: [[1, 1], [1, 2]]"),
     ],
 )
@@ -92,26 +86,3 @@ def test_two_regions_apart_are_noted_where_they_may_be_one(regions: str, apart: 
     text = f"safenav: 1\n{grid}areas: {{desk: {regions}}}\n{robots}"
     notes = load_scenario_text(text, "open.yaml").map.notes
     assert [("[[11, 4]]" in note) for note in notes] == [True] * apart
-
-
-def test_a_run_names_the_areas_that_robots_reach(tmp_path: Path) -> None:
-    text = (
-        ROOMS
-        + AREAS
-        + (
-            "robots: {ann: {model: quadcopter, start: 8, objective: {patrol: [west, corner]}}}\n"
-            "expect: {outcome: completed}\n"
-        )
-    )
-    (tmp_path / "rooms.yaml").write_text(text)
-    done = safenav("run", "rooms.yaml", "--trace", "run.jsonl", cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
-    assert "patrol west <-> corner" in done.stdout
-    assert "ann reaches corner 25 [3, 4]" in done.stdout
-    header = json.loads((tmp_path / "run.jsonl").read_text().splitlines()[0])
-    assert header["scenario"]["map"]["areas"]["corner"] == [25, 26]
-    assert safenav("check", "run.jsonl", cwd=tmp_path).returncode == 0
-    drawn = safenav("draw", "rooms.yaml", cwd=tmp_path).stdout
-    assert "corner: 25-26" in drawn
-    assert safenav("certify", "rooms.yaml", "-o", "bundle", cwd=tmp_path).returncode == 0
-    assert safenav("check", "bundle", cwd=tmp_path).returncode == 0

@@ -13,9 +13,7 @@ from hypothesis import strategies as st
 
 from once import beside
 from safenav.errors import Diagnostic, InputError
-from safenav.scenario.language import MapKeys
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
-from safenav.scenario.yaml.typed import entries
 from safenav.world.image import MapFileError, read_image
 from safenav.world.map import Frame, RegionMap
 from safenav.world.movingai import read_movingai
@@ -66,18 +64,6 @@ def mistakes(written: str, start: int = 14) -> list[Diagnostic]:
 )
 def test_every_form_shows_the_same_rooms(written: str) -> None:
     assert load(written).grid_rows() == ROOMS
-
-
-def test_names_and_paths_work_as_everywhere(tmp_path: Path) -> None:
-    (tmp_path / "plans").mkdir()
-    (tmp_path / "plans" / "floor one.pgm").write_bytes((MAPS / "rooms.pgm").read_bytes())
-    text = (
-        "safenav: 1\nmap: {image: plans/floor one.pgm, rows: 7, cols: 13, names: {dock: 14}}\n"
-        "robots: {ann: {model: quadcopter, start: dock, objective: {hold: [2, 1]}}}\n"
-    )
-    scenario = load_scenario_text(text, str(tmp_path / "scenario.yaml"))
-    assert scenario.map.names == {"dock": 14}
-    assert scenario.robots[0].start.region == 14
 
 
 def test_a_file_outside_the_folder_is_reported_before_it_is_read(
@@ -234,44 +220,3 @@ def test_any_text_gives_a_movingai_map_or_an_error(text: str) -> None:
     else:
         assert rows
         assert len({len(row) for row in rows}) == 1
-
-
-FILES = [
-    "rooms.png",
-    "office.pgm",
-    "office.yaml",
-    "rooms.map",
-    "missing",
-    ".",
-    "broken/letters.pgm",
-]
-VALUES = st.sampled_from(
-    [*FILES, "[1, 2]", "[1, .nan, x]", "{}", "null", "true", "-1", "0", "0.3", "7", "13", "1e9"]
-)
-
-
-@pytest.mark.parametrize(
-    "written",
-    [
-        "image: rooms.png, rows: x, cols: 13",
-        "movingai: rooms.map, share: 2",
-        "ros: office.yaml, resolution: -1",
-    ],
-)
-def test_a_map_with_a_wrong_number_has_no_other_error(written: str) -> None:
-    (mistake,) = mistakes(written)
-    assert "expected a whole number" in mistake.found or "must be" in mistake.found
-
-
-KEYS = st.sampled_from([*entries(MapKeys), "imag"])
-
-
-@settings(max_examples=300)
-@given(st.dictionaries(KEYS, VALUES, max_size=5))
-def test_any_keys_of_a_map_give_a_map_or_an_input_error(written: dict[str, str]) -> None:
-    try:
-        found = load(", ".join(f"{key}: {value}" for key, value in written.items()))
-    except InputError as error:
-        assert all(diagnostic.found for diagnostic in error.diagnostics)
-    else:
-        assert found.is_free(14)

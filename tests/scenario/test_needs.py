@@ -67,10 +67,6 @@ def test_robots_keep_out_unless_they_resolve_by_entering(
 @pytest.mark.parametrize(
     ("needs", "obstacles", "found"),
     [
-        ("[]", VAULT, "is empty"),
-        ("[{robots: 2}]", VAULT, "'action'"),
-        ("[{action: push, robots: 0}]", VAULT, "'robots' of need 1"),
-        ("[{action: push, at: nowhere}]", VAULT, "'at' of need 1"),
         ("[{action: push}], action: push", VAULT, "both 'needs' and 'action'"),
         (PUSH, VAULT.replace("}", ", from: 9, until: 9}"), "disappears before it appears"),
         (PUSH, AFTER.replace("from: 9", "from: 8"), "the region already contains"),

@@ -81,9 +81,7 @@ def test_a_broken_line_in_the_middle_is_reported_with_its_number() -> None:
     ("kind", "changes", "words"),
     [
         ("move", {"to": "8"}, "`to` must be a whole number, not "),
-        ("move", {"to": True}, "`to` must be a whole number, not "),
         ("move", {"heading": "up"}, "`heading` must be a string matching regex '^(north|"),
-        ("move", {"tick": None}, "`tick` must be a whole number, not null"),
         ("synthesis", {"verdict": "maybe"}, "`verdict` has an invalid enum value 'maybe'"),
         (
             "push",
@@ -91,16 +89,7 @@ def test_a_broken_line_in_the_middle_is_reported_with_its_number() -> None:
             "`objectives[...]` must be an objective",
         ),
         ("request", {"bids": {"digit": -1}}, "`bids[...]` must be a whole number >= 0"),
-        ("outcome", {"outcome": "lost"}, "`outcome` has an invalid enum value 'lost'"),
-        ("synthesis", {"spec": "nonsense"}, "`spec` must be a string matching regex"),
-        ("synthesis", {"strategy": "0" * 63}, "`strategy` must be a string matching regex"),
-        ("synthesis", {"states": -1}, "`states` must be a whole number >= 0"),
         ("synthesis", {"seconds": -0.5}, "`seconds` must be a number >= 0"),
-        ("synthesis", {"reason": "boredom"}, "`reason` has an invalid enum value"),
-        ("outcome", {"seconds": -1}, "`seconds` must be a number >= 0"),
-        ("outcome", {"synthesis_seconds": -1}, "`synthesis_seconds` must be a number >= 0"),
-        ("outcome", {"syntheses": -1}, "`syntheses` must be a whole number >= 0"),
-        ("goal", {"round": -1}, "`round` must be a whole number >= 0"),
         ("blocked", {"reason": "boredom"}, "`reason` has an invalid enum value"),
     ],
 )

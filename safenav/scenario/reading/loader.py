@@ -272,10 +272,8 @@ def check_deadlines(scenario: Scenario, item: Mapping | None, findings: Findings
     def report(found: str, hint: str, *keys: str) -> None:
         findings.add(below(item, *keys) or below(item, keys[0]) or item, found, hint)
 
-    if scenario.clock is Clock.LIVE and scenario.sets_deadlines:
-        found = "'clock: live' with deadlines in ticks: a tick has no length there"
-        hint = f"use 'clock: lockstep', or {in_seconds(scenario)}"
-        report(found, hint, "clock")
+    if scenario.clock is Clock.LIVE and (refused := unsafe_live(scenario)) is not None:
+        report(refused, "", "clock")
     for robot in (each for each in scenario.robots if each.model.battery is not None):
         pursued = (robot.objective, robot.while_waiting, *(each for _, each in robot.when))
         if not all(objective is None or objective.ordered() for objective in pursued):
