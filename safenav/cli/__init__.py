@@ -165,7 +165,8 @@ def main() -> None:
             _fail(f"cannot write the output: {file_words(error)}", ExitCode.BAD_INPUT)
         missing = (getattr(error, "name", None) or "").partition(".")[0]
         if isinstance(error, ImportError) and missing in EXTRAS:
-            _fail(str(extras.missing("this", missing, EXTRAS[missing])), ExitCode.BAD_INPUT)
+            user = " ".join(["safenav", *sys.argv[1:2]])
+            _fail(str(extras.missing(user, missing, EXTRAS[missing])), ExitCode.BAD_INPUT)
         _fail(
             f"internal error: {type(error).__name__}: {error}\n"
             "    this is a defect of safenav; set SAFENAV_DEBUG=1 to see where it happened",

@@ -11,7 +11,6 @@ import click
 
 from safenav.cli import options, warn
 from safenav.errors import ExitCode, UsageError
-from safenav.extras import missing
 from safenav.outfile import tell, write_out, write_whole
 from safenav.report.picture.scene import Options, svg_of
 from safenav.run.reading import run_of
@@ -130,12 +129,10 @@ def _write_picture(path: Path, picture: str, form: str, width: int | None) -> No
 def _page3d(lines: Trace, trace: Path, file: Path | None) -> str:
     """Return the 3D page, with the motion from a file or computed from the trace. Raises UsageError
     for a trace that breaks a rule."""
-    try:
-        from safenav.motion.check.verdict import read_motion_of
-        from safenav.motion.making import motion_of, refuse_broken
-        from safenav.report.view3d.html import page3d_of
-    except ModuleNotFoundError as error:
-        raise missing("the 3D page", str(error.name), "motion") from error
+    from safenav.motion.check.verdict import read_motion_of
+    from safenav.motion.making import motion_of, refuse_broken
+    from safenav.report.view3d.html import page3d_of
+
     refuse_broken(lines)
     motion = motion_of(lines) if file is None else read_motion_of(file, lines, trace)
     return page3d_of(lines, trace.name, motion)

@@ -129,7 +129,7 @@ def test_a_new_environment_without_compiler_plays_a_scenario_elsewhere(
     say(program, "check", "x.jsonl")
     done = ran([program, "export", "x.jsonl", "--report"], cwd=elsewhere, env=environment)
     assert done.returncode == 2
-    assert "this needs numpy, which is not installed" in done.stderr
+    assert "safenav export needs numpy, which is not installed" in done.stderr
     assert "pip install 'numpy>=1.26' 'daqp>=0.7,<1'" in done.stderr
     hidden = "import importlib.util as util; print(util.find_spec('numpy'))"
     assert say(str(fresh / "bin" / "python"), "-c", hidden) == "None\n", "numpy is an extra"
