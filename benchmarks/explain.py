@@ -36,7 +36,7 @@ def main() -> None:
     headings = ("scenario", "cause", "core", "repairs", "fast ms", "all s", "CPU s")
     rows = []
     for name, scenario in _scenarios():
-        ask = Synthesizer(cache=Cache.off())
+        ask = Synthesizer(cache=Cache(None))
         (failed,) = [a for a in first_results(scenario, ask).values() if not a.realizable]
         task = failed.task
         fast = partial(explain_unrealizable, task.robot, task, scenario.map)

@@ -44,7 +44,7 @@ def run(scenario: str | Mapping[str, Any]) -> Run:
     else:
         read = load_scenario_text(yaml.safe_dump(dict(scenario), sort_keys=False))
     synthesizer = default_synthesizer(read)
-    synthesizer.cache = Cache.off()
+    synthesizer.cache = Cache(None)
     begun, spent = time.perf_counter(), cpu_seconds()
     with _searches() as searches:
         result = Mission(read, synthesizer=synthesizer).run()

@@ -99,7 +99,7 @@ def _synthesizer() -> Iterator[InstallationFinding]:
 def _wrong_answer(binary: Binary) -> str | None:
     """Return the error of the synthesizer on two tiny specifications; None if it is correct."""
     synthesizer = Synthesizer(
-        binary, seconds=_ANSWER_SECONDS, cache=Cache.off(), verifier=first_failure
+        binary, seconds=_ANSWER_SECONDS, cache=Cache(None), verifier=first_failure
     )
     variables = (Variable("a", Owner.INPUT), Variable("b", Owner.OUTPUT))
     origin = Origin("doctor", "a specification with a known verdict")

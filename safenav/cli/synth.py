@@ -38,13 +38,12 @@ from safenav.report.terminal.specification_text import (
 from safenav.runtime.run.mission import default_synthesizer, first_results
 from safenav.scenario.yaml.source import MAX_BYTES
 from safenav.spec.compile import compile_task
-from safenav.spec.parsing import check_formulas, read_specification
 from safenav.spec.specification import Owner, Specification
 from safenav.strict_json import read_json
 from safenav.synthesis.export import size_of, to_dot, to_graphml
 from safenav.synthesis.request import SynthesisResult
 from safenav.synthesis.slugs import Synthesizer
-from safenav.synthesis.specification_file import load_specification, slugsin_of
+from safenav.synthesis.specification_file import load_specification, slugsin_of, specification_in
 from safenav.synthesis.strategy import Strategy
 from safenav.trace.words import shortened
 from safenav.verify.measures import counterstrategy_measures, strategy_measures
@@ -316,12 +315,7 @@ def verify(specification: str, strategy: str, counterstrategy: bool, as_json: bo
     """
     if specification == strategy == "-":
         raise click.UsageError("only one of SPECIFICATION and STRATEGY can be standard input")
-    try:
-        text = _content(specification).decode("utf-8")
-    except UnicodeDecodeError as error:
-        raise InputError([Diagnostic(specification, 0, 0, "not valid UTF-8 text")]) from error
-    spec = read_specification(text, specification)
-    check_formulas(spec, specification)
+    spec = specification_in(_content(specification), specification, "robot")
     data = _content(strategy)
     try:
         read_json(data)

@@ -85,7 +85,7 @@ class Questions:
         memory_mb: int | None,
     ) -> Strategy | None:
         limited = self._limited()
-        limited.cache = Cache.off()
+        limited.cache = Cache(None)
         limited.memory_mb = memory_mb or limited.memory_mb
         try:
             return None if self.late else request(limited, spec).strategy

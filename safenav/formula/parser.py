@@ -336,23 +336,19 @@ def check(
     declared: Mapping[str, Bounds],
     *,
     next_allowed: bool = True,
-    ranges: bool = True,
 ) -> tuple[FormulaFlaw, ...]:
     """Return all errors of the formula by column, none if it can be used.
 
     ``declared`` maps the variables to their range, or None for Booleans. ``next_allowed`` is False
-    for initial conditions. ``ranges``: a comparison with a number outside the range of its variable
-    is also an error.
+    for initial conditions.
     """
-    within = declared if ranges else {}
-    found = _formula(formula, declared, within, next_allowed)
+    found = _formula(formula, declared, next_allowed)
     return tuple(sorted(dict.fromkeys(found), key=lambda problem: problem.column))
 
 
 def _formula(
     formula: syntax.Formula,
     declared: Mapping[str, Bounds],
-    within: Mapping[str, Bounds],
     primes: bool,
 ) -> Iterator[FormulaFlaw]:
     match formula:
@@ -364,14 +360,14 @@ def _formula(
             yield from _term(left, declared, primes)
             yield from _term(right, declared, primes)
             if relation in (syntax.Relation.EQUAL, syntax.Relation.UNEQUAL):
-                yield from _range(left, right, within)
-                yield from _range(right, left, within)
+                yield from _range(left, right, declared)
+                yield from _range(right, left, declared)
         case syntax.Next(operand) if not primes:
             # Its column is not recorded: that of its first name is near.
             column = next((name.column for name in syntax.names_of(operand)), 1)
             yield FormulaFlaw(column, "next(...) in an initial condition", _NO_NEXT)
     for operand in syntax.operands_of(formula):
-        yield from _formula(operand, declared, within, primes or isinstance(formula, syntax.Next))
+        yield from _formula(operand, declared, primes or isinstance(formula, syntax.Next))
 
 
 _NO_NEXT = "an initial condition refers to the first state only"

@@ -7,12 +7,9 @@ origin, next to the line number.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 
 from safenav.errors import Diagnostic, InputError
-from safenav.file_kind import another_kind
-from safenav.formula import syntax
-from safenav.formula.parser import MAX_NUMBER, FormulaError, check, parse
+from safenav.formula.parser import MAX_NUMBER
 from safenav.formula.prefix import TooLongError, to_infix
 from safenav.lines import HINT, foreign_character
 from safenav.spec.specification import Constraint, Origin, Owner, Section, Specification, Variable
@@ -35,8 +32,6 @@ def read_specification(text: str, file: str = "-", robot: str = "robot") -> Spec
     if (foreign := foreign_character(text)) is not None:
         at, column, found = foreign
         raise InputError([Diagnostic(file, at, column, f"not text: {found}", HINT)])
-    if wrong := another_kind(text, "specification", file):
-        raise InputError([Diagnostic(file, 0, 0, *wrong)])
     variables: list[Variable] = []
     constraints: list[Constraint] = []
     problems: list[Diagnostic] = []
@@ -83,56 +78,6 @@ def read_specification(text: str, file: str = "-", robot: str = "robot") -> Spec
     # A strategy counts inputs before outputs, whatever the order of the sections.
     ordered = sorted(variables, key=lambda v: list(Owner).index(v.owner))
     return Specification(robot, title or file, tuple(ordered), tuple(constraints))
-
-
-def check_formulas(spec: Specification, file: str = "-") -> None:
-    """Read the formulas of a specification that no synthesizer has read.
-
-    Raises InputError with those that cannot be used: unknown names, integers in place of Booleans,
-    next values where the section allows none.
-    """
-    problems: list[Diagnostic] = []
-    declared = {variable.name: variable.bounds for variable in spec.variables}
-    outputs = {variable.name for variable in spec.owned(Owner.OUTPUT)}
-    for constraint in spec.constraints:
-        line = int(constraint.origin.item.rpartition(":")[2])
-
-        def problem(
-            column: int,
-            found: str,
-            hint: str = "",
-            line: int = line,
-            text: str = constraint.formula,
-        ) -> None:
-            problems.append(Diagnostic(file, line, column, found, hint, text))
-
-        try:
-            formula = parse(constraint.formula)
-        except FormulaError as error:
-            problem(error.column, error.found, error.hint)
-            continue
-        initial = constraint.section in (Section.ENV_INIT, Section.SYS_INIT)
-        for flaw in check(formula, declared, next_allowed=not initial, ranges=False):
-            problem(flaw.column, flaw.found, flaw.hint)
-        for name, primed in _occurrences(formula, primed=False):
-            if name.name not in outputs:
-                continue
-            if constraint.section is Section.ENV_INIT:
-                problem(name.column, f"output '{name.name}' in ENV_INIT", "it refers to inputs")
-            elif constraint.section is Section.ENV_TRANS and primed:
-                hint = "the environment moves first, and may use next inputs only"
-                problem(name.column, f"the next value of output '{name.name}' in ENV_TRANS", hint)
-    if problems:
-        raise InputError(problems)
-
-
-def _occurrences(formula: syntax.Formula, primed: bool) -> Iterator[tuple[syntax.Name, bool]]:
-    """Yield the names of a formula, each with whether it refers to the next state."""
-    operands = syntax.operands_of(formula)
-    if not operands:
-        yield from ((name, primed or name.primed) for name in syntax.names_of(formula))
-    for operand in operands:
-        yield from _occurrences(operand, primed or isinstance(formula, syntax.Next))
 
 
 def _section(line: str) -> Owner | Section | None:

@@ -10,7 +10,7 @@ import hashlib
 import os
 import re
 from collections.abc import Iterator
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from pathlib import Path
 
 from msgspec import Struct
@@ -27,19 +27,18 @@ _NATIVE_VERSION = re.compile(r"\Aslugs (\d+\.\d+\.\d+\S*)", re.MULTILINE)
 _VERSION_SECONDS = 5.0
 
 
-class Binary(Struct, frozen=True, dict=True):
+class Binary(Struct, frozen=True):
     """A slugs binary. ``ours``: known to be safenav's, without a query."""
 
     path: Path
     ours: bool = False
 
-    @cached_property
+    @property
     def digest(self) -> str:
         """Hex sha256 of the file: cached results are valid for this program only. Raises
         SynthesizerError if it cannot be read."""
         try:
-            status = self.path.stat()
-            return _digest(self.path, status.st_ino, status.st_mtime_ns, status.st_size)
+            return _digest(self.path, self.path.stat().st_mtime_ns)
         except OSError as error:
             raise SynthesizerError(
                 f"the synthesizer {self.path} cannot be read: {error.strerror}"
@@ -54,10 +53,9 @@ class Binary(Struct, frozen=True, dict=True):
     def version(self) -> str | None:
         """The version that it prints, None if it has no such option."""
         try:
-            status = self.path.stat()
+            return _ask_version(self.path, self.path.stat().st_mtime_ns)
         except OSError:
             return None
-        return _ask_version(self.path, status.st_mtime_ns, status.st_size)
 
 
 def find_binary() -> Binary:
@@ -114,13 +112,13 @@ def _executable(path: Path) -> bool:
 
 
 @lru_cache(maxsize=64)
-def _digest(path: Path, _inode: int, _mtime_ns: int, _size: int) -> str:
+def _digest(path: Path, _mtime_ns: int) -> str:
     """Hash once per file content."""
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 @lru_cache(maxsize=64)
-def _ask_version(path: Path, _mtime_ns: int, _size: int) -> str | None:
+def _ask_version(path: Path, _mtime_ns: int) -> str | None:
     """Query once per file content; upstream's binary rejects ``--version``."""
     try:
         answer = ProcessGroup().run([str(path), "--version"], b"", _VERSION_SECONDS)

@@ -81,11 +81,6 @@ class Cache:
         except RuntimeError:  # no home directory: a container with an unknown user
             return cls(None)
 
-    @classmethod
-    def off(cls) -> Cache:
-        """Return a cache that is always empty."""
-        return cls(None)
-
     def load(self, key: str) -> CacheEntry | None:
         """Return the result with that key, None if it is unknown or damaged (then it is
         dropped)."""

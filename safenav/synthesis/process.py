@@ -2,8 +2,8 @@
 
 Each command has a process group of its own, which is killed and reaped at its deadline or when its
 ``ProcessGroup`` is dismissed. Commands run in threads, because signals interrupt only the main
-thread: so no process is lost between its start and its registration. Their output goes to files in
-memory, whose size the system limits.
+thread: so no process is lost between its start and its registration. Their output goes to files,
+whose size the system limits.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ import re
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 from collections.abc import Iterator, Sequence
-from functools import lru_cache
 from types import FrameType
 from typing import IO
 
@@ -29,7 +29,8 @@ _ROUTINE = re.compile(r"RESULT: |SLUGS: |slugs \d+\.\d+")
 _MOST_OUTPUT = 2 << 30
 """Bytes that a command may print where no memory limit is given."""
 _PARENT = "SLUGS_PARENT"
-"""Environment variable of safenav's synthesizer: the process that it must not outlive."""
+"""Environment variable of safenav's synthesizer: the process that it must not outlive (Linux)."""
+_SPARE_SECONDS = 60
 OVERTIME_SECONDS = 1.0
 """safenav's own binary keeps the time limit and reports its progress; this long after the limit it
 is killed."""
@@ -81,16 +82,16 @@ class ProcessGroup:
         foreign: bool = False,
     ) -> Finished:
         """Run ``command`` with ``given`` on its standard input, at most ``seconds``. Its output is
-        kept in memory, so ``memory_mb`` limits that also. ``own``: as in ``start``;
-        ``foreign``: it has no memory limit itself.
+        kept in memory, so ``memory_mb`` limits that also. ``own``: safenav's own program,
+        which ends with this thread (on Linux); ``foreign``: it has no limits itself.
 
-        Raises SynthesizerError if it cannot be started, ResourceLimitError if its standard output
-        is larger (SynthesizerError: its standard error), and DismissedError after ``dismiss``.
+        Raises SynthesizerError if it cannot be started, ResourceLimitError if its output is larger,
+        and DismissedError after ``dismiss``.
         """
         begun, late = time.monotonic(), threading.Event()
         most = _MOST_OUTPUT if memory_mb is None else memory_mb << 20
-        with _file() as out, _file() as err:
-            process = self.start(command, own, out, err)
+        with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
+            process = self._start(command, own, out, err)
 
             def end() -> None:
                 late.set()
@@ -99,7 +100,7 @@ class ProcessGroup:
             timer = threading.Timer(seconds or 0, end)
             timer.daemon = True
             try:
-                _bound(process.pid, most, memory_mb if foreign else None)
+                _bound(process.pid, most, *((seconds, memory_mb) if foreign else (None, None)))
                 if seconds is not None:
                     timer.start()
                 process.communicate(given)
@@ -111,17 +112,14 @@ class ProcessGroup:
                     self._running.discard(process)
             if self._dismissed:
                 raise DismissedError
-            printed = list[bytes]()
-            for file, error in ((out, ResourceLimitError), (err, SynthesizerError)):
-                if file.seek(0, os.SEEK_END) >= most:
-                    # Standard output may hold a strategy as large; messages never are.
-                    raise error(
-                        f"the synthesizer {command[0]} printed more than {most >> 20} MiB, the "
-                        "limit of its memory (limits.synthesis_memory in the scenario); it was "
-                        "stopped"
-                    )
-                file.seek(0)
-                printed.append(file.read())
+            if max(file.seek(0, os.SEEK_END) for file in (out, err)) >= most:
+                raise ResourceLimitError(
+                    f"the synthesizer {command[0]} printed more than {most >> 20} MiB, the limit "
+                    "of its memory (limits.synthesis_memory in the scenario); it was stopped"
+                )
+            out.seek(0)
+            err.seek(0)
+            printed = out.read(), err.read()
         killed = late.is_set() and process.returncode == -signal.SIGKILL
         seconds = time.monotonic() - begun
         return Finished(process.returncode, printed[0], printed[1], seconds, killed)
@@ -133,18 +131,15 @@ class ProcessGroup:
             for process in self._running:
                 kill_group(process)
 
-    def start(
+    def _start(
         self, command: Sequence[str], own: bool, out: IO[bytes], err: IO[bytes]
     ) -> subprocess.Popen[bytes]:
-        """Start ``command``, which ends when this thread does (on Linux). ``own``: safenav's own
-        program, which arranges its end itself; a wrapper would take as long as a small synthesis.
-        Raises as ``run`` does."""
         with self._lock:
             if self._dismissed:
                 raise DismissedError
             try:
                 process = subprocess.Popen(
-                    command if own else die_with_parent(command),
+                    command,
                     stdin=subprocess.PIPE,
                     stdout=out,
                     stderr=err,
@@ -188,39 +183,17 @@ def _exit_as_terminated(signum: int, _frame: FrameType | None) -> None:
     raise SystemExit(128 + signum)
 
 
-def die_with_parent(command: Sequence[str]) -> list[str]:
-    """Return ``command`` so that the kernel kills it when this process dies, even of SIGKILL
-    (Linux; elsewhere it runs to its end)."""
-    setpriv = _setpriv()
-    if setpriv is None or not os.access(command[0], os.X_OK):
-        return list(command)  # a command that cannot be started raises its own error
-    # This process may die before the kernel is asked: then the command must not begin.
-    begin = ["/bin/sh", "-c", '[ "$PPID" = "$0" ] && exec "$@"', str(os.getpid())]
-    return [setpriv, "--pdeathsig", "KILL", "--", *begin, *command]
-
-
-@lru_cache(maxsize=1)
-def _setpriv() -> str | None:
-    from shutil import which  # imported here: it loads the modules of all archives
-
-    return which("setpriv") if sys.platform.startswith("linux") else None
-
-
-def _file() -> IO[bytes]:
-    """Return an empty file that ends with its use, in memory where there are such files."""
+def _bound(pid: int, output: int, seconds: float | None, memory_mb: int | None) -> None:
+    """Limit the bytes of each output of a process, its time on the processor (it may outlive this
+    process, which keeps the time) and its address space (Linux)."""
     if sys.platform == "linux":
-        return os.fdopen(os.memfd_create("synthesizer"), "w+b")
-    import tempfile
+        from resource import RLIMIT_AS, RLIMIT_CPU, RLIMIT_FSIZE, prlimit
 
-    return tempfile.TemporaryFile()
-
-
-def _bound(pid: int, output: int, memory_mb: int | None) -> None:
-    """Limit the bytes of each output of a process, and its address space (Linux)."""
-    if sys.platform == "linux":
-        from resource import RLIMIT_AS, RLIMIT_FSIZE, prlimit
-
+        limits = {RLIMIT_FSIZE: output}
+        if seconds is not None:
+            limits[RLIMIT_CPU] = int(seconds) + _SPARE_SECONDS
+        if memory_mb is not None:
+            limits[RLIMIT_AS] = memory_mb << 20
         with contextlib.suppress(ProcessLookupError, PermissionError):  # it has ended
-            prlimit(pid, RLIMIT_FSIZE, (output, output))
-            if memory_mb is not None:
-                prlimit(pid, RLIMIT_AS, (memory_mb << 20, memory_mb << 20))
+            for limit, most in limits.items():
+                prlimit(pid, limit, (most, most))

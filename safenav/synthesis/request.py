@@ -3,7 +3,7 @@ differ."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
@@ -23,21 +23,12 @@ class RequestKind(StrEnum):
     STRATEGY = "strategy"
     COUNTERSTRATEGY = "counterstrategy"
 
-    @property
-    def options(self) -> tuple[str, ...]:
-        """Options that every slugs binary knows; with none of them, the verdict alone is given."""
-        printed = {
-            RequestKind.STRATEGY: ("--explicitStrategy", "--jsonOutput"),
-            RequestKind.COUNTERSTRATEGY: ("--counterStrategy", "--jsonOutput"),
-        }
-        return printed.get(self, ())
 
-    @property
-    def ending(self) -> Verdict:
-        """The verdict with which an automaton is printed."""
-        if self is RequestKind.COUNTERSTRATEGY:
-            return Verdict.UNREALIZABLE
-        return Verdict.REALIZABLE
+PRINTED: Mapping[RequestKind, tuple[Verdict, tuple[str, ...]]] = {
+    RequestKind.STRATEGY: (Verdict.REALIZABLE, ("--explicitStrategy", "--jsonOutput")),
+    RequestKind.COUNTERSTRATEGY: (Verdict.UNREALIZABLE, ("--counterStrategy", "--jsonOutput")),
+}
+"""The verdict with which an automaton is printed, and options for that, which every binary has."""
 
 
 class SynthesisResult(Struct, frozen=True):
@@ -98,7 +89,7 @@ class Job(Struct, frozen=True):
     def options(self) -> tuple[str, ...]:
         """The options for the binary. A strategy that relies on fairness assumptions moves on
         where it can, and waits for the other robots only where it must."""
-        options = self.kind.options
+        _, options = PRINTED.get(self.kind, (None, ()))
         if self.kind is RequestKind.STRATEGY and self.spec.section(Section.ENV_LIVENESS):
             options += ("--biasForAction",)
         return options

@@ -13,6 +13,7 @@ import hashlib
 import os
 import re
 import signal
+import tempfile
 import time
 from collections import deque
 from collections.abc import Callable, Sequence
@@ -34,7 +35,14 @@ from safenav.synthesis.process import (
     ProcessGroup,
     orderly_termination,
 )
-from safenav.synthesis.request import Job, Listener, RequestKind, SynthesisProgress, SynthesisResult
+from safenav.synthesis.request import (
+    PRINTED,
+    Job,
+    Listener,
+    RequestKind,
+    SynthesisProgress,
+    SynthesisResult,
+)
 from safenav.synthesis.strategy import Strategy
 
 _HEARTBEAT_SECONDS = 0.5
@@ -86,17 +94,10 @@ class Synthesizer:
 
         A foreign binary does not print it as JSON; then safenav's own is used.
         """
-        if self.binary.native:
-            return self._ask_all([spec], RequestKind.COUNTERSTRATEGY, None)[0]
-        own = find_own_binary()
-        if own is None or not own.native:
-            raise SynthesizerError(
-                f"the synthesizer {self.binary.path} gives no counterstrategies as JSON, and "
-                "safenav's own binary is missing: run `make slugs` or `pip install .`"
-            )
         native = copy(self)
-        native.binary = own
-        return native.counterstrategy(spec)
+        if not self.binary.native:
+            native.binary = self._own("prints no counterstrategies as JSON")
+        return native._ask_all([spec], RequestKind.COUNTERSTRATEGY, None)[0]
 
     def synthesize_all(
         self,
@@ -195,24 +196,28 @@ class Synthesizer:
 
     def _run_foreign(self, crew: ProcessGroup, job: Job) -> Finished:
         """Run upstream's program, which reads slugsin files only and has no limits."""
-        # Imported here: it is slow, and safenav's own binary needs no files.
-        import tempfile
-
-        text, suffix = job.text.encode(), ".structuredslugs"
-        own = find_own_binary()
-        if own is not None and own.native:  # it translates to slugsin
-            translate = [str(own.path), "--translate", "-"]
-            translated = crew.run(translate, text, self.seconds, own=own.ours)
-            if translated.timed_out:
-                return translated
-            if translated.status != 0:
-                raise failure("does not translate the specification", translated, own, job.robot)
-            text, suffix = translated.stdout, ".slugsin"
-        with tempfile.TemporaryDirectory(prefix="safenav-") as directory:
-            file = Path(directory) / f"specification{suffix}"
-            file.write_bytes(text)
-            command = [str(self.binary.path), *job.options, str(file)]
+        own = self._own("reads no structured slugs")
+        translate = [str(own.path), "--translate", "-"]
+        translated = crew.run(translate, job.text.encode(), self.seconds, own=own.ours)
+        if translated.timed_out:
+            return translated
+        if translated.status != 0:
+            raise failure("does not translate the specification", translated, own, job.robot)
+        with tempfile.NamedTemporaryFile(prefix="safenav-", suffix=".slugsin") as file:
+            file.write(translated.stdout)
+            file.flush()
+            command = [str(self.binary.path), *job.options, file.name]
             return crew.run(command, b"", self.seconds, self.memory_mb, foreign=True)
+
+    def _own(self, problem: str) -> Binary:
+        """Return safenav's own binary, for what a foreign one cannot do."""
+        own = find_own_binary()
+        if own is None:
+            raise SynthesizerError(
+                f"the synthesizer {self.binary.path} {problem}, and safenav's own binary is "
+                "missing: run `make slugs` or `pip install .`"
+            )
+        return own
 
     def _remembered(self, job: Job, report: Listener) -> SynthesisResult | None:
         """Return the cached result, if it exists and passes every check of a fresh one."""
@@ -234,8 +239,7 @@ class Synthesizer:
                 "tens to thousands; reduce the map, or the robots and inputs that it observes"
             )
         verdict = verdict_of(finished, self.binary, job.robot)
-        wanted = job.kind is not RequestKind.REALIZABILITY
-        automaton = wanted and verdict is job.kind.ending
+        automaton = job.kind in PRINTED and verdict is PRINTED[job.kind][0]
         entry = CacheEntry(verdict, finished.seconds, finished.stdout if automaton else None)
         try:
             result = self._checked(job, entry, report, cached=False, detail=finished.explanation)
@@ -315,25 +319,29 @@ def verdict_of(finished: Finished, binary: Binary, robot: str) -> Verdict:
     the last messages, if there is none."""
     if finished.timed_out:
         return Verdict.TIMEOUT
-    verdicts = _RESULT.findall(finished.stderr)
-    if finished.status < 0:
-        return _killed(finished, binary, robot)
-    if binary.native and finished.status == ExitStatus.RESOURCE_LIMIT:
-        if _OUT_OF_MEMORY.search(finished.stderr):
-            return Verdict.OUT_OF_MEMORY
+    status, ours = finished.status, binary.native
+    printed = _RESULT.findall(finished.stderr)
+    limited = ours and status == ExitStatus.RESOURCE_LIMIT
+    # Foreign programs abort when memory is short.
+    if (limited or status < 0 or not printed) and _OUT_OF_MEMORY.search(finished.stderr):
+        return Verdict.OUT_OF_MEMORY
+    if limited:
         return Verdict.INTERRUPTED if _INTERRUPTED.search(finished.stderr) else Verdict.TIMEOUT
-    if binary.native and finished.status == ExitStatus.BAD_INPUT:
-        raise failure("rejects the specification", finished, binary, robot)
-    if not verdicts:
-        if _OUT_OF_MEMORY.search(finished.stderr):
-            return Verdict.OUT_OF_MEMORY
-        problem = f"printed no verdict (exit status {finished.status})"
-        raise failure(problem, finished, binary, robot)
-    verdict = Verdict(verdicts[-1].decode())
-    if binary.native and finished.status != ExitStatus[verdict.name]:
-        problem = f"printed {verdict}, but ended with exit status {finished.status}"
-        raise failure(problem, finished, binary, robot)
-    return verdict
+    if status == -signal.SIGKILL:
+        problem = "was killed from outside (SIGKILL: perhaps the machine ran out of memory)"
+    elif status < 0:
+        names = (each.name for each in signal.Signals if each == -status)
+        problem = f"crashed ({next(names, f'signal {-status}')})"
+    elif ours and status == ExitStatus.BAD_INPUT:
+        problem = "rejects the specification"
+    elif not printed:
+        problem = f"printed no verdict (exit status {status})"
+    else:
+        verdict = Verdict(printed[-1].decode())
+        if not ours or status == ExitStatus[verdict.name]:
+            return verdict
+        problem = f"printed {verdict}, but ended with exit status {status}"
+    raise failure(problem, finished, binary, robot)
 
 
 def too_large(finished: Finished) -> bool:
@@ -359,17 +367,3 @@ def failure(problem: str, finished: Finished, binary: Binary, robot: str) -> Syn
             f"    check the binary that {VARIABLE} names, or unset it to use safenav's own"
         )
     return SynthesizerError("\n".join(lines))
-
-
-def _killed(finished: Finished, binary: Binary, robot: str) -> Verdict:
-    number = -finished.status
-    try:
-        name = signal.Signals(number).name
-    except ValueError:
-        name = f"signal {number}"
-    if _OUT_OF_MEMORY.search(finished.stderr):  # foreign programs abort when memory is short
-        return Verdict.OUT_OF_MEMORY
-    problem = f"crashed ({name})"
-    if number == signal.SIGKILL:
-        problem = "was killed from outside (SIGKILL: perhaps the machine ran out of memory)"
-    raise failure(problem, finished, binary, robot)

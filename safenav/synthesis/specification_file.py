@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 from safenav.errors import Diagnostic, InputError
+from safenav.file_kind import another_kind
 from safenav.lines import read_file
 from safenav.spec.parsing import read_specification
 from safenav.spec.specification import Specification
@@ -21,21 +22,29 @@ _SECONDS = 60.0
 
 
 def load_specification(path: Path) -> Specification:
-    """Return the specification in a file.
+    """Return the specification in a file. Raises InputError as ``specification_in`` does."""
+    try:
+        data = read_file(path, MOST_OF_A_TEXT)
+    except OSError as error:
+        raise InputError([Diagnostic(str(path), 0, 0, error.strerror or str(error))]) from error
+    return specification_in(data, str(path), path.stem)
+
+
+def specification_in(data: bytes, file: str, robot: str) -> Specification:
+    """Return the specification that a file holds.
 
     Raises InputError with all errors that safenav's synthesizer finds in its text.
     """
     try:
-        data = read_file(path, MOST_OF_A_TEXT)
         text = data.decode("utf-8")
-    except OSError as error:
-        raise InputError([Diagnostic(str(path), 0, 0, error.strerror or str(error))]) from error
     except UnicodeDecodeError as error:
-        raise InputError([Diagnostic(str(path), 0, 0, "not valid UTF-8 text")]) from error
+        raise InputError([Diagnostic(file, 0, 0, "not valid UTF-8 text")]) from error
+    if wrong := another_kind(text, "specification", file):
+        raise InputError([Diagnostic(file, 0, 0, *wrong)])
     done = _translated(data)
     if done is not None and done.status == ExitStatus.BAD_INPUT:
-        raise InputError(_diagnostics(done.stderr.decode("utf-8", "replace"), str(path), text))
-    return read_specification(text, str(path), path.stem)
+        raise InputError(_diagnostics(done.stderr.decode("utf-8", "replace"), file, text))
+    return read_specification(text, file, robot)
 
 
 def slugsin_of(spec: Specification) -> bytes | None:

@@ -8,7 +8,7 @@ that a million edges cost a fraction of a second.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
 from itertools import chain
 from typing import Annotated
@@ -18,7 +18,7 @@ from msgspec import Meta, Struct
 
 from safenav.cached_method import cached_method
 from safenav.errors import SynthesizerError
-from safenav.spec.specification import Owner, Section, Specification, Variable
+from safenav.spec.specification import Section, Specification, Variable
 
 
 def bit_names(variable: Variable) -> tuple[str, ...]:
@@ -152,50 +152,26 @@ class Strategy(Struct, frozen=True, eq=False, dict=True):
 
     def find_initial(self, values: Mapping[str, int]) -> int | None:
         """Return the first initial node with these values (of any variables), or None."""
-        return self._first(self.initial(), self._wanted(values))
-
-    def alike(self, node: int) -> tuple[int, ...]:
-        """Return the other nodes with the same values, which pursue other goals first."""
-        state = self.states[node]
-        return tuple(n for n, other in enumerate(self.states) if n != node and other == state)
+        return next(iter(self.nodes_with(values, self.initial())), None)
 
     def successors_for(self, node: int, inputs: Mapping[str, int]) -> tuple[int, ...]:
         """Return all successors whose inputs agree with the given ones (some or all inputs)."""
-        wanted = self._wanted(inputs, Owner.INPUT)
-        if wanted is None:
-            return ()
-        return tuple(n for n in self.transitions[node] if self._agrees(n, wanted))
+        return self.nodes_with(inputs, self.transitions[node])
 
-    def nodes_with(self, values: Mapping[str, int]) -> tuple[int, ...]:
-        """Return the nodes that agree with the given values of some or all variables."""
-        wanted = self._wanted(values)
-        if wanted is None:
-            return ()
-        return tuple(n for n in range(len(self.states)) if self._agrees(n, wanted))
-
-    def _wanted(
-        self, values: Mapping[str, int], owner: Owner | None = None
-    ) -> list[tuple[int, int]] | None:
-        """(column, bit) pairs that a state must have; None if a value is out of range."""
-        pairs: list[tuple[int, int]] = []
+    def nodes_with(
+        self, values: Mapping[str, int], among: Iterable[int] | None = None
+    ) -> tuple[int, ...]:
+        """Return the nodes that agree with the given values of some or all variables; of all nodes,
+        or ``among`` these."""
+        wanted: list[tuple[int, int]] = []
         for name, value in values.items():
-            field = self._field[name]
-            if owner is not None and field.variable.owner is not owner:
-                raise KeyError(f"{name} is not an {owner.value.lower()} of the strategy")
-            bits = field.encode(int(value))
+            bits = self._field[name].encode(int(value))
             if bits is None:
-                return None
-            pairs.extend(bits)
-        return pairs
-
-    def _agrees(self, node: int, wanted: list[tuple[int, int]]) -> bool:
-        state = self.states[node]
-        return all(state[column] == bit for column, bit in wanted)
-
-    def _first(self, nodes: Sequence[int], wanted: list[tuple[int, int]] | None) -> int | None:
-        if wanted is None:
-            return None
-        return next((n for n in nodes if self._agrees(n, wanted)), None)
+                return ()  # out of its range
+            wanted += bits
+        nodes = range(len(self.states)) if among is None else among
+        states = self.states
+        return tuple(n for n in nodes if all(states[n][column] == bit for column, bit in wanted))
 
 
 def _malformed(what: str) -> SynthesizerError:

@@ -1,7 +1,6 @@
-"""Images as maps: PGM (plain and binary) and PNG, dark is wall.
+"""Images as maps: PGM, the format that ROS writes, and PNG; dark is wall.
 
-PGM, the format that ROS writes, is read here. PNG needs Pillow, which is imported only then. Sizes
-are checked before anything is decoded: a small file can claim to be a huge image.
+Sizes are checked before anything is decoded: a small file can claim to be a huge image.
 
 A pixel is blocked or free (each format defines which). A region is the rectangle of pixels below
 it. Where borders of regions and pixels differ, a pixel counts for each region by the area that they
@@ -13,9 +12,6 @@ the comparison with a share above 0 is done in floating point, with a tolerance 
 
 from __future__ import annotations
 
-import re
-import struct
-import zlib
 from collections.abc import Sequence
 from fractions import Fraction
 from io import BytesIO
@@ -132,11 +128,6 @@ class MapFileError(Exception):
 
 
 MAX_PIXELS = 2**25
-_PNG = b"\x89PNG\r\n\x1a\n"
-_GAP = rb"(?:[ \t\r\n\v\f]|#[^\r\n]*[\r\n])+"
-_PGM = re.compile(rb"P([25])" + _GAP + rb"(\d{1,9})" + _GAP + rb"(\d{1,9})" + _GAP + rb"(\d{1,9})")
-_COMMENT = re.compile(rb"#[^\r\n]*")
-_NO_NUMBER = re.compile(rb"[^0-9 \t\r\n\v\f]|[0-9]{7}")
 _CONVERT = "save it as PNG or PGM"
 
 
@@ -156,101 +147,36 @@ class Image(Struct, frozen=True):
 
 def read_image(data: bytes) -> Image:
     """The pixels of an image file. Raises MapFileError."""
-    if data.startswith(_PNG):
-        return _read_png(data)
-    if data[:2] in (b"P2", b"P5"):
-        return _read_pgm(data)
     if not data:
         raise MapFileError(Flaw("the file is empty", _CONVERT))
-    if re.match(rb"P[13467]\s", data):
-        hint = "convert it to PGM (gray) or PNG"
-        raise MapFileError(Flaw(f"a Netpbm image of the kind {data[:2].decode()}", hint))
-    raise MapFileError(Flaw("neither a PNG nor a PGM image", _CONVERT))
+    try:
+        from PIL import Image as Pillow
+        from PIL import UnidentifiedImageError
+    except ImportError:
+        hint = install_command("maps")
+        raise MapFileError(Flaw("an image needs Pillow, which is not installed", hint)) from None
+    try:
+        with Pillow.open(BytesIO(data), formats=["PNG", "PPM"]) as picture:
+            width, height = picture.size
+            if not 0 < width * height <= MAX_PIXELS:
+                found = f"an image of {width} x {height} pixels; the maximum is {MAX_PIXELS}"
+                hint = "scale it down: a few pixels for each region are enough"
+                raise MapFileError(Flaw(found, hint))
+            picture.load()
+            return _decoded(picture)
+    except MapFileError:
+        raise
+    except UnidentifiedImageError:
+        raise MapFileError(Flaw("neither a PNG nor a PGM image", _CONVERT)) from None
+    except Exception as error:  # its readers raise errors of any kind
+        reason = str(error).splitlines()[0][:100] if str(error) else type(error).__name__
+        raise MapFileError(Flaw(f"a broken image: {reason}", "save it again")) from None
 
 
 def dark(image: Image) -> Blocked:
     """Pixels darker than half of white. Transparent pixels count as white."""
     found = image.where(2 * np.arange(image.white + 1) < image.white)
     return found if image.transparent is None else found & ~image.transparent
-
-
-def _check_size(width: int, height: int) -> None:
-    if width < 1 or height < 1:
-        raise MapFileError(Flaw(f"an image of {width} x {height} pixels", _CONVERT))
-    if width * height > MAX_PIXELS:
-        found = f"an image of {width} x {height} pixels; the maximum is {MAX_PIXELS} (8192 x 4096)"
-        raise MapFileError(Flaw(found, "scale it down: a few pixels for each region are enough"))
-
-
-def _read_pgm(data: bytes) -> Image:
-    head = _PGM.match(data)
-    if head is None:
-        hint = "it begins with P2 or P5, width, height and the brightest value"
-        raise MapFileError(Flaw("the header of this PGM image is incomplete", hint, 1, 1))
-    plain = head[1] == b"2"
-    width, height, white = (int(head[i]) for i in (2, 3, 4))
-    _check_size(width, height)
-    if not 1 <= white <= 65535:
-        raise MapFileError(
-            Flaw(f"the brightest value of this PGM image is {white}", "it is 1 to 65535", 1, 1)
-        )
-    read = _plain_values if plain else _binary_values
-    values = read(data, head.end(), width * height, white)
-    if int(values.max()) > white:
-        found = f"a pixel is brighter ({int(values.max())}) than the header allows ({white})"
-        raise MapFileError(Flaw(found, "the third number of the header is the brightest value"))
-    return Image(values.astype(np.uint16).reshape(height, width), white)
-
-
-def _plain_values(data: bytes, begin: int, count: int, white: int) -> NDArray[np.int64]:
-    del white
-    body = _COMMENT.sub(lambda comment: b" " * len(comment[0]), data[begin:])
-    odd = _NO_NUMBER.search(body)
-    if odd is not None:
-        at = begin + odd.start()
-        line, column = data.count(b"\n", 0, at) + 1, at - data.rfind(b"\n", 0, at)
-        found = f"not a brightness: '{odd[0].decode('latin-1')}'"
-        raise MapFileError(Flaw(found, "pixels are whole numbers between blanks", line, column))
-    values = np.fromstring(body, dtype=np.int64, sep=" ") if body.strip() else np.zeros(0, int)
-    _check_count(len(values), count)
-    return values
-
-
-def _binary_values(data: bytes, begin: int, count: int, white: int) -> NDArray[np.generic]:
-    kind = np.dtype(np.uint8) if white < 256 else np.dtype(">u2")
-    body = data[begin + 1 :]  # one blank after the header
-    have = len(body) // kind.itemsize
-    if body[count * kind.itemsize :].strip():
-        _check_count(have, count)
-    _check_count(min(have, count), count)
-    return np.frombuffer(body, kind, count)
-
-
-def _check_count(have: int, count: int) -> None:
-    if have < count:
-        raise MapFileError(Flaw(f"the image breaks off: {have} of {count} pixels", "copy it again"))
-    if have > count:
-        found = f"{have} pixels where the header announces {count}"
-        raise MapFileError(Flaw(found, "check width and height in the header"))
-
-
-def _read_png(data: bytes) -> Image:
-    if len(data) < 24 or data[12:16] != b"IHDR":
-        raise MapFileError(Flaw("the image breaks off in its header", "copy it again"))
-    width, height = struct.unpack(">II", data[16:24])
-    _check_size(width, height)
-    try:
-        from PIL import Image as Pillow
-    except ImportError:
-        hint = f"{install_command('maps')}\n    or save the image as PGM"
-        raise MapFileError(Flaw("reading PNG needs Pillow, which is not installed", hint)) from None
-    try:
-        with Pillow.open(BytesIO(data), formats=["PNG"]) as picture:
-            picture.load()
-            return _decoded(picture)
-    except (OSError, SyntaxError, ValueError, EOFError, zlib.error, struct.error) as error:
-        reason = str(error).splitlines()[0][:100] if str(error) else type(error).__name__
-        raise MapFileError(Flaw(f"a broken PNG image: {reason}", "save it again")) from None
 
 
 def _decoded(picture: Picture) -> Image:

@@ -104,7 +104,7 @@ def verdict_of(
     """Why the checker refuses the first robot's controller, '' if it accepts it."""
     task = task_of(scenario, about)
     spec = planted(compile_task(task, scenario.map))
-    synthesizer = Synthesizer(cache=Cache.off(), verifier=first_failure)
+    synthesizer = Synthesizer(cache=Cache(None), verifier=first_failure)
     answer = synthesizer.synthesize(spec)
     kept = Kept({answer.spec_sha256: spec.to_structuredslugs()})
     if answer.strategy_json is not None:

@@ -50,5 +50,5 @@ def quiet(scenario: Scenario) -> Synthesizer:
     """Return a synthesizer that runs one synthesis at a time, without a cache."""
     usual = default_synthesizer(scenario)
     return Synthesizer(
-        usual.binary, seconds=usual.seconds, cache=Cache.off(), verifier=first_failure, at_once=1
+        usual.binary, seconds=usual.seconds, cache=Cache(None), verifier=first_failure, at_once=1
     )

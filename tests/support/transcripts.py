@@ -20,7 +20,7 @@ VARYING = (
     (re.compile(r"(?<= in )[\d.]+ s(?=$|;)|(?<= )\d+\.\d\d$", re.MULTILINE), "N"),
     (re.compile(r'(?<=seconds": )[\d.e-]+'), "N"),
     (re.compile(r"(?<= )\d+\.\d(?= +(yes|no|-)$)", re.MULTILINE), "N"),
-    (re.compile(r"(?<=a broken PNG image: ).*"), "WHY"),
+    (re.compile(r"(?<=a broken image: ).*"), "WHY"),
 )
 """Times, sizes and words of libraries, and what a transcript has for them."""
 

@@ -14,11 +14,10 @@ from safenav.errors import SynthesizerError
 from safenav.outcome import Verdict
 from safenav.spec.specification import Specification
 from safenav.synthesis.binary import Binary
-from safenav.synthesis.process import die_with_parent
 from safenav.synthesis.request import SynthesisProgress
 from safenav.synthesis.slugs import Synthesizer
 from slugs.commands import ENDLESS
-from synthesis.requests import NATIVE, Answering, Script, ask, gone, impossible
+from synthesis.requests import NATIVE, Script, gone, impossible
 
 
 def test_several_run_in_parallel_and_return_in_order(
@@ -137,48 +136,25 @@ def test_a_signal_ends_the_syntheses_before_the_caller_ends(
     assert pids and all(gone(int(pid)) for pid in pids)
 
 
-_OWNER = """
-import sys, time
-from safenav.synthesis.process import ProcessGroup
-with open("/dev/null", "wb") as out:
-    process = ProcessGroup().start(sys.argv[2:], sys.argv[1] == "own", out, out)
-process.stdin.write(sys.stdin.buffer.read())
-process.stdin.close()
-print(process.pid, flush=True)
-time.sleep(900)
-"""
-
-
-@pytest.mark.parametrize("own", [True, False], ids=["own", "foreign"])
-def test_a_synthesizer_ends_with_an_owner_that_is_killed(slugs: Binary, own: bool) -> None:
-    with subprocess.Popen(
-        [sys.executable, "-c", _OWNER, "own" if own else "foreign", slugs.path, "-"],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
-    ) as owner:
-        assert owner.stdin is not None and owner.stdout is not None
-        owner.stdin.write(ENDLESS)
-        owner.stdin.close()
-        pid = int(owner.stdout.readline())
-        assert not Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].startswith(" Z")
-        owner.kill()
-    assert gone(pid)
-
-
-def test_a_synthesizer_whose_owner_has_ended_does_not_begin(slugs: Binary) -> None:
+def test_a_synthesizer_ends_with_an_owner_that_is_killed_or_does_not_begin(
+    slugs: Binary, tmp_path: Path
+) -> None:
     """The owner may end before the program asks the kernel to be killed with it."""
+    file = tmp_path / "endless.structuredslugs"
+    file.write_text(ENDLESS)
+    program = (
+        "import os, subprocess, sys\n"
+        "subprocess.run(sys.argv[1:], env={'SLUGS_PARENT': str(os.getpid())})"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", program, slugs.path, file], stderr=subprocess.PIPE
+    ) as owner:
+        assert owner.stderr is not None and owner.stderr.readline().startswith(b"slugs ")
+        children = Path(f"/proc/{owner.pid}/task/{owner.pid}/children").read_text().split()
+        owner.kill()
+    assert children and gone(int(children[0]))
     done = subprocess.run([slugs.path, "--version"], env={"SLUGS_PARENT": "1"}, check=False)
     assert done.returncode == -signal.SIGKILL
-
-
-def test_a_foreign_synthesizer_whose_owner_has_ended_does_not_begin(slugs: Binary) -> None:
-    """The owner may end before the kernel has been asked to kill the program with it."""
-    command = die_with_parent([str(slugs.path), "--version"])
-    assert subprocess.run(command, capture_output=True, check=True).stdout
-    other = "import subprocess, sys; sys.exit(subprocess.call(sys.argv[1:]))"
-    done = subprocess.run([sys.executable, "-c", other, *command], capture_output=True, check=False)
-    assert (done.returncode, done.stdout) == (1, b"")
 
 
 def test_the_applications_own_handler_of_sigterm_is_kept(
@@ -200,14 +176,3 @@ def test_the_applications_own_handler_of_sigterm_is_kept(
         assert signal.getsignal(signal.SIGTERM) is handler
     finally:
         signal.signal(signal.SIGTERM, before)
-
-
-def test_it_works_in_a_thread_of_the_application(
-    answering: Answering, patrol: Specification, patrol_json: bytes
-) -> None:
-    binary = answering("realizable", patrol_json)
-    found: list[Verdict] = []
-    thread = threading.Thread(target=lambda: found.append(ask(binary, patrol)))
-    thread.start()
-    thread.join()
-    assert found == [Verdict.REALIZABLE]

@@ -27,9 +27,7 @@ def test_a_variable_with_one_value_has_no_bits_but_a_value() -> None:
     assert strategy.find_initial({"at": 8}) is None
 
 
-def test_stepping_by_something_other_than_an_input_is_an_error(strategy: Strategy) -> None:
-    with pytest.raises(KeyError):
-        strategy.successors_for(0, {"region": 4})
+def test_an_unknown_variable_is_an_error(strategy: Strategy) -> None:
     with pytest.raises(KeyError):
         strategy.find_initial({"nowhere": 4})
 

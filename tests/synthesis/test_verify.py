@@ -6,36 +6,26 @@ from typing import Any
 
 import pytest
 
+from safenav.errors import SynthesizerError
 from safenav.formula.parser import parse
-from safenav.outcome import Verdict
 from safenav.spec.specification import Constraint, Origin, Owner, Section, Specification, Variable
 from safenav.synthesis.slugs import Synthesizer
 from safenav.verify.completions import Clause, Completions, Slot
 from safenav.verify.cycles import cyclic_parts
-from safenav.verify.verification import (
-    first_failure,
-)
+from safenav.verify.verification import first_failure
 
 
 def test_a_wrong_strategy_is_an_error_of_the_synthesizer(
     answering: Any, patrol: Specification, patrol_json: bytes
 ) -> None:
     """With ``verify``, what the binary says is not believed: and not kept in the cache."""
-    from safenav.errors import SynthesizerError
-
     document = json.loads(patrol_json)
     document["nodes"]["1"]["trans"] = [1, 2]
     liar = answering("realizable", json.dumps(document).encode())
     with pytest.raises(SynthesizerError, match=r"wrong result(.|\n)*region = 5"):
         Synthesizer(liar, verifier=first_failure).synthesize(patrol)
     believed = Synthesizer(liar).synthesize(patrol)
-    assert (believed.verdict, believed.cached, believed.verified) == (
-        Verdict.REALIZABLE,
-        False,
-        None,
-    )
-    with pytest.raises(SynthesizerError, match="wrong result"):
-        Synthesizer(liar, verifier=first_failure).synthesize(patrol)
+    assert (believed.cached, believed.verified) == (False, None)
     honest = answering("realizable", patrol_json)
     for cached in (False, True):
         result = Synthesizer(honest, verifier=first_failure).synthesize(patrol)
@@ -52,17 +42,6 @@ def test_unconnected_variables_are_not_multiplied_out() -> None:
     formulas = [Clause(ANY, parse("b0 -> b0'")), Clause(ANY, parse("b1' | b2'"))]
     counter = Completions([Slot(inputs[0], False)], unknown, formulas)
     assert counter.count([(0,), (1,)]) == [3 * 2**58, 3 * 2**57]
-
-
-def test_a_large_map_is_counted_by_looking_up() -> None:
-    """2,500 regions, 2,500 rows: the constraint is evaluated for each pair, once, together."""
-    here = Variable("x", Owner.INPUT, (0, 2499))
-    near = "x' <= x + 1 & x <= x' + 1 | x' = x + 50 | x = x' + 50"
-    counter = Completions([Slot(here, False)], [Slot(here, True)], [Clause(ANY, parse(near))])
-    counts = counter.count([(i,) for i in range(2500)])
-    assert counts[0] == 3
-    assert counts[1] == counts[2498] == 4
-    assert set(counts[50:2450]) == {5}
 
 
 def test_a_long_cycle_needs_no_recursion() -> None:

@@ -75,7 +75,8 @@ def commanded(
         regions = (*_ahead(team, i, robot.pose, field, free), *sorted(possible.places))
         places = [r for r in dict.fromkeys(regions) if possible.allows(pose, memory, r)]
         places = [None, *places] if own else [*places, None]
-    for node in (robot.node, *found.result.strategy.alike(robot.node)):
+    strategy = found.result.strategy
+    for node in dict.fromkeys((robot.node, *strategy.nodes_with(strategy.values(robot.node)))):
         for place in places:
             for step in steps(node, place):
                 if leads(step, place):
