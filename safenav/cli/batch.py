@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import sys
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,7 +14,7 @@ from safenav.cli import options
 from safenav.errors import ExitCode, UsageError
 from safenav.lines import printable
 from safenav.outfile import write_out
-from safenav.report.terminal.layout import echo_folded, terminal_width
+from safenav.report.terminal.layout import echo_folded
 
 if TYPE_CHECKING:
     from safenav.batch.search import FoundCases
@@ -117,8 +116,7 @@ def batch(
     if as_json:
         click.echo(json.dumps(report_data(report), indent=2))
     err = as_json or str(junit) == "-"
-    width = terminal_width(sys.stderr if err else sys.stdout)
-    echo_folded(summary(report, width), err=err)
+    echo_folded(summary(report), err=err)
     if report.left and out is not None:
         click.echo(f"to continue, repeat with --resume ({report.left} cases left)", err=True)
     if report.interrupted:

@@ -25,14 +25,11 @@ from safenav.trace.words import listed
 _REASONS = 3
 _SLOWEST = 10
 _NAMES = 20
-_LEAST_NAME = 16
-"""Least characters of a name on a narrow terminal."""
-_STILL_OPEN = "; still open: "
 
 
-def summary(report: Report, width: int | None = None) -> list[str]:
+def summary(report: Report) -> list[str]:
     """Return lines: a table with the failed cases first, then the slowest that passed; the
-    reasons; the totals. ``width``: of the terminal, for the table."""
+    reasons; the totals."""
     failed = report.failed
     passed = [result for result in report.in_order if result.passed]
     passed.sort(key=lambda result: -result.duration)
@@ -42,40 +39,14 @@ def summary(report: Report, width: int | None = None) -> list[str]:
         live = any(result.makespan is not None for result in shown)
         times = ("ticks", "makespan") if live else ("ticks",)
         headings = ("case", "verdict", "outcome", *times, "syntheses", "seconds")
-        rows = _fitted(headings, [_row(result, live) for result in shown], width)
+        rows = table(headings, [_row(result, live) for result in shown])
         lines += _coloured([printable(row) for row in rows], len(failed))
         more = len(passed) - _SLOWEST
         if more > 0:
             lines.append(f"... and {more} more passed")
     for group in _by_cause(failed):
         lines += ["", *_why(group)]
-    undone = [result for result in passed if _STILL_OPEN in (result.explanation or "")]
-    lines += [""] if undone else []
-    for result in undone[:_NAMES]:
-        left = (result.explanation or "").partition(_STILL_OPEN)[2]
-        lines.append(printable(f"{result.name}: passed with orders that are still open: {left}"))
-    if len(undone) > _NAMES:
-        lines.append(f"... and {len(undone) - _NAMES} more with such orders")
     return [*lines, "", _sum(report)]
-
-
-def _fitted(
-    headings: tuple[str, ...], rows: list[tuple[object, ...]], width: int | None
-) -> list[str]:
-    """Return the table; if it is too wide, long names lack their middle."""
-    lines = table(headings, rows)
-    wide = len(lines[1])  # the rule under the headings
-    if width is None or wide <= width:
-        return lines
-    room = max(_LEAST_NAME, max(len(str(name)) for name, *_ in rows) - (wide - width))
-    return table(headings, [(_elided(str(name), room), *rest) for name, *rest in rows])
-
-
-def _elided(name: str, room: int) -> str:
-    if len(name) <= room:
-        return name
-    tail = (room - 3) // 2
-    return f"{name[: room - 3 - tail]}...{name[-tail:]}"
 
 
 def _row(result: Result, live: bool) -> tuple[object, ...]:

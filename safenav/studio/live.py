@@ -46,18 +46,17 @@ class LivePhase(StrEnum):
 
 
 class StudioRun:
-    """One run. ``lines``: its trace so far; ``records``: the same as records."""
+    """One run. ``lines``: its trace so far."""
 
     def __init__(
         self, order: RunOrder, tell: Tell, *, speed: float = 4.0, trace: Path | None
     ) -> None:
         self.order = order
         self.lines: list[bytes] = []
-        self.records: list[Record] = []
         self.phase = LivePhase.STARTING
         self.speed = speed
         self.failure: str | None = None
-        self._complete = 0  # number of records of complete ticks
+        self._news: list[Record] = []  # the lines of the incomplete tick
         self._tell = tell
         self._live: LiveRun | None = None
         self._process: asyncio.subprocess.Process | None = None
@@ -243,11 +242,9 @@ class StudioRun:
         if kind is Header:
             header: Header = convert(Header, {"tick": 0, **data})
             self._live = LiveRun(header, Path(self.order.file).name)
-            self.records.append(header)
-            self._complete = 1
             self._tell({"is": "run", "run": self.whole, "state": self.state})
         else:
-            self.records.append(convert(kind, data))
+            self._news.append(convert(kind, data))
 
     def _done(self) -> None:
         """Handle the end of a tick."""
@@ -265,7 +262,7 @@ class StudioRun:
         """Show the lines of a tick together, so that neither open pages nor one that opens during
         the tick miss a line. Return also whether the inputs changed in it."""
         assert self._live is not None
-        new, self._complete = self.records[self._complete :], len(self.records)
+        new, self._news = self._news, []
         for record in new:
             self._live.append(record)
         return self._live, any(isinstance(record, Inputs) for record in new)

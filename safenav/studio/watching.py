@@ -8,7 +8,6 @@ import time
 from collections.abc import Mapping
 from concurrent.futures import Future
 from contextlib import suppress
-from itertools import takewhile
 from typing import TYPE_CHECKING, Any
 
 from safenav.errors import UsageError
@@ -17,7 +16,7 @@ from safenav.scenario.model import Scenario
 from safenav.studio.live import StudioRun
 from safenav.studio.process import RunOrder
 from safenav.studio.session import Studio
-from safenav.trace.records import Header, Move, Record
+from safenav.trace.records import Move, Record
 from safenav.trace.writing import as_data
 
 if TYPE_CHECKING:
@@ -128,7 +127,7 @@ class WatchedRun(StudioRun):
         tick = int(data.get("tick", 0))
         if self._settling is not None:
             self._settling.cancel()
-        if self._live is not None and tick > self.records[-1].tick:
+        if self._news and tick > self._news[-1].tick:
             self._done()
         self._take(json_line(data).encode())
         if data["type"] == "outcome":
@@ -138,9 +137,8 @@ class WatchedRun(StudioRun):
             self._settling = asyncio.get_running_loop().call_later(_SETTLED, self._done)
 
     def _is_tick_complete(self) -> bool:
-        """Return whether the tick can be shown: each robot has moved, or the run has a clock."""
-        header, tick = self.records[0], self.records[-1].tick
-        assert isinstance(header, Header)
-        lines = takewhile(lambda line: line.tick == tick, reversed(self.records))
-        moved = sum(isinstance(line, Move) for line in lines)
-        return header.clock is not None or moved == len(header.scenario.robots)
+        """Return whether the lines can be shown: each robot has moved since the last ones, or none,
+        or the run has a clock."""
+        assert self._live is not None
+        run, moved = self._live.run, sum(isinstance(line, Move) for line in self._news)
+        return run.seconds is not None or moved in (0, len(run.robots))

@@ -129,12 +129,6 @@ def test_failures_with_one_cause_are_one_block() -> None:
     assert text.count(": different") == 2
 
 
-def test_orders_that_a_passed_case_leaves_are_named() -> None:
-    text = "every robot has met its objective; still open: pa@12 (c is out of service)"
-    shown = summary(report(ran("a.yaml", explanation=text), ran("b.yaml")))
-    assert "a.yaml: passed with orders that are still open: pa@12 (c is out of service)" in shown
-
-
 def test_names_and_reasons_give_no_orders_to_the_terminal() -> None:
     """A file may have any name; a reason may quote what a process has written."""
     shown = summary(report(ran("a/\x1b[2J.yaml"), CRASH))

@@ -12,8 +12,6 @@ from safenav.cli import group
 from safenav.motion.making import motion_of
 from safenav.motion.timing.in_time import in_time
 from safenav.report.page.html import page_of
-from safenav.report.picture.glyphs import GLYPHS
-from safenav.report.picture.scene import svg_of
 from safenav.report.view3d.html import page3d_of
 from safenav.run.reading import read_run, run_of
 from safenav.run.run import Run
@@ -31,16 +29,6 @@ def warehouse(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def replay(warehouse: Path) -> Run:
     return read_run(warehouse)
-
-
-def test_a_picture_shows_the_load_at_its_robot_and_not_in_its_region(replay: Run) -> None:
-    (taken,) = (tick for tick in range(replay.last) if _takes(replay, "pallet@71", tick))
-    places = [
-        re.findall(f'd="{GLYPHS.obstacles["pallet"]}" transform="([^"]*)"', svg_of(replay.at(tick)))
-        for tick in (taken - 1, taken)
-    ]
-    assert [len(found) for found in places] == [1, 1]
-    assert places[0] != places[1]
 
 
 def test_the_page_shows_loads(browser: Browser, replay: Run, tmp_path: Path) -> None:

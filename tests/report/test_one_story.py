@@ -65,7 +65,7 @@ def _attributes(tree: ElementTree.ElementTree[ElementTree.Element]) -> list[str]
 
 
 @pytest.mark.slow
-def test_outputs_name_the_gate_and_the_operator(
+def test_all_outputs_tell_one_story(
     outputs: dict[str, str], browser: Browser, tmp_path: Path
 ) -> None:
     browser.open(tmp_path / "run.html", width=1400, height=900)
@@ -78,15 +78,8 @@ def test_outputs_name_the_gate_and_the_operator(
         assert "patrol home <-> shelf" in outputs[where], where
     assert "patrol home <-> shelf" in page
     assert "barrier@gate" in page and "barrier@gate" in outputs["story"]
-
-
-@pytest.mark.slow
-def test_the_moment_and_the_labels_are_the_same_everywhere(
-    outputs: dict[str, str], browser: Browser, tmp_path: Path
-) -> None:
     lines = [json.loads(line) for line in (tmp_path / "run.jsonl").read_text().splitlines()]
     last = lines[-1]["tick"]
-    browser.open(tmp_path / "run.html", width=1400, height=900)
     assert browser.tick == last
     assert f"tick {last} of {last}" in outputs["picture"]
     labels = [text.text for text in browser.all(".motion .letters")]

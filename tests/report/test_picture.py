@@ -7,7 +7,6 @@ from xml.etree import ElementTree
 import pytest
 
 from once import SCENARIOS, beside
-from report import made_traces
 from safenav.cli import group
 from safenav.report.page.encode import encoded
 from safenav.report.picture.floor import cell_size, placed_names, window
@@ -22,8 +21,7 @@ from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.studio.editing.drawing import drawing_of
 
 SVG = "{http://www.w3.org/2000/svg}"
-MOMENTS = [("door", 0), ("door", 11), ("door", 46), ("chain", 6), ("detour", 49), ("crowd", 137)]
-MOMENTS += [("meeting", 1), ("meeting", 4)]
+MOMENTS = [("door", 11), ("chain", 6), ("crowd", 137)]
 
 Box = tuple[float, float, float, float]
 
@@ -79,22 +77,6 @@ def test_the_next_target_is_filled_and_the_route_there_dashed(replays: dict[str,
     assert len([each for each in filled if each.get("fill") != "none"]) == 3  # one in the legend
 
 
-def test_every_free_region_shows_its_number(replays: dict[str, Run]) -> None:
-    replay = replays["door"]
-    root = ElementTree.fromstring(svg_of(replay.at(0)))
-    shown = {int(e.text or "") for e in root.iter(f"{SVG}text") if (e.text or "").isdecimal()}
-    assert set(replay.map.free) <= shown
-
-
-def test_names_are_escaped(tmp_path: Path) -> None:
-    lines = made_traces.door()
-    lines[0]["scenario"]["name"] = '<script>alert("&")</script>'
-    replay = read_run(made_traces.write(lines, tmp_path / "t.jsonl"))
-    root = ElementTree.fromstring(svg_of(replay.at(0)))
-    assert root.findtext(f"{SVG}title") == '<script>alert("&")</script>'
-    assert not list(root.iter(f"{SVG}script"))
-
-
 def test_robots_over_one_another_are_drawn_apart() -> None:
     places = [(2.0, 3.0), (2.0, 3.0), (2.0, 5.0)]
     shifts = separated(places)
@@ -135,7 +117,7 @@ def test_a_scenario_as_text_shows_numbers_starts_targets_and_obstacles() -> None
     assert "door@47: hidden at 47 [3, 8], needs push at 47, blocks every robot; " in text
 
 
-@pytest.mark.parametrize("name", ["case_study_1", "warehouse", "hospital"])
+@pytest.mark.parametrize("name", ["warehouse", "hospital"])
 def test_figures_can_be_read_and_targets_have_rings_above_names(name: str) -> None:
     scenario = load_scenario(SCENARIOS / f"{name}.yaml")
     world, cell = scenario.map, cell_size(scenario.map)

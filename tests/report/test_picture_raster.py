@@ -88,15 +88,6 @@ def test_a_film_has_the_plain_colours_of_the_picture(
         assert gif.convert("RGB").getpixel((0, 0)) == (255, 255, 255)
 
 
-def test_a_film_of_too_many_frames_is_refused(
-    replays: dict[str, Run], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(film, "MOST_FRAMES", 3)
-    with pytest.raises(UsageError, match="4 frames is too large: at most 3\n    choose"):
-        write_gif(replays["door"], tmp_path / "x.gif", Film(0, 1))
-    assert not [*tmp_path.iterdir()]
-
-
 def test_a_missing_extra_is_named(
     replays: dict[str, Run], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

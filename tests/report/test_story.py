@@ -63,25 +63,6 @@ def test_a_failure_is_not_reported_as_a_lacking_capability(obstacle: str, said: 
     assert [line[11:] for line in told(found, line)] == [said]
 
 
-def test_the_story_reports_appearances_joint_plans_and_service() -> None:
-    said = told(
-        records.Appeared(3, "door@9", vocabulary.ChangeCause.SCENARIO),
-        records.Plan(4, "both wait", {"quad": (), "digit": ()}, ()),
-        records.PlanEnd(6, vocabulary.PlanEndReason.REACHED),
-        records.Gone(7, "door@9", vocabulary.ChangeCause.SCENARIO),
-        records.Service(8, "quad", False, vocabulary.ChangeCause.SCENARIO),
-        records.Service(9, "digit", False, vocabulary.ChangeCause.WORLD),
-    )
-    assert [line[11:] for line in said] == [
-        "door@gate appears",
-        "quad and digit move by a joint plan (both wait)",
-        "the joint plan has ended: every robot has arrived",
-        "door@gate disappears",
-        "quad is out of service",
-        "digit is out of service after this failure",
-    ]
-
-
 def test_the_reason_of_a_failed_action_is_reported_once() -> None:
     failed = {"door@9": vocabulary.ActResult.FAILED}
     for reason, ends in (("failed", "failed"), ("it jams", "failed, it jams")):

@@ -5,7 +5,6 @@ import json
 import os
 import re
 from collections.abc import Callable, Iterator
-from itertools import groupby
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -15,7 +14,7 @@ import pytest
 from once import SCENARIOS, beside
 from report import made_traces
 from runtime.played import loaded, play
-from safenav.report.page.encode import LiveRun, encoded
+from safenav.report.page.encode import encoded
 from safenav.report.picture.scene import svg_of
 from safenav.report.terminal.story import Story
 from safenav.run.reading import run_of
@@ -126,36 +125,3 @@ def test_the_words_of_a_run_stay_the_same(name: str) -> None:
     if os.environ.get("SAFENAV_GOLDEN"):
         file.write_text(found, encoding="utf-8")
     assert found == file.read_text(encoding="utf-8")
-
-
-@pytest.mark.parametrize("name", ["chain", "loads", "meeting", "slow", "charges"])
-def test_news_of_a_run_add_up_to_the_whole(name: str) -> None:
-    """The page appends them as ``front/src/live/merge.ts`` does."""
-    trace = _trace(CASES[name]())
-    live = LiveRun(trace.header, "x")
-    grown = live.whole()
-    for _, records in groupby(trace.records, lambda record: record.tick):
-        for record in records:
-            live.append(record)
-        news = live.news()
-        for mine, new in zip(grown["robots"], news["robots"], strict=True):
-            mine["path"] += new["path"]
-            mine["progress"] += new["progress"]
-            begin, steps = new["steps"]
-            mine["steps"][begin:] = steps
-            if new["charge"]:
-                mine["charge"] += new["charge"]
-        known = {obstacle["name"]: obstacle for obstacle in grown["obstacles"]}
-        for new in news["obstacles"]:
-            for key in ("status", "met", "carried"):
-                known[new["name"]][key] += new[key]
-        grown["events"] += news["events"]
-        grown["stack"] += news["stack"]
-    whole = encoded(run_of(trace), "x")
-    for mine, other in zip(grown["robots"], whole["robots"], strict=True):
-        for key in ("path", "progress", "steps", "charge"):
-            assert mine[key] == other[key], key
-    for mine, other in zip(grown["obstacles"], whole["obstacles"], strict=True):
-        assert all(mine[key] == other[key] for key in ("status", "met", "carried"))
-    assert [event[2] for event in grown["events"]] == [event[2] for event in whole["events"]]
-    assert grown["stack"] == whole["stack"]

@@ -130,24 +130,6 @@ def answer(browser: Browser, typed: str | None = None, *, accept: bool = True) -
 HOUSE = beside(__file__, "scenarios/house.yaml")
 WARD = "areas: {ward: {rows: 1-3, columns: 5-7}}\n"
 DEN, HALL, WALL = 10, 22, 13
-SIZES = [(1440, 900), (1024, 768), (380, 800)]
-
-
-def rectangles(browser: Browser, selector: str) -> dict[str, list[float]]:
-    """Where each button is, by its words."""
-    found: dict[str, list[float]] = browser.run(
-        """
-        const found = {};
-        for (const button of document.querySelectorAll(arguments[0])) {
-            const box = button.getBoundingClientRect();
-            found[button.textContent + (button.ariaLabel ?? "")] =
-                [box.left, box.top, box.right, box.bottom];
-        }
-        return found;
-        """,
-        selector,
-    )
-    return found
 
 
 def words(browser: Browser, selector: str) -> str:

@@ -79,23 +79,13 @@ def test_all_robots_and_obstacles_of_the_library_can_be_drawn() -> None:
         {"op": "fly"},
         {"op": "paint", "regions": [9999], "wall": True},
         {"op": "move_robot", "robot": "nobody", "region": 14},
-        {"op": "add_robot", "model": "digit", "region": 14, "name": "no name"},
         {"op": "remove_obstacle", "index": 7},
-        {"op": "set_objective", "robot": "quad", "kind": "fly", "regions": [14]},
         {"op": "paint"},
     ],
 )
 def test_an_impossible_edit_is_refused(operation: dict[str, Any]) -> None:
     with pytest.raises(UsageError):
         edited(DOOR, operation)
-
-
-def test_robots_are_placed_on_a_map_from_a_file_and_its_walls_stay() -> None:
-    text, world = DOOR.replace("  grid", "  image"), load_draft(DOOR, "scenario.yaml").world
-    move = {"op": "move_robot", "robot": "quad", "region": 15}
-    assert lines(text, operations.edited(text, move, world)) == lines(DOOR, edited(DOOR, move))
-    with pytest.raises(UsageError, match="the map comes from a file"):
-        operations.edited(text, {"op": "paint", "regions": [15], "wall": True}, world)
 
 
 def test_undo_reaches_the_first_state_and_redo_the_last() -> None:
@@ -224,11 +214,6 @@ def test_an_edit_fits_any_form_of_the_text(text: str, edit: dict[str, Any], afte
     grid = 'safenav: 1\nmap:\n  grid: ["###", \'#.#\', "###"]\n'
     assert after in edited(grid + text, edit)
     assert '"#.#"' in edited(grid + text, edit).replace("'", '"')
-
-
-def test_rows_in_quotes_are_painted() -> None:
-    grid = 'safenav: 1\nmap: {grid: ["###", "#.#", \'###\']}\n'
-    assert "'##.'" in edited(grid, {"op": "paint", "regions": [8], "wall": False})
 
 
 def test_areas_are_drawn_and_used_as_targets() -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from report.browser import Browser, Keys
-from studio.board import DEN, HOUSE, WARD, Board, answer, readout, rectangles, start, toast, words
+from studio.board import DEN, HOUSE, WARD, Board, answer, readout, start, toast, words
 from studio.serving import Served
 
 pytestmark = pytest.mark.slow
@@ -118,34 +118,24 @@ def test_the_keyboard_passes_through_the_text(house: Board) -> None:
     assert steps == [True, False] and house.text == before
 
 
-@pytest.mark.parametrize(
-    ("before", "typed", "offered", "chosen"),
-    [
+def test_the_text_completes_the_language(house: Board) -> None:
+    browser = house.browser
+    for before, typed, offered, chosen in (
         ("limits: {", "tick", "ticks", "limits: {ticks: "),
         ("robots:\n  a:\n    ", "head", "heading", "    heading: "),
-        ("robots:\n  a:\n    objective: {", "patr", "patrol", "objective: {patrol: "),
         ("robots: {a: {heading: ", "no", "north", "heading: north"),
-        ("robots: {a: {start: 4,\n    ", "head", "heading", "    heading: "),
-        ("obstacles:\n  - ty", "p", "type", "  - type: "),
         ("obstacles:\n  - type: door\n    trav", "e", "traversable", "    traversable: "),
-        ("map:\n  ", "mov", "movingai", "  movingai: "),
         ("", "chargers", "chargers", "chargers: "),
-    ],
-)
-def test_the_text_completes_the_language(
-    house: Board, before: str, typed: str, offered: str, chosen: str
-) -> None:
-    browser = house.browser
-    house.write(before)
-    for letter in typed:
-        browser.press(letter)
-    browser.wait(lambda: browser.all(".cm-tooltip-autocomplete [aria-selected]"))
-    browser.wait(lambda: browser.one(".cm-tooltip-autocomplete [aria-selected]").text == offered)
-    if not chosen.endswith("north"):
-        browser.wait(lambda: browser.one(".cm-completionInfo").text.endswith("."))
-    time.sleep(0.3)  # until an option has been shown for 75 ms, Enter begins a new line
-    browser.press(Keys.ENTER)
-    browser.wait(lambda: chosen in house.text)
+    ):
+        house.write(before)
+        for letter in typed:
+            browser.press(letter)
+        option = ".cm-tooltip-autocomplete [aria-selected]"
+        browser.wait(lambda option=option: browser.all(option))
+        browser.wait(lambda option=option, offered=offered: browser.one(option).text == offered)
+        time.sleep(0.3)  # until an option has been shown for 75 ms, Enter begins a new line
+        browser.press(Keys.ENTER)
+        browser.wait(lambda chosen=chosen: chosen in house.text)
 
 
 def test_a_key_shows_its_documentation(house: Board) -> None:
@@ -248,52 +238,3 @@ def test_the_help_lists_each_key_once_and_is_true_of_a_live_run(house: Board) ->
     browser.wait(lambda: browser.one(".speed select").get_attribute("value") != before)
     browser.press("t")
     browser.wait(lambda: browser.all('button[aria-label="Theme: light"]'))
-
-
-def test_on_a_phone_the_map_comes_first_and_nothing_is_cut(house: Board) -> None:
-    browser = house.browser
-    browser.resize(380, 800)
-
-    def width() -> int:
-        return int(browser.run("return document.documentElement.scrollWidth"))
-
-    def top(selector: str) -> float:
-        script = "return document.querySelector(arguments[0]).getBoundingClientRect().top"
-        return float(browser.run(script, selector))
-
-    assert width() <= 380
-    assert top(".map") < 160, "the header leaves room"
-    assert top(".map") < top(".palette") < top(".writing")
-    house.click(DEN)
-    browser.wait(lambda: browser.all(".chosen .pens button"))
-    for label, box in rectangles(browser, ".chosen .pens button").items():
-        assert box[3] <= 800, label
-        assert box[3] - box[1] >= 40, "a finger hits it"
-    browser.run("document.querySelector('.text').scrollIntoView()")
-    assert top(".map") >= 0, "the map stays in sight"
-    browser.run("scrollTo(0, 0)")
-    browser.press("1")
-    _touch(house, 20, 21, 22)
-    house.until("    #.###...#\n")
-    browser.button("Undo").click()
-    house.until("    #.......#\n")
-    for menu in ("New", "Save"):
-        browser.one(f'[data-menu="{menu}"] summary').click()
-        (box,) = rectangles(browser, f'[data-menu="{menu}"] > div').values()
-        assert box[0] >= 0 and box[2] <= 380
-    browser.press(Keys.ESCAPE)
-    start(house)
-    assert width() <= 380
-    assert top(".map") < top(".world") < top(".events")
-
-
-def _touch(board: Board, *regions: int) -> None:
-    """A finger from the first region to the last."""
-    command = board.browser.driver.execute_cdp_cmd
-    command("Emulation.setTouchEmulationEnabled", {"enabled": True})
-    for index, region in enumerate(regions):
-        x, y = board.at(region)
-        kind = "touchMove" if index else "touchStart"
-        command("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [{"x": x, "y": y}]})
-    command("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
-    command("Emulation.setTouchEmulationEnabled", {"enabled": False})

@@ -5,7 +5,7 @@ Two robots above each other (one flies) share a region's two characters."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 from msgspec import Struct, field
 
@@ -90,42 +90,6 @@ def _cell(region: Region, world: RegionMap, picture: MapPicture, here: list[Mark
     return " o" if region in picture.targets else FREE
 
 
-def with_names(
-    lines: list[str], world: RegionMap, width: int, taken: Callable[[Region], bool]
-) -> list[str]:
-    """Return a drawing of ``width`` characters for each region, with the names of regions and areas
-    in it.
-
-    A name is in the row of its region and covers regions that are not ``taken``: free ones if there
-    is room, else also walls. A name without room is left out."""
-    middles = {
-        name: sorted(area)[(len(area) - 1) // 2] for name, area in world.areas.items() if area
-    }
-    rows = [list(line) for line in lines]
-    written: set[Region] = set()
-    for name, region in (*world.names.items(), *middles.items()):
-        row, col = world.position(region)
-        cells = -(-(len(name) + 1) // width)
-        firsts = (col, col + 1, *range(col - 1, col - cells - 1, -1))
-        for walls, first in [
-            (walls, first) for walls in (frozenset(), world.walls) for first in firsts
-        ]:
-            covered = [world.region(row, col) for col in range(first, first + cells)]
-            inside = first >= 0 and first + cells <= world.cols
-            free = all(
-                not taken(region)
-                and region not in written
-                and (region in walls or region not in world.walls)
-                for region in covered
-            )
-            if inside and free:
-                written.update(covered)
-                begin = first * width
-                rows[row][begin : begin + cells * width] = f" {name}".ljust(cells * width)
-                break
-    return ["".join(row) for row in rows]
-
-
 def scenario_text(scenario: Scenario, width: int) -> list[str]:
     """Return the scenario as lines of text: the map with its rows and columns, then the meanings of
     its marks.
@@ -181,8 +145,7 @@ def _numbered(scenario: Scenario, sign: dict[str, str], digits: int) -> list[str
         return f"{marks.get(region, ''):>{mark + 1}}{apart}{region:<{digits}}"
 
     world = scenario.map
-    lines = _rows([cell(world, region) for region in range(world.size)], world)
-    return with_names(lines, world, digits + mark + 1 + len(apart), marks.__contains__)
+    return _rows([cell(world, region) for region in range(world.size)], world)
 
 
 def _plain(scenario: Scenario, sign: dict[str, str]) -> list[str]:
@@ -192,9 +155,7 @@ def _plain(scenario: Scenario, sign: dict[str, str]) -> list[str]:
     ]
     targets = [region for robot in scenario.robots for region in target_regions(robot.objective)]
     closed = {obstacle.region: obstacle.name for obstacle in scenario.obstacles}
-    lines = draw(scenario.map, MapPicture(robots, closed=closed, targets=targets))
-    taken = {*targets, *closed, *(robot.region for robot in robots)}
-    return with_names(lines, scenario.map, len(FREE), taken.__contains__)
+    return draw(scenario.map, MapPicture(robots, closed=closed, targets=targets))
 
 
 def _robots(scenario: Scenario, sign: dict[str, str]) -> list[str]:

@@ -9,11 +9,11 @@ front/src/view3d/motion.ts).
 
 from __future__ import annotations
 
-import struct
+import json
 import zlib
 from base64 import b64encode
 from bisect import bisect_right
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from operator import itemgetter
 from typing import Any
 
@@ -21,7 +21,6 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from safenav.errors import UsageError
 from safenav.motion import file as records
 from safenav.motion.columns import columns_of
 from safenav.motion.requirements import curves
@@ -36,9 +35,6 @@ from safenav.trace.reading import Trace
 
 RATE = 20
 """Samples per second."""
-MOST = 1_000_000
-"""Metres or radians; thousandths below this limit, and their differences, fit in four bytes."""
-
 GRAVITY = 9.81
 
 Array = NDArray[np.float64]
@@ -52,7 +48,7 @@ _BODY = {name: name for name in ("x", "y", "z", "yaw")}
 
 
 def encoded_motion(motion: records.Motion) -> dict[str, Any]:
-    """Return the motion as data of the page. Raises UsageError for values above ``MOST``."""
+    """Return the motion as data of the page."""
     names = list(motion.header.robots)
     tracks = [_track(motion, name) for name in names]
     return {
@@ -113,7 +109,7 @@ def _ghost(motion: records.Motion, robot: str, times: Array, names: list[str]) -
 def _packed(found: Mapping[str, Array]) -> dict[str, Any]:
     """Return names and packed values of columns, with yaw unwrapped."""
     smooth = (np.unwrap(c) if name.endswith("yaw") else c for name, c in found.items())
-    return {"columns": list(found), "data": packed(column.tolist() for column in smooth)}
+    return {"columns": list(found), "data": packed(smooth)}
 
 
 def _attitude(
@@ -171,26 +167,11 @@ def _reserved(motion: records.Motion) -> Iterator[tuple[str, int, float, float]]
         yield robot, region, begin, motion.outcome.makespan + 1
 
 
-def packed(columns: Iterable[Sequence[float]]) -> str:
-    """Return all columns one after the other, deflated and in base64; the first value of each is
-    absolute, the others are differences. A difference below 128 thousandths takes one byte, any
-    other five.
-
-    Raises UsageError for a value that four bytes of thousandths cannot hold."""
-    found = bytearray()
-    for column in columns:
-        before = 0
-        for value in column:
-            if not abs(value) < MOST:
-                found_there = f"the motion has a value of {value:.6g}"
-                raise UsageError(f"{found_there}; the 3D page holds values below {MOST:,}")
-            now = round(value * 1000)
-            step = now - before
-            found += (
-                struct.pack("<b", step) if -128 < step < 128 else struct.pack("<bi", -128, step)
-            )
-            before = now
-    return deflated(bytes(found))
+def packed(columns: Iterable[Array]) -> str:
+    """Return columns in thousandths, each as its first value and then differences: JSON, deflated,
+    in base64."""
+    steps = [np.diff(np.rint(1000 * each).astype(int), prepend=0).tolist() for each in columns]
+    return deflated(json.dumps(steps, separators=(",", ":")).encode())
 
 
 def deflated(data: bytes) -> str:

@@ -11,7 +11,7 @@ import { Legend } from "./panels/legend";
 import { Obstacles, Robots, Stack } from "./panels/sidebar";
 import type { Player } from "./run/player";
 import { EVENTS, eventsAfter, eventsAt, placeOf, when, type Ending, type Run, type RunEvent } from "./run/run";
-import { ALL, EVERYONE, useWindow, type Shown } from "./settings";
+import { ALL, EVERYONE, type Shown } from "./settings";
 import { viewersOf } from "./map/shading";
 import type { Hand } from "./map/cursor";
 import type { Choice, Stage } from "./map/stage";
@@ -19,6 +19,9 @@ import type { Choice, Stage } from "./map/stage";
 function isTold([, kind]: RunEvent): boolean {
   return EVENTS[kind][0] === "story" || kind === "plan" || kind === "plan_end";
 }
+
+/** The rows of the largest map whose outer wall holds the words below it. */
+const MOST_ROWS = 12;
 
 interface AppProps {
   run: Run;
@@ -35,7 +38,7 @@ export interface Extras {
   bar?: ComponentChildren;
   /** Above the map. */
   above?: ComponentChildren;
-  /** Above the panels. */
+  /** Beside the map. */
   beside?: ComponentChildren;
   controls?: (tick: number) => ComponentChildren;
   hand?: Hand | undefined;
@@ -79,8 +82,8 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
     [eye],
   );
   const tick = player.tick;
-  const size = useWindow();
-  const layout = extras.beside === undefined ? layoutOf(run, size) : "";
+  // Half a wall below the map has room for the strip.
+  const walled = /^#+$/.test(run.grid[run.rows - 1]!) && run.rows <= MOST_ROWS;
   return (
     <>
       <Header
@@ -99,7 +102,7 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
       >
         {extras.bar}
       </Header>
-      <main class={layout}>
+      <main class={`${walled ? "walled" : ""} ${extras.beside ? "steered" : ""}`}>
         <section class="stage" aria-label="Map">
           {extras.above}
           <stage.View
@@ -122,9 +125,9 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
           </div>
         </section>
         {extras.controls ? extras.controls(tick) : <Playback run={run} player={player} tick={tick} eye={eye} />}
+        {extras.beside}
         <aside aria-label="State of the run">
           <div class="state">
-            {extras.beside}
             <Robots run={run} tick={tick} eye={eye} player={player} where={stage.where} />
             <Stack run={run} tick={tick} />
             <Obstacles run={run} tick={tick} />
@@ -134,28 +137,6 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
       </main>
     </>
   );
-}
-
-/** Pixels of the page (see page.css): the panels below a map with the header, playback below a map that has the panels
- * beside it, those panels, the strip below the map, and the least width of a window with anything beside the map. */
-const BELOW = 190;
-const PLAYBACK = 250;
-const BESIDE = 380;
-const STRIP = 34;
-/** How much larger a map has to be to stand above the panels. */
-const MORE = 1.05;
-const WIDE = 861;
-
-/**
- * Return `flat` if the map is larger above all panels than beside them, and `walled` if its outer wall has room for the
- * strip.
- */
-function layoutOf({ cols, rows, grid }: Run, [width, height]: [number, number]): "" | "flat" | "flat walled" {
-  if (width < WIDE) return "";
-  const side = (wide: number, high: number): number => Math.min(wide / (cols - 1), high / (rows - 1));
-  const walled = /^#+$/.test(grid[rows - 1]!) && side(width, height - BELOW) > 2 * STRIP;
-  const flat = side(width, height - BELOW - (walled ? 0 : STRIP));
-  return flat < MORE * side(width - BESIDE, height - PLAYBACK) ? "" : walled ? "flat walled" : "flat";
 }
 
 /** How a run ended. */

@@ -1,8 +1,5 @@
 /** The reader's choices: the theme and the contents of the map. */
 
-import { heard } from "./listening";
-import { useEffect, useState } from "preact/hooks";
-
 export type Theme = "auto" | "light" | "dark";
 
 /** All contents of the map; `viewer` is the robot whose sight and beliefs are shown: its index, or `EVERYONE`. */
@@ -45,13 +42,3 @@ export function nextTheme(theme: Theme): Theme {
 }
 
 export const calm = matchMedia("(prefers-reduced-motion: reduce)");
-
-/** Return the size of the window, now and when it changes. */
-export function useWindow(): [width: number, height: number] {
-  const [size, setSize] = useState<[number, number]>([innerWidth, innerHeight]);
-  useEffect(() => {
-    const follow = (): void => setSize([innerWidth, innerHeight]);
-    return heard(window, { resize: follow });
-  }, []);
-  return size;
-}

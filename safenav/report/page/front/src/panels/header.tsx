@@ -43,14 +43,15 @@ export function Header({ shell, name, state, keys, about, children }: HeaderProp
         </div>
       </header>
       <dialog class="card" ref={dialog} aria-labelledby="help-title" onClick={(event) => event.target === event.currentTarget && dialog.current!.close()}>
-        <div>
           <h2 id="help-title">Keys</h2>
           <dl>
             {keys.map(([names, meaning]) => (
               <div key={names}>
                 <dt>
                   {names.split(" ").map((key) => (
-                    <kbd key={key}>{key}</kbd>
+                    <span key={key}>
+                      <kbd>{key}</kbd>{" "}
+                    </span>
                   ))}
                 </dt>
                 <dd>{meaning}</dd>
@@ -61,7 +62,6 @@ export function Header({ shell, name, state, keys, about, children }: HeaderProp
           <form method="dialog">
             <button>Close</button>
           </form>
-        </div>
       </dialog>
     </>
   );

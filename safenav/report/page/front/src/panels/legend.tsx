@@ -5,7 +5,7 @@ import { memo } from "preact/compat";
 import { Drawer } from "./button";
 import { EventSign, StatusSign } from "./icons";
 import { bar, DOINGS } from "./lanes";
-import { EVENTS, STATUSES, UNORDERED, type EventKind, type Run, type Status } from "../run/run";
+import { EVENTS, STATUSES, UNORDERED, type EventKind, type Run } from "../run/run";
 import type { Stage } from "../map/stage";
 
 interface RowProps {
@@ -35,12 +35,11 @@ export function Row({ words, shown = true, colour, children, width = 18, height 
   );
 }
 
-/** A row for each status of an obstacle; `before`: a drawing before its sign. */
-export function Statuses({ run, before }: { run: Run; before?: (status: Exclude<Status, "absent">) => ComponentChildren }) {
+/** A row for each status of an obstacle. */
+export function Statuses({ run }: { run: Run }) {
   const hidden = `obstacle, still hidden${run.obstacles.some((each) => each.ordered) ? `, or ${UNORDERED}` : ""}`;
   return STATUSES.map((status) => (
     <li key={status} class="row">
-      {before?.(status)}
       <StatusSign run={run} status={status} />
       {status === "hidden" ? hidden : run.marks.status[status].meaning}
     </li>

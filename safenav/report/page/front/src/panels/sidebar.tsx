@@ -108,11 +108,8 @@ export function Robots({ run, tick, eye, player, where }: RobotsProps) {
 /** The charge of a battery in percent. */
 function Charge({ percent }: { percent: number }) {
   return (
-    <span class={`charge ${percent <= 20 ? "low" : ""}`} title="Charge of its battery">
-      <span class="cell" aria-hidden="true">
-        <span style={{ width: `${percent}%` }} />
-      </span>
-      {percent} %
+    <span class="charge" title="Charge of its battery">
+      <meter min={0} max={100} low={20} value={percent} /> {percent} %
     </span>
   );
 }

@@ -11,7 +11,7 @@ export interface Track {
   size: number;
   /** Names of the columns of `data`, in order. */
   columns: string[];
-  /** Column by column: the first value, then the differences; deflated, base64. */
+  /** The columns: of each the first value, then the differences; JSON, deflated, base64. */
   data: string;
   /** The plan of a robot whose motion was measured. */
   ghost?: { columns: string[]; data: string };
@@ -41,26 +41,10 @@ export interface Sampled {
 
 const THOUSANDTHS = 1000;
 
-async function inflated(text: string): Promise<Int32Array> {
+async function inflated(text: string): Promise<number[][]> {
   const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
-  return unpacked(new Uint8Array(await new Response(stream).arrayBuffer()));
-}
-
-/** Signed numbers of one, two or four bytes: -127..127, or a mark and the wider number. */
-function unpacked(bytes: Uint8Array): Int32Array {
-  const view = new DataView(bytes.buffer);
-  const values: number[] = [];
-  for (let i = 0; i < bytes.length; ) {
-    const small = view.getInt8(i++);
-    if (small !== -128) {
-      values.push(small);
-      continue;
-    }
-    values.push(view.getInt32(i, true));
-    i += 4;
-  }
-  return Int32Array.from(values);
+  return JSON.parse(await new Response(stream).text()) as number[][];
 }
 
 /** The columns of all robots. */
@@ -81,7 +65,7 @@ async function columnsOf(samples: number, names: string[], data: string): Promis
     const column = new Float32Array(samples);
     let value = 0;
     for (let i = 0; i < samples; i++) {
-      value += steps[c * samples + i]!;
+      value += steps[c]![i]!;
       column[i] = value / THOUSANDTHS;
     }
     columns.set(name, column);

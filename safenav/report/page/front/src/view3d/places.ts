@@ -48,27 +48,10 @@ export class Places {
     this.borders.material.color = themeColour("accent");
   }
 
-  /**
-   * Place the names, nearest first, so that none covers another one or `others` in this view;
-   * hide those without room.
-   */
-  declutter(camera: PerspectiveCamera, canvas: HTMLCanvasElement, shown: boolean, others: Sprite[]): void {
-    this.group.visible = shown;
-    if (!shown) return;
-    camera.updateMatrixWorld();
-    const boxOf = (found: Sprite): Box | null => boxOn(found, camera, canvas);
-    const placed = others.map(boxOf).filter((box) => box !== null);
+  /** The names, the nearest first. */
+  nearest(camera: PerspectiveCamera): Sprite[] {
     const away = (found: Sprite): number => found.position.distanceTo(camera.position);
-    for (const found of [...this.signs].sort((a, b) => away(a) - away(b))) {
-      found.visible = HANGS.some((hang) => {
-        found.center.y = hang;
-        const box = boxOf(found);
-        if (box === null || placed.some((other) => overlap(box, other))) return false;
-        placed.push(box);
-        return true;
-      });
-    }
-    canvas.dataset.names = this.signs.filter((found) => found.visible).map((found) => found.name).join(" ");
+    return [...this.signs].sort((a, b) => away(a) - away(b));
   }
 }
 
@@ -84,16 +67,20 @@ function boxOn(found: Sprite, camera: PerspectiveCamera, canvas: HTMLCanvasEleme
   return { left, right: left + w, top: bottom - h, bottom };
 }
 
-/** Hide each sign that would cover an earlier one; return the visible ones. */
-export function tidied(signs: Sprite[], camera: PerspectiveCamera, canvas: HTMLCanvasElement): Sprite[] {
+/** Hide each sign that would cover an earlier one; the canvas tells which names are visible. */
+export function tidy(signs: Sprite[], camera: PerspectiveCamera, canvas: HTMLCanvasElement): void {
   camera.updateMatrixWorld();
   const placed: Box[] = [];
-  return signs.filter((found) => {
-    const box = boxOn(found, camera, canvas);
-    found.visible = box !== null && !placed.some((other) => overlap(box, other));
-    if (found.visible) placed.push(box!);
-    return found.visible;
-  });
+  for (const found of signs) {
+    found.visible = (found.name ? HANGS : [found.center.y]).some((hang) => {
+      found.center.y = hang;
+      const box = boxOn(found, camera, canvas);
+      if (box === null || placed.some((other) => overlap(box, other))) return false;
+      placed.push(box);
+      return true;
+    });
+  }
+  canvas.dataset.names = signs.filter((found) => found.visible && found.name).map((found) => found.name).join(" ");
 }
 
 /** Return the lines of a path on the flat map as points on the ground. */

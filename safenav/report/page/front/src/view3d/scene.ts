@@ -10,7 +10,7 @@ import { focusAt, type Lens, type View } from "./eye";
 import { centreOf, Floor } from "./floor";
 import { sampleAt, type Motion, type Sampled } from "./motion";
 import { Obstacles } from "./obstacles";
-import { Places, tidied } from "./places";
+import { Places, tidy } from "./places";
 import { FIELD_ANGLE, Notice, sign } from "./signs";
 import { themeColour, type Body, type Doing } from "./solids";
 import { Trails } from "./trails";
@@ -231,8 +231,8 @@ export class RunScene implements Lens {
     this.showTargets(tick, shown.targets);
     this.orbit.update();
     this.scene.updateMatrixWorld();
-    const signs = tidied(this.signs(), this.camera, this.renderer.domElement);
-    this.places.declutter(this.camera, this.renderer.domElement, shown.names, signs);
+    this.places.group.visible = shown.names;
+    tidy([...this.signs(), ...(shown.names ? this.places.nearest(this.camera) : [])], this.camera, this.renderer.domElement);
     this.renderer.render(this.scene, this.camera);
   }
 
