@@ -55,12 +55,14 @@ Exit codes:
 )
 @click.option("--motion", "written", type=options.LINES, help="Compute and write the motion.")
 @click.option("--report", is_flag=True, help="Print times, waits, distances, errors, margins.")
+@click.option("--track", is_flag=True, help="Simulate flyers that track their references.")
 @click.option("--csv", "stem", type=options.Output(), metavar="STEM", help="Tables: STEM-*.csv.")
 @click.option(
     "--gust",
     type=options.FiniteRange(min=0),
+    default=0.0,
     metavar="M/S",
-    help="Simulate flyers in wind (root mean square; 0: in still air).",
+    help="The same, in wind (root mean square).",
 )
 @click.option("--seed", type=options.SEED, default=0, metavar="N", help="Seed of the wind.")
 @click.option(
@@ -84,8 +86,9 @@ def export(
     outputs: tuple[Path, ...],
     written: Path | None,
     report: bool,
+    track: bool,
     stem: Path | None,
-    gust: float | None,
+    gust: float,
     seed: int,
     rate: float,
     side: float | None,
@@ -105,12 +108,12 @@ def export(
     if not report and stem is None and not files:
         raise UsageError("no output: give -o FILE, --motion FILE, --csv STEM or --report")
     computed = motion is None and (report or ".jsonl" in files)
-    unread = {} if computed else dict.fromkeys(("gust", "seed"), "--motion")
+    unread = {} if computed else dict.fromkeys(("gust", "seed", "track"), "--motion")
     options.refuse(unread | ({} if ".npz" in files else {"rate": "-o FILE.npz"}))
     if motion is not None and ".jsonl" in files:
         raise UsageError(f"--motion computes one, and {motion} is one: give one of them")
     run = read_trace(trace)
-    moved = _computed(run, side, gust, seed) if computed else None
+    moved = _computed(run, side, gust, seed, track=track) if computed else None
     if motion is not None:
         from safenav.motion.check.verdict import read_motion_of
 
@@ -146,7 +149,7 @@ def export(
     return ExitCode.OK
 
 
-def _computed(run: Trace, side: float | None, gust: float | None, seed: int) -> Motion:
+def _computed(run: Trace, side: float | None, gust: float, seed: int, *, track: bool) -> Motion:
     """Return the motion of a trace. Raises UsageError if it breaks a rule."""
     from safenav.motion.making import SIDE, Disturbances, motion_of, refuse_broken
 
@@ -154,7 +157,7 @@ def _computed(run: Trace, side: float | None, gust: float | None, seed: int) -> 
         note = f"no region size given; using {SIDE:g} m (change with --side M)"
         click.echo(f"{run.source}: {note}", err=True)
     refuse_broken(run)
-    return motion_of(run, side, Disturbances(seed, gust or 0.0, gust is not None))
+    return motion_of(run, side, Disturbances(seed, gust, track))
 
 
 def _waypoints(

@@ -5,6 +5,7 @@ turn their values into the model (``scenario.model``). A class of values that ne
 form (a region of the map, a formula) is ``Raw``. docs/scenario.md explains each key.
 """
 
+from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
 from safenav.formula.syntax import RESERVED_WORDS
@@ -179,7 +180,10 @@ class MapKeys(Item, frozen=True):
         "dependentRequired": {"rows": ["cols"], "cols": ["rows"], "origin": ["resolution"]},
         "oneOf": [_of_form(kind) for kind in FORMS],
     }
-    elsewhere: ClassVar = {"areas": "'areas' stands beside 'map', not in it"}
+    elsewhere: ClassVar = {
+        "areas": "'areas' stands beside 'map', not in it",
+        "threshold": "adapt the image: darker than half is wall",
+    }
     grid: GridRows | None = key("One line for each row: '#' is a wall, '.' is free.")
     image: Scalar | None = key("A PNG or PGM file: dark is wall.")
     ros: Scalar | None = key("The YAML file of a map as ROS map_server saves it.")
@@ -244,6 +248,7 @@ class ModelKeys(Item, frozen=True):
     """A robot model."""
 
     one: ClassVar = "robot model {name}"
+    elsewhere: ClassVar = {"carries": "each robot carries one load"}
     mobility: Mobility | None = key(
         "free: steps to any neighbour; heading: straight on, or after a turn of 90 degrees.",
         "'mobility: free' or 'mobility: heading'",
@@ -284,12 +289,14 @@ class NeedKeys(Item, frozen=True):
 
 
 _WITHIN = key("Maximum number of ticks from the request to the resolution.")
+_NO_SWEEPS = {"sweeps": "keep robots apart by 'never_together'"}
 
 
 class TypeKeys(Item, frozen=True):
     """A type of obstacles: an action that resolves it, or several needs."""
 
     one: ClassVar = "obstacle type {name}"
+    elsewhere: ClassVar = _NO_SWEEPS
     rules: ClassVar = {
         "oneOf": [
             {"required": ["action"], "not": {"required": ["needs"]}},
@@ -355,6 +362,7 @@ class ObjectiveKeys(Item, frozen=True):
     one: ClassVar = "objective {rest} when {name}"
     label: ClassVar = "{rest}"
     example: ClassVar = EXAMPLE
+    elsewhere: ClassVar = {"circuit": "use 'patrol', with two targets or more"}
     rules: ClassVar = {
         "oneOf": [{"required": [kind]} for kind in (*KINDS, "ltl")],
         "dependentSchemas": {
@@ -387,6 +395,7 @@ class RobotKeys(Item, frozen=True):
     one: ClassVar = "robot {name}"
     label: ClassVar = "of {rest}"
     elsewhere: ClassVar = {
+        "tracking": "name the robots that its specification models: 'tracks: [quad]'",
         **{
             word: f"it belongs in the objective, for example 'objective: {{{example}}}'"
             for word, example in {
@@ -444,6 +453,7 @@ class InputKeys(Item, frozen=True):
 
     one: ClassVar = "input {name}"
     example: ClassVar = "{at: 12-30}; {} for one that a program sets"
+    elsewhere: ClassVar = {"probability": "list the ticks: at: [12, 20-30]"}
     at_: Spans | None = key("Ticks when a simulation has it on: 12, 20-30 or a list.")
     always_eventually: Literal["off", "on", "both"] | bool | None = key(
         "Values that specifications assume infinitely often: off, on or both.",
@@ -460,6 +470,7 @@ class ObstacleKeys(Item, frozen=True):
     one: ClassVar = "an obstacle"
     label: ClassVar = "of {type}"
     example: ClassVar = "{type: door, region: 47}"
+    elsewhere: ClassVar = _NO_SWEEPS
     type: Scalar | None = key("An obstacle type of the catalogue.", "for example 'type: door'")
     region: RegionValue | None = key("Its region.", _AT)
     traversable: bool | None = key(
@@ -517,10 +528,14 @@ _OBSTACLE = {"description": "An obstacle: type@region.", **matching(".+@.+")}
 _NAMES = {"items": _OBSTACLE}
 
 
+_AS_REQUIREMENT = "state it in 'requirements', by requested_door@47 and resolved_door@47"
+
+
 class ExpectKeys(Item, frozen=True):
     """The expected result of a run; only the keys that are given are checked."""
 
     example: ClassVar = "{outcome: completed}"
+    elsewhere: ClassVar = dict.fromkeys(("order", "never"), _AS_REQUIREMENT)
     outcome: Ended | None = key("The outcome of the run.")
     late: tuple[Scalar, ...] | None = key(
         "Exactly the missed deadlines: robots, obstacles, mission. Default: none."
@@ -546,6 +561,13 @@ class ScenarioKeys(Item, frozen=True):
     docs/scenario.md."""
 
     label: ClassVar = ""
+    elsewhere: ClassVar[Mapping[str, str]] = {
+        "order": "the newest request is served first, earlier due times before that",
+        "deadlock": "joint plans always resolve deadlocks",
+        "controllers": "every strategy is listed",
+        "suspects": "the bound of a deadline needs no list of possible obstacles",
+        "failures": "write it in the fleet file of 'safenav drive'; runs have fixed defaults",
+    }
     safenav: int | None = version(VERSION, "scenario", "safenav")
     name: str | None = key("Its name in reports. Default: that of the file.")
     map: MapKeys | None = key(
