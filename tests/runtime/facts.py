@@ -1,6 +1,5 @@
 """Facts about the run of a case file: the check that each key of its lines ``#:`` stands for."""
 
-from collections.abc import Sequence
 from copy import deepcopy
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -10,20 +9,29 @@ import click
 import pytest
 import yaml
 from click.testing import CliRunner
+from msgspec import convert
+from msgspec.structs import replace
 
 from certify.making import bundle_at, certified, files_of, judged, rewrite
 from certify.mutants import lines_of, with_lines
 from runtime.continued import moves, rests
-from runtime.played import Line, Run, begin, loaded, play, whole
+from runtime.played import Line, Run, begin, loaded, whole
+from runtime.worlds import Clocked, Distant, Driven, Faulty, Remote, Swinging
 from safenav.checked_trace import check_trace
 from safenav.cli.check import check as command
 from safenav.errors import InputError
 from safenav.report.terminal.story import Story
 from safenav.runtime.intervention.reading import read_intervention
 from safenav.runtime.run.mission import Mission
+from safenav.scenario.settings import Failures
 from safenav.trace.records import KINDS
 
 Facts = dict[str, Any]
+WORLDS: dict[str, Any] = {
+    **{"simulated": None, "faulty": Faulty, "driven": Driven},
+    **{"remote": Remote, "clocked": Clocked, "distant": Distant, "swinging": Swinging},
+}
+WRONG = ("slides", "jams", "looks", "faults", "speeds")
 CASES = Path(__file__).parent / "cases"
 
 
@@ -47,8 +55,7 @@ def hold(text: str, facts: Facts) -> None:
             loaded(text)
         _has(str(error.value), facts["refused"])
         return
-    waits = facts.pop("waits", None)
-    run = play(text) if waits is None else attended(text, waits)
+    run = staged(text, facts)
     damages = facts.pop("damaged", ())
     cut = facts.pop("cut", None)
     forged, proven = facts.pop("forged", ()), facts.pop("certified", ())
@@ -66,16 +73,25 @@ def hold(text: str, facts: Facts) -> None:
         _has(certified(text), () if proven is True else proven)
 
 
-def attended(text: str, waits: Sequence[Sequence[str]]) -> Run:
-    """Play a live run for which an operator intervenes with these words at each wait."""
-    left = list(waits)
-    mission, run = begin(text, attended=True)
+def staged(text: str, facts: Facts) -> Run:
+    """Play a run in the world, and with the operator, that the facts name; the audit must accept
+    its trace, except where the world lies."""
+    waits, lies = facts.pop("waits", None), facts.pop("lies", False)
+    about = {key: facts.pop(key) for key in WRONG if key in facts}
+    kind = WORLDS[facts.pop("world", None) or ("faulty" if "faults" in about else "simulated")]
+    scenario = replace(loaded(text), failures=convert(facts.pop("failures", {}), Failures))
+    for was, is_ in facts.pop("there", {}).items():
+        assert was in text, was
+        text = text.replace(was, is_)
+    world = None if kind is None else kind(loaded(text), **about)
+    mission, run = begin(scenario, world=world, attended=waits is not None)
+    left = list(waits or ())
     while mission.result is None:
-        if mission.waiting is not None and mission.still:
+        if waits is not None and mission.waiting is not None and mission.still:
             for line in left.pop(0):
                 mission.intervene(read_intervention(line, mission.scenario))
         mission.step()
-    assert not run.findings, run.findings
+    assert lies or not run.findings, run.findings
     assert not left
     return run
 
@@ -110,7 +126,9 @@ def _recorded(run: Run, facts: Facts) -> None:
         fields = {name.rstrip("_") for name in KINDS[kind].__struct_fields__}
         assert {key.partition(".")[0] for row in rows for key in row} <= fields, what
         for row in rows if some else ():
-            assert bool(_all(run, kind, row)) == (some == "some"), (what, row)
+            count = len(_all(run, kind, row))
+            expected = {"some": count > 0, "no": count == 0}
+            assert expected[some] if some in expected else count == int(some), (what, row, count)
         if not some:
             found = run.all(kind)
             assert len(found) == len(rows), (what, found)

@@ -4,7 +4,8 @@ The first comment of a file is its story. Its lines ``#:`` are YAML:
 
 - ``TYPE``: fields of all lines of this type, in their order; ``a.b`` is the field b of the field
   a, and ``...WORDS`` are words of a text
-- ``some TYPE``, ``no TYPE``: fields of lines that the trace has, or does not have
+- ``some TYPE``, ``no TYPE``, ``3 TYPE``: fields of lines that the trace has, does not have, or has
+  so often
 - ``in order``: the first lines with these fields, ``[TYPE, FIELDS]``, come in this order
 - ``explained``, ``left_open``: words of the outcome's explanation, and the orders left open there
 - ``story``, ``no story``, ``check``, ``no check``: words that the story of the run has or has not,
@@ -18,6 +19,10 @@ The first comment of a file is its story. Its lines ``#:`` are YAML:
 - ``cut``: from before each pass on, resumed, the run has the same ``outcome``, or even the same
   ``moves``
 - ``waits``: an operator attends the live run, and intervenes with these words at each wait
+- ``world``: in which it is played (``facts.WORLDS``); ``slides``, ``jams``, ``looks``, ``faults``,
+  ``speeds``: what goes wrong there (``worlds.py``); ``there``: words of the scenario with others,
+  with which the world differs from it; ``failures``: the policy for them; ``lies``: the world may
+  tell what breaks rules
 - ``refused``: the scenario is not loaded; words of the message
 - ``clocks``: it is played on each of these
 - ``or``: it is also played with these words replaced

@@ -1,32 +1,79 @@
 """Worlds of users: simulations behind calls, and an empty floor in time."""
 
-from collections.abc import Iterable, Sequence
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+from msgspec.structs import replace
+
 from safenav.runtime.worlds.live_simulation import LiveSimulation
-from safenav.runtime.worlds.protocol import Acted, Arrived, WorldEvent
+from safenav.runtime.worlds.protocol import (
+    Acted,
+    Arrived,
+    Elsewhere,
+    Failed,
+    Lost,
+    Sensed,
+    WorldEvent,
+)
 from safenav.runtime.worlds.truth import SimulatedWorld
 from safenav.scenario.model import Obstacle, Robot, Scenario
+from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
 from safenav.world.moves import Pose
 
 
 class Driven:
     """A world of blocking calls, which forwards the mission's calls to another one, ``truth``.
-    ``moves``: number of moves commanded."""
+    ``slides``: by robot and number of its move (from 1; the first one is to its start) the region
+    in which that ends; ``jams``: by robot, how many of its actions have no effect; ``looks``: by
+    robot, whether its first looks show an obstacle that is there, the last one also later;
+    ``count``: of moves."""
 
-    def __init__(self, scenario: Scenario) -> None:
-        self.truth, self.moves = SimulatedWorld(scenario), 0
+    def __init__(
+        self,
+        scenario: Scenario,
+        slides: Mapping[str, Mapping[int, Region]] | None = None,
+        jams: Mapping[str, int] | None = None,
+        looks: Mapping[str, Sequence[bool]] | None = None,
+    ) -> None:
+        self.truth, self.count = SimulatedWorld(scenario), Counter[str]()
+        self.slides, self.jams = slides or {}, dict(jams or {})
+        self.obstacles, self.at = scenario.obstacles, dict[str, Region]()
+        self.looks = {name: [*told] for name, told in (looks or {}).items()}
+
+    @property
+    def moves(self) -> int:
+        return self.count.total()
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
-        return self.truth.sense(robot, region)
+        found, left = self.truth.sense(robot, region), self.looks.get(robot.name, [True])
+        sees = found is None or (left.pop(0) if len(left) > 1 else left[0])
+        return found if sees else None
 
     def move(self, robot: Robot, pose: Pose) -> Pose | None:
-        self.moves += 1
-        return self.truth.move(robot, pose)
+        self.count[robot.name] += 1
+        region = self.slides.get(robot.name, {}).get(self.count[robot.name])
+        pose = pose if region is None else replace(pose, region=region)
+        self.truth.move(robot, pose)
+        return pose
 
     def act(self, robot: Robot) -> Iterable[tuple[Obstacle, bool | None]]:
+        if self.jams.get(robot.name) and self.truth.within_reach(robot):
+            self.jams[robot.name] -= 1
+            return []
         return self.truth.act(robot)
+
+
+class Swinging(Driven):
+    """The first obstacle is there again whenever the robot that has resolved it has left it."""
+
+    def move(self, robot: Robot, pose: Pose) -> Pose | None:
+        (door, *_), at = self.obstacles, self.at.get(robot.name)
+        if at == door.region != pose.region and not self.truth.stands(door):
+            self.truth.place(door)
+        self.at[robot.name] = pose.region
+        return super().move(robot, pose)
 
 
 class Remote:
@@ -48,6 +95,86 @@ class Clocked(Remote):
     """One whose time does not stand still while the team waits."""
 
     hidden = ("expected", "times", "changes")
+
+
+class Faulty(LiveSimulation):
+    """A simulation whose events are changed before the mission receives them. ``faults``: a robot,
+    a number of its arrivals (``{to: REGION}``: those there; null: each), what becomes of them, and
+    regions; ``jams``: by robot, how many of its actions fail."""
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        faults: Iterable[Sequence[Any]] = (),
+        jams: Mapping[str, int] | None = None,
+        speeds: Mapping[str, float] | None = None,
+    ) -> None:
+        super().__init__(scenario, speeds=speeds)
+        self.scenario, self.faults, self.jams = scenario, [*faults], dict(jams or {})
+        self.count = Counter[str]()
+        self.last: dict[str, Pose] = {robot.name: robot.start for robot in scenario.robots}
+
+    def start(self, robot: Robot, pose: Pose, command: int) -> None:
+        self.last[robot.name] = self._poses[robot.name]
+        super().start(robot, pose, command)
+
+    def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> Acted | None:
+        self.truth.cleared = {obstacle.name for obstacle in obstacles}
+        there = [*obstacles, *(o for o, _ in self.truth.within_reach(robot) if o not in obstacles)]
+        if not (there and self.jams.get(robot.name)):
+            return super().act(robot, obstacles, command)
+        self.jams[robot.name] -= 1
+        failed = tuple((obstacle, ActResult.FAILED) for obstacle in there)
+        return Acted(self.now(), robot.name, failed, command=command)
+
+    def wait(self, timeout: float | None) -> list[WorldEvent]:
+        return [told for event in super().wait(timeout) for told in self._told(event)]
+
+    def _told(self, event: WorldEvent) -> Sequence[WorldEvent]:
+        if not isinstance(event, Arrived):
+            return [event]
+        self.count[event.robot] += 1
+        here = self._poses[event.robot].region
+        for robot, which, what, *where in self.faults:
+            if robot == event.robot and which in (None, self.count[robot], {"to": here}):
+                return self._struck(event, what, where)
+        return [event]
+
+    def _struck(self, event: Arrived, what: str, where: list[Any]) -> Sequence[WorldEvent]:
+        at, name, command = event.at, event.robot, event.command
+        ends = frozenset(where or {self.last[name].region, self._poses[name].region})
+        match what:
+            case "failed" | "fatal":
+                pose = Pose(where[0]) if where else self.last[name]
+                self._carry(name, self._poses[name] if where else pose)
+                return [Failed(at, name, pose, "slips", what == "fatal", command=command)]
+            case "carried":
+                self._carry(name, pose := Pose.of(*where))
+                return [Elsewhere(at, name, pose, command=command)]
+            case "elsewhere":
+                return [Elsewhere(at, name, Pose(where[0]), command=command)]
+            case "lost":
+                return [Lost(at, name, ends, command=command)]
+            case "seen":
+                return [event, Sensed(at, self.scenario.obstacles[0])]
+            case "acted":
+                return [Acted(at, name, [], command=command)]
+        return {"silent": [], "twice": [event, event], "unasked": [replace(event, command=None)]}[
+            what
+        ]
+
+    def _carry(self, name: str, pose: Pose) -> None:
+        self._poses[name] = pose
+        self.truth.move(self.scenario.robot(name), pose)
+
+
+class Distant(Clocked):
+    """Robots with another driver: they do only as commanded."""
+
+    def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> Acted | None:
+        if not obstacles:
+            return Acted(self.simulation.now(), robot.name, command=command)
+        return self.simulation.act(robot, obstacles, command)
 
 
 class Bare:

@@ -112,8 +112,9 @@ def changed(data: Any, place: tuple[Any, ...], value: Any) -> None:
     data[place[-1]] = value
 
 
-def test_a_made_up_checkpoint_is_an_error_or_a_run(tmp_path: Path) -> None:
-    """Its digest shows changes, not who has written it."""
+def test_a_made_up_checkpoint_is_refused_or_a_run(tmp_path: Path) -> None:
+    """Its digest shows changes, not who has written it: its places, robots and requests are those
+    of the scenario, and of the lines before it."""
     draw = random.Random(1)
     for name in ("case_study_3", "battery_delivery", "warehouse_orders", "corridor_swap"):
         path = interrupted(load_scenario(ROOT / "scenarios" / f"{name}.yaml"), 12, tmp_path)
@@ -124,14 +125,18 @@ def test_a_made_up_checkpoint_is_an_error_or_a_run(tmp_path: Path) -> None:
         chosen = draw.sample([*places(run)], 6)
         wrong = [(place, draw.choice([-1, 1, 10**9, None, [], True, "x"])) for place in chosen]
         robot = ("state", "robots", 0)
-        wrong += [((*robot, "pose"), -1), ((*robot, "pose"), 10**9), (("due",), {"\ud800": 1})]
-        wrong += [(("state", "requests"), [99]), (("own", 0), {"visit": [10**9]})]
-        for place, value in wrong:
+        lies = [((*robot, "pose"), -1), ((*robot, "pose"), 10**9), (("due",), {"\ud800": 1})]
+        lies += [(("state", "requests"), [99]), (("own", 0), {"visit": [10**9]})]
+        other = next(p for p in read_trace(path).header.scenario.robots.values()).start
+        lies += [((*robot, "pose"), other), ((*robot, "own"), [99, 0, False])]
+        lies += [((*robot, "objective"), {"ltl": {"safety": ["nothing = 1"]}})]
+        for place, value in (*wrong, *lies):
             made = json.loads(json.dumps(run))
             changed(made, place, value)
             made["sha256"] = "" if place == ("due",) else _digest(made)
             data = [*lines[:at], lines[at] | {"run": made}, *lines[at + 1 :]]
             path.write_text("".join(json.dumps(line) + "\n" for line in data))
             done = safenav("resume", path, "--max-ticks", 60)
-            assert done.returncode in (0, 1, 2, 3), (name, place, value, done.stderr)
+            codes = (2,) if (place, value) in lies else (0, 1, 2, 3)
+            assert done.returncode in codes, (name, place, value, done.stderr)
             assert "internal" not in done.stderr

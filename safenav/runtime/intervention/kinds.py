@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any, get_type_hints
+from typing import Any
 
 from msgspec import Struct
 
+from safenav.errors import UsageError
+from safenav.runtime.worlds.reports import fitted
 from safenav.scenario.model import ObstacleType
 from safenav.scenario.objective import Objective
 from safenav.world.map import Region
@@ -89,21 +91,16 @@ class GiveUp(Intervention, frozen=True):
     """The run ends: with the conclusion for which it waits, else as interrupted."""
 
 
-def misfit(wanted: object) -> str | None:
-    """The reason why a value is not an intervention, or has parts of wrong types; None if it is
-    one. ``SetService("digit", "out")`` would mean the opposite, since every text is true."""
+def well_formed(wanted: Any) -> Intervention:
+    """Return an intervention all parts of which have their types: ``SetService("digit", "out")``
+    would mean the opposite, since every text is true. Raises UsageError."""
     if not isinstance(wanted, Intervention) or type(wanted) is Intervention:
-        return (
+        raise UsageError(
             f"{wanted!r} is not an intervention: use safenav.MarkResolved or another class of "
             "interventions, or safenav.read_intervention(LINE, scenario)"
         )
-    parts: list[Any] = [wanted]
-    if isinstance(wanted, PutBack) and isinstance(wanted.pose, Pose):
-        parts.append(wanted.pose)
-    for part in parts:
-        for name, kind in get_type_hints(type(part)).items():
-            value = getattr(part, name)
-            if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
-                expected = getattr(kind, "__name__", str(kind).replace("safenav.", ""))
-                return f"'{name}' of {type(part).__name__} is {value!r}, not {expected}"
-    return None
+    try:
+        found: Intervention = fitted(wanted, type(wanted))
+    except ValueError as error:
+        raise UsageError(f"{type(wanted).__name__} {error}") from error
+    return found

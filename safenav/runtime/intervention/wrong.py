@@ -5,20 +5,20 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-import msgspec
-
-from safenav.formula.parser import FormulaError, parse
-from safenav.runtime.worlds.reports import misfit
-from safenav.scenario.guarantees import guarantees_of
-from safenav.scenario.model import FAILURES, Obstacle, ObstacleType, ResolveAt, Scenario
+from safenav.formula.parser import Bounds, FormulaError, check, parse
+from safenav.runtime.worlds.reports import checked_obstacle
+from safenav.scenario.model import FAILURES, Obstacle, ObstacleType, ResolveAt, Robot, Scenario
 from safenav.scenario.objective import Ltl, Objective, formulas_in
 from safenav.scenario.yaml.typed import NAME
+from safenav.world.moves import Mobility
 
 
 def wrong_type(kind: ObstacleType, scenario: Scenario) -> str | None:
     """Return the reason why an obstacle of a type cannot be part of a scenario; None if it can."""
-    if (found := misfit(Obstacle(kind, 0))) is not None:
-        return found.replace("the obstacle in region 0", f"the type {kind.name}")
+    try:
+        checked_obstacle(Obstacle(kind, 0))
+    except ValueError as error:
+        return str(error).replace("the obstacle in region 0", f"the type {kind.name}")
     if not re.fullmatch(NAME, kind.name):
         return f"{kind.name!r} cannot name an obstacle type: use letters, digits, - and _"
     if kind.name.startswith(FAILURES):
@@ -39,42 +39,33 @@ def wrong_type(kind: ObstacleType, scenario: Scenario) -> str | None:
     return None
 
 
-def wrong_objective(objective: Objective, scenario: Scenario) -> str | None:
-    """Return the reason why no robot of a scenario can have an objective; None if one can."""
-    return next(_errors(objective, scenario), None)
+def wrong_objective(objective: Objective, robot: Robot, scenario: Scenario) -> str | None:
+    """Return the reason why a robot of a scenario cannot have an objective; None if it can."""
+    return next(_errors(objective, robot, scenario), None)
 
 
-def _errors(objective: Objective, scenario: Scenario) -> Iterator[str]:
-    try:
-        same = msgspec.convert(msgspec.to_builtins(objective), type(objective)) == objective
-    except (msgspec.ValidationError, TypeError) as error:
-        yield f"the objective has a wrong part: {error}"
-        return
-    if not same:
-        yield "the objective has a list in place of a frozenset or a tuple"
-        return
+def _errors(objective: Objective, robot: Robot, scenario: Scenario) -> Iterator[str]:
+    inputs = {each.name for each in scenario.inputs}
     if isinstance(objective, Ltl):
-        for name in {*objective.inputs} - {each.name for each in scenario.inputs}:
-            yield f"there is no input '{name}'"
+        yield from (f"there is no input '{name}'" for name in {*objective.inputs} - inputs)
         if not (objective.safety or objective.liveness):
             yield "the objective has no formulas"
-        formulas = (*objective.init, *objective.safety, *objective.liveness)
-    else:
-        formulas = objective.always
-        count, least, most = len(objective.targets), objective.least, objective.most
-        if count < least or count > (most or count):
-            yield f"{objective.kind} has {count} targets, expected {most or f'at least {least}'}"
-        elif (found := objective.wrong(objective.targets)) is not None:
-            yield "; ".join(found)
-        for target in objective.targets:
-            if not target or not all(map(scenario.map.is_free, target)):
-                yield f"target {sorted(target)}: expected free regions of the map"
-        if not all(0 <= region < scenario.map.size for region in objective.avoid):
-            yield f"'avoid' {sorted(objective.avoid)}: expected regions of the map"
-    try:
-        for text in formulas:
-            parse(text)
-        if (rules := formulas_in(objective)) is not None:
-            guarantees_of(rules)
-    except (FormulaError, ValueError, KeyError) as error:
-        yield f"the objective has a wrong formula: {error}"
+    for target in objective.targets:
+        if not target or not all(map(scenario.map.is_free, target)):
+            yield f"target {sorted(target)}: expected free regions of the map"
+    if not all(0 <= region < scenario.map.size for region in objective.avoid):
+        yield f"'avoid' {sorted(objective.avoid)}: expected regions of the map"
+    rules = formulas_in(objective)
+    if rules is None:
+        return
+    declared: dict[str, Bounds] = {"region": (0, scenario.map.size - 1), **rules.memory}
+    declared |= {} if robot.model.mobility is Mobility.FREE else {"heading": (0, 3)}
+    named = declared | dict.fromkeys(inputs)
+    texts = [(text, declared, False) for text in rules.init]
+    texts += [(text, named, True) for text in (*rules.safety, *rules.liveness)]
+    for text, known, after in texts:
+        try:
+            for flaw in check(parse(text), known, next_allowed=after):
+                yield f"the objective has a wrong formula: {flaw.found}"
+        except FormulaError as error:
+            yield f"the objective has a wrong formula: {error}"

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Iterator, Mapping
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import msgspec
@@ -17,13 +18,16 @@ from msgspec.structs import replace
 
 from safenav.errors import UsageError
 from safenav.runtime.control.roles import Role
+from safenav.runtime.intervention.wrong import wrong_objective
 from safenav.runtime.run.deadlines import LedgerKept
+from safenav.runtime.worlds.reports import checked_obstacle
 from safenav.runtime.worlds.truth import Truth
-from safenav.scenario.model import Obstacle, Scenario
+from safenav.scenario.model import Obstacle, ResolveAt, Scenario
 from safenav.scenario.objective import Objective
 from safenav.scenario.settings import Limits
-from safenav.team.state import State
-from safenav.team.team import Team, assigned, introduced, team_of
+from safenav.team.formulas import pursuit_of
+from safenav.team.state import Is, Plan, RobotNow, State
+from safenav.team.team import Member, Team, assigned, introduced, team_of
 from safenav.trace import records
 from safenav.trace.fields import WrongError, convert, plain
 from safenav.trace.setting import scenario_header
@@ -37,7 +41,7 @@ FEWEST, SHARE, LINE = 50, 2, 150
 """A checkpoint follows after that many lines at least, when they take ``SHARE`` times the space of
 the last one, with ``LINE`` bytes for each."""
 MOST = 10**7
-"""No number of a pose, a region or a target is as large; a made-up one could fill the memory."""
+"""No count of a run is as large."""
 
 
 class Memory(Struct, frozen=True, forbid_unknown_fields=True):
@@ -123,26 +127,7 @@ def _checkpoints(trace: Trace) -> list[tuple[int, Kept]]:
     except WrongError as error:
         why = f"its checkpoints are those of another version of safenav: {error}"
         raise UsageError(f"{trace.source}: {why}") from error
-    if any(not 0 <= number < MOST for _, kept in read for number in _bits(kept)):
-        raise UsageError(f"{trace.source}: a checkpoint has a region or target that no map has")
     return read
-
-
-def _bits(kept: Kept) -> Iterator[int]:
-    """The numbers of a checkpoint that become bits of masks."""
-    state, truth = kept.state, kept.truth
-    pursued = [*zip(kept.own, (robot.own for robot in state.robots), strict=False)]
-    for robot in state.robots:
-        yield from (robot.pose, robot.next, *robot.failed)
-        for _, known in robot.known:
-            yield from (known,) if isinstance(known, int) else known
-        pursued.append((robot.objective, robot.task))
-        pursued += [] if robot.base is None else [(robot.base[0], robot.base[2])]
-    for objective, count in pursued:
-        yield count.memory * objective.in_turn
-    for each in (*state.obstacles, *(() if truth is None else truth.obstacles)):
-        yield from (region for _, region in each.asked)
-    yield from (place.pose for way in (state.plan.ways if state.plan else ()) for place in way)
 
 
 def resumption(trace: Trace, scenario: Scenario) -> Resumption:
@@ -153,7 +138,11 @@ def resumption(trace: Trace, scenario: Scenario) -> Resumption:
         raise UsageError(f"nothing to resume: the run ended ({trace.outcome.outcome.value})")
     count, kept = _checkpoints(trace)[-1]
     limits = _compare(trace, scenario)
-    team, state = _restored(team_of(scenario), kept)
+    try:
+        team = _restored(scenario, kept)
+    except WrongError as error:
+        raise UsageError(f"{trace.source}: a checkpoint does not fit its run: {error}") from error
+    state = kept.state
     pairs = zip(state.robots, kept.helps, strict=True)
     roles = tuple(Role(robot.objective, helps) for robot, helps in pairs)
     header = replace(trace.header, scenario=replace(trace.header.scenario, limits=limits))
@@ -174,14 +163,154 @@ def _compare(trace: Trace, scenario: Scenario) -> Limits:
     return here.limits
 
 
-def _restored(team: Team, kept: Kept) -> tuple[Team, State]:
-    """The team and the state of a checkpoint."""
+def _restored(scenario: Scenario, kept: Kept) -> Team:
+    """The team of a checkpoint. The digest of one shows changes, not who has written it: raises
+    WrongError if its state cannot be one of a run of the scenario."""
+    team, count = team_of(scenario), len(scenario.robots)
+    added = () if kept.truth is None else kept.truth.added
+    for source in (*(source for source, _ in kept.introduced), *added):
+        if found := _misplaced(source, scenario):
+            raise WrongError(found)
     for source, battery_of in kept.introduced:
         team = introduced(team, source, battery_of)
-    for i, objective in enumerate(kept.own):
-        if objective != team.members[i].robot.objective:
-            team = assigned(team, i, objective, kept.within[i])
-    return team, kept.state
+    lengths = {len(each) for each in (kept.state.robots, kept.own, kept.within, kept.helps)}
+    if lengths != {count} or len(kept.state.obstacles) != len(team.obstacles):
+        raise WrongError("it has other numbers of robots or obstacles")
+    for i, (own, robot) in enumerate(zip(kept.own, kept.state.robots, strict=True)):
+        for each in (own, robot.objective, *([] if robot.base is None else robot.base[:1])):
+            if found := wrong_objective(each, scenario.robots[i], scenario):
+                raise WrongError(f"{team.members[i].name}: {found}")
+        if own != team.members[i].robot.objective:
+            team = assigned(team, i, own, kept.within[i])
+    if found := next(_wrong(team, kept), None):
+        raise WrongError(found)
+    return team
+
+
+def _misplaced(source: Obstacle, scenario: Scenario) -> str | None:
+    """The reason why an obstacle cannot be on the map of a scenario."""
+    try:
+        checked_obstacle(source)
+    except ValueError as error:
+        return str(error)
+    places = (need.at for need in source.needs if not isinstance(need.at, ResolveAt))
+    there = [region for each in places for region in each]
+    if scenario.map.is_free(source.region) and all(0 <= r < scenario.map.size for r in there):
+        return None
+    return f"the obstacle in region {source.region} is not on the map"
+
+
+def _wrong(team: Team, kept: Kept) -> Iterator[str]:
+    """Yield what no run of a team has: numbers and names of nothing, places off the map, steps that
+    lead nowhere."""
+    state, truth, ledger = kept.state, kept.truth, kept.memory.ledger
+    for what, most, numbers in (
+        ("robot", len(team.members), _robots(kept)),
+        ("obstacle", len(team.obstacles), _obstacles(kept)),
+        ("region", team.size, _regions(kept)),
+    ):
+        yield from (f"there is no {what} {each}" for each in numbers if not 0 <= each < most)
+    names = {member.name for member in team.members}
+    helpers = [who for *_, who in kept.memory.stack] + [who for _, who in kept.memory.helpers]
+    yield from (f"there is no robot {name}" for name in {*kept.due}.union(*helpers) - names)
+    for member, robot in zip(team.members, state.robots, strict=True):
+        yield from _off_the_floor(member, robot)
+    for listed in (state.obstacles, () if truth is None else truth.obstacles):
+        for k, each in enumerate(listed):
+            if not 0 <= each.stage.need <= len(team.obstacles[k].needs):
+                yield f"{team.obstacles[k].name} has no need {each.stage.need}"
+    if {*state.requests} != {k for k, each in enumerate(state.obstacles) if each.state is Is.OPEN}:
+        yield "its requests are not its open obstacles"
+    if truth is not None and len({len(truth.obstacles), len(truth.truths)}) > 1:
+        yield "it has other obstacles than truths"
+    if ledger is not None and len(ledger.clocks) != len(names):
+        yield "it has other clocks than robots"
+    if not 0 <= state.time < MOST or not 0 <= kept.memory.tick < MOST:
+        yield f"it is of the time {state.time}"
+    if state.plan is not None:
+        yield from _unplanned(team, state, state.plan)
+
+
+def _robots(kept: Kept) -> Iterator[int]:
+    """The numbers of robots in a checkpoint."""
+    state, ledger = kept.state, kept.memory.ledger
+    for robot in state.robots:
+        yield from (j for j, _ in robot.known)
+        yield from () if robot.acting is None else (robot.acting,)
+    for each in (*state.obstacles, *(() if kept.truth is None else kept.truth.obstacles)):
+        yield from (*each.stage.done, *(each.stage.group or ()), *(i for i, _ in each.asked))
+    yield from (i for _, i in kept.introduced if i is not None)
+    yield from (who for _, who, _ in kept.memory.stack if who is not None)
+    yield from (i for i, _ in state.attempts)
+    yield from () if ledger is None else (i for i, _ in ledger.begun)
+
+
+def _obstacles(kept: Kept) -> Iterator[int]:
+    """The numbers of obstacles in a checkpoint."""
+    state, memory = kept.state, kept.memory
+    yield from (*state.requests, *state.over, *memory.aside, *(k for k, _ in memory.helpers))
+    yield from (k for k in kept.helps if k is not None)
+    yield from (k for k, *_ in memory.stack)
+    yield from (k for _, k in state.attempts)
+    yield from () if kept.truth is None else kept.truth.brought
+    dues = () if memory.ledger is None else memory.ledger.dues
+    yield from (of for of, _ in dues if isinstance(of, int))
+
+
+def _regions(kept: Kept) -> Iterator[int]:
+    """The regions in a checkpoint."""
+    for robot in kept.state.robots:
+        yield from robot.failed
+        yield from () if robot.behind is None else (robot.behind,)
+        for _, known in robot.known:
+            yield from (known,) if isinstance(known, int) else known
+    for each in kept.state.obstacles:
+        yield from (region for _, region in each.asked)
+
+
+def _off_the_floor(member: Member, robot: RobotNow) -> Iterator[str]:
+    """Yield why a robot cannot be where it is, or as far with its objectives."""
+    name, graph = member.name, member.graph
+    for pose in (robot.pose, robot.next, *(robot.came or ())[:1]):
+        if pose < 0 or not graph.everywhere >> pose & 1:
+            yield f"{name} cannot be in pose {pose}"
+            return
+    if robot.next not in (robot.pose, *graph.steps(robot.pose)):
+        yield f"no step leads {name} from {robot.pose} to {robot.next}"
+    pursued = [(member.objective, robot.own), (robot.objective, robot.task)]
+    pursued += [] if robot.kept is None else [(member.objective, robot.kept)]
+    pursued += [] if robot.base is None else [(robot.base[0], robot.base[2])]
+    for objective, count in pursued:
+        pursuit = pursuit_of(objective)
+        most = pursuit.targets if pursuit.in_turn else 1 << pursuit.targets
+        if not (0 <= count.memory < most and 0 <= count.met < MOST):
+            yield f"{name} has no target {count.memory} or has met {count.met}"
+    if not {name for name, _ in robot.values} >= graph.memory(robot.pose).keys():
+        yield f"the formulas of {name} have no values"
+
+
+def _unplanned(team: Team, state: State, plan: Plan) -> Iterator[str]:
+    """Yield why robots cannot be where they are in a plan, or not continue by it."""
+    if len(plan.ways) != len(team.members):
+        yield "its plan has other robots"
+        return
+    gates = {*range(len(team.obstacles))}
+    for member, robot, way in zip(team.members, state.robots, plan.ways, strict=True):
+        if not (0 <= robot.at < len(way) or (not way and not robot.at)):
+            yield f"{member.name} is at no place of its way"
+            return
+        left = way[robot.at :]
+        poses = [robot.pose, *(place.pose for place in left)]
+        if member.planned and not all(
+            after in (before, *member.graph.steps(before)) for before, after in pairwise(poses)
+        ):
+            yield f"the plan has a step of {member.name} that is none"
+        for place in left:
+            others = (0 <= j < len(plan.ways) for j, _ in place.after)
+            if not all(others) or not gates >= {k for k, _ in place.needs} | place.over:
+                yield f"the plan of {member.name} waits for nothing that there is"
+    if not gates >= plan.foreseen:
+        yield "the plan foresees an obstacle that is none"
 
 
 class Checkpoints:

@@ -78,8 +78,7 @@ class Operator:
     def ask(self, run: Running, wanted: kinds.Intervention, *, late: bool = False) -> None:
         """Request a change. Raises UsageError, with the reason, for an impossible one; with
         ``late`` that is dropped and recorded instead."""
-        if (found := kinds.misfit(wanted)) is not None:
-            raise UsageError(found)
+        wanted = kinds.well_formed(wanted)
         if not late:
             self._check(run, wanted)
         self.asked.append(wanted)
@@ -267,7 +266,7 @@ class Operator:
             raise UsageError(
                 f"the inputs determine the objective of {wanted.robot}: see its 'when'"
             )
-        if (found := wrong_objective(wanted.objective, self.scenario)) is not None:
+        if (found := wrong_objective(wanted.objective, member.robot, self.scenario)) is not None:
             raise UsageError(found)
         pose, avoid = member.graph.pose(run.state.robots[i].next), wanted.objective.avoid
         if pose.region in avoid:

@@ -18,7 +18,7 @@ from msgspec.structs import replace
 from safenav.runtime.worlds import protocol
 from safenav.runtime.worlds.live_simulation import LiveSimulation, pace_on
 from safenav.runtime.worlds.lockstep import WorldError, asked, sensed
-from safenav.runtime.worlds.reports import claimed, is_time, malformed, wrong_result, wrong_step
+from safenav.runtime.worlds.reports import claimed, is_time, well_formed, wrong_result, wrong_step
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.vocabulary import ActResult
 from safenav.trace.words import seconds_words
@@ -245,8 +245,11 @@ class Commands:
         return protocol.WorldEvent(now)
 
     def _take(self, event: protocol.WorldEvent) -> None:
-        wrong = malformed(event, self._names)
-        open_ = self._ended_by(event)
+        wrong, open_ = None, self._ended_by(event)
+        try:
+            event = well_formed(event, self._names)
+        except ValueError as error:
+            wrong = str(error)
         if wrong is not None and open_ is None:
             self.dropped.append((self._recordable(event), wrong))
             return

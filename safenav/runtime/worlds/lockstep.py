@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any, TypeVar
 
 from safenav.errors import ExitCode, SafenavError
 from safenav.runtime.worlds import protocol
 from safenav.runtime.worlds.protocol import BlockingWorld, Change, ChangingWorld, InputWorld
-from safenav.runtime.worlds.reports import is_region, misfit
+from safenav.runtime.worlds.reports import checked_obstacle, fitted
 from safenav.runtime.worlds.truth import SimulatedWorld
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.vocabulary import ActResult
@@ -140,11 +140,9 @@ class Lockstep:
         if world is None:
             return []
         call = f"changes({tick})"
-        found: Iterable[Any] = asked(call, lambda: list(world.changes(tick, occupied)))
         changes = []
-        for change in found:
-            if not isinstance(change, Change):
-                raise wrong(call, f"it returned {change!r}, which is not a Change")
+        for each in asked(call, lambda: list(world.changes(tick, occupied))):
+            change = _part(call, each, Change)
             obstacle = checked(call, change.obstacle, self._scenario.map)
             if change.appeared and obstacle.region in occupied and not obstacle.ordered:
                 raise wrong(call, f"{obstacle.name} appears where a robot is")
@@ -156,10 +154,7 @@ class Lockstep:
         call = f"move({robot.name!r}, {pose.region})"
         found = asked(call, lambda: self._world.move(robot, pose))
         found = pose if found is None else found
-        if not isinstance(found, Pose):
-            raise wrong(call, f"it returned {found!r}, which is neither a pose nor None")
-        if not is_region(found.region):
-            raise wrong(call, f"region {found.region!r} is not an int")
+        found = _part(call, found, Pose)
         if not self._scenario.map.is_free(found.region):
             raise wrong(call, f"region {found.region} is a wall or off the map")
         if (found.heading is None) != (robot.model.mobility is Mobility.FREE):
@@ -171,14 +166,8 @@ class Lockstep:
     def _resolved(
         self, call: str, robot: Robot, here: Region, entry: Any
     ) -> tuple[Obstacle, bool | None]:
-        if not isinstance(entry, tuple) or len(entry) != 2:
-            raise wrong(call, f"{entry!r} is not a pair of an obstacle and its truth")
-        obstacle, truth = checked(call, entry[0], self._scenario.map), entry[1]
-        if truth is not None and not isinstance(truth, bool):
-            raise wrong(
-                call,
-                f"{truth!r} is not true, false or None: whether {obstacle.name} is traversable",
-            )
+        named, truth = _part(call, entry, tuple[Obstacle, bool | None])
+        obstacle = checked(call, named, self._scenario.map)
         last = len(obstacle.needs) - 1
         if obstacle.needs[last].action not in robot.capabilities:
             action = obstacle.needs[last].action
@@ -207,13 +196,21 @@ def checked(call: str, found: Any, world: RegionMap) -> Obstacle:
     """Return an obstacle that a call returned. Raises WorldError if it cannot be one."""
     if not isinstance(found, Obstacle):
         raise wrong(call, f"{found!r} is not an Obstacle")
-    if not is_region(found.region):
-        raise wrong(call, f"region {found.region!r} of an obstacle is not an int")
-    if (why := misfit(found)) is not None:
-        raise wrong(call, why)
-    if not world.is_free(found.region):
-        raise wrong(call, f"{found.name} is in a wall or off the map")
-    return found
+    try:
+        obstacle = checked_obstacle(found)
+    except ValueError as error:
+        raise wrong(call, str(error)) from error
+    if not world.is_free(obstacle.region):
+        raise wrong(call, f"{obstacle.name} is in a wall or off the map")
+    return obstacle
+
+
+def _part(call: str, found: Any, kind: Any) -> Any:
+    """Return what a call returned as a value of a type. Raises WorldError if it is none."""
+    try:
+        return fitted(found, kind)
+    except ValueError as error:
+        raise wrong(call, f"it returned {found!r}, which {error}") from error
 
 
 def wrong(call: str, found: str) -> WorldError:

@@ -3,18 +3,18 @@ can be true. Any world may report anything."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from itertools import pairwise
 from math import isfinite
 from numbers import Real
 from typing import Any
 
-import msgspec
+from msgspec.structs import replace
 
 from safenav.runtime.worlds import protocol
 from safenav.scenario.model import Obstacle, Robot
-from safenav.trace.vocabulary import ActResult
-from safenav.world.map import Heading, Region, RegionMap
+from safenav.trace.fields import WrongError, convert, plain
+from safenav.world.map import Region, RegionMap
 from safenav.world.moves import Mobility, Pose
 
 
@@ -26,71 +26,56 @@ def is_time(found: Any) -> bool:
         return False
 
 
-def is_region(found: Any) -> bool:
-    """Whether a value can be the number of a region; traces cannot contain numpy's integers."""
-    return type(found) is int
-
-
-def misfit(obstacle: Obstacle) -> str | None:
-    """Return the reason why an obstacle cannot be part of a scenario; None if it can. Python checks
-    neither types nor bounds: it accepts ``Obstacle("door", 47)``."""
-    where = f"the obstacle in region {obstacle.region}"
+def fitted(found: Any, kind: Any) -> Any:
+    """Return a value as one of its type, all parts of which have theirs: Python checks neither
+    types nor bounds, and accepts ``Obstacle("door", 47)``. Raises ValueError."""
     try:
-        same = msgspec.convert(msgspec.to_builtins(obstacle), Obstacle) == obstacle
-    except (msgspec.ValidationError, TypeError) as error:
-        return f"{where} has a wrong part: {error}"
-    if not same:
-        return f"{where} has a list in place of a frozenset or a tuple"
+        return convert(kind, plain(found))
+    except (WrongError, TypeError) as error:
+        raise ValueError(f"has a wrong part: {error}") from error
+
+
+def checked_obstacle(found: Obstacle) -> Obstacle:
+    """Return an obstacle that can be part of a scenario. Raises ValueError."""
+    where = f"the obstacle in region {found.region}"
+    try:
+        obstacle: Obstacle = fitted(found, Obstacle)
+    except ValueError as error:
+        raise ValueError(f"{where} {error}") from error
     listed = obstacle.type.listed
     if listed and listed[0].same:
-        return f"{where} has no previous need for 'same'"
+        raise ValueError(f"{where} has no previous need for 'same'")
     if any(need.same and need.robots != last.robots for last, need in pairwise(listed)):
-        return f"{where} needs other numbers of robots for a 'same' need"
-    return None
+        raise ValueError(f"{where} needs other numbers of robots for a 'same' need")
+    return obstacle
 
 
-def malformed(event: Any, robots: Collection[str]) -> str | None:
-    """Return the reason why a report is malformed (parts of wrong types, unknown names); None if it
-    is well formed."""
+def well_formed(event: Any, robots: Collection[str]) -> protocol.WorldEvent:
+    """Return a report all parts of which have their types, and that names only known robots.
+    Raises ValueError."""
     if not isinstance(event, protocol.WorldEvent):
-        return f"{event!r} is not an event"
+        raise ValueError(f"{event!r} is not an event")
     if not is_time(event.at):
-        return f"its time is {event.at!r}, not seconds"
-    for part in event.__struct_fields__:
-        kinds, found = _PARTS.get(part, (object,)), getattr(event, part)
-        left_out = found is None and part in _LEFT_OUT
-        if found is None and part == "command" and not isinstance(event, protocol.Sensed):
-            return "it names no command (command=, the number that start or act was given)"
-        if not left_out and not isinstance(found, kinds):
-            expected = " or ".join(kind.__name__ for kind in kinds)
-            return f"its {part} is {found!r}, not {expected}"
-    for name in (getattr(event, "robot", None), getattr(event, "by", None)):
+        raise ValueError(f"its time is {event.at!r}, not seconds")
+    if event.command is None and not isinstance(event, protocol.Sensed):
+        told = "command=, the number that start or act was given"
+        raise ValueError(f"it names no command ({told})")
+    try:
+        report: protocol.WorldEvent = replace(
+            fitted(replace(event, at=0.0), type(event)), at=event.at
+        )
+    except ValueError as error:
+        raise ValueError(f"it {error}") from error
+    for name in (getattr(report, "robot", None), getattr(report, "by", None)):
         if name is not None and name not in robots:
-            return f"no robot is named {name!r}"
-    if isinstance(event, protocol.Sensed) and event.obstacle is None:
-        return "it names no obstacle"
-    pose = getattr(event, "pose", None)
-    if pose is not None and not isinstance(pose.heading, Heading | None):
-        return f"its heading is {pose.heading!r}"
-    obstacle = getattr(event, "obstacle", None)
-    for region in (*claimed(event), *(() if obstacle is None else (obstacle.region,))):
-        if not is_region(region):
-            return f"region {region!r} is not an int"
-    return None if obstacle is None else misfit(obstacle)
-
-
-_PARTS: dict[str, tuple[type, ...]] = {
-    "command": (int,),
-    "robot": (str,),
-    "by": (str,),
-    "reason": (str,),
-    "pose": (Pose,),
-    "regions": (frozenset, set),
-    "obstacle": (Obstacle,),
-}
-"""The allowed types of parts of events."""
-_LEFT_OUT = {"by", "command", "reason", "obstacle"}
-"""Parts that may be None."""
+            raise ValueError(f"no robot is named {name!r}")
+    for obstacle in (
+        getattr(event, "obstacle", None),
+        *(o for o, _ in getattr(event, "found", ())),
+    ):
+        if obstacle is not None:
+            checked_obstacle(obstacle)
+    return report
 
 
 def claimed(event: protocol.WorldEvent) -> Collection[Region]:
@@ -134,20 +119,10 @@ def wrong_step(
 
 
 def wrong_result(event: protocol.WorldEvent) -> str | None:
-    """Return the reason why a well-formed event does not report valid results of an action; None if
-    it does."""
-    match event:
-        case protocol.Acted(found=found) if isinstance(found, Sequence) and all(
-            isinstance(pair, tuple | list)
-            and len(pair) == 2
-            and isinstance(pair[0], Obstacle)
-            and is_region(pair[0].region)
-            and isinstance(pair[1], ActResult)
-            for pair in found
-        ):
-            return next((why for pair in found if (why := misfit(pair[0])) is not None), None)
-        case protocol.Acted():
-            return f"its results are {event.found!r}"
-        case protocol.Failed():
-            return event.reason
+    """Return the reason why a well-formed event does not report results of an action; None if it
+    does."""
+    if isinstance(event, protocol.Acted):
+        return None
+    if isinstance(event, protocol.Failed):
+        return event.reason
     return f"{type(event).__name__} ends no action"
