@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import time
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -45,8 +44,6 @@ class Editor(Studio):
         self._does |= {
             "text": self._type,
             "edit": self._edit,
-            "undo": self._undo,
-            "redo": self._redo,
             "open": self._open,
             "files": self._files,
             "save": self._save,
@@ -110,8 +107,6 @@ class Editor(Studio):
             "is": "document",
             "text": document.text,
             "revision": document.revision,
-            "undoable": document.undoable,
-            "redoable": document.redoable,
             "origin": document.origin.number,
             "dirty": document.dirty,
             "file": None if file is None else self.scenarios.name(file),
@@ -181,20 +176,12 @@ class Editor(Studio):
         text = data.get("text")
         if not isinstance(text, str) or len(text) > MAX_BYTES:
             raise UsageError("a text is expected, of at most 5 MB")
-        if self.document.change(text, typed=True):
+        if self.document.change(text):
             self._changed()
 
     async def _edit(self, data: Message) -> None:
         if self.document.change(edited(self.document.text, data, self._draft.world)):
             self._changed()
-
-    async def _undo(self, _: Message) -> None:
-        self.document.undo()
-        self._changed()
-
-    async def _redo(self, _: Message) -> None:
-        self.document.redo()
-        self._changed()
 
     async def _open(self, data: Message) -> None:
         """Open another text: ``kind`` blank, template or file."""
@@ -244,11 +231,6 @@ class Editor(Studio):
             self.tell(self._view())
 
 
-MOST = 500
-TYPING = 1.2
-"""Seconds within which typed changes are undone together."""
-
-
 class TextOrigin(Struct, eq=False):
     """The origin of a text. ``file``: the file that it is saved to, if any; ``saved``: the content
     of the file, or the initial text, which needs no saving; ``number``: distinguishes origins."""
@@ -258,61 +240,24 @@ class TextOrigin(Struct, eq=False):
     number: int = field(default_factory=count().__next__)
 
 
-_Texts = list[tuple[str, TextOrigin]]
-
-
 class OpenDocument(Struct):
-    """Owner of the text. ``revision`` grows with every change. Undo also restores the origin, so
-    that a text is never saved to the file of another."""
+    """Owner of the text. ``revision`` grows with every change; pages keep the history."""
 
     text: str
     origin: TextOrigin = field(default_factory=TextOrigin)
     revision: int = 0
-    _before: _Texts = field(default_factory=list)
-    _after: _Texts = field(default_factory=list)
-    _typed: float = 0.0
-
-    @property
-    def undoable(self) -> bool:
-        return bool(self._before)
-
-    @property
-    def redoable(self) -> bool:
-        return bool(self._after)
 
     @property
     def dirty(self) -> bool:
         return self.text != self.origin.saved
 
-    def change(self, text: str, *, typed: bool = False, origin: TextOrigin | None = None) -> bool:
-        """Replace the text, and its ``origin`` if one is given; return whether anything changed.
-        ``typed``: changes within ``TYPING`` seconds are undone together."""
+    def change(self, text: str, origin: TextOrigin | None = None) -> bool:
+        """Replace the text, and its ``origin`` if one is given; return whether anything changed."""
         if text == self.text and origin is None:
             return False
-        now = time.monotonic()
-        if not (typed and self._before and now - self._typed < TYPING):
-            self._before.append((self.text, self.origin))
-            del self._before[:-MOST]
-        self._typed = now if typed else 0.0
-        self._after.clear()
         self.text, self.origin = text, origin or self.origin
         self.revision += 1
         return True
-
-    def undo(self) -> None:
-        """Restore the previous text, if there is one."""
-        self._exchange(self._before, self._after)
-
-    def redo(self) -> None:
-        """Restore the last undone text, if there is one."""
-        self._exchange(self._after, self._before)
-
-    def _exchange(self, source: _Texts, target: _Texts) -> None:
-        if source:
-            target.append((self.text, self.origin))
-            self.text, self.origin = source.pop()
-            self.revision += 1
-            self._typed = 0.0
 
 
 BLANK = """\

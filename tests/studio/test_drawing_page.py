@@ -14,7 +14,7 @@ from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.reading import read_bytes
 from safenav.trace.records import Appeared, Resolved
 from safenav.trace.vocabulary import ChangeCause
-from studio.board import SHIPPED, Board, toast
+from studio.board import SHIPPED, Board, answer, toast
 from studio.serving import MINUTES, SCENARIOS, Served
 
 pytestmark = pytest.mark.slow
@@ -30,10 +30,11 @@ def board(browser: Browser, tmp_path: Path) -> Iterator[Board]:
 
 def test_case_study_1_is_drawn_run_and_undone(board: Board, tmp_path: Path) -> None:
     browser = board.browser
-    blank = board.text
     browser.one('[data-menu="New"] summary').click()
     board.choose("Blank map of that size")
+    answer(browser)
     board.until("    #############\n")
+    blank = board.text
     browser.wait(lambda: browser.one("svg.floor .numbers"))
     board.rest()
     board.choose("Wall")

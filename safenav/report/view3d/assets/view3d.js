@@ -1,4 +1,4 @@
-/* sources b83d4076b43d8e0ff1fcc1d90db7c7941e5cb93aa540d2e67c240a3b7e3b6710 */
+/* sources 71c8e3ea53e68a2e203e4e3554f04f6aa1b0fb4067fb1df955fb86f0a27e42b1 */
 /* Contains Preact:
 The MIT License (MIT)
 

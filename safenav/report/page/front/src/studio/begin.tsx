@@ -6,7 +6,10 @@ import { RunDownloads } from "./live";
 import { Menu } from "./menus";
 import type { Doc } from "./model";
 
-export function NewMenu({ templates, say }: { templates: Record<string, string>; say: Say }) {
+/** Open another scenario in place of this one. */
+type Open = (data: object) => void;
+
+export function NewMenu({ templates, open }: { templates: Record<string, string>; open: Open }) {
   const [rows, setRows] = useState(7);
   const [cols, setCols] = useState(13);
   return (
@@ -15,11 +18,11 @@ export function NewMenu({ templates, say }: { templates: Record<string, string>;
         <input aria-label="Rows" type="number" min={3} max={512} value={rows} onInput={(e) => setRows(Number(e.currentTarget.value))} /> x{" "}
         <input aria-label="Columns" type="number" min={3} max={512} value={cols} onInput={(e) => setCols(Number(e.currentTarget.value))} />
       </p>
-      <button type="button" onClick={() => say("open", { kind: "blank", rows, cols })}>
+      <button type="button" onClick={() => open({ kind: "blank", rows, cols })}>
         Blank map of that size
       </button>
       {Object.entries(templates).map(([name, about]) => (
-        <button type="button" key={name} title={about} onClick={() => say("open", { kind: "template", name })}>
+        <button type="button" key={name} title={about} onClick={() => open({ kind: "template", name })}>
           Template: {name}
         </button>
       ))}
@@ -28,12 +31,12 @@ export function NewMenu({ templates, say }: { templates: Record<string, string>;
 }
 
 /** The scenarios of the folder. */
-export function OpenMenu({ folder, files, say }: { folder: string; files: string[] | null; say: Say }) {
+export function OpenMenu({ folder, files, say, open }: { folder: string; files: string[] | null; say: Say; open: Open }) {
   return (
     <Menu title="Open" opened={() => say("files")}>
       <p class="quiet">{folder}</p>
       {files?.map((name) => (
-        <button type="button" key={name} onClick={() => say("open", { kind: "file", name })}>
+        <button type="button" key={name} onClick={() => open({ kind: "file", name })}>
           {name}
         </button>
       ))}

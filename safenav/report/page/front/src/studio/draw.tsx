@@ -14,12 +14,13 @@ import { ALL } from "../settings";
 import { useDrawingHand } from "./hand";
 import type { Chosen, Doc, Drawing, Pen, Verdict } from "./model";
 import { Selection } from "./selection";
-import { Text } from "./text";
+import { Text, type Writing } from "./text";
 import { Tools, type Drawn } from "./tools";
 import { Problems } from "./verdicts";
 
 interface DrawProps {
   doc: Doc;
+  writing: Writing;
   verdicts: Record<string, Verdict>;
   say: Say;
   save(): void;
@@ -45,11 +46,10 @@ const KEYS: Keys = [
   ["?", "this help"],
 ];
 
-export function Draw({ doc, verdicts, say, save, menus, run }: DrawProps) {
+export function Draw({ doc, writing, verdicts, say, save, menus, run }: DrawProps) {
   const { drawing, problems } = doc;
   const [pen, setPen] = useState<Pen>({ does: "select" });
   const [chosen, choose] = useState<Chosen>(null);
-  const [line, go] = useState<{ number: number } | null>(null);
   const shell = useShell();
   useLayoutEffect(() => {
     const chosenItem = chosen && ("robot" in chosen ? { op: "remove_robot", robot: chosen.robot } : { op: "remove_obstacle", index: chosen.obstacle });
@@ -59,11 +59,11 @@ export function Draw({ doc, verdicts, say, save, menus, run }: DrawProps) {
     };
     const select = (): void => setPen({ does: "select" });
     return listenToKeys({
-      ...{ "Ctrl+s": save, "Ctrl+z": (shift) => say(shift ? "redo" : "undo"), "Ctrl+y": () => say("redo") },
+      ...{ "Ctrl+s": save, "Ctrl+z": (shift) => void (shift ? writing.redo() : writing.undo()), "Ctrl+y": () => void writing.redo() },
       ...{ v: select, Escape: select, Delete: remove, Backspace: remove, "?": shell.help },
       ...(drawing?.grid && { 1: () => setPen({ does: "wall" }), 2: () => setPen({ does: "floor" }) }),
     });
-  }, [say, save, chosen, drawing]);
+  }, [say, save, chosen, drawing, writing]);
   const robot = chosen && "robot" in chosen ? chosen.robot : null;
   const verdict = (robot !== null && verdicts[robot]) || null;
   const shared = { doc, pen, setPen, chosen, choose, say };
@@ -78,10 +78,10 @@ export function Draw({ doc, verdicts, say, save, menus, run }: DrawProps) {
         about={<p>Drag a robot's handle to turn it, and its targets to move them. The text and the map change together.</p>}
       >
         {menus}
-        <Press aria-label="Undo" off={!doc.undoable && "nothing to undo yet"} title="Undo (Ctrl Z)" act={() => say("undo")}>
+        <Press aria-label="Undo" off={!writing.undoable && "nothing to undo yet"} title="Undo (Ctrl Z)" act={writing.undo}>
           ↶
         </Press>
-        <Press aria-label="Redo" off={!doc.redoable && "nothing to redo: undo a change first"} title="Redo (Ctrl Y)" act={() => say("redo")}>
+        <Press aria-label="Redo" off={!writing.redoable && "nothing to redo: undo a change first"} title="Redo (Ctrl Y)" act={writing.redo}>
           ↷
         </Press>
         <Press
@@ -116,12 +116,12 @@ export function Draw({ doc, verdicts, say, save, menus, run }: DrawProps) {
           </section>
         )}
         <aside class="writing" aria-label="Text">
-          <Text text={doc.text} problems={problems} say={say} line={line} />
+          <Text writing={writing} text={doc.text} problems={problems} />
           <Problems
             problems={problems}
             verdicts={verdicts}
             robots={drawing?.robots ?? []}
-            go={(number) => go({ number })}
+            go={(line) => writing.go(line)}
             choose={choose}
             say={say}
           />

@@ -174,7 +174,6 @@ export function useDrawingHand(args: HandArgs): Hand {
     move,
     up,
     drop: () => {
-      if (held.current === null && awaited.current >= 0) say("undo"); // it was put down by the first finger
       held.current = null;
       awaited.current = -1;
       hover(-1);

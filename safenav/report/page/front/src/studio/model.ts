@@ -97,8 +97,6 @@ export interface Doc {
   revision: number;
   /** A number that differs for each scenario created or opened. */
   origin: number;
-  undoable: boolean;
-  redoable: boolean;
   dirty: boolean;
   file: string | null;
   drawing: Drawing | null;

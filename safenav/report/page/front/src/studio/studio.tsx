@@ -11,6 +11,7 @@ import { LiveView } from "./live";
 import { useClosingMenus } from "./menus";
 import type { Doc, Palette, Verdict } from "./model";
 import { onNotice } from "../panels/button";
+import { Writing } from "./text";
 
 interface Hello {
   editor: boolean;
@@ -40,6 +41,7 @@ export function Studio() {
   const [files, setFiles] = useState<string[] | null>(null);
   const current = useRef<Run | null>(null);
   const latest = useRef<Doc | null>(null);
+  const writing = useRef<Writing | null>(null);
   const wire = useMemo(() => new Wire((message) => hear.current(message), setConnected), []);
   const player = useMemo(() => new LivePlayer(0, wire.say), [wire]);
   const show = (told: Run | null, state?: RunState): void => {
@@ -56,8 +58,7 @@ export function Studio() {
     document: (message) => {
       const before = latest.current;
       const now = (latest.current = message as unknown as Doc);
-      const lost = before !== null && before.dirty && before.origin !== now.origin;
-      if (lost && now.undoable) refuse("The previous scenario had unsaved changes: Undo restores it.");
+      if (before?.origin !== now.origin) writing.current = new Writing(now.text, wire.say, () => redraw(0));
       setDoc(now);
       if (before?.revision !== now.revision) setVerdicts({}); // a saved text keeps them
     },
@@ -74,6 +75,9 @@ export function Studio() {
     },
     run: ({ run, state }) => show(run, state),
     news: ({ news }) => current.current && show(merged(current.current, news)),
+  };
+  const open = (data: object): void => {
+    if (!doc?.dirty || confirm("The scenario has unsaved changes. Discard them?")) wire.say("open", data);
   };
   hear.current = (message) => heard[message.is]?.(message);
   useClosingMenus();
@@ -107,6 +111,7 @@ export function Studio() {
         <Draw
           key={doc.origin}
           doc={doc}
+          writing={writing.current!}
           verdicts={verdicts}
           say={wire.say}
           save={() => save(doc, wire.say)}
@@ -117,8 +122,8 @@ export function Studio() {
                   To the run
                 </button>
               )}
-              <NewMenu templates={hello.templates} say={wire.say} />
-              <OpenMenu folder={hello.folder} files={files} say={wire.say} />
+              <NewMenu templates={hello.templates} open={open} />
+              <OpenMenu folder={hello.folder} files={files} say={wire.say} open={open} />
               <SaveMenu doc={doc} ran={run !== null} say={wire.say} />
             </>
           }

@@ -1,25 +1,17 @@
 /** The text of the scenario: an editor with completion, documentation and errors of the language. */
 
 import { autocompletion, closeBrackets, completionKeymap, startCompletion } from "@codemirror/autocomplete";
-import { defaultKeymap } from "@codemirror/commands";
+import { defaultKeymap, history, historyKeymap, isolateHistory, redo, redoDepth, undo, undoDepth } from "@codemirror/commands";
 import { yaml } from "@codemirror/lang-yaml";
 import { HighlightStyle, indentUnit, syntaxHighlighting } from "@codemirror/language";
 import { lintGutter, setDiagnostics, type Diagnostic } from "@codemirror/lint";
 import { Annotation, EditorState, type Text as Lines } from "@codemirror/state";
 import { drawSelection, EditorView, highlightActiveLine, hoverTooltip, keymap, lineNumbers } from "@codemirror/view";
 import { tags } from "@lezer/highlight";
-import { useEffect, useRef } from "preact/hooks";
+import { useLayoutEffect, useRef } from "preact/hooks";
 import type { Say } from "../live/player";
 import { completions, documentation, type Schema } from "./language";
 import type { Problem } from "./model";
-
-interface TextProps {
-  text: string;
-  problems: Problem[];
-  say: Say;
-  /** A line to scroll to; a new object scrolls again. */
-  line: { number: number } | null;
-}
 
 /** Milliseconds after the last key until the studio reads the text. */
 const CALM = 120;
@@ -39,60 +31,69 @@ const schema: Promise<Schema | null> = fetch("schema.json").then(
   () => null,
 );
 
-export function Text({ text, problems, say, line }: TextProps) {
-  const room = useRef<HTMLDivElement>(null);
-  const view = useRef<EditorView | null>(null);
-  const pending = useRef(0);
-  const speak = useRef(say);
-  speak.current = say;
-  useEffect(() => {
-    const changed = EditorView.updateListener.of((update) => {
-      if (!update.docChanged || update.transactions.some((each) => each.annotation(told))) return;
-      clearTimeout(pending.current);
-      pending.current = window.setTimeout(() => {
-        pending.current = 0;
-        speak.current("text", { text: update.view.state.doc.toString() });
+/** The text with its history, which stays while a run is shown. */
+export class Writing {
+  readonly view: EditorView;
+  private pending = 0;
+
+  /** `changed` is called after each change. */
+  constructor(text: string, say: Say, changed: () => void) {
+    const follow = EditorView.updateListener.of((update) => {
+      if (!update.docChanged) return;
+      changed();
+      if (update.transactions.some((each) => each.annotation(told))) return;
+      clearTimeout(this.pending);
+      this.pending = window.setTimeout(() => {
+        this.pending = 0;
+        say("text", { text: update.view.state.doc.toString() });
       }, CALM);
     });
-    const history = (does: "undo" | "redo") => () => {
-      speak.current(does);
-      return true;
-    };
-    const made = (view.current = new EditorView({
-      parent: room.current!,
+    this.view = new EditorView({
       doc: text,
       extensions: [
         [lineNumbers(), lintGutter(), drawSelection(), highlightActiveLine(), closeBrackets(), indentUnit.of("  ")],
-        [yaml(), syntaxHighlighting(colours)],
+        [yaml(), syntaxHighlighting(colours), history()],
         autocompletion({ override: [async (context) => completions(await schema, context)] }),
         hoverTooltip(async (view, at) => documentation(await schema, view.state, at)),
-        keymap.of([
-          { key: "Mod-z", run: history("undo"), shift: history("redo") },
-          { key: "Mod-y", run: history("redo") },
-          { key: "Alt-Space", run: startCompletion },
-          ...[...completionKeymap, ...defaultKeymap],
-        ]),
+        keymap.of([{ key: "Alt-Space", run: startCompletion }, ...historyKeymap, ...completionKeymap, ...defaultKeymap]),
         EditorView.contentAttributes.of({ "aria-label": "The scenario as YAML" }),
-        [EditorState.tabSize.of(2), changed],
+        [EditorState.tabSize.of(2), follow],
       ],
-    }));
-    return () => made.destroy();
-  }, []);
-  useEffect(() => {
-    const { state } = view.current!;
-    if (pending.current === 0) view.current!.dispatch({ changes: difference(state.doc.toString(), text), annotations: told.of(true) });
-  }, [text]);
-  useEffect(() => {
-    if (pending.current !== 0) return; // problems of a text that has changed since
-    const { state } = view.current!;
-    view.current!.dispatch(setDiagnostics(state, problems.map((problem) => diagnosed(state.doc, problem))));
-  }, [text, problems]);
-  useEffect(() => {
-    if (line === null) return;
-    const { from, to } = lineAt(view.current!.state.doc, line.number);
-    view.current!.dispatch({ selection: { anchor: from, head: to }, effects: EditorView.scrollIntoView(from, { y: "center" }) });
-    view.current!.focus();
-  }, [line]);
+    });
+  }
+
+  get undoable(): boolean {
+    return undoDepth(this.view.state) > 0;
+  }
+
+  get redoable(): boolean {
+    return redoDepth(this.view.state) > 0;
+  }
+
+  undo = (): boolean => undo(this.view);
+  redo = (): boolean => redo(this.view);
+
+  /** Take the text of the studio and its problems, unless the reader has written since. */
+  show(text: string, problems: Problem[]): void {
+    if (this.pending !== 0) return;
+    const { doc } = this.view.state;
+    const annotations = [told.of(true), isolateHistory.of("full")];
+    if (doc.toString() !== text) this.view.dispatch({ changes: difference(doc.toString(), text), annotations });
+    this.view.dispatch(setDiagnostics(this.view.state, problems.map((problem) => diagnosed(this.view.state.doc, problem))));
+  }
+
+  /** Go to a line. */
+  go(number: number): void {
+    const { from, to } = lineAt(this.view.state.doc, number);
+    this.view.dispatch({ selection: { anchor: from, head: to }, effects: EditorView.scrollIntoView(from, { y: "center" }) });
+    this.view.focus();
+  }
+}
+
+export function Text({ writing, text, problems }: { writing: Writing; text: string; problems: Problem[] }) {
+  const room = useRef<HTMLDivElement>(null);
+  useLayoutEffect(() => room.current!.append(writing.view.dom), [writing]);
+  useLayoutEffect(() => writing.show(text, problems), [text, problems]);
   return <div class="text" ref={room} />;
 }
 
