@@ -1,6 +1,5 @@
 """The page of a clinic: names on the map, the story on the timeline, lines that fit."""
 
-import json
 from itertools import combinations
 from pathlib import Path
 
@@ -10,7 +9,6 @@ from report import clinic
 from report.browser import Browser
 from safenav.report.page.html import page_of
 from safenav.run.reading import read_run
-from tests.warm import safenav
 
 
 @pytest.fixture(scope="module")
@@ -89,29 +87,3 @@ def test_all_names_are_legible_and_none_lies_over_another(browser: Browser, page
     )
     assert layers.index("words") < layers.index("motion"), "a robot covers the name of its region"
     assert not browser.errors()
-
-
-def test_pictures_and_the_drawn_map_show_all_names(trace: Path) -> None:
-    for words in (
-        ("replay", "clinic.jsonl", "--svg", "0", "-o", "replay.svg"),
-        ("draw", "clinic.yaml", "-o", "draw.svg"),
-        ("draw", "clinic.yaml"),
-    ):
-        done = safenav(*words, cwd=trace.parent)
-        assert done.returncode == 0, done.stderr
-    names = [
-        *json.loads(trace.read_text().splitlines()[0])["scenario"]["map"]["names"],
-        "ward_a",
-        "corridor",
-    ]
-    assert len(names) == clinic.NAMES
-    for shown in (
-        *((trace.parent / f).read_text() for f in ("replay.svg", "draw.svg")),
-        done.stdout,
-    ):
-        assert [name for name in names if not has(shown, name)] == []
-
-
-def has(shown: str, name: str) -> bool:
-    """Whether a picture has a name, or what fits of it into its region."""
-    return name in shown or any(f"{name[:length]}…" in shown for length in range(3, len(name)))

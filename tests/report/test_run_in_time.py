@@ -51,21 +51,6 @@ def test_story_map_and_timeline_show_one_moment(browser: Browser, page: Path, re
     assert browser.errors() == []
 
 
-def test_a_robot_in_transit_is_between_two_regions(
-    browser: Browser, page: Path, replay: Run
-) -> None:
-    step = replay.track("quad").steps[2]
-    col, row = replay.map.position(replay.track("quad").regions[step.first])[::-1]
-    to_col, to_row = replay.map.position(step.toward)[::-1]
-    for part in (0.2, 0.8):
-        browser.open(page, f"#t={step.begin + part * (step.end - step.begin):.1f}")
-        where = browser.centre("quad")
-        assert where == pytest.approx(
-            (col + part * (to_col - col), row + part * (to_row - row)), abs=0.1
-        )
-    assert f"in transit to {replay.map.label(step.toward)}" in browser.one(".robots").text
-
-
 TIMED = """
 map:
   grid: ["#######", "#.....#", "#.....#", "#######"]

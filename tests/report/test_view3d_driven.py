@@ -4,7 +4,6 @@ import json
 import zlib
 from base64 import b64decode
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,10 +14,9 @@ pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation
 
 from fleet.drives import Drive, driven
 from report.browser import Browser
-from report.test_view3d import PICTURE
 from safenav.motion.columns import columns_of
 from safenav.motion.file import GoalLine, Measured, Motion
-from safenav.report.view3d.html import RATE, encoded_motion, page3d_of
+from safenav.report.view3d.html import RATE, encoded_motion
 
 EAST = 0.6
 """Metres by which every measurement is moved."""
@@ -70,18 +68,3 @@ def test_a_body_is_where_it_was_measured_and_its_ghost_where_the_plan_is(drive: 
         if name == "digit":
             for foot in ("lx", "rx"):  # the whole body is moved
                 assert np.abs(body[foot] - ghost[foot] - (body["x"] - ghost["x"])).max() < 3e-3
-
-
-@pytest.mark.slow
-def test_body_and_ghost_are_drawn_apart(drive: Drive, browser: Browser, tmp_path: Path) -> None:
-    """A ghost beside its body changes the picture; on its body it hardly does."""
-    pictures = []
-    for metres in (EAST, 0.0):
-        page = tmp_path / f"{metres}.html"
-        text = page3d_of(drive.trace, "made.jsonl", moved(drive.motion, metres))
-        page.write_text(text, encoding="utf-8")
-        browser.open(page, "#t=3")
-        browser.wait(lambda: browser.all(".stage3d canvas"))
-        pictures.append(browser.run(PICTURE))
-        assert browser.errors() == []
-    assert pictures[0] != pictures[1]

@@ -110,6 +110,12 @@ class Board:
         self.browser.driver.execute_cdp_cmd("Input.insertText", {"text": text})
 
 
+def close_with(browser: Browser, kind: str) -> None:
+    """Choose the obstacle that the next click puts down."""
+    Select(browser.one('[aria-label="Close a region with"]')).select_by_visible_text(kind)
+    browser.run("document.activeElement.blur()")  # keys are for the page again
+
+
 def answer(browser: Browser, typed: str | None = None, *, accept: bool = True) -> str:
     """Answer a question of the browser, and return its words."""
     found: list[Alert] = []

@@ -14,7 +14,7 @@ from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.reading import read_bytes
 from safenav.trace.records import Appeared, Resolved
 from safenav.trace.vocabulary import ChangeCause
-from studio.board import SHIPPED, Board, answer, toast
+from studio.board import SHIPPED, Board, answer, close_with, toast
 from studio.serving import MINUTES, SCENARIOS, Served
 
 pytestmark = pytest.mark.slow
@@ -145,7 +145,7 @@ def test_a_door_is_closed_by_a_click_and_reloads_lose_nothing(board: Board) -> N
         assert time.monotonic() < limit
         browser.button("Next tick").click()
         time.sleep(0.1)
-    board.choose("Close: door")
+    close_with(board.browser, "door")
     board.click(44)
     board.choose("Look")
     browser.driver.refresh()  # a reload in mid-run loses nothing

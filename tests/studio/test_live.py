@@ -138,28 +138,6 @@ def test_the_messages_of_all_ticks_add_up_to_the_whole_run(name: str) -> None:
     assert any(isinstance(record, Resolved) for record in trace.records)
 
 
-def test_a_page_that_opens_within_a_tick_takes_nothing_from_the_others() -> None:
-    data = trace_of_shipped("case_study_1").read_bytes()
-    told: list[dict[str, Any]] = []
-    run = WatchedRun(RunOrder("", "run.jsonl"), told.append, trace=None)
-
-    async def main() -> None:
-        header, *lines, outcome = map(json.loads, data.splitlines())
-        run.hear(header)
-        page = json.loads(json.dumps(run.whole))
-        for line in lines:
-            run.hear(line)
-            while told:
-                message = told.pop(0)
-                if message["is"] == "news":
-                    _join(page, json.loads(json.dumps(message["news"])))
-            assert _settled(page) == _settled(json.loads(json.dumps(run.whole)))
-        run.hear(outcome)
-
-    asyncio.run(main())
-    assert run.whole == encoded(run_of(read_bytes(data)), "run.jsonl")
-
-
 def test_a_page_shows_the_last_tick_while_a_program_does_nothing() -> None:
     data = trace_of_shipped("team_of_six").read_bytes()
     told: list[dict[str, Any]] = []

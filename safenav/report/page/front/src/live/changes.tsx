@@ -45,11 +45,7 @@ export function World({ run, tick, palette, out, inputs, tool, choose, say, over
   const off = over && OVER;
   const change = (kind: string, data: object) => () => say("change", { kind, ...data });
   const waits = waitsFor(run);
-  // The first type, those of this run and the chosen one have buttons; the others are in a list.
-  const near = types.filter(
-    ({ name, blocks }, i) => blocks && (i === 0 || run.obstacles.some((o) => o.type === name) || (tool.does === "close" && tool.type === name)),
-  );
-  const far = types.filter((type) => type.blocks && !near.includes(type));
+  const kinds = types.filter(({ blocks }) => blocks).flatMap((type) => (type.truth ? [true, false] : [true]).map((truth) => ({ type, truth })));
   const choice = (words: string, next: Tool, title?: string) => (
     <Press key={words} aria-pressed={isSame(tool, next)} off={next.does !== "look" && off} title={title} act={() => choose(next)}>
       {words}
@@ -79,33 +75,23 @@ export function World({ run, tick, palette, out, inputs, tool, choose, say, over
         {types
           .filter((type) => isOrder(type, run.robots))
           .map((type) => choice(`Order: ${type.name}`, { does: "order", type: type.name }, `Order ${type.name} in a region; ${resolving(type)} delivers it`))}
-        {near.flatMap((type) =>
-          (type.truth ? [true, false] : [true]).map((truth) =>
-            choice(
-              type.truth ? `${type.name}, ${truth ? "passable" : "impassable"}` : `Close: ${type.name}`,
-              { does: "close", type: type.name, truth },
-              `Close a free region with ${type.name}; ${resolving(type)} resolves it`,
-            ),
-          ),
-        )}
-        {far.length > 0 && (
-          <select
-            aria-label="Close with another obstacle"
-            value=""
-            aria-disabled={over}
-            title={off || "Close a free region with another obstacle of the catalogue"}
-            onChange={(event) => {
-              if (over) notice(OVER);
-              else choose({ does: "close", type: event.currentTarget.value, truth: true });
-              event.currentTarget.value = "";
-            }}
-          >
-            <option value="">Close with ...</option>
-            {far.map(({ name }) => (
-              <option key={name}>{name}</option>
-            ))}
-          </select>
-        )}
+        <select
+          aria-label="Close a region with"
+          value={tool.does === "close" ? closing(tool) : ""}
+          disabled={over}
+          title={off || "Close a free region with an obstacle"}
+          onChange={({ currentTarget: { value } }) => {
+            const kind = kinds.find(({ type, truth }) => closing({ type: type.name, truth }) === value);
+            if (kind) choose({ does: "close", type: kind.type.name, truth: kind.truth });
+          }}
+        >
+          <option value="">Close with ...</option>
+          {kinds.map(({ type, truth }) => (
+            <option key={type.name} value={closing({ type: type.name, truth })} title={`${resolving(type)} resolves it`}>
+              {type.truth ? `${type.name}, ${truth ? "passable" : "impassable"}` : type.name}
+            </option>
+          ))}
+        </select>
         {choice("Remove", { does: "open" })}
       </div>
       {truths.map((o) => (
@@ -141,6 +127,8 @@ export function World({ run, tick, palette, out, inputs, tool, choose, say, over
     </section>
   );
 }
+
+const closing = ({ type, truth }: { type: string; truth: boolean }): string => `${type} ${truth}`;
 
 /** Whether a tool is chosen; one that sends a robot is, whatever its regions so far. */
 function isSame(tool: Tool, other: Tool): boolean {

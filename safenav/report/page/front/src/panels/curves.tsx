@@ -76,14 +76,6 @@ function slackOf(bars: readonly Bar[]): string {
   return `met, ${worst.left} ${worst.left === 1 ? "tick" : "ticks"} of slack`;
 }
 
-/** The side on which words do not hide the bars, if there is room. */
-function sideOf(bars: readonly Bar[], last: number): "before" | "after" | "over" {
-  const begin = Math.min(...bars.map((bar) => bar.begin));
-  const end = Math.max(...bars.map((bar) => Math.max(bar.due, bar.end)));
-  if (begin > 0.3 * last) return "before";
-  return end < 0.7 * last ? "after" : "over";
-}
-
 /** Each deadline from its start to its due tick, and the time used. */
 export function Deadlines({ run, player }: { run: Run; player: Player }) {
   if (run.deadlines.length === 0) return null;
@@ -102,7 +94,7 @@ export function Deadlines({ run, player }: { run: Run; player: Player }) {
               </>
             ))}
           </svg>
-          <span class={sideOf(bars, run.last)}>
+          <span>
             {of}: {slackOf(bars)}
           </span>
         </li>

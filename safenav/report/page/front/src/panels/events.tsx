@@ -94,29 +94,15 @@ const Rows = memo(({ run, player, events, point }: RowsProps) => (
   </>
 ));
 
-/**
- * Marks the rows of a tick and those to come, and scrolls the list (never the page) to them: to all if they fit, to
- * the end if they are the last ones, because the end of a run matters most.
- */
+/** Mark the rows of a tick and those to come, and scroll the list, never the page, to the first of them. */
 function mark(list: HTMLOListElement, events: RunEvent[], tick: number): void {
-  for (const row of list.querySelectorAll("[aria-current]")) row.removeAttribute("aria-current");
-  let first = -1;
-  let last = -1;
+  let now: Element | undefined;
   events.forEach((event, i) => {
-    list.children[i]!.classList.toggle("coming", event[0] > tick);
-    if (event[0] > tick) return;
-    if (first < 0 || event[0] > events[first]![0]) first = i;
-    last = i;
-    if (event[0] === tick) list.children[i]!.firstElementChild!.setAttribute("aria-current", "step");
+    const row = list.children[i]!;
+    row.classList.toggle("coming", event[0] > tick);
+    if (event[0] === tick) row.firstElementChild!.setAttribute("aria-current", "step");
+    else row.firstElementChild!.removeAttribute("aria-current");
+    if (event[0] <= tick && (now === undefined || event[0] > events[i - 1]![0])) now = row;
   });
-  const above = list.children[Math.max(0, first)] as HTMLElement | undefined;
-  const below = list.children[Math.max(0, last)] as HTMLElement | undefined;
-  if (!above || !below || list.scrollHeight <= list.clientHeight) return;
-  const top = above.offsetTop;
-  const height = below.offsetTop + below.offsetHeight - top;
-  if (top < list.scrollTop || top + height > list.scrollTop + list.clientHeight) {
-    const ends = last === events.length - 1 && height > list.clientHeight;
-    const margin = Math.max(0, Math.min(list.clientHeight / 3, list.clientHeight - height));
-    list.scrollTop = ends ? list.scrollHeight : top - margin;
-  }
+  if (now) list.scrollTop = (now as HTMLElement).offsetTop - list.clientHeight / 4;
 }

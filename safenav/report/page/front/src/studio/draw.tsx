@@ -98,21 +98,13 @@ export function Draw({ doc, writing, verdicts, say, save, menus, run }: DrawProp
           <>
             <aside class="palette" aria-label="Palette">
               <Tools {...shared} drawing={drawing} />
-              <Selection {...shared} drawing={drawing} verdict={verdict} />
+              <Selection {...shared} drawing={drawing} />
             </aside>
             <Stage {...shared} drawing={drawing} verdict={verdict} />
           </>
         ) : (
           <section class="stage" aria-label="Drawing">
-            <div class="no-map">
-              <h2>This map cannot be drawn yet</h2>
-              {problems.slice(0, 4).map(({ found, hint }) => (
-                <p key={found}>
-                  {found}
-                  {hint && <small class="quiet">{hint}</small>}
-                </p>
-              ))}
-            </div>
+            <h2 class="no-map">This map cannot be drawn yet</h2>
           </section>
         )}
         <aside class="writing" aria-label="Text">

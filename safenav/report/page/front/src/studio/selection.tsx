@@ -2,11 +2,10 @@
 
 import { Press } from "../panels/button";
 import { label } from "../run/run";
-import { chooseTarget, resolving, type Verdict } from "./model";
+import { chooseTarget, resolving } from "./model";
 import type { Drawn } from "./tools";
-import { VerdictDetails } from "./verdicts";
 
-export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verdict }: Drawn & { verdict: Verdict | null }) {
+export function Selection({ doc, drawing, pen, setPen, chosen, choose, say }: Drawn) {
   const remove = (op: string, data: object) => (
     <Press
       act={() => {
@@ -58,7 +57,6 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say, verd
             ))}
           </div>
         )}
-        <div class="verdict-room">{verdict && <VerdictDetails verdict={verdict} say={say} />}</div>
       </section>
     );
   }

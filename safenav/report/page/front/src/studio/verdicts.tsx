@@ -3,20 +3,6 @@
 import type { Say } from "../live/player";
 import type { Chosen, DrawnRobot, Problem, Verdict } from "./model";
 
-/** Why a robot has no strategy, and repairs. */
-export function VerdictDetails({ verdict, say }: { verdict: Verdict; say: Say }) {
-  if (verdict.verdict === "realizable") return <p class="judged good">Realizable: it can meet this objective{verdict.allows && ` (${verdict.allows})`}.</p>;
-  return (
-    <div class="judged bad">
-      <p>
-        <b>{verdict.verdict === "limit" ? "Not checked: " : "Unrealizable: "}</b>
-        {verdict.because}
-      </p>
-      <Repairs verdict={verdict} say={say} />
-    </div>
-  );
-}
-
 function Repairs({ verdict, say }: { verdict: Verdict; say: Say }) {
   return (verdict.repairs ?? []).slice(0, 5).map(({ change }) => (
     <button type="button" class="repair" onClick={() => say("edit", { op: "repair", change })}>
@@ -63,7 +49,7 @@ export function Problems({ problems, verdicts, robots, go, choose, say }: Proble
           <li class={`verdict ${verdict.verdict}`} data-robot={verdict.robot} data-verdict={verdict.verdict}>
             <button type="button" class="event" onClick={() => choose({ robot: verdict.robot })}>
               <b>{verdict.robot}</b>
-              <span>{verdict.verdict === "realizable" ? "realizable" : verdict.because}</span>
+              <span>{verdict.verdict === "realizable" ? `realizable${verdict.allows ? ` (${verdict.allows})` : ""}` : verdict.because}</span>
             </button>
             {verdict.verdict === "unrealizable" && <Repairs verdict={verdict} say={say} />}
           </li>

@@ -3,7 +3,7 @@
 import { CircleGeometry, Color, CylinderGeometry, Group, Mesh, MeshBasicMaterial, SphereGeometry, TorusGeometry, Vector3, type Material } from "three";
 import type { Robot } from "../run/run";
 import type { Kind, Sample } from "./motion";
-import { DARK, GLASS, box, column, paint, pictogram, shade, solid, upright, type Body, type Doing } from "./solids";
+import { DARK, GLASS, box, column, paint, pictogram, shade, solid, upright, type Body } from "./solids";
 
 const UP = new Vector3(0, 0, 1);
 
@@ -48,7 +48,7 @@ const PELVIS = 0.06;
 const SHOULDER = 0.2;
 const ARM = 0.27;
 
-/** Digit-like: knees bend backwards, arms swing against the legs and reach out to push. */
+/** Digit-like: knees bend backwards, arms swing against the legs. */
 class Biped implements Body {
   readonly group = new Group();
   readonly top = 1.75;
@@ -75,7 +75,7 @@ class Biped implements Body {
     for (const limbs of [...this.legs, ...this.arms]) this.group.add(limbs[0].mesh, limbs[1].mesh);
   }
 
-  pose(sample: Sample, _seconds: number, doing: Doing | null): void {
+  pose(sample: Sample): void {
     const yaw = sample.yaw!;
     const forward = new Vector3(Math.cos(yaw), Math.sin(yaw), 0);
     const left = new Vector3(-forward.y, forward.x, 0);
@@ -91,7 +91,6 @@ class Biped implements Body {
     this.torso.position.copy(hips);
     this.torso.rotation.set(0, 0, yaw);
     this.ground.position.set(hips.x, hips.y, 0.012);
-    const reach = doing?.action === "push" ? doing.strength : 0;
     for (const [i, foot] of feet.entries()) {
       const sign = i === 0 ? 1 : -1;
       const turn = sample[i === 0 ? "lyaw" : "ryaw"]!;
@@ -105,9 +104,7 @@ class Biped implements Body {
       const other = feet[1 - i]!;
       const swing = (other.x - hips.x) * forward.x + (other.y - hips.y) * forward.y;
       const shoulder = hips.clone().addScaledVector(left, sign * SHOULDER).setZ(hips.z + 0.62);
-      const hanging = shoulder.clone().addScaledVector(forward, 0.1 + 0.8 * swing).setZ(hips.z + 0.18);
-      const pushing = shoulder.clone().addScaledVector(forward, 0.5).setZ(hips.z + 0.5);
-      const hand = hanging.lerp(pushing, reach);
+      const hand = shoulder.clone().addScaledVector(forward, 0.1 + 0.8 * swing).setZ(hips.z + 0.18);
       const elbow = joint(shoulder, hand, ARM, forward.clone().negate().setZ(-0.4));
       this.arms[i]![0].span(shoulder, elbow);
       this.arms[i]![1].span(elbow, hand);
@@ -124,7 +121,6 @@ class Quadrotor implements Body {
   private readonly frame = new Group();
   private readonly rotors: Mesh[];
   private readonly ground: Mesh;
-  private readonly cone: Mesh;
 
   constructor(size: number, colour: string) {
     const reach = Math.max(0.18, size / 2) * 0.72;
@@ -148,29 +144,15 @@ class Quadrotor implements Body {
       this.frame.add(arm.mesh, disc, bar, solid(new TorusGeometry(radius, reach * 0.04, 6, 24), dark, x, y, 0.04));
     }
     this.ground = shade(reach);
-    const beam = new MeshBasicMaterial({ color: 0xffd36b, transparent: true, opacity: 0.28, depthWrite: false });
-    this.cone = new Mesh(new CylinderGeometry(0.02, 0.75, 1, 24, 1, true).translate(0, -0.5, 0), beam);
-    this.cone.visible = false;
-    this.group.add(this.frame, this.ground, this.cone);
+    this.group.add(this.frame, this.ground);
   }
 
-  pose(sample: Sample, seconds: number, doing: Doing | null): void {
+  pose(sample: Sample, seconds: number): void {
     this.frame.position.set(sample.x!, sample.y!, sample.z!);
     this.frame.quaternion.set(sample.qx ?? 0, sample.qy ?? 0, sample.qz ?? 0, sample.qw ?? 1).normalize();
     if (sample.qw === undefined) this.frame.rotation.set(0, 0, sample.yaw ?? 0);
     this.ground.position.set(sample.x!, sample.y!, 0.012);
     this.rotors.forEach((rotor, i) => (rotor.rotation.z = seconds * (i % 2 ? 19 : -19) + i));
-    this.cone.visible = doing?.action === "sense" && doing.strength > 0;
-    if (this.cone.visible) this.aim(sample);
-  }
-
-  /** The sensor's cone looks ahead and down, into the region that the robot faces. */
-  private aim(sample: Sample): void {
-    const ahead = new Vector3(1, 0, 0).applyQuaternion(this.frame.quaternion).setZ(0).normalize();
-    const way = ahead.multiplyScalar(2.1).setZ(-sample.z!);
-    this.cone.position.set(sample.x!, sample.y!, sample.z!);
-    this.cone.scale.set(1, way.length(), 1);
-    this.cone.quaternion.setFromUnitVectors(new Vector3(0, -1, 0), way.normalize());
   }
 }
 

@@ -12,10 +12,9 @@ import { sampleAt, type Motion, type Sampled } from "./motion";
 import { Obstacles } from "./obstacles";
 import { Places, tidy } from "./places";
 import { FIELD_ANGLE, Notice, sign } from "./signs";
-import { themeColour, type Body, type Doing } from "./solids";
+import { themeColour, type Body } from "./solids";
 import { Trails } from "./trails";
 
-const EASE = 0.35;
 const FADED = 0.3;
 
 /** Makes a body a ghost. */
@@ -216,9 +215,9 @@ export class RunScene implements Lens {
     this.run.robots.forEach((_, i) => {
       const sample = this.sample(i, seconds);
       const body = this.bodies[i]!;
-      body.pose(sample, seconds, this.doing(i, seconds));
+      body.pose(sample, seconds);
       const { ghost } = this.robots[i]!;
-      if (ghost !== null) this.ghosts[i]!.pose(sampleAt(this.motion, { columns: ghost }, seconds), seconds, null);
+      if (ghost !== null) this.ghosts[i]!.pose(sampleAt(this.motion, { columns: ghost }, seconds), seconds);
       const base = this.robots[i]!.track.kind === "flyer" ? sample.z! : 0;
       this.anchors[i]!.position.set(sample.x!, sample.y!, base);
       this.stems[i]?.scale.setZ(Math.max(1e-3, base));
@@ -244,15 +243,6 @@ export class RunScene implements Lens {
     const rows = anchors.map((anchor) => anchor.children.filter((found) => found instanceof Sprite));
     const flags = this.targets.visible ? this.targets.children.filter((found) => found instanceof Sprite) : [];
     return [...rows.map(([name]) => name!), ...rows.flatMap(([, notice]) => notice ?? []), ...flags];
-  }
-
-  private doing(robot: number, seconds: number): Doing | null {
-    for (const [who, , action, from, to] of this.motion.actions) {
-      if (who !== robot || seconds < from - EASE || seconds > to + EASE) continue;
-      const strength = Math.min(1, (seconds - from + EASE) / EASE, (to + EASE - seconds) / EASE);
-      return { action, strength };
-    }
-    return null;
   }
 
   /** Tint the reserved regions: those that robots leave and enter. */

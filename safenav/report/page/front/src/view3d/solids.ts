@@ -4,12 +4,6 @@ import { BoxGeometry, CanvasTexture, CapsuleGeometry, CircleGeometry, Color, Cyl
 import type { BufferGeometry, Group, Material } from "three";
 import type { Sample } from "./motion";
 
-/** A robot's present action with its hands or its sensor; 0 at its start, 1 at its end. */
-export interface Doing {
-  action: string;
-  strength: number;
-}
-
 export interface Body {
   readonly group: Group;
   /** The height of signs above the robot, in metres above its group. */
@@ -18,7 +12,7 @@ export interface Body {
   readonly hold: [ahead: number, up: number];
   /** The size limit of its loads in metres. */
   readonly room: number;
-  pose(sample: Sample, seconds: number, doing: Doing | null): void;
+  pose(sample: Sample, seconds: number): void;
 }
 
 export const DARK = 0x2b3038;
