@@ -20,7 +20,7 @@ from safenav.motion.file import Segment, text_of
 from safenav.motion.flyer import HORIZON, AxisTracker
 from safenav.motion.geometry import HEADINGS, MetricFloor
 from safenav.motion.making import Disturbances, motion_of
-from safenav.motion.mover import Crossing
+from safenav.motion.mover import Crossing, Start
 from safenav.motion.walker.mover import WalkerMover
 from safenav.runtime.run.mission import Mission
 from safenav.scenario.reading.loader import load_scenario
@@ -28,7 +28,7 @@ from safenav.trace.reading import read_bytes
 from safenav.trace.writing import TraceWriter
 
 ROOT = Path(__file__).parents[1]
-VALUES = {"speed": 0.45, "height": 0.8, "foot": 0.18, "clearance": 0.12}
+VALUES = {"size": 0.6, "speed": 0.45, "height": 0.8, "foot": 0.18, "clearance": 0.12}
 SIDE = 60
 CALM = Disturbances()
 
@@ -46,9 +46,8 @@ def main() -> None:
 
 def walking() -> None:
     """Plan and sample random moves."""
-    mover = WalkerMover(
-        "digit", MetricFloor(SIDE, SIDE, 2.7), SIDE * SIDE // 2, "east", 0.6, VALUES
-    )
+    floor = MetricFloor(SIDE, SIDE, 2.7)
+    mover = WalkerMover(Start("digit", floor, SIDE * SIDE // 2, "east", VALUES))
     steps = {"east": 1, "north": -SIDE, "west": -1, "south": SIDE}
     chance = random.Random(0)
     found: list[Segment] = []

@@ -1,7 +1,7 @@
 """``python ros2_robots.py PORT DOMAIN ROBOT...``: robots of a lab as ROS 2 nodes, over loopback.
 
 PORT is the lab's. A robot may have faults: ``digit+doubled`` sends every reply twice, ``+late`` a
-tenth of a second late, ``+abort`` aborts its third goal, ``+die`` never ends its fourth, ``+alarm``
+tenth of a second late, ``+abort`` aborts its third goal, ``+alarm``
 raises an alarm from its first goal to its second, ``+lag`` tells what its lidar has seen 0.3 s
 later, ``+tf`` sends transforms instead of odometry. Written from ROS 2's action design and
 rmw_cyclonedds' names; it ends with its standard input.
@@ -89,7 +89,7 @@ class Server:
                 self.end("aborted")
             self.goal, self.goals = bytes(request.goal_id.uuid), self.goals + 1
             stops = "abort" in self.faults and self.goals == 3
-            if not stops and not ("die" in self.faults and self.goals >= 4):
+            if not stops:
                 self.lab.send(self.name, pose.position.x, pose.position.y, yaw)
         for _ in range(1 + ("doubled" in self.faults)):
             self.accept.write(ros.NavigateReply(request.client, request.number, True, ros.Time()))

@@ -56,23 +56,31 @@ DRIVEN = labs(
 @pytest.mark.parametrize("lab", DRIVEN, indirect=True)
 def test_a_case_study_is_driven_without_a_listed_obstacle(lab: Lab) -> None:
     """In the simulation robots follow references. Goals that are aborted, replies that are late or
-    come twice do no harm."""
-    done = lab.drive()
-    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
+    come twice do no harm. Processes of ROS 2 listen and send on loopback only."""
+    process = under_way(lab, 2)
+    if lab.physics is not None and sys.platform.startswith("linux"):
+        found = addresses(process.pid)
+        assert found != [] and confined(process.pid) == {"lo"}
+        for table, own, other in found:
+            anyone = own in ("0.0.0.0", "::")
+            assert is_loopback(own) or (table.startswith("udp") and anyone), found
+            assert is_loopback(other) or other in ("0.0.0.0", "::"), found
+    told = process.communicate(timeout=600)[0]
+    assert process.returncode == 0, told[-2000:]
     lines = lines_of(lab.trace)
     assert lines[-1]["outcome"] == "completed"
     hidden = set(re.findall(r"type: (\w+), region: (\d+)", lab.fleet.read_text()))
-    found = [line["obstacle"] for line in lines if line["type"] == "discovered"]
-    assert {(o["type"], str(o["region"])) for o in found} == hidden
+    discovered = [line["obstacle"] for line in lines if line["type"] == "discovered"]
+    assert {(o["type"], str(o["region"])) for o in discovered} == hidden
     assert check_trace(lab.trace).findings == ()
     assert overlap(lines) > 0.0
     judged = safenav("check", "--json", lab.motion, lab.trace)
     assert judged.returncode == 0, judged.stdout
-    told = json.loads(judged.stdout)[0]["execution"]
-    assert {one["robot"] for one in told} == {"quad", "digit"}
+    tracked = json.loads(judged.stdout)[0]["execution"]
+    assert {one["robot"] for one in tracked} == {"quad", "digit"}
     follows = lab.physics is None
-    assert all(one["driven"] == ("setpoints" if follows else "goals") for one in told)
-    assert all(one["measurements"] > 50 and one["off"] < 0.3 for one in told)
+    assert all(one["driven"] == ("setpoints" if follows else "goals") for one in tracked)
+    assert all(one["measurements"] > 50 and one["off"] < 0.3 for one in tracked)
     if lab.physics is not None:
         log = lab.physics.log()
         assert set(log["contacts"]) <= {"digit door@47"} and log["closed"] == []
@@ -160,28 +168,6 @@ def under_way(lab: Lab, departs: int) -> subprocess.Popen[str]:
         time.sleep(0.05)
     process.kill()
     raise AssertionError("the robots do not move")
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads Linux's /proc")
-@pytest.mark.parametrize("lab", labs((THIRD, "simulation"), (SECOND, "ros2")), indirect=True)
-def test_a_drive_listens_and_sends_on_loopback_only(lab: Lab) -> None:
-    process = under_way(lab, 2)
-    try:
-        found = addresses(process.pid)
-        outside = confined(process.pid)
-    finally:
-        process.kill()
-        process.communicate(timeout=300)
-    assert outside == ({"lo"} if lab.transport == "ros2" else set())
-    for table, own, other in found:
-        anyone = own in ("0.0.0.0", "::")
-        assert is_loopback(own) or (table.startswith("udp") and anyone), found
-        assert is_loopback(other) or other in ("0.0.0.0", "::"), found
-    if lab.transport == "simulation":
-        assert found == []
-    else:
-        assert found != []
 
 
 @pytest.mark.slow

@@ -271,14 +271,6 @@ DAMAGES: dict[str, tuple[Callable[[Any], bool], Callable[[Any], Any], str, str]]
         *(of(Action), lambda line: replace(line, t1=line.t1 + 0.5)),
         *("obstacle", "into the region of door@47, which is not resolved"),
     ),
-    "a region released before its robot has left it": (
-        *(
-            of(Release),
-            lambda line: replace(line, t=line.t - 1),
-            "room",
-            "which it has not reserved",
-        ),
-    ),
     "a region released 10 ms early": (
         *(of(Release), lambda line: replace(line, t=line.t - 0.01), "clock", "never releases"),
     ),

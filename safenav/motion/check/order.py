@@ -18,15 +18,13 @@ from safenav.judge.rule import RULES
 from safenav.lines import json_line
 from safenav.motion.check.examination import NEAR, STILL, Array, Examination
 from safenav.motion.file import Action, GoalLine, Moving, Piece, Release, Reserve
-from safenav.motion.timing.execution import team_of
+from safenav.motion.timing.execution import TimedAction, actions_of
 from safenav.motion.timing.in_time import Dated, dated, ordered
 from safenav.scenario.settings import Clock
 from safenav.trace import records
 from safenav.trace.reading import Trace
 from safenav.trace.records import (
     Act,
-    ActionEnd,
-    Appeared,
     Arrive,
     Depart,
     Met,
@@ -60,7 +58,7 @@ def check_order(case: Examination) -> None:
     _steps(case, trace)
     _reservations(case, trace)
     _serial(case, serial)
-    _actions(case, serial)
+    _actions(case, trace)
     _charges(case, serial)
 
 
@@ -174,70 +172,44 @@ def _serial(case: Examination, serial: Sequence[Dated]) -> None:
                 case.wrong(t, name, "order", what)
 
 
-def _actions(case: Examination, serial: Sequence[Dated]) -> None:
+def _actions(case: Examination, trace: Trace) -> None:
     """All participants of each action of the trace act, at its time, and simultaneously if there
     are several."""
     waiting = list(case.actions)
-    at = {name: robot.start for name, robot in case.trace.header.scenario.robots.items()}
-    met: Counter[str] = Counter()
-    begun: dict[int, tuple[float, Act]] = {}
-    spans: list[tuple[frozenset[str], float, float]] = []
-    for t, record in serial:
-        match record:
-            case Arrive():
-                at[record.robot] = record.at
-            case Act():
-                begun[record.command] = t, record
-            case ActionEnd() if record.command in begun:
-                begin, act = begun.pop(record.command)
-                spans.append((frozenset(act.robots), begin, t))
-            case Appeared():
-                met[record.obstacle] = 0
-            case Met() | Resolved():
-                needs = case.obstacles[record.obstacle].needs
-                number = record.need if isinstance(record, Met) else len(needs) - 1
-                if met[record.obstacle] > number:
-                    continue  # a line of the last need has recorded who acts
-                met[record.obstacle] = number + 1
-                team = team_of(case.trace, record, needs[number], at)
-                done = [*_done(case, team, record, needs[number].action, waiting)]
-                times = {(action.t0, action.t1) for action in done}
-                if len(times) > 1:
-                    what = f"acts on {record.obstacle}, but not at the same time as the others"
-                    case.wrong(t, record.robot, "action", what)
-                for t0, t1 in times:
-                    # One that stands there takes part in a joint action, even without a request.
-                    known = (span for who, *span in spans if who & {*team})
-                    if not any(begin < t0 + NEAR and t1 < end + NEAR for begin, end in known):
-                        what = f"acts on {record.obstacle} until {t1:.3f} s"
-                        case.wrong(
-                            t0, record.robot, "clock", f"{what}; in the trace at another time"
-                        )
+    acts = [({*a.robots}, a.t or 0.0, end.t or 0.0) for a, end in trace.acts if end is not None]
+    for wanted in actions_of(case.trace)[0]:
+        done = [*_done(case, wanted, waiting)]
+        times = {(action.t0, action.t1) for action in done}
+        if len(times) > 1:
+            what = f"acts on {wanted.obstacle}, but not at the same time as the others"
+            case.wrong(min(times)[0], wanted.robots[0], "action", what)
+        for t0, t1 in times:
+            # One that stands there takes part in a joint action, even without a request.
+            spans = (span for who, *span in acts if who & {*wanted.robots})
+            if not any(begin < t0 + NEAR and t1 < end + NEAR for begin, end in spans):
+                what = f"acts on {wanted.obstacle} until {t1:.3f} s; in the trace at another time"
+                case.wrong(t0, wanted.robots[0], "clock", what)
     for action in waiting:
         what = f"resolves {action.obstacle}, which the trace does not (tick {action.tick})"
         case.wrong(action.t0, action.robot, "action", what)
 
 
-def _done(
-    case: Examination,
-    team: tuple[str, ...],
-    record: Met | Resolved,
-    wanted: str,
-    waiting: list[Action],
-) -> Iterator[Action]:
+def _done(case: Examination, wanted: TimedAction, waiting: list[Action]) -> Iterator[Action]:
     """Take the lines of an action of some robots; each acts where it is, for long enough."""
-    for robot in team:
-        mine = (a for a in waiting if (a.robot, a.obstacle) == (robot, record.obstacle))
+    record = case.trace.records[wanted.index]
+    assert isinstance(record, Met | Resolved)
+    for robot in wanted.robots:
+        mine = (a for a in waiting if (a.robot, a.obstacle) == (robot, wanted.obstacle))
         if (done := next(mine, None)) is None:
-            what = f"never acts on {record.obstacle} (tick {record.tick})"
-            case.wrong(0.0, robot, "action", what)
+            what = f"never acts on {wanted.obstacle} (tick {record.tick})"
+            case.wrong(record.t or 0.0, robot, "action", what)
             continue
         waiting.remove(done)
         _performed(case, done, record.at if robot == record.robot else None)
         least = 0.0
         if case.trace.header.clock is None:  # else the trace has its times
             least = case.numbers[robot].get("action_seconds", 0.0)
-        if done.t1 - done.t0 < least - NEAR or done.action != wanted:
+        if done.t1 - done.t0 < least - NEAR or done.action != wanted.action:
             what = f"performs '{done.action}' for {done.t1 - done.t0:.3f} s on {done.obstacle}"
             case.wrong(done.t0, robot, "action", what)
         yield done

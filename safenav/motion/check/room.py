@@ -57,23 +57,15 @@ def outside(
 
 
 def check_room(case: Examination) -> None:
-    """Bodies and feet stay inside the regions of their step that their robot has reserved at the
-    time: a reservation alone does not let a robot enter, since an obstacle may be there. The
-    plan of a driven robot leaves its step when that fails; the trace has its reservations."""
-    to_come: dict[str, list[Holding]] = {}
-    for holding in sorted(case.held, key=lambda h: -h.begin):
-        to_come.setdefault(holding.robot, []).append(holding)
-    having: dict[str, list[Holding]] = {}
-    for piece in sorted(case.motion.of(Moving), key=lambda piece: piece.t0):
-        later = to_come.get(piece.robot, [])
-        now = [h for h in having.get(piece.robot, []) if h.end >= piece.t0 - NEAR]
-        while later and later[-1].begin <= piece.t0 + NEAR:
-            now.append(later.pop())
-        having[piece.robot] = now
-        entered = [h.region for h in now if h.end >= piece.t1 - NEAR]
-        if piece.robot not in case.driven:
-            entered = [region for region in entered if region in (piece.origin, piece.to)]
-        own = {case.grid.place(region) for region in entered}
+    """Bodies and feet stay inside the regions of their step. The plan of a driven robot leaves its
+    step when that fails; it stays inside the regions that the robot has."""
+    for piece in case.motion.of(Moving):
+        regions = {piece.origin, piece.to}
+        if piece.robot in case.driven:
+            mine = (held for held in case.held if held.robot == piece.robot)
+            during = (h for h in mine if h.begin < piece.t0 + NEAR and h.end > piece.t1 - NEAR)
+            regions = {held.region for held in during}
+        own = {case.grid.place(region) for region in regions}
         for disc in case.discs(piece):
             _contained(case, piece, disc, own)
 
@@ -90,7 +82,7 @@ def _contained(case: Examination, piece: Moving, disc: Disc, own: set[tuple[int,
             x, y = disc.centres[worst]
             what = (
                 f"its {disc.what} at ({x:.3f}, {y:.3f}) m reaches {into[worst]:.3f} m into "
-                f"region {case.grid.region(cell)}, which it has not reserved"
+                f"region {case.grid.region(cell)}, which is not one of its step"
             )
             case.wrong(float(disc.times[worst]), piece.robot, "room", what)
             return
@@ -189,12 +181,9 @@ def _flown(case: Examination, track: FlownTrack, flights: Sequence[Flight]) -> N
     rows: Array = np.array(track.rows, dtype=np.float64)
     times: Array = track.t0 + track.step * np.arange(len(rows), dtype=np.float64)
     spans = [
-        Holding(track.robot, region, max(held.begin, flight.t0), min(held.end, flight.t1))
+        Holding(track.robot, region, flight.t0, flight.t1)
         for flight in flights
-        if flight.t0 < times[-1] + NEAR and flight.t1 > times[0] - NEAR
         for region in {flight.origin, flight.to}
-        for held in case.held
-        if (held.robot, held.region) == (track.robot, region)
     ]
     found = outside(case, track.robot, times, rows[:, :2], spans, TOUCH)
     if found is not None:
