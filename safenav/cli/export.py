@@ -54,7 +54,7 @@ Exit codes:
     help="Write this file; its ending determines the format.",
 )
 @click.option("--motion", "written", type=options.LINES, help="Compute and write the motion.")
-@click.option("--report", is_flag=True, help="Print times, waits, distances, errors, margins.")
+@click.option("--report", is_flag=True, help="Print times, distances, errors, margins.")
 @click.option("--track", is_flag=True, help="Simulate flyers that track their references.")
 @click.option("--csv", "stem", type=options.Output(), metavar="STEM", help="Tables: STEM-*.csv.")
 @click.option(

@@ -263,7 +263,7 @@ def drive(
 ) -> int:
     """Run SCENARIO with the robots of a fleet file. safenav decides where each robot goes next; the
     robots' own navigation drives them there."""
-    from safenav.fleet.file import load_fleet
+    from safenav.fleet.file import load_fleet, side_of
     from safenav.fleet.robots.acting import unserved
     from safenav.fleet.transport import DriveRecording
     from safenav.fleet.world import fleet_world
@@ -277,10 +277,8 @@ def drive(
         hint = "use safenav export TRACE --motion FILE"
         raise UsageError(f"--motion: no robot moves in a rehearsal\n    {hint}")
     stations = load_fleet(fleet, plan)
-    tolerances = {
-        name: station.tolerance if station.follow is None else station.follow.tolerance
-        for name, station in stations.stations.items()
-    }
+    side = side_of(plan.map)
+    tolerances = {name: station.off(side) for name, station in stations.stations.items()}
     sizes = (*oversized(plan), *imprecise(plan, tolerances))
     for warning in (*plan.map.notes, *sizes, *unserved(plan, stations)):
         warn(warning)

@@ -82,18 +82,16 @@ def driven_motion(
             lines += turns.in_steps([_goal(sent, places, body, begun, over) for sent in mine])
         lines += _measured(name, recording.places.get(name, []), places, begun, over)
     robots = {
-        name: {**described(trace, name, body), **_driven(stations[name])}
+        name: {**described(trace, name, body), **_driven(stations[name], floor.side)}
         for name, body in movers.items()
     }
     found = tuple(sorted(lines, key=when))
     return Motion(header_of(trace, floor, robots), found, MotionOutcome(over))
 
 
-def _driven(station: Station) -> dict[str, object]:
-    follow = station.follow
-    kind = "goals" if follow is None else "setpoints"
-    metres = station.tolerance if follow is None else follow.tolerance
-    return {"driven": kind, "tolerance": metres, "gap": GAPS[kind]}
+def _driven(station: Station, side: float) -> dict[str, object]:
+    kind = "goals" if station.follow is None else "setpoints"
+    return {"driven": kind, "tolerance": station.off(side), "gap": GAPS[kind]}
 
 
 class _Turns:

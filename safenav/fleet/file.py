@@ -36,30 +36,109 @@ class TransportKind(StrEnum):
     SIMULATION = "simulation"
 
 
-class ScanUse(Struct, frozen=True):
-    """The meaning of a lidar's rays: a ray that ends less than ``beyond`` metres behind the centre
-    of an adjacent region has hit an obstacle of type ``obstacle`` there. The default is for regions
-    of one metre; behind half a side a ray hits the wall of the next region."""
+NAME = re.compile(r"/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
+"""Pattern of ROS names."""
+NAMESPACE = re.compile(rf"/?|{NAME.pattern}/?")
 
-    topic: str
-    obstacle: str
-    beyond: float = 0.35
+
+def _in_ros(pattern: re.Pattern[str], about: str = "") -> Key:
+    """Return the key of a text that has this pattern."""
+
+    def check(value: str, node: Node, what: str, findings: Findings) -> str | None:
+        if pattern.fullmatch(value):
+            return value
+        hint = "use letters, digits and '_', for example /lab/digit"
+        findings.add(node, f"{what}: '{clipped(value)}' is not a name in ROS", hint)
+        return None
+
+    return Key(about, check=check, schema={"pattern": f"^(?:{pattern.pattern})$"})
+
+
+RosName = Annotated[str, _in_ros(NAME)]
+
+
+def side_of(world: RegionMap | None) -> float:
+    """Return the side of a region in metres; 1 for a map without metres."""
+    return min(world.frame.resolution) if world is not None and world.frame is not None else 1.0
+
+
+def on_regions(metres: float, side: float) -> float:
+    """Return a default distance for regions with this side (metres): less on small regions, where a
+    robot so far from the centre would be in the next one."""
+    return min(1.0, side) * metres
+
+
+def _inside(value: float, node: Node, what: str, findings: Findings) -> float | None:
+    """Report a distance from the centre of a region that reaches its border."""
+    assert isinstance(findings, Reading)
+    side = side_of(findings.world)
+    if value < side / 2:
+        return value
+    found = f"{what}: {value:g} m reach into the next region"
+    findings.add(node, found, f"less than {side / 2:g} m: half a region's side")
+    return None
+
+
+def _type_of_obstacle(value: str, node: Node, what: str, findings: Findings) -> str | None:
+    del what
+    assert isinstance(findings, Reading) and isinstance(node, Scalar)
+    return value if _kind(node, findings) is not None else None
+
+
+class ScanUse(Struct, frozen=True):
+    """A lidar that finds obstacles in the regions beside the robot: a ray that ends less than
+    ``beyond`` metres behind the centre of an adjacent region has hit one there; behind half a side
+    it hits the wall of the next region."""
+
+    obstacle: Annotated[
+        str,
+        Key(
+            "The obstacle type at the end of a ray.",
+            "a type of obstacle",
+            check=_type_of_obstacle,
+        ),
+    ]
+    topic: RosName = "scan"
+    beyond: Annotated[
+        float | None,
+        Key(
+            "Metres behind a region's centre that count. Default: 0.35 of its side.",
+            above=0,
+            check=_inside,
+        ),
+    ] = None
+
+    def metres(self, side: float) -> float:
+        """Return ``beyond`` on regions with this side."""
+        return self.beyond or 0.35 * side
 
 
 class TfUse(Struct, frozen=True):
-    """A robot whose pose is the transform from ``map`` to its ``frame``, from the ``topic`` of
-    transforms and that of static ones (``TOPIC_static``), instead of its odometry."""
+    """Its pose comes from TF, from ``map`` to its ``frame``, instead of from odometry."""
 
-    topic: str = "tf"
-    frame: str = "base_link"
+    topic: Annotated[
+        str, _in_ros(NAME, "The topic of transforms; of static ones: with _static.")
+    ] = "tf"
+    frame: Annotated[str, _in_ros(NAME, "The frame of the robot.")] = "base_link"
 
 
 class FollowUse(Struct, frozen=True):
-    """A robot that tracks references: the ``topic`` on which it receives them, and the maximum
-    deviation in metres (``tolerance``)."""
+    """The robot tracks references itself, instead of goals."""
 
-    topic: str = "reference"
-    tolerance: float = 0.25
+    topic: Annotated[str, _in_ros(NAME, "The topic of its references.")] = "reference"
+    tolerance: Annotated[
+        float | None,
+        Key(
+            "Allowed deviation from its reference, in metres. "
+            "Default: 0.25 of a region's side, at most 0.25 m.",
+            above=0,
+            check=_inside,
+        ),
+    ] = None
+
+    def metres(self, side: float) -> float:
+        """Return ``tolerance`` on regions with this side."""
+        return self.tolerance or on_regions(0.25, side)
 
 
 class Station(Struct, frozen=True):
@@ -86,21 +165,14 @@ class Station(Struct, frozen=True):
         """Return the full name of the topic from which its pose comes."""
         return self.path("odom" if self.tf is None else self.tf.topic)
 
+    def off(self, side: float) -> float:
+        """Return how far it may be off its reference or goal, on regions with this side."""
+        return self.tolerance if self.follow is None else self.follow.metres(side)
+
     def path(self, name: str) -> str:
         """Return the full name of a topic, service or action: below the namespace unless
         absolute."""
         return name if name.startswith("/") else f"{self.namespace}/{name}"
-
-
-def side_of(world: RegionMap | None) -> float:
-    """Return the side of a region in metres; 1 for a map without metres."""
-    return min(world.frame.resolution) if world is not None and world.frame is not None else 1.0
-
-
-def on_regions(metres: float, side: float) -> float:
-    """Return a default distance for regions with this side (metres): less on small regions, where a
-    robot so far from the centre would be in the next one."""
-    return min(1.0, side) * metres
 
 
 class Network(Struct, frozen=True):
@@ -135,25 +207,6 @@ class FleetFile(Struct, frozen=True):
 
 VERSION = 1
 EXAMPLE = "{type: door, region: 47}"
-NAME = re.compile(r"/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
-"""Pattern of ROS names."""
-NAMESPACE = re.compile(rf"/?|{NAME.pattern}/?")
-
-
-def _in_ros(pattern: re.Pattern[str]) -> Key:
-    """Return the key of a text that has this pattern."""
-
-    def check(value: str, node: Node, what: str, findings: Findings) -> str | None:
-        if pattern.fullmatch(value):
-            return value
-        hint = "use letters, digits and '_', for example /lab/digit"
-        findings.add(node, f"{what}: '{clipped(value)}' is not a name in ROS", hint)
-        return None
-
-    return Key(check=check, schema={"pattern": f"^(?:{pattern.pattern})$"})
-
-
-RosName = Annotated[str, _in_ros(NAME)]
 
 
 class HiddenKeys(Item, frozen=True):
@@ -174,34 +227,6 @@ class SimulationKeys(Item, frozen=True):
     )
 
 
-class ScanKeys(Item, frozen=True):
-    """A lidar that finds obstacles in the regions beside the robot."""
-
-    topic: RosName = key(default="scan")
-    obstacle: Scalar | None = key("The obstacle type at the end of a ray.", "a type of obstacle")
-    beyond: float | None = key(
-        "Metres behind a region's centre that count. Default: 0.35 of its side.", above=0
-    )
-
-
-class TfKeys(Item, frozen=True):
-    """Its pose comes from TF, from map to its frame, instead of from odometry."""
-
-    topic: RosName = key("The topic of transforms; of static ones: with _static.", default="tf")
-    frame: RosName = key("The frame of the robot.", default="base_link")
-
-
-class FollowKeys(Item, frozen=True):
-    """The robot tracks references itself, instead of goals."""
-
-    topic: RosName = key("The topic of its references.", default="reference")
-    tolerance: float | None = key(
-        "Allowed deviation from its reference, in metres. "
-        "Default: 0.25 of a region's side, at most 0.25 m.",
-        above=0,
-    )
-
-
 class StationKeys(Item, frozen=True):
     """A robot of the fleet."""
 
@@ -213,16 +238,17 @@ class StationKeys(Item, frozen=True):
         "Distance from a region's centre that counts as arrival, in metres. "
         "Default: 0.3 of its side, at most 0.3 m.",
         above=0,
+        check=_inside,
     )
     speed: float = key("Metres per second, for time limits.", above=0, default=0.5)
     timeout: float = key(
         "Time limit of a goal, as a multiple of the expected time.", above=0, default=3.0
     )
     retries: int = key("Number of times that a failed goal is sent again.", most=20, default=2)
-    scan: ScanKeys | None = None
+    scan: ScanUse | None = None
     report: RosName | None = key("A text topic: 'door@47' is present, '-door@47' is gone.")
-    tf: TfKeys | None = None
-    follow: FollowKeys | None = None
+    tf: TfUse | None = None
+    follow: FollowUse | None = None
     act: dict[Scalar, RosName] | None = key("The service that performs each action.")
 
 
@@ -329,9 +355,6 @@ def _station(
         return None if by is None else getattr(by, field)
 
     base, side = Station(f"/{name}"), side_of(findings.world)
-    for item in (own, defaults):
-        if item is not None:
-            _check_inside(item, "tolerance", side, findings)
     numbers = {field: given(field) for field in ("speed", "timeout", "retries")}
     return replace(
         base,
@@ -339,9 +362,9 @@ def _station(
         report=given("report"),
         tolerance=given("tolerance") or on_regions(base.tolerance, side),
         namespace=_absolute(given("namespace") or base.namespace),
-        scan=_scan(given("scan"), side, findings),
-        tf=None if (tf := given("tf")) is None else TfUse(tf.topic, tf.frame.strip("/")),
-        follow=_follow(given("follow"), side, findings),
+        scan=given("scan"),
+        tf=given("tf"),
+        follow=given("follow"),
         act={action.text: service for action, service in (given("act") or {}).items()},
     )
 
@@ -351,30 +374,6 @@ def _absolute(namespace: str) -> str:
     return f"/{stripped}" if (stripped := namespace.strip("/")) else ""
 
 
-def _check_inside(item: Item, field: str, side: float, findings: Findings) -> None:
-    """Report a distance from the centre of a region that reaches its border."""
-    metres = getattr(item, field)
-    if metres is not None and metres >= side / 2:
-        found = f"{item.named(field)}: {metres:g} m reach into the next region"
-        findings.add(item.at(field), found, f"less than {side / 2:g} m: half a region's side")
-
-
-def _scan(item: ScanKeys | None, side: float, findings: Reading) -> ScanUse | None:
-    if item is None or (kind := _kind(item.obstacle, findings)) is None:
-        return None
-    _check_inside(item, "beyond", side, findings)
-    use = ScanUse(item.topic, kind.name)
-    return replace(use, beyond=item.beyond or side * use.beyond)
-
-
-def _follow(item: FollowKeys | None, side: float, findings: Findings) -> FollowUse | None:
-    if item is None:
-        return None
-    _check_inside(item, "tolerance", side, findings)
-    default = on_regions(FollowUse().tolerance, side)
-    return FollowUse(item.topic, item.tolerance or default)
-
-
 def schema_text() -> str:
     """Return the JSON Schema (draft 2020-12) of fleet files."""
     return schema_of(FleetKeys, "safenav fleet file")
@@ -382,7 +381,7 @@ def schema_text() -> str:
 
 def template_text(scenario: Scenario) -> str:
     """Return a commented fleet file for the robots of a scenario; it loads unchanged."""
-    follow = on_regions(FollowUse().tolerance, side_of(scenario.map))
+    follow = FollowUse().metres(side_of(scenario.map))
     lines = [
         "# How safenav reaches each robot, what it senses and how it acts (docs/drive.md).",
         "safenav-fleet: 1",

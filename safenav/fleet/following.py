@@ -115,8 +115,9 @@ class Following:
         self._clock = clock
         self._lock = RLock()
         self._post: Callable[[Message], None] = print  # set by ``open``
+        side = min(places.frame.resolution)
         self.followers = {
-            robot.name: Follower(robot.name, mover_of(robot, places), use.tolerance)
+            robot.name: Follower(robot.name, mover_of(robot, places), use.metres(side))
             for robot in robots
             if (use := stations[robot.name].follow) is not None
         }

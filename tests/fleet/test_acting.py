@@ -7,6 +7,7 @@ import pytest
 from fleet.hall import (
     EAST,
     rays,
+    scanned,
     seen,
     started,
     told,
@@ -167,7 +168,7 @@ def test_a_robot_acts_on_obstacles_that_only_the_fleet_knows(
 
 
 def test_a_scan_taken_before_a_resolution_is_ignored_after_it() -> None:
-    world, robots, scenario = started(scan=ScanUse("scan", "door"))
+    world, robots, scenario = started(scan=ScanUse("door"))
     door = seen(world, robots, scenario)
     stamp = robots.stamp + 0.5
     robots.stamp += 1.0
@@ -177,6 +178,11 @@ def test_a_scan_taken_before_a_resolution_is_ignored_after_it() -> None:
     world.wait(5.0)
     robots.post(Scanned("digit", stamp, 0.0, math.pi / 2, rays(0.6, 0)))
     assert world.wait(0.05) == [] and world.sense(scenario.robots[0], 9) is None
+    robots.script = [("succeeded", 2.5)]
+    world.start(scenario.robots[0], EAST, 2)  # what it saw before its action does not count
+    assert world.wait(0.02) == [] and robots.goals == []
+    scanned(robots, "digit", 9.0)
+    assert world.wait(0.02) == [] and len(robots.goals) == 1
 
 
 def test_an_obstacle_gone_during_an_action_is_in_its_result() -> None:

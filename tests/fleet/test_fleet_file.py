@@ -46,7 +46,7 @@ robots:
     assert fleet.transport is fleet_file.TransportKind.ROS2
     assert fleet.network == fleet_file.Network(7, "wlan0", ("10.0.0.7",))
     assert fleet.failures == Failures(retries=0, timeout=9.0)
-    scan = fleet_file.ScanUse("scan", "door", 0.35)
+    scan = fleet_file.ScanUse("door")
     assert fleet.stations == {
         "quad": fleet_file.Station("/quad", speed=0.4, retries=0, scan=scan),
         "digit": fleet_file.Station(
@@ -141,10 +141,10 @@ def test_default_distances_end_inside_the_region(side: float, tmp_path: Path) ->
         CASE.read_text().replace("map:\n", f"map:\n  resolution: {side}\n")
     )
     station = fleet_file.load_fleet(path, scenario).stations["quad"]
-    assert station.scan is not None and station.scan.beyond == pytest.approx(0.35 * side)
+    assert station.scan is not None and station.scan.metres(side) == pytest.approx(0.35 * side)
     assert station.tolerance == pytest.approx(min(0.3, 0.3 * side))
     assert station.follow is not None
-    assert station.follow.tolerance == pytest.approx(min(0.25, 0.25 * side))
+    assert station.off(side) == pytest.approx(min(0.25, 0.25 * side))
 
 
 MISTAKES = [

@@ -210,7 +210,7 @@ def test_a_robot_that_returns_to_a_border_is_lost_in_both_regions() -> None:
 
 @pytest.mark.parametrize("jump", [-3600.0, 3600.0])
 def test_messages_count_after_the_clock_of_a_robot_is_set(jump: float) -> None:
-    world, robots, scenario = set_out([("succeeded", 2.5)], scan=ScanUse("scan", "door"))
+    world, robots, scenario = set_out([("succeeded", 2.5)], scan=ScanUse("door"))
     old = robots.stamp + 0.5
     robots.post(Scanned("digit", old, 0.0, math.pi / 2, rays(9.0, 1)))
     robots.stamp += jump
@@ -227,7 +227,7 @@ def test_messages_count_after_the_clock_of_a_robot_is_set(jump: float) -> None:
 
 
 def test_messages_during_a_synthesis_count_before_time_limits() -> None:
-    world, robots, _ = set_out([("succeeded", 2.5)], scan=ScanUse("scan", "door"))
+    world, robots, _ = set_out([("succeeded", 2.5)], scan=ScanUse("door"))
     world.observe(Depart(1, 1, "digit", 8, 9, "east", MovedBy.STRATEGY))
     robots.now += 60.0  # a synthesis; odometry and scans continue
     robots.locate("digit")
@@ -256,7 +256,7 @@ def test_a_robot_does_not_set_out_if_a_person_has_moved_one(carried: str) -> Non
     scenario = load_scenario_text(CORRIDOR, "corridor.yaml")
     robots = Robots()
     robots.x, robots.y = {"digit": 1.5, "cart": 3.5}, {"digit": 2.5, "cart": 1.5}
-    given = GIVEN | {"scan": ScanUse("scan", "door")}
+    given = GIVEN | {"scan": ScanUse("door")}
     stations = {name: Station(f"/{name}", **given) for name in robots.x}
     world = FleetWorld(scenario, stations, robots, robots.clock)  # type: ignore[arg-type]
     world.open()
@@ -286,7 +286,7 @@ def test_a_robot_cancelled_before_it_departs_does_not_move() -> None:
 
 def test_a_robot_cancelled_at_its_destination_is_reported_as_arrived() -> None:
     """Its lidar still looks: the run has no patience for that, and the robot is not lost."""
-    world, robots, scenario = set_out([("succeeded", 2.5)], scan=ScanUse("scan", "door"))
+    world, robots, scenario = set_out([("succeeded", 2.5)], scan=ScanUse("door"))
     assert world.wait(0.02) == []
     world.cancel(scenario.robots[0])
     assert [told(event)[0] for event in world.wait(0.0)] == ["Arrived"]
@@ -357,7 +357,7 @@ def test_a_map_without_metres_is_refused() -> None:
 def test_a_robot_that_returns_scans_before_it_reports_failure() -> None:
     """A door may have closed after its last look; the goal then failed for a reason."""
     world, robots, _ = set_out(
-        [("aborted", 1.6), ("succeeded", 1.5)], scan=ScanUse("scan", "door"), retries=0, command=4
+        [("aborted", 1.6), ("succeeded", 1.5)], scan=ScanUse("door"), retries=0, command=4
     )
     assert world.wait(0.0) == [] and not robots.script
     scanned(robots, "digit", 0.6)

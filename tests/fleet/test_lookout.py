@@ -31,7 +31,7 @@ pytestmark = pytest.mark.usefixtures("short_limits")
 
 def test_a_lidar_reports_a_door_before_the_arrival_is_reported() -> None:
     """A reading from the way there does not count; the one from the new place does."""
-    world, robots, scenario = set_out([("succeeded", 2.5)], scan=ScanUse("scan", "door"))
+    world, robots, scenario = set_out([("succeeded", 2.5)], scan=ScanUse("door"))
     assert robots.goals == []
     world.observe(Depart(1, 1, "digit", 8, 9, "east", MovedBy.STRATEGY))
     assert len(robots.goals) == 1  # it departs once the trace has recorded it
@@ -51,7 +51,7 @@ def test_a_lidar_reports_a_door_before_the_arrival_is_reported() -> None:
 def test_a_door_is_not_gone_while_another_lidar_hits_it(later: str) -> None:
     """From beside it a leaf may be too thin for the rays: the two robots would report it gone and
     there again with every scan."""
-    world, robots, scenario = set_out([("succeeded", 2.5)], scan=ScanUse("scan", "door"))
+    world, robots, scenario = set_out([("succeeded", 2.5)], scan=ScanUse("door"))
     world.observe(Depart(1, 1, "digit", 8, 9, "east", MovedBy.STRATEGY))
     scanned(robots, "digit", 0.6)
     world.wait(5.0)
@@ -70,7 +70,7 @@ def test_a_door_is_not_gone_while_another_lidar_hits_it(later: str) -> None:
 
 
 def test_a_ray_without_a_reading_changes_no_obstacle() -> None:
-    world, robots, scenario = started(scan=ScanUse("scan", "door"))
+    world, robots, scenario = started(scan=ScanUse("door"))
     scanned(robots, "digit", 0.6)
     world.wait(0.05)
     robots.now += 5.0
@@ -83,7 +83,7 @@ def test_a_ray_without_a_reading_changes_no_obstacle() -> None:
 
 
 def test_a_lidar_hit_on_another_robot_is_not_an_obstacle() -> None:
-    world, robots, scenario = started(scan=ScanUse("scan", "door"))
+    world, robots, scenario = started(scan=ScanUse("door"))
     scanned(robots, "digit", 0.6, ahead=3)  # to the south stands the quadcopter, in 15
     assert world.wait(0.05) == []
     assert world.sense(scenario.robots[0], 15) is None
@@ -91,7 +91,7 @@ def test_a_lidar_hit_on_another_robot_is_not_an_obstacle() -> None:
 
 def passed_by() -> tuple[FleetWorld, Robots, Scenario]:
     """The quadcopter has gone from region 15, south of digit, to 17 a moment ago."""
-    world, robots, scenario = started(scan=ScanUse("scan", "door"))
+    world, robots, scenario = started(scan=ScanUse("door"))
     quad = scenario.robots[1]
     for number, at in enumerate((2.5, 3.5), start=1):
         robots.script = [("succeeded", at)]
@@ -134,7 +134,7 @@ def test_a_robot_that_arrives_behind_another_scans_again_before_it_reports(there
 
 
 def test_a_scan_from_the_way_is_not_read_after_the_arrival() -> None:
-    world, robots, scenario = set_out([("succeeded", 2.5)], scan=ScanUse("scan", "door"))
+    world, robots, scenario = set_out([("succeeded", 2.5)], scan=ScanUse("door"))
     early = robots.stamp + 0.5
     assert [told(event)[0] for event in world.wait(5.0)] == ["Arrived"]  # no scan in time
     robots.post(Scanned("digit", early, 0.0, math.pi / 2, rays(0.6, 0)))
@@ -143,7 +143,7 @@ def test_a_scan_from_the_way_is_not_read_after_the_arrival() -> None:
 
 def test_a_scan_is_read_where_it_was_taken() -> None:
     """The robot turned after the scan: the wall that was on its left is not a door ahead of it."""
-    world, robots, scenario = set_out([("succeeded", 2.5)], scan=ScanUse("scan", "door"))
+    world, robots, scenario = set_out([("succeeded", 2.5)], scan=ScanUse("door"))
     assert world.wait(0.0) == []
     stamp = robots.stamp + 0.5
     robots.stamp += 0.4
@@ -155,7 +155,7 @@ def test_a_scan_is_read_where_it_was_taken() -> None:
 
 
 def test_a_scan_waits_for_the_odometry_of_its_moment() -> None:
-    world, robots, _ = set_out([("succeeded", 2.5)], scan=ScanUse("scan", "door"))
+    world, robots, _ = set_out([("succeeded", 2.5)], scan=ScanUse("door"))
     robots.post(Scanned("digit", robots.stamp + 2.5, 0.0, math.pi / 2, rays(0.6, 0)))
     assert world.wait(0.02) == []
     robots.locate("digit")
@@ -166,7 +166,7 @@ def test_a_scan_waits_for_the_odometry_of_its_moment() -> None:
 
 def test_lidar_hits_on_a_lost_robot_are_not_an_obstacle() -> None:
     """Its odometry has ended in the region that it has left; its body is in the next one."""
-    world, robots, scenario = started(scan=ScanUse("scan", "door"), retries=0)
+    world, robots, scenario = started(scan=ScanUse("door"), retries=0)
     robots.script = [(None, 2.4), (None, None)]
     world.start(scenario.robots[1], Pose(16), 1)
     assert [told(event)[0] for event in world.wait(5.0)] == ["Lost"]
@@ -184,7 +184,7 @@ def test_lidar_hits_on_a_lost_robot_are_not_an_obstacle() -> None:
 @pytest.mark.parametrize("comes", ["free", "door", "hit", "nothing"])
 def test_a_robot_sets_out_when_it_has_seen_the_region_before_it(comes: str) -> None:
     """Another robot was what its last scan hit there, and has left since."""
-    world, robots, scenario = started(scan=ScanUse("scan", "door"))
+    world, robots, scenario = started(scan=ScanUse("door"))
     robots.x["quad"], robots.y["quad"] = 2.5, 2.5
     world.placed(scenario.robots[1], Pose(9))
     robots.locate("quad")
@@ -222,7 +222,7 @@ def test_a_robot_sets_out_when_it_has_seen_the_region_before_it(comes: str) -> N
 
 def test_a_robot_beside_a_region_does_not_hide_a_door_there() -> None:
     """It stands 0.2 m off the middle of the next region: the hit is too far from it."""
-    world, robots, scenario = started(side=2.0, scan=ScanUse("scan", "door"))
+    world, robots, scenario = started(side=2.0, scan=ScanUse("door"))
     robots.x["quad"], robots.y["quad"] = 3.4, 2.5
     world.placed(scenario.robots[1], Pose(10))
     robots.locate("quad")
@@ -233,7 +233,7 @@ def test_a_robot_beside_a_region_does_not_hide_a_door_there() -> None:
 
 def test_a_robot_sets_out_towards_one_that_stands_behind_the_region() -> None:
     """In small regions a lidar reaches beyond the one before it."""
-    world, robots, scenario = started(scan=ScanUse("scan", "door"))
+    world, robots, scenario = started(scan=ScanUse("door"))
     robots.x["quad"], robots.y["quad"] = 3.2, 2.5
     world.placed(scenario.robots[1], Pose(10))
     robots.locate("quad")
@@ -245,7 +245,7 @@ def test_a_robot_sets_out_towards_one_that_stands_behind_the_region() -> None:
 
 def test_a_leaf_before_a_region_is_not_an_obstacle_in_it() -> None:
     """A robot in the region of an open door is near to its leaves."""
-    world, robots, scenario = started(side=2.0, scan=ScanUse("scan", "door"))
+    world, robots, scenario = started(side=2.0, scan=ScanUse("door"))
     scanned(robots, "digit", 0.4)
     assert world.wait(0.02) == [] and world.sense(scenario.robots[0], 9) is None
     world.start(scenario.robots[0], EAST, 1)
@@ -254,7 +254,7 @@ def test_a_leaf_before_a_region_is_not_an_obstacle_in_it() -> None:
 
 def test_a_door_that_is_ajar_is_not_gone() -> None:
     """Its leaves are beside the middle of the passage, through which a ray goes."""
-    world, robots, scenario = started(scan=ScanUse("scan", "door"))
+    world, robots, scenario = started(scan=ScanUse("door"))
     door = seen(world, robots, scenario)
     robots.now += 5.0
     robots.locate("digit")
@@ -270,7 +270,7 @@ def test_a_door_that_is_ajar_is_not_gone() -> None:
 @pytest.mark.parametrize("sensor", ["scan", "report"])
 def test_a_late_sighting_of_a_resolved_obstacle_is_ignored(sensor: str) -> None:
     """It was on its way when the obstacle was resolved; one that comes 2 s later is new."""
-    world, robots, scenario = started(scan=ScanUse("scan", "door"), report="obstacles")
+    world, robots, scenario = started(scan=ScanUse("door"), report="obstacles")
     door = seen(world, robots, scenario)
     robots.results = [(ActResult.DONE, "")]
     world.act(scenario.robots[0], [door], 1)
@@ -287,7 +287,7 @@ def test_a_late_sighting_of_a_resolved_obstacle_is_ignored(sensor: str) -> None:
 
 
 def test_a_late_report_does_not_hide_what_a_lidar_sees() -> None:
-    world, robots, _ = started(scan=ScanUse("scan", "door"), report="obstacles")
+    world, robots, _ = started(scan=ScanUse("door"), report="obstacles")
     scanned(robots, "digit", 0.6)
     robots.post(Reported("quad", "-door@9"))
     assert [told(event) for event in world.wait(0.02)] == [("Sensed", "digit", True)]

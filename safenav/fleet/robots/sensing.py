@@ -128,12 +128,14 @@ class Sensing:
         have hit another robot. An obstacle that another sensor still detects is not gone."""
         found: list[Sighting] = []
         view: dict[Region, View] = {}
+        side = min(self._places.frame.resolution)
+        beyond = use.metres(side)
         for region in self._scenario.map.neighbours(here):
             hit, known = self._nearest(scan, at, region), self._seen.get(region)
             if hit is None:
                 view[region] = View.UNSEEN
                 continue
-            far = self._places.distance(region, at.x, at.y) + use.beyond
+            far = self._places.distance(region, at.x, at.y) + beyond
             if hit > far:
                 view[region] = View.FREE
                 wide = self._nearest(scan, at, region, WIDE)
@@ -147,8 +149,8 @@ class Sensing:
                 continue
             bearing = self._places.bearing(region, at.x, at.y)
             x, y = at.x + hit * cos(bearing), at.y + hit * sin(bearing)
-            margin = BEFORE * min(self._places.frame.resolution)
-            behind = hit - (far - use.beyond)
+            margin = BEFORE * side
+            behind = hit - (far - beyond)
             before = behind < 0 and self._places.outside(region, x, y) > margin
             robot = whose(region, x, y)
             if robot is View.ROBOT and behind > margin:

@@ -204,7 +204,7 @@ class Ros2Transport:
                 odometry = partial(self._stamped, streams.located, name)
                 yield station.pose_topic, ros.Odometry, SENSOR, odometry
             else:
-                frames = streams.Transforms(name, station.tf.frame)
+                frames = streams.Transforms(name, station.tf.frame.strip("/"))
                 for ending, quality in (("", RELIABLE), ("_static", LATCHED)):
                     take = partial(self._transformed, frames, static=bool(ending))
                     yield station.pose_topic + ending, ros.TFMessage, quality, take

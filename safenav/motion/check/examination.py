@@ -118,7 +118,8 @@ def _walking(
 ) -> list[Disc]:
     found = [Disc("body", radius, segment.t0 + path.times, path.states[:, :2])]
     if segment.feet:
-        feet = np.array([(hold.down, hold.x, hold.y) for hold in segment.feet])
+        ends = [(t, hold.x, hold.y) for hold in segment.feet for t in (hold.down, hold.up)]
+        feet = np.array(ends)
         found.append(Disc("foot", foot, segment.t0 + feet[:, 0], feet[:, 1:]))
     if segment.swings:
         times, places, _ = swinging

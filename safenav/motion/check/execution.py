@@ -12,7 +12,7 @@ from math import inf
 import numpy as np
 from msgspec import Struct
 
-from safenav.motion.check.examination import NEAR, Array, Examination, Holding
+from safenav.motion.check.examination import NEAR, Array, Disc, Examination, Holding
 from safenav.motion.check.room import MEASURED_TOUCH, check_distances, outside
 from safenav.motion.file import GoalLine, Measured, Motion, Reset
 from safenav.trace.reading import Trace
@@ -81,9 +81,9 @@ def check_execution(case: Examination) -> None:
             if obstacle in case.obstacles:
                 own.append(Holding(name, case.obstacles[obstacle].region, t0, t1))
         own += [held for held in case.held if held.robot == name]
-        found = outside(case, name, path.times, path.centres, own, MEASURED_TOUCH)
-        if found is not None:
-            case.wrong(found[0], name, "measured room", f"measured at {found[1]}")
+        body = Disc("measured body", case.radius(name), path.times, path.centres)
+        if (found := outside(case, body, own, MEASURED_TOUCH)) is not None:
+            case.wrong(found[0], name, "measured room", found[1])
         if limits["driven"] == SETPOINTS:
             _tracking(case, name, path)
         else:

@@ -39,20 +39,27 @@ def holdings(case: Examination) -> list[Holding]:
 
 
 def outside(
-    case: Examination, robot: str, times: Array, places: Array, spans: list[Holding], touch: float
+    case: Examination, disc: Disc, spans: Sequence[Holding], touch: float
 ) -> tuple[float, str] | None:
-    """Return where the disc of a robot is more than ``touch`` metres inside a region that it has
-    not reserved at the time: the time, and the place in words. ``spans``: its reservations."""
-    for cell in case.grid.cells(places, case.radius(robot)):
-        into = case.radius(robot) - case.grid.distance(places, cell)
-        for span in spans:
-            if case.grid.place(span.region) == cell:
-                into[(times >= span.begin - NEAR) & (times <= span.end + NEAR)] = -1.0
+    """Return where a disc is more than ``touch`` metres inside a region that its robot does not
+    have at the time, by ``spans``: the time, and the place in words."""
+    first, last = disc.times.min(), disc.times.max()
+    for cell in case.grid.cells(disc.centres, disc.radius):
+        mine = [span for span in spans if case.grid.place(span.region) == cell]
+        if any(span.begin < first + NEAR and last < span.end + NEAR for span in mine):
+            continue
+        into = disc.radius - case.grid.distance(disc.centres, cell)
+        for span in mine:
+            into[(disc.times >= span.begin - NEAR) & (disc.times <= span.end + NEAR)] = -1.0
         worst = int(into.argmax())
         if into[worst] > touch:
-            x, y = places[worst]
-            what = f"({x:.3f}, {y:.3f}) m, {into[worst]:.3f} m into region "
-            return float(times[worst]), f"{what}{case.grid.region(cell)}, which it has not reserved"
+            x, y = disc.centres[worst]
+            what = (
+                f"its {disc.what} at ({x:.3f}, {y:.3f}) m reaches {into[worst]:.3f} m into region "
+            )
+            return float(
+                disc.times[worst]
+            ), f"{what}{case.grid.region(cell)}, which it does not have"
     return None
 
 
@@ -60,32 +67,13 @@ def check_room(case: Examination) -> None:
     """Bodies and feet stay inside the regions of their step. The plan of a driven robot leaves its
     step when that fails; it stays inside the regions that the robot has."""
     for piece in case.motion.of(Moving):
-        regions = {piece.origin, piece.to}
-        if piece.robot in case.driven:
-            mine = (held for held in case.held if held.robot == piece.robot)
-            during = (h for h in mine if h.begin < piece.t0 + NEAR and h.end > piece.t1 - NEAR)
-            regions = {held.region for held in during}
-        own = {case.grid.place(region) for region in regions}
+        spans = [h for h in case.held if h.robot == piece.robot]
+        if piece.robot not in case.driven:
+            ends = {piece.origin, piece.to}
+            spans = [Holding(piece.robot, region, piece.t0, piece.t1) for region in ends]
         for disc in case.discs(piece):
-            _contained(case, piece, disc, own)
-
-
-def _contained(case: Examination, piece: Moving, disc: Disc, own: set[tuple[int, int]]) -> None:
-    for cell in case.grid.cells(disc.centres, disc.radius):
-        if cell in own:
-            continue
-        into = disc.radius - case.grid.distance(disc.centres, cell)
-        if disc.radius == 0:
-            into = np.where(into < 0, into, 1.0)
-        worst = int(into.argmax())
-        if into[worst] > TOUCH:
-            x, y = disc.centres[worst]
-            what = (
-                f"its {disc.what} at ({x:.3f}, {y:.3f}) m reaches {into[worst]:.3f} m into "
-                f"region {case.grid.region(cell)}, which is not one of its step"
-            )
-            case.wrong(float(disc.times[worst]), piece.robot, "room", what)
-            return
+            if (found := outside(case, disc, spans, TOUCH)) is not None:
+                case.wrong(found[0], piece.robot, "room", found[1])
 
 
 def check_distances(
@@ -185,9 +173,9 @@ def _flown(case: Examination, track: FlownTrack, flights: Sequence[Flight]) -> N
         for flight in flights
         for region in {flight.origin, flight.to}
     ]
-    found = outside(case, track.robot, times, rows[:, :2], spans, TOUCH)
-    if found is not None:
-        case.wrong(found[0], track.robot, "room", f"the wind takes it to {found[1]}")
+    body = Disc("body", case.radius(track.robot), times, rows[:, :2])
+    if (found := outside(case, body, spans, TOUCH)) is not None:
+        case.wrong(found[0], track.robot, "room", f"in the wind, {found[1]}")
     reference = sampled(flights, times, {})
     off = np.hypot(rows[:, 0] - reference["x"], rows[:, 1] - reference["y"])
     apart = np.abs(off - np.array(track.errors))
