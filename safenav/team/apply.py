@@ -11,13 +11,18 @@ from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.objective import Ltl, Objective
 from safenav.team import state as now
 from safenav.team.failures import stands_for
-from safenav.team.floor import Floor, barred, floor_of, laden, restarted
+from safenav.team.floor import acting_floor, restarted
 from safenav.team.formulas import pursuit_of
 from safenav.team.state import Count, Is, ObstacleNow, RobotNow, State
 from safenav.team.team import Member, Team
 from safenav.world.poses import bits, plain_graph
 
 _HELPS = (now.Met, now.Appeared, now.Gone, now.GaveUp, now.Declared, now.Served, now.Assigned)
+_SURPRISES = (
+    *(now.Elsewhere, now.Failed, now.Lost, now.Flat, now.Served),
+    *(now.Placed, now.Assigned, now.Declared, now.Met),
+)
+"""Events that no plan foresees."""
 
 
 def initial(team: Team) -> State:
@@ -55,6 +60,8 @@ def apply(team: Team, state: State, event: now.Event) -> State:
         for number, each in enumerate(state.obstacles):
             if each.aside:
                 state = _obstacle(state, number, aside=False)
+    if isinstance(event, _SURPRISES):
+        state = replace(state, plan=None)
     match event:  # the most frequent ones first
         case now.Turn():
             return state
@@ -88,30 +95,25 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             ended["own"] = robot.own._replace(held=held)
             return _robot(state, i, at=at + planned, **ended)
         case now.Elsewhere(i, pose):
-            state = _moved(team, state, i)
-            return replace(_put(team, state, i, pose), plan=None)
+            return _put(team, _moved(team, state, i), i, pose)
         case now.Astray(i, rules):
             return _robot(state, i, node=None, broken=rules)
         case now.Failed(i, pose):
             state = _moved(team, state, i)
             robot = state.robots[i]
             failed = (*robot.failed, robot.next % team.size)
-            return replace(_put(team, state, i, pose, failed=failed), plan=None)
+            return _put(team, state, i, pose, failed=failed)
         case now.Lost(i):
-            state = _moved(team, state, i)
-            return replace(_robot(state, i, to=None, node=None, by=None), plan=None)
+            return _robot(_moved(team, state, i), i, to=None, node=None, by=None)
         case now.Flat(i, k):
-            state = replace(_robot(state, i, active=False, flat=True, node=None), plan=None)
+            state = _robot(state, i, active=False, flat=True, node=None)
             here = state.robots[i].pose % team.size
             return state if k is None else _asked(team, state, k, ((i, here),))
         case now.Served(i, active):
             state = _robot(state, i, active=active, flat=False, node=None, cause=event.cause)
-            if active:
-                state = _robot(_forgiven(state, i), i, failed=())
-            return replace(state, plan=None)
+            return _robot(_forgiven(state, i), i, failed=()) if active else state
         case now.Placed(i, pose):
-            put = _put(team, state, i, pose, active=True, failed=())
-            return replace(_forgiven(put, i), plan=None)
+            return _forgiven(_put(team, state, i, pose, active=True, failed=()), i)
         case now.Assigned(i, objective):
             state = _robot(state, i, mode=event.mode, base=event.mode and event.base)
             state = _assigned(team, state, i, objective)
@@ -126,8 +128,7 @@ def apply(team: Team, state: State, event: now.Event) -> State:
         case now.Inputs(on):
             return replace(state, inputs=on)
         case now.Declared(k):
-            state = _obstacle(_dropped(state, k), k, state=Is.SEALED, given_up=False)
-            return replace(state, plan=None)
+            return _obstacle(_dropped(state, k), k, state=Is.SEALED, given_up=False)
         case now.Seen(k):
             match state.obstacles[k].state:
                 case Is.HIDDEN | Is.AWAY:  # robots may have met needs of it unknowingly
@@ -146,8 +147,7 @@ def apply(team: Team, state: State, event: now.Event) -> State:
         case now.Met(i, k):
             asked = tuple(one for one in state.obstacles[k].asked if one[0] != i)
             here = state.robots[i].next % team.size
-            state = _asked(team, state, k, (*asked, (i, here)))
-            return replace(state, plan=None)
+            return _asked(team, state, k, (*asked, (i, here)))
         case now.Appeared(k):
             state = _with(state, k, ObstacleNow())
             ordered = team.obstacles[k].ordered
@@ -250,7 +250,7 @@ def _assigned(team: Team, state: State, i: int, objective: Objective) -> State:
     assert pose is not None
     values = _memory(team.members[i], pose if to is None else to)
     begun = {"own": own, "node": None, "fresh": True, "values": values, "came": None, "kept": None}
-    return replace(_robot(state, i, pose=pose, to=to, **begun), plan=None)
+    return _robot(state, i, pose=pose, to=to, **begun)
 
 
 def _stepped(team: Team, state: State, i: int, pose: int, values: now.Values | None) -> State:
@@ -496,15 +496,6 @@ def acts_on(
     after = floor.acted(stages, at, i)
     pairs = zip(floor.gates, stages, after, strict=True)
     return tuple((k, new) for k, old, new in pairs if old != new)
-
-
-def acting_floor(team: Team, state: State, among: Collection[int] | None = None) -> Floor:
-    """Return the floor of the obstacles on which robots act: those that are known, or ``among``."""
-    if among is None:
-        among = [k for k, each in enumerate(state.obstacles) if each.known]
-    gates = tuple(sorted(among))
-    others = barred(team, state), laden(team, state, gates)
-    return floor_of(team, gates, frozenset(), frozenset(), barred=others[0], laden=others[1])
 
 
 def participants(

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Container, Iterable, Iterator, Sequence
 from functools import lru_cache
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -21,6 +21,7 @@ from safenav.team.team import Member, Need, Obstacle, Team, posed
 from safenav.world.poses import Mask, PoseGraph, bits
 
 Stages = tuple[Stage, ...]
+T = TypeVar("T")
 
 
 Inside = tuple[int, int, int, int | None]
@@ -229,7 +230,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         for _, k, pose, behind in self.inside[i]:
             if behind is not None and k in open_:
                 graph = graph.left_only(pose, behind)
-        return _Steps(graph, self.allowed(i, stages))
+        allowed = self.allowed(i, stages)
+        return _Known(lambda pose: tuple(q for q in graph.steps(pose) if allowed >> q & 1))
 
     def moves(self, joint: Joint) -> Iterator[tuple[int, int]]:
         """Each step that one robot can take while the others stand still."""
@@ -326,20 +328,13 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         return _Known(self.team.members[i].kept)
 
 
-class _Steps(dict[int, tuple[int, ...]]):
-    def __init__(self, graph: PoseGraph, allowed: Mask) -> None:
-        self.graph, self.allowed = graph, allowed
+class _Known(dict[int, T]):
+    """Of each pose what is known of it, computed once."""
 
-    def __missing__(self, pose: int) -> tuple[int, ...]:
-        found = self[pose] = tuple(q for q in self.graph.steps(pose) if self.allowed >> q & 1)
-        return found
-
-
-class _Known(dict[int, int]):
-    def __init__(self, of: Callable[[int], int]) -> None:
+    def __init__(self, of: Callable[[int], T]) -> None:
         self.of = of
 
-    def __missing__(self, pose: int) -> int:
+    def __missing__(self, pose: int) -> T:
         found = self[pose] = self.of(pose)
         return found
 
@@ -384,7 +379,15 @@ def floor_now(team: Team, state: State) -> Floor:
     closed, within = barred(team, state), inside(team, state)
     gates = gates_of(state)
     full = laden(team, state, gates)
-    return floor_of(team, gates, state.sealed, within, None, closed, out, full)
+    return floor_of(team, gates, state.sealed, within, closed, out, full)
+
+
+def acting_floor(team: Team, state: State, among: Collection[int] | None = None) -> Floor:
+    """Return the floor of the obstacles on which robots act: those that are known, or ``among``."""
+    known = (k for k, each in enumerate(state.obstacles) if each.known)
+    gates, none = tuple(sorted(known if among is None else among)), frozenset[int]()
+    closed, full = barred(team, state), laden(team, state, gates)
+    return floor_of(team, gates, none, frozenset(), barred=closed, laden=full)
 
 
 def laden(team: Team, state: State, gates: Collection[int]) -> frozenset[int]:
@@ -397,39 +400,20 @@ def laden(team: Team, state: State, gates: Collection[int]) -> frozenset[int]:
     return frozenset(found)
 
 
+@lru_cache(maxsize=256)
 def floor_of(
     team: Team,
     gates: tuple[int, ...],
     sealed: frozenset[int],
     inside: frozenset[Inside],
-    robots: tuple[int, ...] | None = None,
     barred: frozenset[tuple[int, int]] = frozenset(),
     out: frozenset[tuple[int, int]] = frozenset(),
     laden: frozenset[int] = frozenset(),
 ) -> Floor:
-    """Return the floor with these open and sealed obstacles. ``out``: the robots out of service."""
-    away, chosen = {i for i, _ in out}, robots or _all(team)
-    chosen = tuple(i for i in chosen if i not in away) if away else chosen
-    return _floor(team, gates, sealed, inside, chosen, barred, out, laden)
-
-
-@lru_cache(maxsize=16)
-def _all(team: Team) -> tuple[int, ...]:
-    return tuple(range(len(team.members)))
-
-
-@lru_cache(maxsize=256)
-def _floor(
-    team: Team,
-    gates: tuple[int, ...],
-    sealed: frozenset[int],
-    inside: frozenset[Inside],
-    robots: tuple[int, ...],
-    barred: frozenset[tuple[int, int]],
-    out: frozenset[tuple[int, int]],
-    laden: frozenset[int],
-) -> Floor:
+    """Return the floor with these open and sealed obstacles. ``out``: the robots out of service,
+    each with its pose."""
     graphs, floors, within, standing, absent = [], [], [], dict(out), []
+    robots = tuple(i for i in range(len(team.members)) if i not in standing)
     for i, member in enumerate(team.members):
         graph = member.graph
         closed = [team.obstacles[k].region for k in sealed if i in team.obstacles[k].blocks]

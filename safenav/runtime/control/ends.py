@@ -58,7 +58,8 @@ def hopeful(team: Team, state: State, *, given_up: bool = True, serving: bool = 
     gates = (*gates_of(state), *again)
     active = tuple(i for i, robot in enumerate(state.robots) if robot.active or not serving)
     loads, closed = laden(team, state, gates), barred(team, state)
-    floor = floor_of(team, gates, sealed, inside(team, state), active, closed, laden=loads)
+    floor = floor_of(team, gates, sealed, inside(team, state), barred=closed, laden=loads)
+    floor = replace(floor, robots=active or floor.robots)
     return around(floor, tuple(robot.next for robot in state.robots), stages_of(floor, state))
 
 

@@ -25,8 +25,17 @@ from safenav.runtime.run.synthesis_line import synthesis_line
 from safenav.scenario.objective import Objective
 from safenav.solve.reasons import shortfall_words
 from safenav.team import state as now
-from safenav.team.apply import acting_floor, apply, goals, rounds
-from safenav.team.floor import barred, driven, floor_now, floor_of, inside, put, stages_of
+from safenav.team.apply import apply, goals, rounds
+from safenav.team.floor import (
+    acting_floor,
+    barred,
+    driven,
+    floor_now,
+    floor_of,
+    inside,
+    put,
+    stages_of,
+)
 from safenav.team.state import State
 from safenav.team.team import Team
 from safenav.trace import records
