@@ -17,7 +17,7 @@ from typing import Any
 from campaigns.judge.log import Walk, verdict
 from campaigns.judge.mission import NotJudgedError, judged_mission
 from campaigns.judge.outcome import judge_outcome, told_by_signals
-from campaigns.judge.replay import replay
+from campaigns.judge.replay import Replay
 from campaigns.operator import Operator
 from campaigns.world import FaultyWorld
 from runtime.worlds import Driven
@@ -216,7 +216,7 @@ def _judge(data: Mapping[str, Any], played: Played, world: FaultyWorld | None) -
     elif played.walk is not None:
         said = verdict(data, mission, played.walk, outcome)
     else:
-        said = judge_outcome(mission, replay(mission, lines), lines[-1])
+        said = judge_outcome(mission, Replay(mission, lines), lines[-1])
     played.undecided = said == "?"
     played.found += [said] if said not in ("", "?") else []
 

@@ -7,7 +7,7 @@ import pytest
 
 from campaigns.judge import joint
 from campaigns.judge.mission import Mission, NotJudgedError, read_mission
-from campaigns.judge.replay import replay, rounds_done
+from campaigns.judge.replay import Replay, rounds_done
 from campaigns.judge.situation import FIRST, Answer, Situation, at_start
 
 
@@ -155,7 +155,7 @@ def test_a_trace_ends_where_its_moves_lead() -> None:
     ]
     for one, toward in ((trace[0], 9), (trace[-1], 11)):
         one["toward"] = toward
-    ending = replay(found, trace)
+    ending = Replay(found, trace)
     assert ending.problems == ["tick 1: b is in door@11"]
     assert ending.situation.poses == {"a": (9, -1), "b": (11, -1)}
     assert ending.situation.stages == {"door@11": FIRST}
@@ -172,19 +172,19 @@ def test_a_robot_that_stays_is_at_its_last_target_or_away(
     found = corridor(5, {"a": flyer(8, hold=9)})
     trace = moves(*(("a", step) for step in steps))
     trace[-1]["toward"] = toward
-    assert replay(found, trace).away == away
+    assert Replay(found, trace).away == away
 
 
 def test_an_obstacle_that_is_resolved_too_early_is_noticed() -> None:
     found = corridor(5, {"a": flyer(8, hold=8)}, obstacles=[{"type": "uncertainty", "region": 11}])
     trace = [*moves(("a", 9)), {"type": "resolved", "obstacle": "uncertainty@11", "robot": "a"}]
-    assert "before that is done" in replay(found, trace).problems[0]
+    assert "before that is done" in Replay(found, trace).problems[0]
 
 
 def test_a_goal_reached_elsewhere_while_waiting_does_not_count() -> None:
     found = corridor(5, {"a": flyer(8, visit=[12])})
     goal = {"type": "goal", "robot": "a", "goal": 0, "round": 1}
-    met = [replay(found, [*moves(("a", 8)), goal | {"region": r}]) for r in (8, 12)]
+    met = [Replay(found, [*moves(("a", 8)), goal | {"region": r}]) for r in (8, 12)]
     assert [one.situation.progress["a"] for one in met] == [(0, 0), (0, 1)]
 
 
@@ -223,7 +223,7 @@ def lab(kind: dict[str, Any], **models: str) -> dict[str, Any]:
 
 
 def entries_of(data: dict[str, Any], lines: list[dict[str, Any]]) -> list[str]:
-    return [told for told in replay(read_mission(data), lines).problems if " is in " in told]
+    return [told for told in Replay(read_mission(data), lines).problems if " is in " in told]
 
 
 @pytest.mark.parametrize(

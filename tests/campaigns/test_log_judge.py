@@ -115,27 +115,19 @@ def test_an_obstacle_on_which_its_only_helper_has_failed_stays() -> None:
 def test_the_judge_finds_overlaps_entries_and_steps_without_charge() -> None:
     """Two robots in one region, one in a known obstacle, and one that sets out without charge."""
     model = {"mobility": "free", "layer": "ground", "battery": {"capacity": 1, "stay": 0}}
-    robots = {
-        "a": {"model": "m", "start": 4, "objective": {"visit": [5], "avoid": [6]}},
-        "b": {"model": "m", "start": 6, "objective": {"visit": [6]}},
-    }
     data = {
         "map": {"grid": ["####", "....", "####"]},
         "catalogue": {"robots": {"m": model}},
-        "robots": robots,
-        "obstacles": [],
+        "robots": {
+            "a": {"model": "m", "start": 4, "objective": {"visit": [5], "avoid": [6]}},
+            "b": {"model": "m", "start": 6, "objective": {"visit": [6]}},
+        },
     }
-    step = {"log": "start", "robot": "a", "command": 1, "busy": False, "stops": None}
-    end = {"log": "end", "robot": "a", "how": "arrived", "within": None}
-    told = {"log": "told", "robot": "a", "event": "arrived", "fatal": False, "command": 1}
-    log = [
-        {"log": "shown", "t": 0.0, "obstacle": "door@5", "there": True},
-        {**step, "t": 0.0, "origin": 4, "to": 5, "stops": "door@5"},
-        {**end, "t": 1.0, "at": 5},
-        {**told, "t": 1.0},
-        {**step, "t": 1.0, "origin": 5, "to": 6},
-    ]
-    assert [defect.split(": ")[1] for defect in Walk(data, log).defects] == [
+    into = start(0, "a", 4, 5, "door@5")
+    log = [shown(0) | {"obstacle": "door@5"}, into, end(1, "a", 5), told(1, "a", "arrived")]
+    assert [
+        defect.split(": ")[1] for defect in Walk(data, [*log, start(1, "a", 5, 6)]).defects
+    ] == [
         "a is sent into door@5, which is known",
         "a and b have [6] at the same time",
         "a sets out for 6, which it avoids",

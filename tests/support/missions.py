@@ -9,7 +9,6 @@ from support.boards import ACTIONS, Data, Draft, corridor, open_floor, rooms, sc
 from support.mixed import formula_mission, mixed_mission, tracked_mission
 
 OBJECTIVES = ("patrol", "visit", "visit", "cover", "cover", "hold")
-NAMES = ("button", "desk", "dock")
 
 
 def mission(family: str, seed: int) -> Data:
@@ -51,9 +50,8 @@ def large_rooms(random: Random) -> list[str]:
 class Family:
     """Random missions of a few robots in little space: the choices of floors, numbers of robots and
     objectives, and the chances that robots never hinder each other (``apart``) and have a heading,
-    that an obstacle has several needs (``needs``), comes late and goes (``passing``), and that
-    regions have names (``named``). ``hidden``: the least and the most obstacles; ``rounds``: the
-    most."""
+    and that an obstacle has several needs (``needs``), or comes late and goes (``passing``).
+    ``hidden``: the least and the most obstacles; ``rounds``: the most."""
 
     floors: Sequence[Callable[[Random], list[str]]]
     robots: Sequence[int] = (2, 2, 3)
@@ -63,7 +61,6 @@ class Family:
     hidden: tuple[int, int] = (0, 0)
     needs: float = 0.0
     passing: float = 0.0
-    named: float = 0.0
     rounds: int = 2
     ticks: int = 3000
 
@@ -83,8 +80,7 @@ class Family:
                 return None
         for k in range(random.randint(*self.hidden)):
             self._hide(draft, k)
-        data = draft.data(random.randint(1, self.rounds), self.ticks, seed)
-        return _with_names(data, draft) if random.random() < self.named else data
+        return draft.data(random.randint(1, self.rounds), self.ticks, seed)
 
     def _model(self, draft: Draft, layer: str) -> Data:
         random = draft.random
@@ -144,24 +140,6 @@ def _where(draft: Draft, region: int) -> Any:
     random, others = draft.random, [r for r in draft.free if r != region]
     there = sorted(random.sample(others, min(len(others), random.randint(1, 3))))
     return random.choice(["self", "neighbours", there])
-
-
-def _with_names(data: Data, draft: Draft) -> Data:
-    """With names for some regions, others as row and column."""
-    names = dict(zip(draft.random.sample(draft.free, 3), NAMES, strict=True))
-
-    def written(region: int) -> Any:
-        return names.get(region, list(divmod(region, draft.cols)))
-
-    found = dict(data)
-    listed = {name: list(divmod(region, draft.cols)) for region, name in names.items()}
-    found["map"] = {**data["map"], "names": listed}
-    found["robots"] = {
-        name: {**robot, "start": written(robot["start"])} for name, robot in data["robots"].items()
-    }
-    obstacles = data.get("obstacles", [])
-    found["obstacles"] = [{**one, "region": written(one["region"])} for one in obstacles]
-    return found
 
 
 def crowd_hidden(random: Random, name: str, seed: int) -> Data | None:
@@ -227,7 +205,7 @@ FAMILIES: dict[str, Family | Callable[..., Data | None]] = {
     "traps": Family(
         (room((3, 4), (3, 5), 0.3),), (2,), apart=1.0, heading=0.9, hidden=(2, 4), needs=0.3
     ),
-    # As users write them: names, needs performed elsewhere, obstacles that come and go.
+    # Needs performed elsewhere, obstacles that come and go.
     "labs": Family(
         (line(5, 9), bays, small_rooms, room((3, 3), (3, 4), 0.2)),
         (1, 2, 2, 3),
@@ -236,7 +214,6 @@ FAMILIES: dict[str, Family | Callable[..., Data | None]] = {
         hidden=(1, 3),
         needs=0.55,
         passing=0.15,
-        named=0.6,
         ticks=600,
     ),
     "tight": TIGHT,

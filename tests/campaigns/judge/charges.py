@@ -12,7 +12,7 @@ class Charges:
     """The charges of robots along a log without new batteries: a step takes ``move`` when it
     ends, a second without one ``stay``, or gives ``charge`` on a charger. A robot stands from the
     moment on at which the team is told of the end of its step. ``starts``: regions; ``defects``:
-    steps without charge; ``flat``: robots that could take no step at some time."""
+    steps without charge."""
 
     def __init__(
         self, data: Mapping[str, Any], starts: Mapping[str, int], log: Sequence[Line]
@@ -27,27 +27,20 @@ class Charges:
         self.since: dict[str, float | None] = dict.fromkeys(self.batteries, 0.0)
         self.under_way: dict[str, int] = {}
         self.defects: list[str] = []
-        self.flat: set[str] = set()
-        self.charged = 0
         for line in log:
             if line.get("robot") in self.batteries:
                 self._follow(line, line["robot"])
-        for name in self.batteries:
-            self._pass(name, log[-1]["t"] if log else 0.0)
 
     def _pass(self, name: str, t: float) -> None:
         """Let a robot that stands have stood until then."""
         battery, since = self.batteries[name], self.since[name]
         if since is None:
             return
-        there = self.at[name] in self.chargers
-        rate = battery["charge"] if there else -battery.get("stay", 0)
+        on = self.at[name] in self.chargers
+        rate = battery["charge"] if on else -battery.get("stay", 0)
         charge = self.charge[name] + rate * (t - since)
-        self.charged += there and self.charge[name] < battery["capacity"] and t > since
         self.charge[name] = min(battery["capacity"], max(0.0, charge))
         self.since[name] = t
-        if self.charge[name] < battery.get("move", 1) - CLOSE and not there:
-            self.flat.add(name)
 
     def _follow(self, line: Line, name: str) -> None:
         move = self.batteries[name].get("move", 1)

@@ -18,6 +18,8 @@ from campaigns.judge.mission import (
     HEADINGS,
     NO_HEADING,
     Mission,
+    Places,
+    conflicts_of,
     read_mission,
 )
 from campaigns.judge.replay import rounds_done
@@ -48,7 +50,9 @@ class Walk:
         self.cols = len(data["map"]["grid"][0])
         self.layers = {n: models[r["model"]]["layer"] for n, r in robots.items()}
         turning = {n for n, r in robots.items() if models[r["model"]]["mobility"] == "heading"}
-        start = {n: _region(r["start"], self.cols, data) for n, r in robots.items()}
+        places = Places(self.cols, data["map"].get("names", {}))
+        start = {n: places.one(r["start"]) for n, r in robots.items()}
+        self.rivals = conflicts_of(self.layers, robots)
         self.heading = {
             n: HEADINGS.index(r["heading"]) if n in turning else NO_HEADING
             for n, r in robots.items()
@@ -74,23 +78,12 @@ class Walk:
         self.acting: set[str] = set()
         self.hidden: tuple[Any, ...] = ()
         self.free_of_rules, self.slid = {*told}, set[str]()
-        self.moves = self.stopped = 0
         for line in log:
             self._follow(line, line.get("robot", ""))
-        self.charges = Charges(data, start, log)
-        self.defects += self.charges.defects
+        self.defects += Charges(data, start, log).defects
 
     def _found(self, line: Line, said: str) -> None:
         self.defects.append(f"{line['t']:.2f} s: {said}")
-
-    def _rivals(self, name: str) -> set[str]:
-        robots = self.data["robots"]
-
-        def avoids(one: str, other: str) -> bool:
-            listed = robots[one].get("avoids")
-            return self.layers[one] == self.layers[other] if listed is None else other in listed
-
-        return {o for o in robots if o != name and (avoids(name, o) or avoids(o, name))}
 
     def _follow(self, line: Line, name: str) -> None:
         match line["log"]:
@@ -129,7 +122,6 @@ class Walk:
 
     def _start(self, line: Line, name: str) -> None:
         to, origin = line["to"], line["origin"]
-        self.moves += 1
         self.silent.discard(name)
         if line["busy"] or name in self.acting:
             self._found(line, f"{name} has a command already")
@@ -147,14 +139,13 @@ class Walk:
         stops = line["stops"]
         if stops is None:
             return
-        self.stopped += 1
         told = stops in self.known or stops in self.walls
         if told or self.hidden != (line["t"], name, stops):
             how = "known" if told else "before its sensor"
             self._found(line, f"{name} is sent into {stops}, which is {how}")
 
     def _apart(self, line: Line, name: str) -> None:
-        for other in self._rivals(name):
+        for other in self.rivals[name]:
             if shared := self.at[name] & self.at[other]:
                 self._found(line, f"{name} and {other} have {sorted(shared)} at the same time")
 
@@ -309,9 +300,3 @@ def _without(mission: Mission, barred: Collection[tuple[str, str]]) -> Mission:
                 able[robot.name] |= {own[a] for a in own.keys() & robot.capabilities}
     robots = tuple(replace(robot, capabilities=able[robot.name]) for robot in mission.robots)
     return replace(mission, obstacles=obstacles, robots=robots)
-
-
-def _region(written: Any, cols: int, data: Data) -> int:
-    if isinstance(written, str):
-        written = data["map"]["names"][written]
-    return int(written) if isinstance(written, int) else written[0] * cols + written[1]

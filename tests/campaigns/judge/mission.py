@@ -88,21 +88,18 @@ class Need:
 
 @dataclass(frozen=True)
 class Obstacle:
-    """``blocks``: names of the robots that it physically stops, capable or not. ``since``,
-    ``until``: ticks at which it appears and disappears."""
+    """``blocks``: names of the robots that it physically stops, capable or not. ``since``:
+    the tick at which it appears."""
 
     name: str
     region: int
     needs: tuple[Need, ...]
     blocks: frozenset[str]
-    has_truth: bool
     since: int | None
-    until: int | None
 
 
 @dataclass(frozen=True)
 class Mission:
-    rows: int
     cols: int
     free: frozenset[int]
     robots: tuple[Robot, ...]
@@ -151,7 +148,7 @@ def read_mission(data: Mapping[str, Any]) -> Mission:
         raise NotJudgedError("the map is in another file")
     rows = grid.split() if isinstance(grid, str) else list(grid)
     cols = len(rows[0])
-    place = _Places(cols, data["map"].get("names") or {})
+    place = Places(cols, data["map"].get("names") or {})
     free = frozenset(
         r * cols + c for r, row in enumerate(rows) for c, cell in enumerate(row) if cell != "#"
     )
@@ -164,12 +161,11 @@ def read_mission(data: Mapping[str, Any]) -> Mission:
         _obstacle(entry, types, entries, models, free, place) for entry in data.get("obstacles", [])
     ]
     return Mission(
-        len(rows),
         cols,
         free,
         robots,
         {one.name: one for one in obstacles},
-        _conflicts(robots, entries),
+        conflicts_of({robot.name: robot.layer for robot in robots}, entries),
         (data.get("until") or {}).get("rounds", 2),
     )
 
@@ -191,7 +187,7 @@ def judged_mission(data: Mapping[str, Any]) -> Mission:
     return read_mission(data)
 
 
-class _Places:
+class Places:
     """Regions as a scenario writes them."""
 
     def __init__(self, cols: int, names: Mapping[str, Any]) -> None:
@@ -218,7 +214,7 @@ class _Places:
         return frozenset(r * self.cols + c for r, c in beside if 0 <= c < self.cols) & free
 
 
-def _robot(name: str, entry: Mapping[str, Any], models: Mapping[str, Any], at: _Places) -> Robot:
+def _robot(name: str, entry: Mapping[str, Any], models: Mapping[str, Any], at: Places) -> Robot:
     model = models[entry["model"]]
     has_heading = model["mobility"] == "heading"
     heading = HEADINGS.index(entry["heading"]) if has_heading else NO_HEADING
@@ -281,7 +277,7 @@ def _obstacle(
     robots: Mapping[str, Any],
     models: Mapping[str, Any],
     free: frozenset[int],
-    place: _Places,
+    place: Places,
 ) -> Obstacle:
     kind = types[entry["type"]]
     region = place.one(entry["region"])
@@ -297,13 +293,11 @@ def _obstacle(
         region,
         tuple(_need(need, region, free, place) for need in needs),
         frozenset(blocks),
-        bool(kind.get("has_truth")),
         entry.get("from"),
-        entry.get("until"),
     )
 
 
-def _need(need: Mapping[str, Any], region: int, free: frozenset[int], place: _Places) -> Need:
+def _need(need: Mapping[str, Any], region: int, free: frozenset[int], place: Places) -> Need:
     at = need.get("at", "self")
     match at:
         case "self":
@@ -315,11 +309,10 @@ def _need(need: Mapping[str, Any], region: int, free: frozenset[int], place: _Pl
     return Need(need["action"], need.get("robots", 1), where, bool(need.get("together")))
 
 
-def _conflicts(
-    robots: tuple[Robot, ...], entries: Mapping[str, Any]
+def conflicts_of(
+    layers: Mapping[str, str], entries: Mapping[str, Any]
 ) -> Mapping[str, frozenset[str]]:
-    """Two robots keep apart as soon as one of them avoids the other."""
-    layers = {robot.name: robot.layer for robot in robots}
+    """Two robots keep apart as soon as one of them avoids the other. ``layers``: of all robots."""
 
     def avoids(one: str, other: str) -> bool:
         listed = entries[one].get("avoids")

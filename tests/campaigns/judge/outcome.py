@@ -9,7 +9,7 @@ from typing import Any
 
 from campaigns.judge import joint
 from campaigns.judge.mission import Mission
-from campaigns.judge.replay import Ending, rounds_done
+from campaigns.judge.replay import Replay, rounds_done
 from campaigns.judge.situation import Answer, at_start
 
 Line = Mapping[str, Any]
@@ -17,7 +17,7 @@ BUDGET = 40_000
 """States of a search."""
 
 
-def judge_outcome(mission: Mission, ending: Ending, outcome: Line) -> str:
+def judge_outcome(mission: Mission, ending: Replay, outcome: Line) -> str:
     """Return what is wrong; empty if nothing is, ``?`` if the search was too large."""
     if ending.problems:
         return "inconsistent: " + "; ".join(ending.problems)
@@ -46,7 +46,7 @@ def told_by_signals(lines: Sequence[Line]) -> list[str]:
     return found[:1]
 
 
-def _completed(mission: Mission, ending: Ending, rounds: int) -> str:
+def _completed(mission: Mission, ending: Replay, rounds: int) -> str:
     """``rounds``: those that the moves must show."""
     for robot in mission.robots:
         done = rounds_done(robot, ending.visits[robot.name])
@@ -55,7 +55,7 @@ def _completed(mission: Mission, ending: Ending, rounds: int) -> str:
     return f"{' and '.join(ending.away)} not at the last target" if ending.away else ""
 
 
-def _operator_needed(mission: Mission, ending: Ending, outcome: Line) -> str:
+def _operator_needed(mission: Mission, ending: Replay, outcome: Line) -> str:
     begins = [("from its end", ending.situation)]
     if not mission.obstacles:
         begins.append(("from its start", at_start(mission)))

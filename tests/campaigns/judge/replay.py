@@ -6,7 +6,6 @@ poses of robots.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from campaigns.judge.mission import HEADINGS, NO_HEADING, Mission, Need, Pose, Robot
@@ -15,32 +14,12 @@ from campaigns.judge.situation import FIRST, Progress, Situation, Stage
 Line = Mapping[str, Any]
 
 
-@dataclass(frozen=True)
-class Ending:
-    """``situation``: as known to the robots; ``really``: the true one; ``visits``: regions of each
-    robot since the last resolution; ``away``: the robots that are to stay at their last target, and
-    do not stand there; ``problems``: contradictions between a trace and its moves, and
-    robots in regions whose obstacle blocks them."""
-
-    situation: Situation
-    really: Situation
-    visits: Mapping[str, list[int]]
-    away: list[str]
-    problems: list[str]
-
-
-def replay(mission: Mission, trace: Sequence[Line]) -> Ending:
-    """Follow a trace to its last line."""
-    now = Replay(mission)
-    for line in trace:
-        now.follow(line)
-    return now.ending()
-
-
 class Replay:
-    """The state of a run after the lines that were followed."""
+    """A trace, followed to its last line. ``visits``: regions of each robot since the last
+    resolution; ``problems``: contradictions between a trace and its moves, and robots in regions
+    whose obstacle blocks them."""
 
-    def __init__(self, mission: Mission) -> None:
+    def __init__(self, mission: Mission, trace: Sequence[Line]) -> None:
         self.mission = mission
         self.robots: dict[str, Robot] = {robot.name: robot for robot in mission.robots}
         self.poses: dict[str, Pose] = {name: robot.start for name, robot in self.robots.items()}
@@ -54,8 +33,14 @@ class Replay:
         self.goals: dict[str, list[tuple[int, int]]] = {name: [] for name in self.robots}
         self.visits = {name: [robot.start[0]] for name, robot in self.robots.items()}
         self.problems: list[str] = []
+        for line in trace:
+            self._follow(line)
+        for name, (index, _) in self.there.items():
+            needs = mission.obstacles[name].needs
+            if index >= len(needs) and not any(need.together for need in needs):
+                self.problems.append(f"{name} has all it needs and is not resolved")
 
-    def follow(self, line: Line) -> None:
+    def _follow(self, line: Line) -> None:
         match line["type"]:
             case "move":
                 self._moved(line)
@@ -97,37 +82,29 @@ class Replay:
         needs = {name: one.needs for name, one in self.mission.obstacles.items()}
         return {name: stage for name, stage in self.there.items() if stage[0] < len(needs[name])}
 
-    def ending(self) -> Ending:
+    @property
+    def situation(self) -> Situation:
+        """The situation at the end, as known to the robots."""
         poses = {name: self.pose(name) for name in self.robots}
         progress = {name: self._progress(robot) for name, robot in self.robots.items()}
         known = {name: stage for name, stage in self.there.items() if name in self.met}
-        for name, (index, _) in self.there.items():
-            needs = self.mission.obstacles[name].needs
-            if index >= len(needs) and not any(need.together for need in needs):
-                self.problems.append(f"{name} has all it needs and is not resolved")
-        sealed = frozenset(self.sealed)
-        away = [
+        return Situation(poses, progress, known, frozenset(self.sealed))
+
+    @property
+    def away(self) -> list[str]:
+        """The robots that are to stay at their last target, and do not stand there."""
+        staying = ((name, robot.targets[-1]) for name, robot in self.robots.items() if robot.stays)
+        return [
             name
-            for name, robot in self.robots.items()
-            if robot.stays
-            and (self.toward[name] is not None or self.poses[name][0] not in robot.targets[-1])
+            for name, last in staying
+            if self.toward[name] is not None or self.poses[name][0] not in last
         ]
-        return Ending(
-            Situation(poses, progress, known, sealed),
-            Situation(poses, progress, dict(self.there), sealed),
-            self.visits,
-            away,
-            self.problems,
-        )
 
     def _moved(self, line: Line) -> None:
         name, region = line["robot"], line["to"]
         self._check_entries(line, self.robots[name])
-        heading = HEADINGS.index(line["heading"]) if line["heading"] else NO_HEADING
-        self.poses[name] = (
-            region,
-            heading if self.robots[name].has_heading else NO_HEADING,
-        )
+        turns = line["heading"] and self.robots[name].has_heading
+        self.poses[name] = region, HEADINGS.index(line["heading"]) if turns else NO_HEADING
         self.toward[name] = line.get("toward")
         self.visits[name].append(region)
         self._acts(name)
