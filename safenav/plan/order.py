@@ -237,9 +237,7 @@ def charging_ends(team: Team, state: State) -> float | None:
 
 def charges_now(team: Team, state: State) -> tuple[float, ...]:
     """The charge of each robot, after the step under way; empty without batteries."""
-    pairs = [*zip(team.members, state.robots, strict=True)]
-    if all(member.energy is None for member, _ in pairs):
-        return ()
+    pairs = zip(team.members, state.robots, strict=True) if team.charged else ()
     return tuple(
         r.charge if m.energy is None or r.to is None else m.energy.stepped(r.charge)
         for m, r in pairs

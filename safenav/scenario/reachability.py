@@ -57,7 +57,7 @@ def without_room(robots: Sequence[Robot]) -> Iterator[tuple[Robot, ...]]:
     all others of its group; at most one for each greatest set of such robots."""
     stay = [robot for robot in robots if robot.objective.settles]
     seen = list[set[str]]()
-    for first in stay if _too_many(stay) else ():
+    for first in stay if too_many(_last(stay)) else ():
         apart = [first]
         for robot in stay:
             if robot is not first and all(robot.conflicts(other) for other in apart):
@@ -65,29 +65,33 @@ def without_room(robots: Sequence[Robot]) -> Iterator[tuple[Robot, ...]]:
         names = {robot.name for robot in apart}
         if names not in seen:
             seen.append(names)
-            if group := _too_many(apart):
-                yield group
+            if group := too_many(_last(apart)):
+                yield tuple(apart[number] for number in group)
 
 
-def _too_many(robots: Sequence[Robot]) -> tuple[Robot, ...]:
-    """Return the first robots that cannot all be in different regions of their last targets; empty
-    if all can (bipartite matching)."""
-    taken: dict[Region, Robot] = {}
+def _last(robots: Sequence[Robot]) -> list[list[Region]]:
+    return [sorted(robot.objective.targets[-1]) for robot in robots]
 
-    def place(robot: Robot, tried: set[Region]) -> bool:
-        for region in sorted(robot.objective.targets[-1] - tried):
-            tried.add(region)
-            if region not in taken or place(taken[region], tried):
-                taken[region] = robot
-                return True
+
+def too_many(choices: Sequence[Collection[Region]]) -> list[int]:
+    """Return the numbers of the first of these that cannot all be in different regions, each in one
+    of its ``choices``; empty if all can (bipartite matching)."""
+    taken: dict[Region, int] = {}
+
+    def place(one: int, tried: set[Region]) -> bool:
+        for region in choices[one]:
+            if region not in tried:
+                tried.add(region)
+                if region not in taken or place(taken[region], tried):
+                    taken[region] = one
+                    return True
         return False
 
-    for robot in robots:
+    for one in range(len(choices)):
         tried = set[Region]()
-        if not place(robot, tried):  # the robots in the regions that were tried fit nowhere else
-            group = [robot, *(taken[region] for region in tried)]
-            return tuple(each for each in robots if each in group)
-    return ()
+        if not place(one, tried):  # those in the regions that were tried fit nowhere else
+            return sorted({one, *(taken[region] for region in tried)})
+    return []
 
 
 def room_words(group: Sequence[Robot], world: RegionMap) -> str:

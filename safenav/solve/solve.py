@@ -14,8 +14,9 @@ from itertools import combinations
 from msgspec import Struct
 from msgspec.structs import replace
 
+from safenav.scenario.reachability import too_many
 from safenav.team.floor import Floor, Stages
-from safenav.world.poses import FAR, Mask
+from safenav.world.poses import FAR, Mask, bits
 
 MOST_NODES = 20_000
 Rank = tuple[object, ...]
@@ -189,24 +190,9 @@ def _ticks(g: int, i: int, there: Mask, now: Sets, origins: Sets) -> int:
 
 
 def fits(floor: Floor, group: tuple[int, ...], places: Mapping[int, Mask]) -> bool:
-    """Whether a group can stand in its places together, rivals in different regions (a
-    matching)."""
+    """Whether a group can stand in its places together, rivals in different regions."""
     crowd = [i for i in group if floor.team.members[i].rivals & {*group}]
-    taken: dict[int, int] = {}
-
-    def place(i: int, tried: set[int]) -> bool:
-        regions = floor.graphs[i].regions_of(places[i])
-        while regions:
-            low = regions & -regions
-            regions ^= low
-            if low not in tried:
-                tried.add(low)
-                if low not in taken or place(taken[low], tried):
-                    taken[low] = i
-                    return True
-        return False
-
-    return all(place(i, set()) for i in crowd)
+    return not too_many([[*bits(floor.graphs[i].regions_of(places[i]))] for i in crowd])
 
 
 def _replayed(plan: list[Step], now: Sets, wanted: frozenset[int]) -> tuple[Step, ...] | None:
