@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Collection, Iterator, Sequence
-from itertools import combinations, islice
+from itertools import combinations, islice, product
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -24,12 +24,16 @@ from safenav.solve.solve import Solver
 from safenav.team.floor import Floor, Joint, Stages, put
 from safenav.team.state import Plan, Stage
 from safenav.trace import proofs
-from safenav.world.poses import Mask
+from safenav.world.poses import Mask, bits
 
 WORK, WORK_OF_A_ROBOT = 3_000_000, 60_000
 FEW_WORK, FEW_GROUPS, FEW_STATES = 200_000, 300, 20_000
 AHEAD, MOST_AHEAD = 2, 6
 """A mission of more than ``MOST_AHEAD`` rounds is planned ``AHEAD`` rounds at a time."""
+
+
+MOST_APART = 5
+"""The largest group of which each robot gets a region of its own: the choices are tried out."""
 
 
 class Found(Struct, frozen=True):
@@ -212,13 +216,38 @@ def _guide(floor: Floor, served: frozenset[int]) -> Guide:
         wanted = served & {*floor.open(stages)}
         if wanted:
             aside, present = frozenset(floor.open(stages)) - wanted, dict(floor.helping)
-            for i, duty in settle(
-                solver, poses, stages, aside, present, frozenset()
-            ).duties.items():
+            duties = settle(solver, poses, stages, aside, present, frozenset()).duties
+            for i, duty in duties.items():
                 goals[i] = duty.goal
+            groups = {duty.group for duty in duties.values()}
+            for group in (group for group in groups if 1 < len(group) <= MOST_APART):
+                for i, own in _apart(
+                    floor, stages, poses, [i for i in group if i in duties], goals
+                ):
+                    goals[i] = own
         return goals
 
     return guide
+
+
+def _apart(
+    floor: Floor,
+    stages: Stages,
+    poses: tuple[int, ...],
+    group: list[int],
+    goals: Sequence[Mask | None],
+) -> Iterator[tuple[int, Mask]]:
+    """A region for each robot of a group that acts together, so that no two of them wait for one;
+    the last one to arrive is the earliest possible."""
+    choices = []
+    for i in group:
+        goal, graph, allowed = goals[i] or 0, floor.graphs[i], floor.allowed(i, stages)
+        parts = ((r, goal & graph.poses_on(1 << r)) for r in bits(graph.regions_of(goal)))
+        near = sorted((graph.distances(part, allowed)[poses[i]], r, part) for r, part in parts)
+        choices.append(near[: len(group)])
+    ways = (way for way in product(*choices) if len({r for _, r, _ in way}) == len(group))
+    best = min(ways, key=lambda way: sorted((far for far, _, _ in way), reverse=True), default=())
+    return zip(group, (part for _, _, part in best), strict=False)
 
 
 def _first(floor: Floor, states: Sequence[Joint]) -> Iterator[tuple[int, int]]:
