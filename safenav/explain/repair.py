@@ -17,6 +17,8 @@ from msgspec.structs import replace
 
 from safenav.explain.diagnosis import play
 from safenav.explain.explanation import NoStrategyCause, Repair, RepairKind, RepairProblem
+from safenav.formula.parser import parse
+from safenav.formula.syntax import variables
 from safenav.scenario.model import Obstacle, ObstacleType, Robot, Scenario
 from safenav.scenario.objective import Ltl, Objective, Word, written
 from safenav.scenario.reachability import Reachability
@@ -237,7 +239,9 @@ def _starts(problem: RepairProblem) -> Iterator[Repair]:
 def _mobility(problem: RepairProblem) -> Iterator[Repair]:
     """Yield other models of the same layer that can turn on the spot and do as much."""
     robot = problem.robot
-    if robot.model.mobility is not Mobility.HEADING:
+    pursued = (robot.objective, robot.while_waiting, *(other for _, other in robot.when))
+    faces = any(_reads_heading(each) for each in pursued if each is not None)
+    if robot.model.mobility is not Mobility.HEADING or faces:
         return
     for model in problem.scenario.catalogue.robots.values():
         able = model.layer == robot.model.layer and robot.capabilities <= model.capabilities
@@ -245,6 +249,14 @@ def _mobility(problem: RepairProblem) -> Iterator[Repair]:
             changed = replace(robot, model=model, start=Pose(robot.start.region))
             item = f"robots.{robot.name}.model"
             yield _with_robots(K.MOBILITY, problem, [changed], (item, model.name))
+
+
+def _reads_heading(objective: Objective) -> bool:
+    """Return whether formulas of an objective are about the heading."""
+    texts = objective.always
+    if isinstance(objective, Ltl):
+        texts = (*objective.init, *objective.safety, *objective.liveness)
+    return any("heading" in variables(parse(text)) for text in texts)
 
 
 def _inputs(problem: RepairProblem) -> Iterator[Repair]:

@@ -154,3 +154,17 @@ def test_a_wall_is_replaced_by_a_type_as_the_scenario_defines_it(
     assert answer.status == 1
     assert "{type: uncertainty, region: 47" in answer.output
     assert "type: door" not in answer.output
+
+
+def test_no_repair_takes_the_heading_from_a_robot_whose_formulas_read_it(
+    invoke: Invoke, tmp_path: Path
+) -> None:
+    """A model that turns on the spot was tried, and the command ended with an internal error."""
+    goals = '{ltl: {liveness: ["region = 2 & heading = west", "region = 0"]}}'
+    (tmp_path / "s.yaml").write_text(
+        'safenav: 1\nmap: {grid: ["..."]}\n'
+        f"robots: {{r: {{model: digit, start: 0, heading: east, objective: {goals}}}}}\n"
+    )
+    answer = invoke(command, tmp_path / "s.yaml")
+    assert answer.status == 1
+    assert "robots.r.model" not in answer.output
