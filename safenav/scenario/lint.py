@@ -27,7 +27,8 @@ def lint(scenario: Scenario) -> tuple[str, ...]:
     """Return the warnings, one sentence each, in the scenario's terms."""
     found = [*scenario.map.notes, *_misnamed(scenario), *_needless(scenario), *_crowded(scenario)]
     for obstacle in scenario.obstacles:
-        found += [*_unable(obstacle, scenario), *_unnoticed(obstacle, scenario)]
+        found += _unable(obstacle, scenario) if obstacle.goes is None else ()
+        found += _unnoticed(obstacle, scenario)
     found += [*oversized(scenario), *cramped(scenario)]
     if scenario.seed and not _draws(scenario):
         found.append(f"seed {scenario.seed} has no effect: no robots share a floor")
