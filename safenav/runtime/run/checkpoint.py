@@ -114,7 +114,7 @@ def _checkpoints(trace: Trace) -> list[tuple[int, Kept]]:
     """The first and the last checkpoint of a trace, each with the number of lines before it."""
     found = [line for line in trace.records if isinstance(line, records.Checkpoint)]
     if not found:
-        none = "it has no checkpoint to continue from; a run with --trace writes them"
+        none = "it ends before its first checkpoint; run the scenario again, with --trace"
         raise UsageError(f"{trace.source}: {none}")
     try:
         changed = any(line.run.get("sha256") != _digest(line.run) for line in found)
@@ -125,7 +125,7 @@ def _checkpoints(trace: Trace) -> list[tuple[int, Kept]]:
     try:
         read = [(line.lines, convert(Kept, line.run)) for line in (found[0], found[-1])]
     except WrongError as error:
-        why = f"its checkpoints are those of another version of safenav: {error}"
+        why = f"another version of safenav wrote its checkpoints ({error}): run the scenario again"
         raise UsageError(f"{trace.source}: {why}") from error
     return read
 
