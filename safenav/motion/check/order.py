@@ -49,6 +49,10 @@ ELSEWHERE = (
 """Lines that none of these rules needs."""
 
 
+Step = tuple[Depart, Arrive | None, int]
+"""A step of the trace, and the region in which it ends."""
+
+
 def check_order(case: Examination) -> None:
     """Check that the pieces, reservations and actions of a motion are those of a run that its trace
     allows."""
@@ -78,16 +82,16 @@ def _steps(case: Examination, trace: Trace) -> None:
     driven robot arrives after the end of its reference or goal, wherever that is."""
     whole = [r for r in case.trace.records if isinstance(r, Move) and r.toward is None]
     moved = Counter(move.robot for move in whole if move.to != move.from_)
-    for name in case.trace.header.scenario.robots:
+    steps: dict[str, list[Step]] = {name: [] for name in case.trace.header.scenario.robots}
+    for depart, arrive in trace.steps:
+        if arrive is None or arrive.at != depart.from_:
+            to = depart.to if case.driven or arrive is None else arrive.at
+            steps[depart.robot].append((depart, arrive, to))
+    for name, wanted in steps.items():
         pieces: Sequence[Piece] = case.pieces[name] or case.motion.of(GoalLine, name)
         mine = _merged([piece for piece in pieces if piece.origin != piece.to])
-        steps = [
-            (depart, arrive, depart.to if case.driven or arrive is None else arrive.at)
-            for depart, arrive in trace.steps
-            if depart.robot == name and (arrive is None or arrive.at != depart.from_)
-        ]
         for (depart, arrive, to), (_, origin, left_to, begin, end) in zip(
-            steps, mine, strict=False
+            wanted, mine, strict=False
         ):
             if (origin, left_to) != (depart.from_, to):
                 what = f"moves {origin} -> {left_to} where the trace moves {depart.from_} -> {to}"
@@ -98,11 +102,11 @@ def _steps(case: Examination, trace: Trace) -> None:
             if not (begin > (depart.t or 0.0) - NEAR and t - late < end < t + NEAR):
                 what = f"moves to {to} until {end:.3f} s; in the trace until {t:.3f} s"
                 case.wrong(begin, name, "clock", what)
-        under_way = [depart for depart, arrive, _ in steps if arrive is None and case.driven]
-        least = max(len(steps) - len(under_way), moved[name])
-        if not least <= len(mine) <= len(steps):
+        under_way = [depart for depart, arrive, _ in wanted if arrive is None and case.driven]
+        least = max(len(wanted) - len(under_way), moved[name])
+        if not least <= len(mine) <= len(wanted):
             t = mine[-1][-1] if mine else 0.0
-            what = f"has {len(mine)} moves; the trace has {max(least, len(steps))}"
+            what = f"has {len(mine)} moves; the trace has {max(least, len(wanted))}"
             case.wrong(t, name, "order", what)
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from safenav.motion.check.examination import NEAR, Array, Disc, Examination, Holding
 from safenav.motion.columns import sampled
-from safenav.motion.file import TRACK_COLUMNS, Flight, FlownTrack, Moving, Release, Reserve
+from safenav.motion.file import TRACK_COLUMNS, Flight, FlownTrack, Release, Reserve
 
 FOREVER = float("inf")
 TOUCH = 1e-6
@@ -66,14 +66,16 @@ def outside(
 def check_room(case: Examination) -> None:
     """Bodies and feet stay inside the regions of their step. The plan of a driven robot leaves its
     step when that fails; it stays inside the regions that the robot has."""
-    for piece in case.motion.of(Moving):
-        spans = [h for h in case.held if h.robot == piece.robot]
-        if piece.robot not in case.driven:
+    for name, pieces in case.pieces.items():
+        held = [h for h in case.held if h.robot == name] if name in case.driven else []
+        for piece in pieces:
             ends = {piece.origin, piece.to}
-            spans = [Holding(piece.robot, region, piece.t0, piece.t1) for region in ends]
-        for disc in case.discs(piece):
-            if (found := outside(case, disc, spans, TOUCH)) is not None:
-                case.wrong(found[0], piece.robot, "room", found[1])
+            spans = [Holding(name, region, piece.t0, piece.t1) for region in ends]
+            if name in case.driven:
+                spans = [h for h in held if h.begin < piece.t1 + NEAR and piece.t0 < h.end + NEAR]
+            for disc in case.discs(piece):
+                if (found := outside(case, disc, spans, TOUCH)) is not None:
+                    case.wrong(found[0], name, "room", found[1])
 
 
 def check_distances(
