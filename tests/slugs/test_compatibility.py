@@ -20,11 +20,6 @@ OUTPUT_FIRST = beside(__file__, "specifications/output_first.slugsin")
 
 DEAD_END = beside(__file__, "specifications/dead_end.slugsin")
 
-# Waiting may use the targets with which a round began, not what plain steps have just added.
-TWO_ASSUMPTIONS = beside(__file__, "specifications/two_assumptions.slugsin")
-
-ONE_ASSUMPTION = beside(__file__, "specifications/one_assumption.slugsin")
-
 
 def _printed(binary: Path, folder: Path, text: str, *options: str) -> str:
     file = folder / "game.slugsin"
@@ -69,24 +64,3 @@ def test_a_structured_file_prints_its_inputs_first(slugs_binary: Path, tmp_path:
     printed = _printed(slugs_binary, tmp_path, structured, "--jsonOutput")
     assert printed.startswith(HEAD + '["k", "q"],')
     assert '"state": [1, 0]' in printed
-
-
-@pytest.mark.parametrize(
-    ("text", "states", "successors"),
-    [
-        pytest.param(TWO_ASSUMPTIONS, (2, 3), (0, 2), id="two assumptions"),
-        pytest.param(ONE_ASSUMPTION, (4, 5, 6, 7), (0, 2, 4, 7), id="one assumption"),
-    ],
-)
-def test_waiting_does_not_use_the_plain_steps_of_its_own_round(
-    slugs_binary: Path,
-    tmp_path: Path,
-    text: str,
-    states: tuple[int, ...],
-    successors: tuple[int, ...],
-) -> None:
-    specification = read_slugsin(text)
-    automaton = extract(solve(build_game(specification), bias_for_action=True))
-    printed = _printed(slugs_binary, tmp_path, text, "--jsonOutput", "--biasForAction")
-    assert printed == to_json(specification, automaton)
-    assert {automaton.nodes[state].successors for state in states} == {successors}

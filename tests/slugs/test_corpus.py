@@ -114,7 +114,7 @@ def test_published_strategies_are_reproduced_to_the_byte(
     assert nodes == (row.nodes or nodes)
     if row.sha256 is not None:
         assert _sha256(strategy) == row.sha256
-    else:
+    if row.sha256 is None or nodes < 500:
         assert failure(Path(file), strategy) is None
 
 

@@ -55,16 +55,3 @@ def test_a_regenerated_family_has_the_published_states(
     (tmp_path / "family.structuredslugs").write_text(text)
     listed = run(slugs_binary, tmp_path, "--explicitStrategy", "family.structuredslugs")
     assert listed.stdout.count("State ") == nodes
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ("arbiter --clients 1", "an arbiter needs at least two clients"),
-        ("grid --rows 3 --cols 3 --goals 9", "9 goals on a border of 8 cells"),
-    ],
-)
-def test_invalid_sizes_are_refused(arguments: str, message: str, tmp_path: Path) -> None:
-    refused = family(tmp_path, arguments)
-    assert refused.returncode == 2
-    assert message in refused.stderr

@@ -1,11 +1,10 @@
-"""A specification in another notation has the same strategy, byte for byte.
+"""A specification in another order has the same strategy, byte for byte.
 
-The order of the constraints and the names of the variables decide where the solver's variable
-order starts, hence the shapes of all its diagrams, but never a byte of the strategy.  This reaches
-games that are too large for the brute-force oracle.
+The order of the constraints decides where the solver's variable order starts, hence the shapes of
+all its diagrams, but never a byte of the strategy.  This reaches games that are too large for the
+brute-force oracle.
 """
 
-import re
 import sys
 from pathlib import Path
 from random import Random
@@ -18,10 +17,8 @@ ROOT = Path(__file__).resolve().parents[2]
 
 FAMILIES = [
     "grid --rows 10 --cols 11 --adversary four",
-    "grid --rows 9 --cols 9 --adversary king --goals 7",
     "grid --rows 20 --cols 20 --walls",
     "regions --rows 7 --cols 8 --adversary four",
-    "requests --size 8 --goals 6",
     "arbiter --clients 7",
 ]
 
@@ -71,50 +68,12 @@ def _shuffled(text: str, source: Random) -> str:
     return _joined(declared + others)
 
 
-def _renamed(text: str, source: Random) -> tuple[str, dict[str, str]]:
-    """Other names in the same places."""
-    names = [
-        name
-        for header, lines in _sections(text)
-        if header in ("[INPUT]", "[OUTPUT]")
-        for name in lines
-    ]
-    numbers = source.sample(range(1000), len(names))
-    new = {name: f"n{number}" for name, number in zip(names, numbers, strict=True)}
-    pattern = re.compile(r"[^\s'\[\]]+")
-    return pattern.sub(lambda match: new.get(match[0], match[0]), text), new
-
-
-def _repeated(text: str, source: Random) -> str:
-    """Half of the constraints once more, in other words."""
-    sections = _sections(text)
-    for header, lines in sections:
-        if header.endswith("_TRANS]"):
-            lines += [f"! ! & {line} 1" for line in source.sample(lines, len(lines) // 2)]
-    return _joined(sections)
-
-
 @pytest.mark.parametrize("flags", [(), ("--biasForAction",)], ids=["plain", "bias"])
 def test_order_of_constraints_changes_no_byte(
     slugs_binary: Path, specification: str, flags: tuple[str, ...]
 ) -> None:
     expected = _strategy(slugs_binary, specification, *flags)
-    for seed in range(5):
+    for seed in range(3):
         text = _shuffled(specification, Random(seed))
         assert text != specification
         assert _strategy(slugs_binary, text, *flags) == expected
-
-
-def test_names_of_variables_change_no_byte(slugs_binary: Path, specification: str) -> None:
-    expected = _strategy(slugs_binary, specification)
-    for seed in range(3):
-        text, new = _renamed(specification, Random(seed))
-        found = _strategy(slugs_binary, text)
-        for old, name in new.items():
-            found = found.replace(f'"{name}"', f'"{old}"', 1)
-        assert found == expected
-
-
-def test_repeated_constraints_change_no_byte(slugs_binary: Path, specification: str) -> None:
-    expected = _strategy(slugs_binary, specification)
-    assert _strategy(slugs_binary, _repeated(specification, Random(1))) == expected

@@ -71,19 +71,3 @@ def test_ten_thousand_variables_are_solved_without_overflow(duel: Duel) -> None:
         + "".join(f"! ^ o{k}' i{k}'\n" for k in names)
     )
     assert duel.run("--realizability", "pairs.slugsin").verdict == "realizable"
-
-
-def test_bad_input_is_refused_without_a_sanitizer_report(sanitized: Path, tmp_path: Path) -> None:
-    """Messages are the part of the program that sees the oddest texts."""
-    for name, text in (
-        ("nul", b"[INPUT]\nx:0...3\n[SYS_INIT]\nx\0 == \xff 3\nG F x U y\n"),
-        ("deep", b"[OUTPUT]\na\n[SYS_INIT]\n" + b"(" * 50_000 + b"a"),
-        ("long", b"[OUTPUT]\nx:0...3\n" + b"\xe2\x86\x92" * 50_000 + b"\na\n"),
-        ("empty", b""),
-    ):
-        (tmp_path / name).write_bytes(text)
-        done = subprocess.run(
-            [sanitized / "slugs", name], cwd=tmp_path, capture_output=True, check=False, timeout=300
-        )
-        assert done.returncode == 2, done.stderr[-10_000:]
-        assert b"Sanitizer" not in done.stderr

@@ -1,12 +1,7 @@
 """Reading structured-slugs text back: sections, ranges, comments."""
 
-import os
-from pathlib import Path
 from random import Random
 
-import pytest
-
-from once import CORPUS
 from oracle import inputs_first, random_specification, to_structuredslugs
 from safenav.outcome import Verdict
 from safenav.spec.parsing import read_specification
@@ -14,7 +9,7 @@ from safenav.spec.specification import Specification
 from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
-from safenav.verify.verification import first_failure, verify_counterstrategy, verify_strategy
+from safenav.verify.verification import first_failure
 
 
 def test_a_printed_specification_reads_back(patrol: Specification) -> None:
@@ -38,32 +33,3 @@ def test_a_random_file_reads_as_the_synthesizer_reads_it(slugs: Binary) -> None:
             assert synthesizer.counterstrategy(spec).verified
         else:
             assert result.verified
-
-
-FILES = sorted(CORPUS.glob("*/*.structuredslugs"))
-LARGE = ("basicEvasion", "Belief_Evasion_fine")
-if "SAFENAV_FUZZ" not in os.environ:  # among the tests, slugs alone checks these two strategies
-    LARGE = (*LARGE, "coop_0_quad", "Belief_Evasion_coarse")
-
-
-@pytest.mark.skipif(not FILES, reason="no corpus of specifications; set SAFENAV_CORPUS")
-@pytest.mark.parametrize(
-    "file",
-    [
-        pytest.param(file, id=file.stem, marks=[pytest.mark.slow] * (file.stat().st_size > 20_000))
-        for file in FILES
-        if not file.stem.startswith(LARGE)
-    ],
-)
-def test_published_specifications_are_verified(slugs: Binary, file: Path) -> None:
-    spec = read_specification(file.read_text(), file.name)
-    synthesizer = Synthesizer(slugs, cache=Cache(None))
-    result = synthesizer.synthesize(spec)
-    if result.verdict is Verdict.UNREALIZABLE:
-        counterstrategy = synthesizer.counterstrategy(spec).strategy
-        assert counterstrategy is not None
-        verification = verify_counterstrategy(spec, counterstrategy)
-    else:
-        assert result.strategy is not None
-        verification = verify_strategy(spec, result.strategy)
-    assert verification.ok, str(verification.failures[0])
