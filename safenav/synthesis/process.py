@@ -18,6 +18,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from types import FrameType
 from typing import IO
 
@@ -30,7 +31,6 @@ _MOST_OUTPUT = 2 << 30
 """Bytes that a command may print where no memory limit is given."""
 _PARENT = "SLUGS_PARENT"
 """Environment variable of safenav's synthesizer: the process that it must not outlive (Linux)."""
-_SPARE_SECONDS = 60
 OVERTIME_SECONDS = 1.0
 """safenav's own binary keeps the time limit and reports its progress; this long after the limit it
 is killed."""
@@ -83,7 +83,8 @@ class ProcessGroup:
     ) -> Finished:
         """Run ``command`` with ``given`` on its standard input, at most ``seconds``. Its output is
         kept in memory, so ``memory_mb`` limits that also. ``own``: safenav's own program,
-        which ends with this thread (on Linux); ``foreign``: it has no limits itself.
+        which arranges to end with this thread itself: a wrapper would take as long as a small
+        synthesis. ``foreign``: it has no memory limit itself.
 
         Raises SynthesizerError if it cannot be started, ResourceLimitError if its output is larger,
         and DismissedError after ``dismiss``.
@@ -100,7 +101,7 @@ class ProcessGroup:
             timer = threading.Timer(seconds or 0, end)
             timer.daemon = True
             try:
-                _bound(process.pid, most, *((seconds, memory_mb) if foreign else (None, None)))
+                _bound(process.pid, most, memory_mb if foreign else None)
                 if seconds is not None:
                     timer.start()
                 process.communicate(given)
@@ -139,7 +140,7 @@ class ProcessGroup:
                 raise DismissedError
             try:
                 process = subprocess.Popen(
-                    command,
+                    command if own else die_with_parent(command),
                     stdin=subprocess.PIPE,
                     stdout=out,
                     stderr=err,
@@ -183,17 +184,30 @@ def _exit_as_terminated(signum: int, _frame: FrameType | None) -> None:
     raise SystemExit(128 + signum)
 
 
-def _bound(pid: int, output: int, seconds: float | None, memory_mb: int | None) -> None:
-    """Limit the bytes of each output of a process, its time on the processor (it may outlive this
-    process, which keeps the time) and its address space (Linux)."""
-    if sys.platform == "linux":
-        from resource import RLIMIT_AS, RLIMIT_CPU, RLIMIT_FSIZE, prlimit
+def die_with_parent(command: Sequence[str]) -> list[str]:
+    """Return ``command`` so that the kernel kills it when this process dies, even of SIGKILL
+    (Linux; elsewhere it runs to its end)."""
+    setpriv = _setpriv()
+    if setpriv is None or not os.access(command[0], os.X_OK):
+        return list(command)  # a command that cannot be started raises its own error
+    # This process may die before the kernel is asked: then the command must not begin.
+    begin = ["/bin/sh", "-c", '[ "$PPID" = "$0" ] && exec "$@"', str(os.getpid())]
+    return [setpriv, "--pdeathsig", "KILL", "--", *begin, *command]
 
-        limits = {RLIMIT_FSIZE: output}
-        if seconds is not None:
-            limits[RLIMIT_CPU] = int(seconds) + _SPARE_SECONDS
-        if memory_mb is not None:
-            limits[RLIMIT_AS] = memory_mb << 20
+
+@lru_cache(maxsize=1)
+def _setpriv() -> str | None:
+    from shutil import which  # imported here: it loads the modules of all archives
+
+    return which("setpriv") if sys.platform.startswith("linux") else None
+
+
+def _bound(pid: int, output: int, memory_mb: int | None) -> None:
+    """Limit the bytes of each output of a process, and its address space (Linux)."""
+    if sys.platform == "linux":
+        from resource import RLIMIT_AS, RLIMIT_FSIZE, prlimit
+
         with contextlib.suppress(ProcessLookupError, PermissionError):  # it has ended
-            for limit, most in limits.items():
-                prlimit(pid, limit, (most, most))
+            prlimit(pid, RLIMIT_FSIZE, (output, output))
+            if memory_mb is not None:
+                prlimit(pid, RLIMIT_AS, (memory_mb << 20, memory_mb << 20))

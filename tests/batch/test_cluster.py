@@ -12,9 +12,8 @@ from pathlib import Path
 import pytest
 
 import warm
-from batch.made_scenarios import SlugsLog, Write, scenario
-from batch.running import SAFENAV, environment, safenav, started, wait_until
-from children import ran
+from batch.made_scenarios import SlugsLog, Write
+from batch.running import environment, safenav, started, wait_until
 
 # Not imported: each worker of the tests would import it for the processes that do.
 MISSING = find_spec("distributed") is None
@@ -77,35 +76,6 @@ def test_a_killed_dask_worker_loses_nothing(
     assert {path.name for path in folder.iterdir()} == {"reason.txt", "trace.jsonl", "replay.html"}
 
 
-def test_a_crash_or_a_hang_costs_no_dask_worker(
-    write: Write, cluster: Cluster, slugs: SlugsLog
-) -> None:
-    write("crash.yaml", "crasher")
-    write("quick.yaml")
-    write("bad.yaml", text="safenav: 1\n")
-    write("beside/catalogue.yaml", text="robots: {}\n")
-    write("beside/named.yaml", text=scenario() + "catalogue: catalogue.yaml\n")
-    words = ("--dask", cluster.address, "--json")
-    done = safenav(".", *words)
-    assert done.returncode == 1
-    # Alone: on a busy machine the others take longer than a second.
-    write("hang.yaml", "sleeper")
-    hung = safenav("hang.yaml", *words, "--time-limit", "1")
-    assert hung.returncode == 1
-    found = [*json.loads(done.stdout)["results"], *json.loads(hung.stdout)["results"]]
-    results = {result["name"]: result for result in found}
-    assert {name: result["verdict"] for name, result in results.items()} == {
-        "bad.yaml": "invalid",
-        "beside/named.yaml": "passed",
-        "crash.yaml": "crashed",
-        "hang.yaml": "hung",
-        "quick.yaml": "passed",
-    }
-    assert results["crash.yaml"]["reasons"] == ["the process that ran it died: killed by SIGSEGV"]
-    assert slugs.all_gone()
-    assert all(Path(f"/proc/{pid}").exists() for pid in cluster.pids)
-
-
 def test_an_interrupted_batch_stops_its_work_on_the_cluster(
     write: Write, cluster: Cluster, slugs: SlugsLog
 ) -> None:
@@ -135,18 +105,6 @@ def test_an_address_where_nothing_answers_is_bad_input(write: Write, slugs: Slug
     assert len(Path("out/results.jsonl").read_text().splitlines()) == 1  # still there
     assert "no Dask cluster answers at tcp://127.0.0.1:9" in done.stderr
     assert "Traceback" not in done.stderr
-
-
-def test_without_the_extra_the_error_names_it(write: Write, slugs: SlugsLog) -> None:
-    del slugs
-    write("a.yaml")
-    Path("hide").mkdir()
-    Path("hide/distributed.py").write_text("raise ImportError")
-    hidden = environment()
-    hidden["PYTHONPATH"] = f"hide{os.pathsep}{hidden['PYTHONPATH']}"
-    done = ran([*SAFENAV, "batch", "a.yaml", "--dask", "tcp://127.0.0.1:9"], env=hidden)
-    assert done.returncode == 2
-    assert "pip install 'distributed>=2024.8'" in done.stderr
 
 
 def test_a_lost_cluster_ends_the_batch_with_its_results_kept(

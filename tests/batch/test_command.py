@@ -11,16 +11,14 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
-from msgspec.structs import replace
 
 from batch.made_scenarios import SlugsLog, Write
 from batch.running import SAFENAV, environment, safenav, started, wait_until
 from children import ran
-from safenav.batch.case import Conditions, file_name
+from safenav.batch.case import Conditions
 from safenav.batch.search import find_cases
 from safenav.batch.worker import leave, run_case
 from safenav.errors import SafenavError
-from safenav.synthesis.cache import Cache
 
 pytestmark = pytest.mark.usefixtures("slugs")
 
@@ -29,29 +27,6 @@ def test_a_scenario_comes_from_standard_input(write: Write) -> None:
     write("a.yaml")
     done = ran([*SAFENAV, "batch", "-"], input=Path("a.yaml").read_text(), env=environment())
     assert "1 passed" in done.stdout, done.stdout + done.stderr
-
-
-def test_times_are_those_of_the_run_and_not_those_that_the_cache_remembers(
-    write: Write, tmp_path: Path, slugs: SlugsLog, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The answer took a day when it was found; to read it takes none of that."""
-    folder = tmp_path / "cache"
-    monkeypatch.setenv("SAFENAV_CACHE", str(folder))
-    write("a.yaml")
-    assert safenav("a.yaml").returncode == 0
-    cache = Cache(folder)
-    for file in folder.rglob("*.answer"):
-        entry = cache.load(file.stem)
-        assert entry is not None
-        cache.store(file.stem, replace(entry, seconds=86_400.0))
-    done = safenav("a.yaml", "--json", "--junit", "now.xml")
-    assert len(slugs.pids) == 1, "the second run was answered by the cache"
-    (result,) = json.loads(done.stdout)["results"]
-    assert (result["syntheses"], result["synthesis_seconds"]) == (1, 0.0)
-    assert 0 < result["seconds"] <= result["wall_seconds"] < 86_400
-    (case,) = ET.parse("now.xml").iter("testcase")
-    assert float(case.get("time", "nan")) < 86_400
-    assert "86400" not in done.stdout + done.stderr
 
 
 def test_artifacts_of_failures_are_kept_and_nothing_else(write: Write) -> None:
@@ -82,15 +57,6 @@ def test_results_of_another_batch_are_not_wiped(write: Write) -> None:
     assert {path: path.read_bytes() for path in Path("out").rglob("*") if path.is_file()} == before
     write("c.yaml")
     assert "2 passed, 1 different" in safenav(".", "--out", "out").stdout
-
-
-def test_a_long_name_of_a_failure_keeps_both_ends() -> None:
-    settings = ", ".join(f"robots.cart{n}.vision={n}" for n in range(9))
-    name = file_name(f"maps/door.yaml[{settings}]", "0" * 64)
-    assert name.startswith("maps_door.yaml_robots") and name.endswith(
-        "robots.cart8.vision=8-00000000"
-    )
-    assert len(name) < 140 and file_name("lab/door.yaml", "1" * 64) == "lab_door.yaml-11111111"
 
 
 def test_resuming_removes_artifacts_of_failures_that_now_pass(write: Write) -> None:

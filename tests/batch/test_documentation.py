@@ -4,13 +4,11 @@ import re
 from pathlib import Path
 
 import pytest
-import yaml
 
 from batch.made_scenarios import Write
 from safenav.batch.case import CaseVerdict
 from safenav.batch.matrix import read_matrix
 from safenav.cli.batch import batch as command
-from warm import safenav
 
 ROOT = Path(__file__).parents[2]
 BATCH = (ROOT / "docs" / "batch.md").read_text(encoding="utf-8")
@@ -24,18 +22,6 @@ def test_the_matrix_file_is_one() -> None:
     (example,) = blocks(BATCH, "yaml")
     matrix = read_matrix(example, "docs/batch.md")
     assert len(matrix.settings) == 10 * 2 * 2 - 10 + 1
-
-
-def test_files_included_by_the_matrix_file_are_as_it_expects(tmp_path: Path) -> None:
-    (example,) = blocks(BATCH, "yaml")
-    only = {key: value for key, value in yaml.safe_load(example).items() if key != "matrix"}
-    del only["exclude"]
-    (tmp_path / "rooms").mkdir()
-    for name, shipped in (("door.yaml", "case_study_1.yaml"), ("rooms/hello.yaml", "hello.yaml")):
-        (tmp_path / name).write_text((ROOT / "scenarios" / shipped).read_text(encoding="utf-8"))
-    (tmp_path / "sweep.yaml").write_text(yaml.safe_dump(only))
-    done = safenav("batch", "sweep.yaml", cwd=tmp_path)
-    assert (done.returncode, "2 passed" in done.stdout) == (0, True), done.stdout
 
 
 def test_the_documentation_names_every_verdict_and_option() -> None:

@@ -51,12 +51,6 @@ MIXED = report(
 )
 
 
-def test_the_suite_of_files_beside_the_batch_has_the_name_of_their_folder() -> None:
-    """It was "."."""
-    (suite,) = ET.fromstring(to_junit(report(ran("alone.yaml"))))
-    assert suite.get("name") == suite[0].get("classname") == Path.cwd().name
-
-
 def test_a_junit_report_keeps_to_the_schema() -> None:
     text = to_junit(MIXED, when=datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC))
     schema().validate(text)

@@ -8,11 +8,6 @@ def names(*paths: str) -> list[str]:
     return [case.name for case in find_cases(paths).cases]
 
 
-def test_a_file_name_may_look_like_a_pattern(write: Write) -> None:
-    write("door[1].yaml")
-    assert names("door[1].yaml") == ["door[1].yaml"]
-
-
 def test_an_unreadable_scenario_does_not_vanish_from_a_search(write: Write) -> None:
     write("suite/latin.yaml").write_bytes("name: Tür\n".encode("latin-1"))
     (case,) = find_cases(["suite"]).cases

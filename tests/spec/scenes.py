@@ -1,11 +1,13 @@
-"""Random scenes in which a robot keeps track of another, and random walks of both."""
+"""Random scenes in which a robot keeps track of another, and what it can know of it."""
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 from hypothesis import assume
 from hypothesis import strategies as st
 
-from safenav.runtime.control.observing import after_look
+from safenav.judge.bundle.tasks import sees
+from safenav.judge.world import World
 from safenav.scenario.model import Robot, RobotModel
 from safenav.scenario.objective import Visit
 from safenav.spec.other_robots import belief
@@ -63,34 +65,47 @@ def scenes(draw: st.DrawFn) -> Scene:
             observed=(Observed("other", other),),
             partition=draw(st.none() | partitions(world)),
             closed=draw(st.frozensets(free, max_size=2)),
+            live=draw(st.booleans()),
         ),
     )
 
 
-@dataclass(frozen=True)
-class Look:
-    """One turn: the other has come to ``other``, the robot looks from ``before``, knows
-    ``knowledge``, and steps to ``after``."""
+class Oracle:
+    """A robot's possible knowledge of another one, which moves one step between two looks, or in a
+    live run any number. It reads the map's text, and its line of sight is the judge's."""
 
-    before: Region
-    other: Region
-    knowledge: Knowledge
-    after: Region
+    def __init__(self, scene: Scene) -> None:
+        self.rows = scene.world.grid_rows()
+        self.cols = len(self.rows[0])
+        self.grid = World(self.rows, self.cols)
+        self.task = scene.task
+        self.cells = belief.watch_for(scene.task, scene.world).partition.cells
 
+    def beside(self, region: int) -> list[int]:
+        row, col = divmod(region, self.cols)
+        near = [(row - 1, col), (row + 1, col), (row, col - 1), (row, col + 1)]
+        inside = [(r, c) for r, c in near if 0 <= r < len(self.rows) and 0 <= c < self.cols]
+        return [r * self.cols + c for r, c in inside if self.rows[r][c] == "."]
 
-def walk(scene: Scene, data: st.DataObject, steps: int) -> list[Look]:
-    """Both robots at random."""
-    world, task = scene.world, scene.task
-    (observed,) = task.observed
-    blocked = {known.region for known in task.blocked}
-    watch = belief.watch_for(task, world)
-    own, other, knowledge = task.pose.region, observed.region, belief.known_of(observed)
-    looks = []
-    for _ in range(steps):
-        other = data.draw(st.sampled_from([other, *world.neighbours(other)]))
-        knowledge = after_look(watch, own, other, knowledge)
-        steps_ = [own, *(r for r in world.neighbours(own) if r not in blocked)]
-        after = data.draw(st.sampled_from(steps_))
-        looks.append(Look(own, other, knowledge, after))
-        own = after
-    return looks
+    def steps(self, own: int) -> list[int]:
+        """The regions of the robot after its next move."""
+        blocked = {known.region for known in self.task.blocked}
+        return [own, *(region for region in self.beside(own) if region not in blocked)]
+
+    def reach(self, regions: Collection[int]) -> set[int]:
+        found, fresh = set(regions), list(regions)
+        while fresh:
+            beyond = {near for region in fresh for near in self.beside(region)} - found
+            found |= beyond
+            fresh = list(beyond) if self.task.live else []
+        return found
+
+    def sees(self, own: int, other: int) -> bool:
+        return sees(self.grid, own, other, self.task.robot.model.vision, self.task.closed)
+
+    def next(self, own: int, known: Knowledge) -> set[Knowledge]:
+        now = [known] if isinstance(known, int) else [r for k in known for r in self.cells[k]]
+        reach = self.reach(now)
+        seen = {region for region in reach if self.sees(own, region)}
+        cells = frozenset(k for k, cell in enumerate(self.cells) if cell & (reach - seen))
+        return {*seen, *([cells] if cells else [])}

@@ -14,6 +14,7 @@ from safenav.errors import SynthesizerError
 from safenav.outcome import Verdict
 from safenav.spec.specification import Specification
 from safenav.synthesis.binary import Binary
+from safenav.synthesis.process import die_with_parent
 from safenav.synthesis.request import SynthesisProgress
 from safenav.synthesis.slugs import Synthesizer
 from slugs.commands import ENDLESS
@@ -155,6 +156,15 @@ def test_a_synthesizer_ends_with_an_owner_that_is_killed_or_does_not_begin(
     assert children and gone(int(children[0]))
     done = subprocess.run([slugs.path, "--version"], env={"SLUGS_PARENT": "1"}, check=False)
     assert done.returncode == -signal.SIGKILL
+
+
+def test_a_foreign_synthesizer_whose_owner_has_ended_does_not_begin(slugs: Binary) -> None:
+    """The owner may end before the kernel has been asked to kill the program with it."""
+    command = die_with_parent([str(slugs.path), "--version"])
+    assert subprocess.run(command, capture_output=True, check=True).stdout
+    other = "import subprocess, sys; sys.exit(subprocess.call(sys.argv[1:]))"
+    done = subprocess.run([sys.executable, "-c", other, *command], capture_output=True, check=False)
+    assert (done.returncode, done.stdout) == (1, b"")
 
 
 def test_the_applications_own_handler_of_sigterm_is_kept(
