@@ -16,7 +16,6 @@ import time
 from pathlib import Path
 
 from PIL import Image
-from selenium.webdriver.remote.webelement import WebElement
 from selenium.webdriver.support.ui import Select
 
 from report.browser import Browser
@@ -25,6 +24,7 @@ from safenav.report.picture.scene import svg_of
 from safenav.run.reading import read_run
 from safenav.run.run import Run
 from safenav.run.values import StoryKind
+from studio.board import close_with
 from studio.serving import ServedAnew
 
 HERE = Path(__file__).parent
@@ -132,17 +132,13 @@ def _studio(browser: Browser) -> None:
         browser.wait(lambda: browser.all(".controls.live"), 60)
         Select(browser.one(".controls.live .speed select")).select_by_value("2")
         browser.wait(lambda: browser.tick >= 3, 60)
-        _named(browser, "Close: door").click()
+        close_with(browser, "door")
         _click(browser, "svg.floor .numbers text:nth-child(24)")
         browser.wait(lambda: browser.all('[data-obstacle="door@44"]') and browser.tick >= 10, 60)
         browser.button("Pause the run").click()
         browser.wait(lambda: browser.one(".badge").text == "paused", 60)
         time.sleep(0.6)
         _keep(browser, HERE / "studio_run.png")
-
-
-def _named(browser: Browser, words: str) -> WebElement:
-    return next(button for button in browser.all("button") if button.text == words)
 
 
 def _click(browser: Browser, selector: str) -> None:

@@ -206,15 +206,12 @@ Exit codes:
 )
 @click.option("--port", type=click.IntRange(1, 65535), help="Listen on this port.")
 @click.option("--browser/--no-browser", default=True, help="Open the page in a browser.")
-@click.option("--keep", is_flag=True, help="Continue when no page is open.")
-def studio(
-    file: Path | None, folder: Path | None, port: int | None, browser: bool, keep: bool
-) -> int:
+def studio(file: Path | None, folder: Path | None, port: int | None, browser: bool) -> int:
     """Draw a scenario in a browser, run it, and change its world during the run: close a door,
     assign an objective. FILE is opened, or created on the first save; a folder lists its
     scenarios.
     """
     from safenav.studio.server import start_studio
 
-    start_studio(file, folder=folder, port=port, browser=browser, keep=keep)
+    start_studio(file, folder=folder, port=port, browser=browser)
     return ExitCode.OK

@@ -99,9 +99,6 @@ PORTS = 20
 PAGES = 64
 """Maximum number of open pages."""
 
-ABANDONED = 60.0
-"""Seconds after the last page was closed until the studio ends."""
-
 BEHIND = 2000
 """Unsent messages after which a page is disconnected; it then reconnects."""
 
@@ -135,32 +132,25 @@ EVENTS = "text/event-stream"
 
 
 class Server:
-    """Serves one studio. ``keep``: continue without any page."""
+    """Serves one studio."""
 
-    def __init__(
-        self, studio: Studio, *, port: int | None, keep: bool, abandoned: float = ABANDONED
-    ) -> None:
+    def __init__(self, studio: Studio, *, port: int | None) -> None:
         self.studio = studio
-        self._keep = keep
-        self._abandoned = abandoned
         self._socket = listening(port)
         self.guard = Guard(secrets.token_urlsafe(24), self._socket.getsockname()[1])
         self._over = asyncio.Event()
-        self._had_pages = False
         self._connections: set[asyncio.Task[None]] = set()
 
     async def serve(self, *, browser: bool, ready: Callable[[str], None]) -> None:
-        """Serve until ``stop``, or until the last page has been closed for a while."""
+        """Serve until ``stop``."""
         serving = await asyncio.start_server(self._connected, sock=self._socket)
         ready(self.guard.address)
         if browser:
             with suppress(Exception):
                 await asyncio.to_thread(webbrowser.open, self.guard.address)
-        watch = asyncio.create_task(self._watch())
         try:
             await self._over.wait()
         finally:
-            watch.cancel()
             await self.studio.close()
             serving.close()
             if self._connections:
@@ -172,20 +162,6 @@ class Server:
     def stop(self) -> None:
         """End the server."""
         self._over.set()
-
-    async def _watch(self) -> None:
-        """End when no page has been open for a while."""
-        since = None
-        loop = asyncio.get_running_loop()
-        while not self._keep:
-            await asyncio.sleep(min(1.0, self._abandoned / 4))
-            if self.studio.pages or not self._had_pages:
-                since = None
-                continue
-            since = since or loop.time()
-            if loop.time() - since >= self._abandoned:
-                self.stop()
-                return
 
     async def _connected(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         """Serve the request of a connection."""
@@ -261,7 +237,6 @@ class Server:
     async def _stream(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         """Send the messages of the studio to a page until one of them ends."""
         queue: asyncio.Queue[str | None] = asyncio.Queue(BEHIND)
-        self._had_pages = True
         self.studio.join(queue)
         jobs = [asyncio.create_task(_write(writer, queue)), asyncio.create_task(reader.read())]
         try:
@@ -341,13 +316,12 @@ def start_studio(
     folder: Path | None = None,
     port: int | None = None,
     browser: bool = True,
-    keep: bool = False,
 ) -> None:
     """Serve the editor until Ctrl-C. Raises UsageError if ``file`` or the port is not
     available."""
     from safenav.studio.editor import Editor
 
-    asyncio.run(_served(Editor.of_file(file, folder), port, browser, keep))
+    asyncio.run(_served(Editor.of_file(file, folder), port, browser))
 
 
 def start_live(
@@ -358,11 +332,11 @@ def start_live(
     clock: str | None = None,
 ) -> None:
     """Serve the run of a scenario, without the editor, until Ctrl-C. Raises UsageError."""
-    asyncio.run(_served(Studio.of_run(scenario, seed, trace, clock), None, True, False))
+    asyncio.run(_served(Studio.of_run(scenario, seed, trace, clock), None, True))
 
 
-async def _served(studio: Studio, port: int | None, browser: bool, keep: bool) -> None:
-    server = Server(studio, port=port, keep=keep)
+async def _served(studio: Studio, port: int | None, browser: bool) -> None:
+    server = Server(studio, port=port)
     loop = asyncio.get_running_loop()
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         with suppress(NotImplementedError):

@@ -90,7 +90,7 @@ class LiveView:
         from safenav.studio.server import Server
 
         self._loop = asyncio.get_running_loop()
-        server = Server(_Watching(self._scenario), port=self._port, keep=True)
+        server = Server(_Watching(self._scenario), port=self._port)
 
         def ready(address: str) -> None:
             self.address = address

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import http.client
 import socket
 import sys
@@ -14,9 +13,8 @@ import pytest
 
 from children import ran
 from safenav.errors import UsageError
-from safenav.studio.server import LARGEST, Guard, Server, listening
-from safenav.studio.session import Studio
-from studio.serving import MINUTES, SCENARIOS, Page, Served, ServedAnew, opened, visit
+from safenav.studio.server import LARGEST, Guard, listening
+from studio.serving import MINUTES, SCENARIOS, Page, Served, ServedAnew, visit
 
 HELLO = SCENARIOS / "hello.yaml"
 
@@ -115,22 +113,6 @@ def test_a_port_is_taken_before_it_is_served() -> None:
         assert taken != second.getsockname()[1]
         with pytest.raises(UsageError, match="cannot listen on port"):
             listening(taken)
-
-
-def test_a_studio_ends_after_its_last_page_is_closed() -> None:
-    async def main() -> None:
-        server = Server(Studio.of_run(HELLO, None, None), port=None, keep=False, abandoned=0.2)
-        ready = asyncio.Event()
-        serving = asyncio.create_task(server.serve(browser=False, ready=lambda _: ready.set()))
-        await ready.wait()
-        await asyncio.sleep(0.6)
-        assert not serving.done(), "nobody has looked yet"
-        async with opened(server.guard.address):
-            await asyncio.sleep(0.6)
-            assert not serving.done(), "a page is open"
-        await asyncio.wait_for(serving, MINUTES)
-
-    asyncio.run(main())
 
 
 GUARD = Guard("secret", 7246)
