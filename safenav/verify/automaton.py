@@ -6,10 +6,9 @@ first fault found is also one of the nearest.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from enum import StrEnum
 from functools import cached_property, lru_cache
-from itertools import count
 
 from msgspec import Struct
 
@@ -87,7 +86,6 @@ class Verification(Struct, frozen=True):
 
 _BLOCK_EDGES = 1 << 16
 _DIGITS = bytes.maketrans(b"\x00\x01", b"01")
-_POWERS = [bytes.maketrans(b"\x01", bytes([1 << k])) for k in range(8)]
 
 _parse = lru_cache(maxsize=1 << 15)(parse)
 
@@ -128,6 +126,14 @@ class Automaton:
     def clauses(self, section: Section) -> list[Clause]:
         return clauses(self.spec, section)
 
+    def places(self, owner: Owner) -> list[Slot]:
+        """Return the inputs or the outputs now."""
+        return [place for place in self.current if place.variable.owner is owner]
+
+    def begun(self, owner: Owner) -> set[Row]:
+        """Return the inputs or the outputs with which it may begin."""
+        return {self.parts(owner)[node] for node in self.starts}
+
     def against(self) -> list[Against]:
         """Return the clauses of ENV_TRANS, SYS_TRANS, ENV_LIVENESS and SYS_LIVENESS, each with the
         plane of the edges that do not satisfy it."""
@@ -150,34 +156,22 @@ class Automaton:
         """Yield a cycle of the ``allowed`` edges on which each condition is met (see
         ``fair_cycle``), if there is one."""
         self.alive()
-        cycle = fair_cycle(self.edges, allowed, unmet, self.numbered(Owner.OUTPUT))
+        cycle = fair_cycle(self.edges, allowed, unmet)
         if cycle is not None:
             yield self.failure(fault, cycle[0], clause=clause, cycle=cycle)
 
     @cached_property
     def values(self) -> dict[int, Row]:
         """All variables of each node, in the specification's order."""
-        columns = self._columns
-        rows: Iterable[Row] = zip(*columns, strict=True) if columns else [()] * len(self.nodes)
-        return dict(zip(self.nodes, rows, strict=True))
+        fields = [self._fields[variable.name] for variable in self.spec.variables]
+        states = self.strategy.states
+        return {n: tuple([field.decode(states[n]) for field in fields]) for n in self.nodes}
 
     @cached_method
-    def part(self, node: int, owner: Owner) -> Row:
-        """Return the inputs or the outputs of a node, in the specification's order."""
-        state = self.strategy.states[node]
-        fields = [self._fields[variable.name] for variable in self.spec.owned(owner)]
-        return tuple([field.decode(state) for field in fields])
-
-    @cached_method
-    def numbered(self, owner: Owner) -> dict[int, int]:
-        """Return for each node a number that identifies its inputs or its outputs."""
-        owners = [v.owner for v in self.spec.variables]
-        own = [c for c, o in zip(self._columns, owners, strict=True) if o is owner]
-        if not own:
-            return dict.fromkeys(self.nodes, 0)
-        rows = list(zip(*own, strict=True))
-        numbers = dict(zip(dict.fromkeys(rows), count(), strict=False))
-        return dict(zip(self.nodes, map(numbers.__getitem__, rows), strict=True))
+    def parts(self, owner: Owner) -> dict[int, Row]:
+        """Return the inputs or the outputs of each node, in the specification's order."""
+        own = [k for k, v in enumerate(self.spec.variables) if v.owner is owner]
+        return {node: tuple([row[k] for k in own]) for node, row in self.values.items()}
 
     def violated(self, formulas: Sequence[Formula]) -> list[int]:
         """Return for each formula the plane of the edges that violate it."""
@@ -193,13 +187,12 @@ class Automaton:
 
     def range_failures(self) -> Iterator[Failure]:
         """Yield the first value outside its range, for each integer variable."""
-        for place, values in zip(self.current, self._columns, strict=True):
-            outside = {value for value in {*values} if value not in place.variable.range}
-            if outside:
-                pairs = zip(self.nodes, values, strict=True)
-                node, value = next(pair for pair in pairs if pair[1] in outside)
-                detail = f"{place.variable.declaration}, found {value}"
-                yield self.failure(Fault.RANGE, node, detail=detail)
+        for k, place in enumerate(self.current):
+            allowed = place.variable.range
+            pairs = ((node, row[k]) for node, row in self.values.items())
+            if wrong := next((pair for pair in pairs if pair[1] not in allowed), None):
+                detail = f"{place.variable.declaration}, found {wrong[1]}"
+                yield self.failure(Fault.RANGE, wrong[0], detail=detail)
 
     def failure(
         self,
@@ -262,34 +255,10 @@ class Automaton:
         return {field.variable.name: field for field in self.strategy.fields}
 
     @cached_property
-    def _bits(self) -> bytes:
-        """The states of the nodes one after the other, a byte for each bit."""
-        return b"".join(map(bytes, map(self.strategy.states.__getitem__, self.nodes)))
-
-    @cached_property
-    def _columns(self) -> list[Sequence[int]]:
-        """The values of each variable of the specification in the nodes."""
-        fields = [self._fields[variable.name] for variable in self.spec.variables]
-        return [_decoded(field, self._bits, len(self.nodes)) for field in fields]
-
-    @cached_property
     def _digits(self) -> dict[int, bytes]:
-        digits, width = self._bits.translate(_DIGITS), len(self.strategy.states[0])
-        return {n: digits[i * width : (i + 1) * width] for i, n in enumerate(self.nodes)}
-
-
-def _decoded(field: Field, bits: bytes, count: int) -> Sequence[int]:
-    """Return the values of a variable in ``count`` consecutive states. Eight columns at a time are
-    added as two long numbers, with a byte for each state: no carry leaves its byte."""
-    width = len(bits) // count if bits else 1
-    total: Sequence[int] = bytes(count)
-    for first in range(0, len(field.columns), 8):
-        eight = 0
-        for k, column in enumerate(field.columns[first : first + 8]):
-            eight |= int.from_bytes(bits[column::width].translate(_POWERS[k]), "little")
-        part = eight.to_bytes(count, "little")
-        total = [v + (p << first) for v, p in zip(total, part, strict=True)] if first else part
-    return [value + field.base for value in total] if field.base else total
+        """The state of each node as text, a digit for each bit."""
+        states = self.strategy.states
+        return {node: bytes(states[node]).translate(_DIGITS) for node in self.nodes}
 
 
 def clauses(spec: Specification, section: Section) -> list[Clause]:

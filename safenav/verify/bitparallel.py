@@ -28,7 +28,6 @@ class Evaluator:
     def __init__(self, count: int, lookup: Lookup) -> None:
         self.everywhere = (1 << count) - 1
         self._number, self._compare = cache(lookup), cache(self._compared)
-        self._begins = cache(self._prefixed)
 
     def holds(self, formula: syntax.Formula, primed: bool = False) -> int:
         """Return the rows in which ``formula`` is true; ``primed`` evaluates it in the next
@@ -68,42 +67,14 @@ class Evaluator:
     def constant(self, value: int) -> Vector:
         return [self.everywhere if value >> i & 1 else 0 for i in range(value.bit_length())]
 
-    def _prefixed(self, name: str, primed: bool, bit: int, high: int) -> int:
-        """Return the rows in which the bits of a variable from ``bit`` on are those of ``high``.
-        Values with the same highest bits share this result: there are many values, but few occur.
-        """
-        planes = self._number(name, primed)
-        if bit >= len(planes):
-            return 0 if high else self.everywhere
-        found = self._begins(name, primed, bit + 1, high >> 1)
-        ones = found & planes[bit] if found else 0
-        return ones if high & 1 else found ^ ones
-
     def _compared(self, formula: syntax.Comparison, primed: bool) -> int:
-        match formula:
-            case syntax.Comparison(
-                (syntax.Relation.EQUAL | syntax.Relation.UNEQUAL) as relation,
-                syntax.Name(name, own),
-                syntax.Number(value),
-            ):
-                equal = self._begins(name, primed or own, 0, value)
-                return equal if relation is syntax.Relation.EQUAL else self.everywhere ^ equal
         less, equal = self._order(
             self._term(formula.left, primed), self._term(formula.right, primed)
         )
-        match formula.relation:
-            case syntax.Relation.EQUAL:
-                return equal
-            case syntax.Relation.UNEQUAL:
-                return self.everywhere ^ equal
-            case syntax.Relation.LESS:
-                return less
-            case syntax.Relation.AT_MOST:
-                return less | equal
-            case syntax.Relation.GREATER:
-                return self.everywhere ^ (less | equal)
-            case syntax.Relation.AT_LEAST:
-                return self.everywhere ^ less
+        every, relation = self.everywhere, syntax.Relation
+        planes = {relation.EQUAL: equal, relation.UNEQUAL: every ^ equal, relation.LESS: less}
+        planes |= {relation.AT_MOST: less | equal, relation.AT_LEAST: every ^ less}
+        return planes.get(formula.relation, every ^ (less | equal))
 
     def _order(self, left: Vector, right: Vector) -> tuple[int, int]:
         """Return where left < right, and where they are equal, by the highest difference."""

@@ -8,14 +8,10 @@ with a bit for each.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain, compress, repeat
-from operator import and_, eq, ne
 
 from safenav.components import components, path_to, shortest_paths
-
-_SAMPLE = 1000
-"""Number of edges sampled to decide whether removing edges together is worthwhile."""
 
 Edge = tuple[int, int]
 
@@ -96,67 +92,22 @@ def closed_walk(edges: Iterable[Edge], required: Sequence[Edge]) -> tuple[int, .
     return tuple(walk[:-2])
 
 
-def fair_cycle(
-    edges: Edges, allowed: int, unmet: Sequence[int], classes: Mapping[int, int] | None = None
-) -> tuple[int, ...] | None:
+def fair_cycle(edges: Edges, allowed: int, unmet: Sequence[int]) -> tuple[int, ...] | None:
     """Return a closed walk over the ``allowed`` edges on which each condition is met by some edge;
     None if there is none. ``unmet``: for each condition, the edges that do not meet it. All these
-    sets are planes (``verify.bitparallel``).
-
-    ``classes``: any partition of the nodes. A closed walk of nodes is also a closed walk of
-    classes; if there are few classes, searching them first usually suffices.
-    """
-    may = edges.flags(allowed)
-    rows = _core(
-        *(list(compress(e, may)) for e in (range(len(edges)), edges.sources, edges.targets))
-    )
-    met = [edges.flags(((1 << len(edges)) - 1) ^ plane) for plane in unmet] if rows else []
-    if classes is not None:
-        rows, _ = _recurring(rows, edges, classes, met)
-    rows, parts = _recurring(rows, edges, None, met)
-    if not rows:
-        return None
-    chosen = parts[edges.sources[rows[0]]]
-    walked = [row for row in rows if parts[edges.sources[row]] == chosen]
-    required = [next(row for row in walked if flags[row]) for flags in met]
-    return closed_walk([edges[i] for i in walked], [edges[i] for i in required])
-
-
-def _core(rows: list[int], sources: list[int], targets: list[int]) -> list[int]:
-    """Return the edges (``rows``) that may lie on a cycle: remove edges from nodes without
-    predecessors or to nodes without successors, except loops. This repeats for all edges together
-    while it removes at least a tenth of a sample: it costs a tenth of visiting the edges one by
-    one, and often leaves few."""
-    loops = list[int]()
-    while rows:
-        tails, heads = set(sources), set(targets)
-        some = slice(None, None, len(rows) // _SAMPLE + 1)
-        pairs = list(zip(sources[some], targets[some], strict=True))
-        if sum(tail in heads and head in tails for tail, head in pairs) > 0.9 * len(pairs):
-            break
-        if not loops:
-            loops = list(compress(rows, map(eq, sources, targets)))
-        proper = map(ne, sources, targets)
-        known = map(and_, map(heads.__contains__, sources), map(tails.__contains__, targets))
-        kept = list(map(and_, proper, known))
-        rows, sources, targets = (list(compress(each, kept)) for each in (rows, sources, targets))
-    return sorted(chain(rows, loops)) if loops else rows
-
-
-def _recurring(
-    rows: list[int], edges: Edges, classes: Mapping[int, int] | None, met: Sequence[bytes]
-) -> tuple[list[int], dict[int, int]]:
-    """Return the edges (``rows``) inside a component, of classes or of nodes, in which some edge
-    meets each condition, and the component of each end."""
-    tails, heads = (list(map(ends.__getitem__, rows)) for ends in (edges.sources, edges.targets))
-    pairs: Iterable[Edge] = zip(tails, heads, strict=True)
-    if classes is not None:
-        tails, heads = (list(map(classes.__getitem__, ends)) for ends in (tails, heads))
-        pairs = set(zip(tails, heads, strict=True))
-    parts = cyclic_parts(pairs)
-    owned = zip(map(parts.get, tails), heads, strict=True)
-    owners = [owner if parts.get(head) == owner else None for owner, head in owned]
-    fair = {owner for owner in owners if owner is not None}
-    for flags in met:
-        fair.intersection_update(compress(owners, map(flags.__getitem__, rows)))
-    return [row for row, owner in zip(rows, owners, strict=True) if owner in fair], parts
+    sets are planes (``verify.bitparallel``)."""
+    rows = [*compress(range(len(edges)), edges.flags(allowed))]
+    parts = cyclic_parts(edges[row] for row in rows)
+    inside: dict[int, list[int]] = {}
+    for row in rows:
+        part = parts.get(edges.sources[row])
+        if part is not None and part == parts.get(edges.targets[row]):
+            inside.setdefault(part, []).append(row)
+    met = [edges.flags(((1 << len(edges)) - 1) ^ plane) for plane in unmet] if inside else []
+    for walked in inside.values():
+        required = [next((row for row in walked if flags[row]), None) for flags in met]
+        if None not in required:
+            return closed_walk(
+                [edges[row] for row in walked], [edges[row] for row in required if row is not None]
+            )
+    return None

@@ -81,20 +81,21 @@ def _choices(automaton: Automaton) -> Iterator[Row]:
     )
     known = (*automaton.current, *automaton.next_inputs)
     answers = Completions(known, automaton.next_outputs, automaton.clauses(Section.SYS_TRANS))
+    inputs = automaton.parts(Owner.INPUT)
     for node, targets in enumerate(automaton.strategy.transitions):
-        if targets:
-            yield automaton.part(targets[0], Owner.INPUT)
-        elif node in automaton.values:
+        if node not in inputs:
+            yield ()
+        elif targets:
+            yield inputs[targets[0]]
+        else:
             state = automaton.values[node]
             yield _unanswered(choices.each(state), answers, state)
-        else:
-            yield ()
 
 
 def _opening(automaton: Automaton) -> Row:
     """Return the initial inputs of the environment."""
     if automaton.starts:
-        return automaton.part(automaton.starts[0], Owner.INPUT)
+        return automaton.parts(Owner.INPUT)[automaton.starts[0]]
     found = lost_opening(automaton.spec)
     if found is None:
         raise NoMeasureError("the system has an output for each initial input")

@@ -23,7 +23,7 @@ proof that a specification is unrealizable if
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence, Set
 from itertools import islice
 
 from safenav.spec.specification import Constraint, Owner, Section, Specification
@@ -78,62 +78,48 @@ def lost_opening(spec: Specification) -> Row | None:
 
 
 def _opening_failures(automaton: Automaton) -> Iterator[Failure]:
-    spec = automaton.spec
-    inputs = [p for p in automaton.current if p.variable.owner is Owner.INPUT]
-    outputs = [p for p in automaton.current if p.variable.owner is Owner.OUTPUT]
-    answers = Completions(inputs, outputs, automaton.clauses(Section.SYS_INIT))
-    if automaton.starts:
-        chosen = automaton.part(automaton.starts[0], Owner.INPUT)
-        covered = {automaton.part(node, Owner.OUTPUT) for node in automaton.starts}
-        if answers.count([chosen])[0] != len(covered):
-            missing = next((row for row in answers.each(chosen) if row not in covered), None)
-            if missing is not None:
-                detail = f"for the initial output {automaton.move_in_words(outputs, missing)}"
-                yield Failure(Fault.NO_START, detail=detail)
+    inputs, outputs = automaton.places(Owner.INPUT), automaton.places(Owner.OUTPUT)
+    if not automaton.starts:  # then the system must be unable to answer some initial input
+        if lost_opening(automaton.spec) is None:
+            detail = f"of the counterstrategy for {automaton.spec.robot}"
+            yield Failure(Fault.NO_START, detail=detail)
         return
-    # Without a start, the system must be unable to answer some initial input.
-    if lost_opening(spec) is None:
-        yield Failure(Fault.NO_START, detail=f"of the counterstrategy for {spec.robot}")
+    answers = Completions(inputs, outputs, automaton.clauses(Section.SYS_INIT))
+    chosen = automaton.parts(Owner.INPUT)[automaton.starts[0]]
+    missing = _missing(answers, chosen, automaton.begun(Owner.OUTPUT))
+    if missing is not None:
+        detail = f"for the initial output {automaton.move_in_words(outputs, missing)}"
+        yield Failure(Fault.NO_START, detail=detail)
+
+
+def _missing(completions: Completions, row: Row, there: Set[Row]) -> Row | None:
+    """Return a completion of a row that is not ``there``, if one of them is missing. Counting
+    usually suffices: all that is there is a completion, or another fault."""
+    if completions.count([row])[0] == len(there):
+        return None
+    return next((each for each in completions.each(row) if each not in there), None)
 
 
 def _answer_failures(
     automaton: Automaton, assumed: Sequence[Clause], promised: Sequence[Clause]
 ) -> Iterator[Failure]:
-    """Yield the faults of the successors: each node has one next input, and each possible reply of
-    the system to it once."""
+    """Yield the faults of the successors of a counterstrategy: each node has one next input, and
+    each possible reply of the system to it once; or some next input leaves it no reply."""
     choices = Completions(automaton.current, automaton.next_inputs, assumed)
     known = (*automaton.current, *automaton.next_inputs)
     answers = Completions(known, automaton.next_outputs, promised)
-    moving = [node for node in automaton.nodes if automaton.strategy.transitions[node]]
-    rows = []
-    for node in moving:
-        target = automaton.strategy.transitions[node][0]
-        rows.append((*automaton.values[node], *automaton.part(target, Owner.INPUT)))
-    reported: set[Fault] = set()
-    for node, row, count in zip(moving, rows, answers.count(rows), strict=True):
-        targets = automaton.strategy.transitions[node]
-        inputs = {automaton.part(target, Owner.INPUT) for target in targets}
-        outputs = [automaton.part(target, Owner.OUTPUT) for target in targets]
-        if len(inputs) > 1:
-            if Fault.SEVERAL_INPUTS not in reported:
-                reported.add(Fault.SEVERAL_INPUTS)
-                yield automaton.failure(Fault.SEVERAL_INPUTS, node)
-            continue
-        if len(set(outputs)) < len(outputs) and Fault.SEVERAL_SUCCESSORS not in reported:
-            reported.add(Fault.SEVERAL_SUCCESSORS)
-            twice = next(o for k, o in enumerate(outputs) if o in outputs[:k])
-            detail = f"for {automaton.move_in_words(automaton.next_outputs, twice)}"
-            yield automaton.failure(Fault.SEVERAL_SUCCESSORS, node, detail=detail)
-        if Fault.MISSING_SUCCESSOR in reported or count <= 0 or len(set(outputs)) == count:
-            continue
-        missing = next((o for o in answers.each(row) if o not in outputs), None)
-        if missing is not None:
-            reported.add(Fault.MISSING_SUCCESSOR)
-            detail = f"for {automaton.move_in_words(automaton.next_outputs, missing)}"
-            yield automaton.failure(Fault.MISSING_SUCCESSOR, node, detail=detail)
+    inputs, moves, ends = automaton.parts(Owner.INPUT), [], []
     for node in automaton.nodes:
-        if automaton.strategy.transitions[node]:
-            continue
+        targets = automaton.strategy.transitions[node]
+        chosen = {inputs[target] for target in targets}
+        if len(chosen) == 1:
+            moves.append((node, (*automaton.values[node], *chosen.pop()), targets))
+        else:
+            ends.append((node, chosen))
+    if several := [node for node, chosen in ends if chosen]:
+        yield automaton.failure(Fault.SEVERAL_INPUTS, several[0])
+    yield from _move_failures(automaton, Owner.OUTPUT, answers, moves)
+    for node in (node for node, chosen in ends if not chosen):
         state = automaton.values[node]
         found = choices.each(state)
         while some := list(islice(found, _SOME)):
@@ -143,6 +129,34 @@ def _answer_failures(
             detail = "expected a successor for each next input, found none"
             yield automaton.failure(Fault.MISSING_SUCCESSOR, node, detail=detail)
             return
+
+
+def _move_failures(
+    automaton: Automaton,
+    owner: Owner,
+    completions: Completions,
+    moves: Sequence[tuple[int, Row, Sequence[int]]],
+) -> Iterator[Failure]:
+    """Yield the first node with two successors for one move of the other player, and the first
+    without one for an allowed move. ``moves``: nodes, their known values, and their successors."""
+    reported: set[Fault] = set()
+    parts, places = automaton.parts(owner), [Slot(v, True) for v in automaton.spec.owned(owner)]
+    counts = completions.count([row for _, row, _ in moves])
+    for (node, row, targets), count in zip(moves, counts, strict=True):
+        there = {parts[target] for target in targets}
+        wrong = dict[Fault, Row | None]()
+        if len(there) < len(targets):
+            seen = [parts[target] for target in targets]
+            twice = next(one for k, one in enumerate(seen) if one in seen[:k])
+            wrong[Fault.SEVERAL_SUCCESSORS] = twice
+        if len(there) != count and Fault.MISSING_SUCCESSOR not in reported:
+            missing = (each for each in completions.each(row) if each not in there)
+            wrong[Fault.MISSING_SUCCESSOR] = next(missing, None)
+        for fault, move in wrong.items():
+            if move is not None and fault not in reported:
+                reported.add(fault)
+                detail = f"for {automaton.move_in_words(places, move)}"
+                yield automaton.failure(fault, node, detail=detail)
 
 
 def verify_strategy(spec: Specification, strategy: Strategy, alive: Alive = quiet) -> Verification:
@@ -190,7 +204,15 @@ def _strategy_failures(automaton: Automaton) -> Iterator[Failure]:
     forbidden = 0
     for _, wrong in assumed:
         forbidden |= wrong
-    yield from _successor_failures(automaton, [clause for clause, _ in assumed], forbidden)
+    banned = automaton.edges.flags(forbidden)
+    completions = Completions(
+        automaton.current, automaton.next_inputs, [clause for clause, _ in assumed]
+    )
+    moves = [
+        (node, automaton.values[node], [t for k, t in enumerate(targets, first) if not banned[k]])
+        for node, targets, first in automaton.edges.by_node()
+    ]
+    yield from _move_failures(automaton, Owner.INPUT, completions, moves)
     unfair = [unmet for _, unmet in fair]
     for clause, missing in goals:
         yield from automaton.cycle_failures(Fault.STARVED_GOAL, missing, unfair, clause)
@@ -199,27 +221,17 @@ def _strategy_failures(automaton: Automaton) -> Iterator[Failure]:
 def _start_failures(automaton: Automaton) -> Iterator[Failure]:
     """Yield a missing start: each initial input of the environment needs a node that satisfies both
     INITs."""
-    completions = _starts(automaton)
-    unknown = _inputs(automaton)
-    covered = {automaton.part(node, Owner.INPUT) for node in automaton.starts}
-    if completions.count([()])[0] == len(covered):
-        return
-    missing = next((row for row in completions.each(()) if row not in covered), None)
-    if missing is None:
-        return
-    detail = f"for the initial input {automaton.move_in_words(unknown, missing)}"
-    yield Failure(
-        Fault.NO_START, constraint=_why_no_start(automaton), detail=detail if unknown else ""
-    )
-
-
-def _inputs(automaton: Automaton) -> list[Slot]:
-    return [place for place in automaton.current if place.variable.owner is Owner.INPUT]
+    missing = _missing(_starts(automaton), (), automaton.begun(Owner.INPUT))
+    if missing is not None:
+        places = automaton.places(Owner.INPUT)
+        detail = f"for the initial input {automaton.move_in_words(places, missing)}"
+        why = _why_no_start(automaton)
+        yield Failure(Fault.NO_START, constraint=why, detail=detail if places else "")
 
 
 def _starts(automaton: Automaton) -> Completions:
     """Return the completions of the empty row: the initial inputs that the assumptions allow."""
-    return Completions((), _inputs(automaton), automaton.clauses(Section.ENV_INIT))
+    return Completions((), automaton.places(Owner.INPUT), automaton.clauses(Section.ENV_INIT))
 
 
 def _why_no_start(automaton: Automaton) -> Constraint | None:
@@ -230,36 +242,3 @@ def _why_no_start(automaton: Automaton) -> Constraint | None:
     values = automaton.strategy.values(0)
     initial = (*automaton.clauses(Section.ENV_INIT), *automaton.clauses(Section.SYS_INIT))
     return next((c.constraint for c in initial if not c.holds(values, None)), None)
-
-
-def _successor_failures(
-    automaton: Automaton, assumed: Sequence[Clause], forbidden: int
-) -> Iterator[Failure]:
-    """Yield nodes without exactly one successor for each allowed next input. Counting suffices:
-    there must be as many different inputs as are allowed."""
-    completions = Completions(automaton.current, automaton.next_inputs, assumed)
-    rows = [automaton.values[node] for node in automaton.nodes]
-    allowed = completions.count(rows)
-    banned = automaton.edges.flags(forbidden) if forbidden else b""
-    reported: set[Fault] = set()
-    told = automaton.numbered(Owner.INPUT).__getitem__
-    by_node = automaton.edges.by_node()
-    for (node, targets, first), row, count in zip(by_node, rows, allowed, strict=True):
-        different = set(map(told, targets))
-        if len(different) < len(targets) and Fault.SEVERAL_SUCCESSORS not in reported:
-            reported.add(Fault.SEVERAL_SUCCESSORS)
-            inputs = [automaton.part(target, Owner.INPUT) for target in targets]
-            twice = next(i for k, i in enumerate(inputs) if i in inputs[:k])
-            detail = f"for {automaton.move_in_words(automaton.next_inputs, twice)}"
-            yield automaton.failure(Fault.SEVERAL_SUCCESSORS, node, detail=detail)
-        legal = targets
-        if forbidden:
-            legal = [t for k, t in enumerate(targets, first) if not banned[k]]
-            different = set(map(told, legal))
-        if len(different) != count and Fault.MISSING_SUCCESSOR not in reported:
-            there = {automaton.part(target, Owner.INPUT) for target in legal}
-            missing = next((i for i in completions.each(row) if i not in there), None)
-            if missing is not None:
-                reported.add(Fault.MISSING_SUCCESSOR)
-                detail = f"for {automaton.move_in_words(automaton.next_inputs, missing)}"
-                yield automaton.failure(Fault.MISSING_SUCCESSOR, node, detail=detail)
