@@ -28,7 +28,7 @@ from safenav.batch.case import (
     without_a_run,
 )
 from safenav.batch.matrix import varied
-from safenav.certify.bundle import Kept, make_bundle
+from safenav.certify.bundle import make_bundle
 from safenav.certify.sources import sources_of
 from safenav.extras import missing
 from safenav.outcome import Outcome
@@ -39,8 +39,9 @@ from safenav.scenario.yaml.document import plain
 from safenav.scenario.yaml.findings import Findings
 from safenav.scenario.yaml.source import root_of
 from safenav.synthesis.binary import Binary, find_binary
+from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
-from safenav.trace.reading import read_bytes, read_trace
+from safenav.trace.reading import read_trace
 from safenav.trace.writing import Listener, TraceWriter
 
 if TYPE_CHECKING:
@@ -77,19 +78,21 @@ def _run(case: Case, scenario: Scenario, conditions: Conditions, trace: Path | N
     ledger = Ledger()
     with ExitStack() as stack:
         listeners: list[Listener] = [ledger]
-        kept = Kept()
         if (conditions.certify is not None or scenario.requirements) and trace is None:
             trace = Path(stack.enter_context(TemporaryDirectory())) / "trace.jsonl"
         if trace is not None:
             listeners.append(stack.enter_context(TraceWriter(trace)))
         # A batch runs scenarios in parallel, so each runs one synthesis at a time.
-        synthesizer = default_synthesizer(scenario, binary=_binary(), at_once=1)
-        ended = Mission(scenario, synthesizer, listeners=listeners, progress=kept).run()
+        cache = Cache.from_environment()
+        if conditions.certify is not None and cache.directory is None:
+            cache = Cache(Path(stack.enter_context(TemporaryDirectory())))
+        synthesizer = default_synthesizer(scenario, binary=_binary(), cache=cache, at_once=1)
+        ended = Mission(scenario, synthesizer, listeners=listeners).run()
         uncertified, requirements = [], None
         if scenario.requirements and trace is not None:
             requirements = _required(trace)
         if conditions.certify is not None and trace is not None:
-            uncertified = _certify(case, trace, kept, synthesizer, Path(conditions.certify))
+            uncertified = _certify(case, trace, synthesizer, Path(conditions.certify))
     expect = scenario.expect
     if expect.outcome is None:
         expect = replace(expect, outcome=Outcome.COMPLETED)
@@ -112,9 +115,7 @@ def _required(trace: Path) -> list[Judgement]:
     return judged(MotionRecording(motion_of(run), run), requirements_of(run))
 
 
-def _certify(
-    case: Case, trace: Path, kept: Kept, synthesizer: Synthesizer, folder: Path
-) -> list[str]:
+def _certify(case: Case, trace: Path, synthesizer: Synthesizer, folder: Path) -> list[str]:
     """Write the bundle of a run; return a message if that fails or its checker refuses it."""
     stem = case.name.replace("/", "+")
     if not re.fullmatch(r"[A-Za-z0-9._=+-]{1,100}", stem):
@@ -123,9 +124,8 @@ def _certify(
     target.unlink(missing_ok=True)
     data = trace.read_bytes()
     try:
-        kept.complete(read_bytes(data, case.name), synthesizer.cache, synthesizer)
         sources = sources_of(Path(case.file), _text_as_run(case))
-        make_bundle(target, data, sources, kept, synthesizer)
+        make_bundle(target, data, sources, synthesizer)
     except (errors.NotCertifiedError, errors.UsageError) as error:
         return [f"not certified: {error}"]
     return []

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
-from msgspec import Struct, field
+from msgspec import Struct
 
 import safenav
 import safenav.judge
@@ -26,60 +26,49 @@ from safenav.judge.bundle.check import VERSION
 from safenav.outcome import Verdict
 from safenav.spec.assignable import may_leave
 from safenav.spec.parsing import read_specification
-from safenav.synthesis.cache import Cache
-from safenav.synthesis.request import SynthesisProgress
 from safenav.synthesis.slugs import Synthesizer
-from safenav.trace.reading import Trace
+from safenav.trace.reading import Trace, read_bytes
 from safenav.trace.records import Synthesis
 
 
-class Kept(Struct):
-    """Strategies, and the specifications that need a counterstrategy, by the sha256 in the trace.
+class Kept(Struct, frozen=True):
+    """Strategies, and the specifications that need a counterstrategy, by the sha256 in the
+    trace."""
 
-    ``__call__`` receives the synthesizer's progress reports and stores its results.
+    texts: dict[str, str] = {}
+    strategies: dict[str, bytes] = {}
+
+
+def kept_of(trace: Trace, synthesizer: Synthesizer) -> Kept:
+    """Return the strategies of a trace's ``synthesis`` lines, and the specifications without one:
+    by repeated synthesis, from the cache.
+
+    Raises UsageError, which states what is missing, if that is not possible.
     """
-
-    texts: dict[str, str] = field(default_factory=dict)
-    strategies: dict[str, bytes] = field(default_factory=dict)
-
-    def __call__(self, progress: SynthesisProgress) -> None:
-        result = progress.result
-        if result is None:
-            return
-        if result.strategy_json is not None and result.strategy_sha256 is not None:
-            self.strategies[result.strategy_sha256] = result.strategy_json
-
-    def complete(self, trace: Trace, cache: Cache, synthesizer: Synthesizer) -> None:
-        """Add the missing strategies of a trace's ``synthesis`` lines, by repeated synthesis, and
-        the specifications without a strategy, from the cache.
-
-        Raises UsageError, which states what is missing, if that is not possible.
-        """
-        for line in (line for line in trace.records if isinstance(line, Synthesis)):
-            strategy = None if line.node is None else line.strategy
-            missing = strategy is not None and strategy not in self.strategies
-            if missing or line.verdict is Verdict.UNREALIZABLE:
-                text = cache.load_text(line.spec)
-                if text is None:
-                    raise UsageError(
-                        f"the specification of {line.robot} at tick {line.tick} "
-                        f"({line.spec[:12]}) is no longer in the cache; run the scenario again "
-                        "with `safenav certify`"
-                    )
-                self.texts[line.spec] = text
-            if missing:
-                self.strategies[str(strategy)] = self._again(line, synthesizer)
-
-    def _again(self, line: Synthesis, synthesizer: Synthesizer) -> bytes:
-        spec = read_specification(self.texts[line.spec], robot=line.robot)
-        data = synthesizer.synthesize(spec).strategy_json
-        if data is None or hashlib.sha256(data).hexdigest() != line.strategy:
+    kept = Kept()
+    for line in (line for line in trace.records if isinstance(line, Synthesis)):
+        strategy = None if line.node is None else line.strategy
+        missing = strategy is not None and strategy not in kept.strategies
+        if not missing and line.verdict is not Verdict.UNREALIZABLE:
+            continue
+        text, again = synthesizer.cache.load_text(line.spec), "run the scenario again"
+        about = f"of {line.robot} at tick {line.tick} ({(strategy or line.spec)[:12]})"
+        if text is None:
             raise UsageError(
-                f"the strategy of {line.robot} at tick {line.tick} "
-                f"({str(line.strategy)[:12]}) is no longer in the cache, and the installed "
-                "synthesizer gives another one; run the scenario again with `safenav certify`"
+                f"the specification {about} is no longer in the cache; {again} with "
+                "`safenav certify`"
             )
-        return data
+        kept.texts[line.spec] = text
+        if strategy is not None and missing:
+            spec = read_specification(text, robot=line.robot)
+            data = synthesizer.synthesize(spec).strategy_json
+            if data is None or hashlib.sha256(data).hexdigest() != strategy:
+                raise UsageError(
+                    f"the strategy {about} is no longer in the cache, and the installed "
+                    f"synthesizer gives another one; {again} with `safenav certify`"
+                )
+            kept.strategies[strategy] = data
+    return kept
 
 
 class Made(Struct, frozen=True):
@@ -95,19 +84,21 @@ def make_bundle(
     target: Path,
     trace: bytes,
     sources: Mapping[str, bytes],
-    kept: Kept,
     synthesizer: Synthesizer,
     motion: bytes | None = None,
 ) -> Made:
     """Write the bundle of a run to ``target``, a folder or a name that ends in .zip.
 
-    ``sources``: the scenario's YAML, map and catalogue files by name. ``kept``: the strategies of
-    all ``synthesis`` lines (see ``Kept.complete``). ``motion``: the run in metres.
+    ``sources``: the scenario's YAML, map and catalogue files by name. ``synthesizer``: its cache
+    has the strategies. ``motion``: the run in metres.
 
-    Raises UsageError if the target exists or the disk is full, NotCertifiedError if a checker
-    refuses the bundle, ResourceLimitError if a strategy is larger than the checker takes on."""
+    Raises UsageError if the target exists, a strategy is missing or the disk is full,
+    NotCertifiedError if a checker refuses the bundle, ResourceLimitError if a strategy is larger
+    than the checker takes on."""
     if target.exists():
         raise UsageError(f"{target} exists; name a bundle that does not")
+    read = read_bytes(trace)
+    kept = kept_of(read, synthesizer)
     with _beside(target) as directory:
         folder = directory / "bundle"
         files = files_of_run(trace, sources, kept, synthesizer)
@@ -119,7 +110,7 @@ def make_bundle(
             raise ResourceLimitError(f"no bundle: {verdict.reason}")
         if not verdict.accepted:
             raise NotCertifiedError(f"the checker refuses this run: {verdict.reason}")
-        files["index.html"] = page_of(trace, verdict, files).encode()
+        files["index.html"] = page_of(read, verdict, files).encode()
         write_files(folder, files)
         if target.suffix == ".zip":
             _pack(folder, directory / "bundle.zip")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from msgspec.structs import replace
 
-from safenav.certify.bundle import Kept, Made, make_bundle
+from safenav.certify.bundle import Made, make_bundle
 from safenav.certify.sources import sources_of
 from safenav.errors import NotCertifiedError, UsageError
 from safenav.lines import read_file
@@ -40,15 +40,14 @@ def bundle_of_run(
         cache = Cache.from_environment()
         if cache.directory is None:
             cache = Cache(Path(directory) / "cache")
-        synthesizer, kept = default_synthesizer(plan, cache=cache), Kept()
+        synthesizer = default_synthesizer(plan, cache=cache)
         trace = Path(directory) / "trace.jsonl"
         with TraceWriter(trace) as writer:
-            uninterrupted(Mission(plan, synthesizer, listeners=[writer], progress=kept).run())
+            uninterrupted(Mission(plan, synthesizer, listeners=[writer]).run())
         data = trace.read_bytes()
-        kept.complete(read_bytes(data, scenario.name), cache, synthesizer)
         moved = motion_made(data) if motion else None
         sources = sources_of(scenario, text)
-        return make_bundle(target, data, sources, kept, synthesizer, moved)
+        return make_bundle(target, data, sources, synthesizer, moved)
 
 
 def bundle_of_trace(trace: Path, target: Path, motion: Path | None = None) -> Made:
@@ -61,11 +60,10 @@ def bundle_of_trace(trace: Path, target: Path, motion: Path | None = None) -> Ma
         data = read_file(trace)
     except OSError as error:
         raise UsageError(f"{trace} cannot be read: {error.strerror}") from error
-    read, cache, kept = read_bytes(data, str(trace)), Cache.from_environment(), Kept()
-    synthesizer = Synthesizer(cache=cache, verifier=first_failure)
-    kept.complete(read, cache, synthesizer)
+    read_bytes(data, str(trace))
+    synthesizer = Synthesizer(cache=Cache.from_environment(), verifier=first_failure)
     moved = None if motion is None else motion_checked(motion, data, trace.name)
-    return make_bundle(target, data, {}, kept, synthesizer, moved)
+    return make_bundle(target, data, {}, synthesizer, moved)
 
 
 def motion_made(trace: bytes) -> bytes:

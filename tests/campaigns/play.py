@@ -23,7 +23,6 @@ from campaigns.world import FaultyWorld
 from runtime.worlds import Driven
 from safenav import Mission
 from safenav.certify import bundle as writing
-from safenav.certify.bundle import Kept
 from safenav.checked_trace import check_trace
 from safenav.errors import InputError, ResourceLimitError, SafenavError, UsageError
 from safenav.lines import json_line
@@ -32,7 +31,7 @@ from safenav.runtime.run.checkpoint import resumption
 from safenav.runtime.run.mission import default_synthesizer
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.synthesis.cache import Cache
-from safenav.trace.reading import read_bytes, read_lines
+from safenav.trace.reading import read_lines
 from safenav.trace.writing import as_data
 
 MOST_PASSES = 20_000
@@ -109,13 +108,12 @@ def play(
     words = operator if isinstance(operator, Sequence) else ()
     with tempfile.TemporaryDirectory() as folder:
         cache = Cache(Path(folder) / "cache")
-        synthesizer, kept = default_synthesizer(scenario, cache=cache), Kept()
+        synthesizer = default_synthesizer(scenario, cache=cache)
         mission = Mission(
             scenario,
             synthesizer,
             world=Driven(scenario) if blocking else world,
             listeners=[_listener(played.lines)],
-            progress=kept,
             attended=live and (attended or (hand is not None and hand.attends)),
         )
         try:
@@ -139,8 +137,7 @@ def play(
             trace = "".join(played.lines).encode()
             try:
                 with limited(patience):
-                    kept.complete(read_bytes(trace), cache, synthesizer)
-                    writing.make_bundle(Path(folder) / "bundle", trace, {}, kept, synthesizer)
+                    writing.make_bundle(Path(folder) / "bundle", trace, {}, synthesizer)
             except (SlowError, SafenavError) as error:
                 played.found.append(f"certify: {type(error).__name__} {str(error)[-300:]}")
     return played
