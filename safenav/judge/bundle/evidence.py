@@ -236,8 +236,6 @@ class Evidence:
             require(self.plan, f"{e.robot} moves by a plan, but none is in force")
             assert self.plan is not None
             self.plan.step(e.robot, after, s)
-        elif goes and self.plan is not None and by != "backtrack":
-            self.plan.elsewhere(e.robot, after[0], s)
         require(by != "stay" or not goes, f"{e.robot} moves, though it should stay")
         if drive is None:
             back = by == "backtrack" and after[0] == robot.came
@@ -316,25 +314,10 @@ def _word(regions: Collection[int], s: State) -> str:
 
 
 def _objective(own: Objective, s: State) -> str:
-    """Return an objective as a sentence without its subject."""
-    never = ", ".join(_word([region], s) for region in sorted(own.avoid))
-    rest = f"; never enter {never}" if never else ""
-    return _aims(own, s) + rest + "".join(f"; always {text}" for text in own.always)
-
-
-def _aims(own: Objective, s: State) -> str:
-    if own.kind == "ltl":
-        return "satisfy the formulas of its own objective"
-    listed = [_word(target, s) for target in own.targets]
-    if own.single:
-        return f"go to {listed[0]} and stay"
-    if own.ends:
-        return f"be at {', '.join(listed)} once, in this order, and stay at the last"
-    if own.covers:
-        return f"be at each of {', '.join(listed)} infinitely often, in any order"
-    turns = " in turn" if len(listed) > 1 else ""
-    how = ", without crossing a target out of turn" if own.strict else ""
-    return f"be at {' and '.join(listed)}{turns}, infinitely often{how}"
+    """Return an objective in the words of the scenario."""
+    parts = [f"{own.kind} {', '.join(_word(target, s) for target in own.targets)}".rstrip()]
+    parts += [f"avoid {_word([region], s)}" for region in sorted(own.avoid)]
+    return "; ".join([*parts, *(f"always {text}" for text in own.always)])
 
 
 def _end(e: Line, s: State) -> str:
@@ -342,11 +325,10 @@ def _end(e: Line, s: State) -> str:
     what, rounds = e.outcome, s.scenario.until.rounds or 0
     if what == "completed":
         often = "once" if rounds == 1 else f"{rounds} times"
+        stay = [name for name, robot in s.robots.items() if robot.own.settles]
+        last = f", and {' and '.join(stay)} stay at the last target" if stay else ""
         message = f"every robot has met its objective {often} after the last resolution"
-        if stay := [name for name, robot in s.robots.items() if robot.own.settles]:
-            at = "is at its last target" if len(stay) == 1 else "are at their last targets"
-            message += f", and {' and '.join(stay)} {at}"
-        return f"The mission is completed: {message}."
+        return f"The mission is completed: {message}{last}."
     if what == "tick_limit":
         return f"The run ended at its limit of {e.ticks} ticks."
     if what == "unrealizable":
@@ -354,18 +336,17 @@ def _end(e: Line, s: State) -> str:
     if what != "operator_needed":
         return f"The run ended early ({what.replace('_', ' ')}); no claim about its goal."
     if e.cause == "out_of_service":
-        out = [name for name, robot in s.robots.items() if robot.out]
-        return f"An operator is needed: {' and '.join(out)} out of service."
-    if e.proof is None:
+        why = f"{' and '.join(n for n, r in s.robots.items() if r.out)} out of service"
+    elif e.proof is None:
         lost = {**s.unrealizable, **(e.unrealizable or {})}
-        return f"An operator is needed: there is no strategy for {' and '.join(lost)}."
-    if e.proof.kind in ("joint", "room"):
+        why = f"there is no strategy for {' and '.join(lost)}"
+    elif e.proof.kind in ("joint", "room"):
         names = [name for name in s.robots if name in e.proof.robots]
-        message = f"no order of moves of {' and '.join(names)} completes the mission"
-        return f"An operator is needed: {message}."
-    stuck = " and ".join(sorted(_stuck(e.proof))) or "in each case some robot"
-    message = f"{stuck} cannot continue, whatever the robots in service with strategies do"
-    return f"An operator is needed: {message}."
+        why = f"no order of moves of {' and '.join(names)} completes the mission"
+    else:
+        stuck = " and ".join(sorted(_stuck(e.proof))) or "in each case some robot"
+        why = f"{stuck} cannot continue, whatever the robots in service with strategies do"
+    return f"An operator is needed: {why}."
 
 
 def _stuck(proof: Line) -> set[str]:

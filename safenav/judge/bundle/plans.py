@@ -38,16 +38,6 @@ class Plan:
                 require(there >= i, f"{robot} does not wait until {first} is at its place {i}")
         self.at[robot] = index
 
-    def elsewhere(self, robot: str, region: int, s: State) -> None:
-        """Refuse a step that is not of the plan, while its robot or a rival needs the region."""
-        if robot in self.ways:
-            left = self.at[robot] + 1 < len(self.ways[robot])
-            require(not left, f"{robot} leaves its plan, which has not ended")
-            for other in {*s.rivals[robot]} & {*self.ways}:
-                ahead = self.ways[other][self.at[other] + 1 :]
-                taken = any(region == place for place, _ in ahead)
-                require(not taken, f"{robot} goes where {other} has still to pass")
-
 
 def begin(e: Line, s: State) -> Plan:
     """Return the plan of a line. Refuse unless it begins with the poses of its robots, consists of
