@@ -18,6 +18,7 @@ from safenav.certify.bundle import programs, write_files
 from safenav.certify.evidence import proofs_of
 from safenav.certify.record import bundle_of_run
 from safenav.judge.bundle import check as checker
+from support.damage import Line, text
 
 ROOT = Path(__file__).parents[2]
 
@@ -146,7 +147,16 @@ def with_proofs(files: Files) -> Files:
     return kept | {name: files.get(name, data) for name, data in found.items()}
 
 
-def rewrite(_: Path, files: Files, target: Path, *, prove: bool = True) -> Path:
+def lines_of(files: Files) -> list[Line]:
+    return [json.loads(line) for line in files["trace.jsonl"].splitlines()]
+
+
+def with_lines(files: Files, lines: list[Line]) -> Files:
+    """With another trace."""
+    return {**files, "trace.jsonl": "".join(f"{one}\n" for one in text(lines)).encode()}
+
+
+def rewrite(files: Files, target: Path, *, prove: bool = True) -> Path:
     """A bundle with these files whose manifest, and proofs, were repaired."""
     write_files(target, with_proofs(files) if prove else files)
     return target

@@ -23,7 +23,7 @@ from safenav.scenario.settings import Clock
 from safenav.spec.compile import compile_task
 from safenav.spec.forms import ObjectiveForm
 from safenav.spec.objective import NO_MEMORY, Memory
-from safenav.spec.specification import Constraint, Section, Specification
+from safenav.spec.specification import Specification
 from safenav.spec.task import Known, Observed, Task
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
@@ -137,39 +137,3 @@ def verdict_of(
     claims = [claim["kind"] for claim in evidence.claims]
     wanted = "keeps" if answer.verdict is Verdict.REALIZABLE else "unrealizable"
     return "" if wanted in claims else f"nothing was established: {claims}"
-
-
-def without(*parts: str, section: Section | None = None) -> Planted:
-    """Constraints whose formula contains one of the parts are left out; there must be some."""
-
-    def planted(spec: Specification) -> Specification:
-        gone = [
-            c
-            for c in spec.constraints
-            if any(part in c.formula for part in parts) and section in (None, c.section)
-        ]
-        assert gone, parts
-        return spec.without(gone)
-
-    return planted
-
-
-def rewritten(change: Callable[[Constraint], str]) -> Planted:
-    """Each constraint's formula is changed; at least one really."""
-
-    def planted(spec: Specification) -> Specification:
-        after = tuple(replace(c, formula=change(c)) for c in spec.constraints)
-        assert after != spec.constraints
-        return replace(spec, constraints=after)
-
-    return planted
-
-
-def with_more(section: Section, formula: str) -> Planted:
-    """One constraint more."""
-
-    def planted(spec: Specification) -> Specification:
-        extra = replace(spec.constraints[0], section=section, formula=formula, regions=())
-        return replace(spec, constraints=(*spec.constraints, extra))
-
-    return planted

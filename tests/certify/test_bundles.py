@@ -1,6 +1,5 @@
 """Bundles of the shipped scenarios: accepted by their own checker, and by nothing but Python."""
 
-import base64
 import errno
 import hashlib
 import json
@@ -10,21 +9,16 @@ import shutil
 import zipfile
 from html.parser import HTMLParser
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
 
 import warm
-from certify.making import SCENARIOS, bundle_at, files_of, judged, rewrite, run_checker, shipped
+from certify.making import SCENARIOS, certified, files_of, judged, rewrite, run_checker, shipped
 from runtime.played import whole
 from safenav.certify import bundle as writing
 from safenav.certify.check import Acceptance, check_bundle
 from safenav.certify.record import bundle_of_run
 from safenav.errors import UsageError
-from safenav.run.looks import labels, looks
-
-if TYPE_CHECKING:
-    from report.browser import Browser
 
 COMPLETED = (
     "case_study_1",
@@ -131,7 +125,7 @@ def test_a_file_that_is_not_a_bundle_differs_from_a_refusal(tmp_path: Path) -> N
 
 
 def test_a_file_that_the_manifest_does_not_name_is_refused(tmp_path: Path) -> None:
-    bundle = rewrite(shipped("hello"), files_of(shipped("hello")), tmp_path / "b")
+    bundle = rewrite(files_of(shipped("hello")), tmp_path / "b")
     (bundle / "extra").write_text("x")
     status, said = run_checker(bundle)
     assert status == 1
@@ -141,16 +135,8 @@ def test_a_file_that_the_manifest_does_not_name_is_refused(tmp_path: Path) -> No
 @pytest.mark.parametrize(
     "name",
     [
-        *("dataclasses.py", "notes.txt", "proofs/x.json", "specs/x.json", "judge/x.txt"),
-        *(
-            "../evil",
-            "a/../../evil",
-            "/etc/evil",
-            "source/..",
-            "source/a/b",
-            "source\\evil",
-            "a//b",
-        ),
+        *("dataclasses.py", "notes.txt", "proofs/x.json", "judge/x.txt", "../evil", "/etc/evil"),
+        *("source/..", "source/a/b", "source\\evil"),
     ],
 )
 def test_a_file_that_no_claim_needs_is_refused(name: str, tmp_path: Path) -> None:
@@ -199,7 +185,7 @@ def test_a_file_that_a_line_names_and_that_is_missing_is_named(tmp_path: Path) -
     files = files_of(shipped("hello"))
     gone = next(name for name in files if name.startswith("proofs/"))
     del files[gone]
-    status, said = run_checker(rewrite(shipped("hello"), files, tmp_path / "b", prove=False))
+    status, said = run_checker(rewrite(files, tmp_path / "b", prove=False))
     assert status == 1
     assert f"{gone} is missing" in said
 
@@ -281,12 +267,29 @@ def test_the_page_loads_nothing_from_elsewhere() -> None:
     page = (shipped("case_study_3") / "index.html").read_text()
     assert "<script" not in page
     assert "src=" not in page
-    assert "http" not in page.replace("http://www.w3.org/2000/svg", "")
+    assert "http" not in page
+
+
+def plain(page: str) -> str:
+    """The text of a page as a reader sees it before the evidence."""
+    body = re.sub(r"<style>.*?</style>", "", page)
+    return re.sub(r"<[^>]*>", " ", re.sub(r'<section id="lines">.*', "", body))
+
+
+def test_the_page_begins_with_a_summary_and_groups_the_claims() -> None:
+    page = (shipped("case_study_3") / "index.html").read_text().replace("\n", " ")
+    headings = re.findall(r"<h2>(.*?)</h2>", page)
+    assert headings == ["Guaranteed", "Not covered", "Check it yourself", "Evidence"]
+    groups = re.findall(r"<h3>(.*?)</h3>", page)
+    assert groups[:2] == ["Run", "Strategies"]
+    assert len(set(groups)) == len(groups)
+    assert "This page is outside the proof" in plain(page)
+    for claim in check_bundle(shipped("case_study_3")).claims:
+        assert claim["id"] not in plain(page)
+        assert page.count(f'<span id="{claim["id"]}">') == 1
 
 
 NAMED = """
-safenav: 1
-name: named
 map:
   grid: ["#########", "#.......#", "#.......#", "#########"]
   names: {dock: [1, 1], shelf: [2, 7]}
@@ -294,77 +297,15 @@ areas: {ward: {rows: 1, columns: 4-5}}
 robots:
   dan: {model: digit, start: dock, heading: east, objective: {patrol: [dock, shelf]}}
   dora: {model: quadcopter, start: shelf, objective: {patrol: [ward, shelf]}}
-obstacles: [{type: door, region: [1, 3]}]
 until: {rounds: 1}
 """
 
 
-def plain(page: str) -> str:
-    """The text of a page as a reader sees it before opening the evidence."""
-    body = re.sub(r"<style>.*?</style>|<details>.*?</details>", "", page)
-    return re.sub(r"<[^>]*>", " ", re.sub(r'<section id="lines">.*', "", body))
-
-
-def test_the_page_begins_with_a_summary_and_groups_the_claims() -> None:
-    page = (shipped("case_study_3") / "index.html").read_text().replace("\n", " ")
-    headings = re.findall(r"<h2>(.*?)</h2>", page)
-    first = ("Guaranteed", "Not covered", "Check it yourself", "Mission", "Claims")
-    assert (*headings[:5],) == first
-    groups = re.findall(r"<h3>(.*?)</h3>", page)
-    assert groups[:2] == ["Run", "Strategies"]
-    assert len(set(groups)) == len(groups)
-    assert "This page is outside the proof" in plain(page)
-    for claim in check_bundle(shipped("case_study_3")).claims:
-        assert claim["id"] not in plain(page)
-        assert page.count(f'<li id="{claim["id"]}">') == 1
-
-
-@pytest.mark.parametrize(
-    ("name", "often"), [("case_study_1", "2 times after"), ("beam", "once after")]
-)
-def test_the_end_is_claimed_with_its_rounds(name: str, often: str) -> None:
-    (end,) = (c["text"] for c in check_bundle(shipped(name)).claims if "completed" in c["text"])
-    assert f"every robot has met its objective {often} the last resolution" in end
-
-
-def test_the_page_names_and_draws_robots_as_the_replay() -> None:
-    bundle = bundle_at("named", NAMED)
-    assert run_checker(bundle)[0] == 0
-    page = (bundle / "index.html").read_text().replace("\n", " ")
-    for name in ("dock", "shelf", "ward"):
-        assert re.search(rf'<text class="name"[^>]*>{name}</text>', page)
-    seen = plain(page)
-    assert "dan for &#x27;be at dock and shelf in turn, infinitely often, without" in seen
-    assert "dora for &#x27;be at ward and shelf in turn" in seen
-    for look, letters in zip(looks(["dan", "dora"]), labels(["dan", "dora"]).values(), strict=True):
-        drawn = page.count(f'<path d="{look.path}" fill="{look.colour}"')
-        assert drawn == 2 == page.count(f">{letters}</text>")  # on the map and in the table
-
-
-def test_the_page_is_dark_on_a_dark_screen_and_light_on_paper(browser: "Browser") -> None:
-    page = shipped("case_study_3") / "index.html"
-    colour = "return getComputedStyle(document.body).backgroundColor"
-    browser.open(page, scheme="light")
-    assert browser.run(colour) == "rgb(255, 255, 255)"
-    browser.open(page, scheme="dark")
-    assert browser.run(colour) == "rgb(21, 24, 28)"
-    dark = {"features": [{"name": "prefers-color-scheme", "value": "dark"}]}
-    browser.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print", **dark})
-    printed = browser.run(colour)
-    browser.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "", "features": []})
-    assert printed == "rgb(255, 255, 255)"
-
-
-def test_case_study_3_prints_on_six_pages_with_the_summary_on_the_first(browser: "Browser") -> None:
-    browser.open(shipped("case_study_3") / "index.html")
-
-    def pages(ranges: str = "") -> int:
-        made = browser.driver.execute_cdp_cmd("Page.printToPDF", {"pageRanges": ranges})
-        return len(re.findall(rb"/Type\s*/Page\b", base64.b64decode(made["data"])))
-
-    assert 2 <= pages() <= 6
-    browser.run("for (const e of [...document.body.children].slice(1)) e.remove()")
-    assert pages() == 1  # the summary alone
+def test_claims_name_regions_and_areas_and_count_rounds() -> None:
+    said = certified(NAMED)
+    assert "dan for 'patrol dock, shelf'" in said
+    assert "dora for 'patrol ward, shelf'" in said
+    assert "every robot has met its objective once after the last resolution" in said
 
 
 MATRIX = """

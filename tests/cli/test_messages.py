@@ -12,8 +12,9 @@ import pytest
 import warm
 from children import ran
 from cli.conftest import MAIN, Command
-from judge import good_traces, trace_script
 from once import SCENARIOS
+from support.damage import GOOD as TRACES
+from support.damage import text
 
 GOOD = """\
 safenav: 1
@@ -35,7 +36,7 @@ def test_scenarios_are_read_from_standard_input(command: str, tmp_path: Path) ->
 
 
 def test_a_trace_is_read_from_standard_input() -> None:
-    lines = trace_script.text(good_traces.GOOD["nested"]())
+    lines = text(TRACES["nested"]())
     done = warm.safenav("check", "-", text="\n".join(lines) + "\n")
     assert done.returncode == 0 and "<stdin>" in done.stdout
 

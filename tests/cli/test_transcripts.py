@@ -10,10 +10,9 @@ from zipfile import ZipFile
 import pytest
 
 import warm
-from judge import trace_script
-from judge.good_traces import GOOD
 from once import SCENARIOS
 from safenav.cli import COMMANDS, command_of
+from support import damage
 from support.transcripts import check
 
 TRANSCRIPTS = Path(__file__).with_name("transcripts")
@@ -29,14 +28,14 @@ def written(folder: Path) -> None:
     (folder / "binary").write_bytes(b"\xff\xfe\x00")
     (folder / "binary.jsonl").write_bytes(b"\xff\xfe\x00")
     (folder / "deep").write_text("[" * 100_000)
-    lines = GOOD["door"]()
-    good = "\n".join(trace_script.text(lines)) + "\n"
+    lines = damage.GOOD["door"]()
+    good = "\n".join(damage.text(lines)) + "\n"
     (folder / "good.jsonl").write_text(good)
     (folder / "cut.jsonl").write_text(good[:-40])
     (folder / "partial.jsonl").write_text(good[: good.index('{"type": "outcome"')])
-    trace_script.edit("move", {"tick": 8, "robot": "digit"}, to=17)(lines)
-    trace_script.edit("outcome", {}, ticks=9)(lines)
-    (folder / "bad.jsonl").write_text("\n".join(trace_script.text(lines)) + "\n")
+    moved = {"line": ["move", {"tick": 8, "robot": "digit"}], "fields": {"to": 17}}
+    lines = damage.damage(lines, [moved, {"line": ["outcome"], "fields": {"ticks": 9}}])
+    (folder / "bad.jsonl").write_text("\n".join(damage.text(lines)) + "\n")
     (folder / "large.yaml").write_text("#" * 5_000_001)
     with ZipFile(folder / "n.zip", "w") as archive:
         archive.writestr("lab.yaml", "safenav: 1\n")  # readable in the archive

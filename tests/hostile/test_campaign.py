@@ -12,17 +12,15 @@ from typing import Any
 
 import pytest
 
-from certify.making import ALTERNATION, bundle_at, files_of, negative, shipped
-from certify.mutants import lines_of
+from certify.making import files_of, lines_of
 from hostile.attack import SAFENAV, attack
 from hostile.enemy import MARK, Enemy, written
-from judge.good_live_traces import GOOD_LIVE
-from judge.good_traces import GOOD
-from lies.lies import FORMULAS, LIVE
+from lies.test_lies import honest as honest_bundle
 from once import SCENARIOS
 from safenav.certify.bundle import programs
 from safenav.runtime.run.checkpoint import _digest
 from safenav.scenario.reading.loader import load_scenario
+from support.damage import GOOD
 from team.test_resume import interrupted
 
 COUNT = min(500, int(os.environ.get("SAFENAV_FUZZ", "0")))
@@ -43,16 +41,15 @@ RESUMED = ("case_study_1_beliefs", "case_study_3", "battery_delivery", "warehous
 @cache
 def sources() -> list[Path]:
     """Honest bundles of each kind of run."""
-    texts = {"formulas": FORMULAS, "in_seconds": LIVE, "alternation": ALTERNATION}
-    made = [bundle_at(name, text) for name, text in texts.items()]
-    return [*made, shipped("hello"), shipped("case_study_1"), negative("deadlock")]
+    names = ("formulas", "in seconds", "alternation", "hello", "case_study_1", "deadlock")
+    return [honest_bundle(name) for name in names]
 
 
 @cache
 def honest() -> list[list[Any]]:
     """Honest traces."""
     made = [lines_of(files_of(bundle)) for bundle in sources()]
-    return [*made, *(make() for make in (*GOOD.values(), *GOOD_LIVE.values()))]
+    return [*made, *(read() for read in GOOD.values())]
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ import copy
 import random
 from collections.abc import Callable
 
-from judge.trace_script import Line
+from support.damage import Line
 
 Forge = Callable[[list[Line], random.Random], bool]
 FORGERIES: dict[str, Forge] = {}

@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
-from judge.trace_script import Line
+from support.damage import Line
 
 BESIDE = {(-1, 0): "north", (1, 0): "south", (0, 1): "east", (0, -1): "west"}
 

@@ -9,12 +9,11 @@ import random
 import pytest
 
 from judge.forgeries import FORGERIES
-from judge.good_traces import GOOD as GOOD_IN_TICKS
 from judge.living import living
 from judge.oracle import Facts
-from judge.trace_script import Line, text
 from safenav.judge.engine import judge
 from safenav.judge.lines import NotATraceError
+from support.damage import GOOD, Line, text
 
 MANY = int(os.environ.get("JUDGE_FORGERIES", "6"))
 NEGATIVE = {"a negative", "completed"}
@@ -33,8 +32,12 @@ def harm(lines: list[Line], *, negative: bool) -> str:
     return found[0] if found else ""
 
 
-HONEST = {name: make() for name, make in GOOD_IN_TICKS.items()}
-HONEST = {name: lines for name, lines in HONEST.items() if accepted(lines)}
+HONEST = {name: read() for name, read in GOOD.items()}
+HONEST = {
+    name: lines
+    for name, lines in HONEST.items()
+    if len(lines) > 9 and "clock" not in lines[0] and accepted(lines)
+}
 
 
 @pytest.mark.parametrize("name", HONEST)

@@ -1,4 +1,4 @@
-"""The judge shares no code with what it judges, and runs no text."""
+"""The judge shares no code with what it judges, runs no text, and documents its rules."""
 
 import ast
 import sys
@@ -11,6 +11,7 @@ import safenav.judge
 from safenav.judge.engine import FACTS
 
 JUDGE = Path(safenav.judge.__file__).parent
+PAGE = Path(__file__).parents[2] / "docs" / "judge.md"
 FILES = sorted(JUDGE.rglob("*.py"))
 READS = ("safenav.line_values", "safenav.strict_json")
 """Needs only Python's library, too."""
@@ -38,11 +39,14 @@ def test_it_needs_python_alone_and_runs_no_text(file: Path) -> None:
     assert not names & RUNS
 
 
-def test_each_rule_states_its_requirement() -> None:
+def test_each_rule_states_its_requirement_as_the_page_does() -> None:
     names = [rule.name for rule in FACTS]
     assert len({*names}) == len(names)
     for rule in FACTS:
         assert rule.text.endswith(".") and len(rule.text.split()) >= 5, rule.name
+    table = PAGE.read_text().partition("## Rules")[2].partition("## Limits")[0]
+    rows = [line for line in table.splitlines() if line.startswith("| `")]
+    assert rows == [f"| `{rule.name}` | {rule.text} |" for rule in FACTS]
 
 
 def test_rules_keep_nothing_and_change_no_state() -> None:

@@ -7,11 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from judge.good_traces import GOOD
-from judge.trace_script import Line, text
 from safenav.checked_trace import CheckedTrace, check_trace, checked
 from safenav.errors import InputError
 from safenav.trace.reading import read_bytes
+from support.damage import GOOD, Line, text
 
 NAMES = sorted(GOOD)
 VALUES = st.one_of(

@@ -1,27 +1,49 @@
-"""Each lie is refused by all who must refuse it; those that are not yet are expected failures."""
+"""Each lie is refused by all who must refuse it (``lies.yaml``)."""
 
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
 
 import pytest
+import yaml
 
-from certify.making import Files, bundle_at, files_of, rewrite, run_checker
-from lies.forging import retold
-from lies.lies import BUNDLE, FORMULAS, LIES, TRACE, code
+from certify.making import (
+    Files,
+    bundle_at,
+    files_of,
+    lines_of,
+    rewrite,
+    run_checker,
+    shipped,
+    with_lines,
+)
 from safenav.certify.check import check_bundle
 from safenav.judge.engine import judge
 from safenav.judge.lines import NotATraceError
+from support.damage import Line, damage
 
-CASES = [
-    pytest.param(name, who, id=f"{name}: {lie.says} ({who})")
-    for name, lie in LIES.items()
-    for who in lie.refused_by
-]
+DATA = yaml.safe_load((Path(__file__).parent / "lies.yaml").read_text())
+LIES: dict[str, dict[str, Any]] = {lie["says"]: lie for lie in DATA["lies"]}
 
 
-def believed(who: str, bundle: Path, files: Files, target: Path) -> bool:
-    """Whether a checker accepts these files, with the claims that it establishes itself."""
-    if who == BUNDLE:
-        return check_bundle(rewrite(bundle, files, target)).accepted
+def honest(name: str) -> Path:
+    """The honest bundle of a scenario of this folder, or of a shipped one."""
+    if text := DATA["scenarios"].get(name):
+        return bundle_at(name.replace(" ", "_"), f"name: {name}\n{text}")
+    return shipped(name)
+
+
+def refused(files: Files) -> str:
+    """Why the checker of bundles refuses these files, with proofs as good as a forger can get."""
+    with TemporaryDirectory() as folder:
+        verdict = check_bundle(rewrite(files, Path(folder) / "bundle"))
+    assert bool(verdict.claims) is verdict.accepted is not bool(verdict.reason)
+    return verdict.reason
+
+
+def believed(files: Files) -> bool:
+    """Whether ``check`` of the trace alone accepts it."""
     try:
         judged = judge(files["trace.jsonl"].splitlines(keepends=True))
     except NotATraceError:
@@ -29,25 +51,78 @@ def believed(who: str, bundle: Path, files: Files, target: Path) -> bool:
     return judged.ok and judged.outcome is not None and not judged.notes
 
 
-@pytest.mark.parametrize(("name", "who"), CASES)
-def test_a_lie_is_refused(name: str, who: str, tmp_path: Path) -> None:
-    lie = LIES[name]
-    bundle = lie.source()
-    honest = files_of(bundle)
-    assert believed(who, bundle, honest, tmp_path / "honest")
-    files = lie.forge(dict(honest))
-    assert files != honest
-    assert not believed(who, bundle, files, tmp_path / "lie")
+@cache
+def is_honest(name: str) -> bool:
+    return believed(files_of(honest(name))) and not refused(files_of(honest(name)))
 
 
-@pytest.mark.parametrize("who", [TRACE, BUNDLE, "its own check.py"])
+@pytest.mark.parametrize("says", LIES)
+def test_a_lie_is_refused(says: str) -> None:
+    lie = LIES[says]
+    assert is_honest(lie["of"])
+    files = files_of(honest(lie["of"]))
+    files = with_lines(files, damage(lines_of(files), lie["edits"]))
+    files = {name: data for name, data in files.items() if not name.startswith("source/")}
+    assert files["trace.jsonl"] != (honest(lie["of"]) / "trace.jsonl").read_bytes()
+    assert believed(files) is ("trace" in lie)
+    if lie.get("bundle", True):
+        assert lie.get("told", "") in (reason := refused(files)) and reason
+
+
+def test_the_source_of_another_mission_is_refused() -> None:
+    files = files_of(honest("corridor"))
+    (name,) = (name for name in files if name.startswith("source/"))
+    text = files[name].replace(b"rounds: 2", b"rounds: 9").replace(b"[7, 10]", b"[8, 9]")
+    assert "another scenario" in refused({**files, name: text})
+
+
+ALONE = """name: alone
+robots: {{{0}: {{model: quadcopter, start: {1}, objective: {{visit: [{1}, {2}], avoid: [{3}]}}}}}}
+map: {{grid: ["########", "#......#", "#......#", "########"]}}
+until: {{rounds: 2}}
+limits: {{ticks: 40}}
+"""
+
+
+def test_a_robot_that_drives_is_not_a_wall() -> None:
+    """Each of two robots in one lab has a strategy for a lab in which the other stands still."""
+    one, other = (
+        files_of(bundle_at(f"alone_{about[0]}", ALONE.format(*about)))
+        for about in (("a", 9, 11, 22), ("b", 22, 20, 9))
+    )
+    mine, theirs = lines_of(one), lines_of(other)
+    mine[0]["scenario"]["robots"] |= theirs[0]["scenario"]["robots"]
+    for lines, name, region in ((mine, "b", 22), (theirs, "a", 9)):
+        for line in lines:
+            if line["type"] == "synthesis":
+                line["closed"] = [[region, f"robots.{name}"]]
+    body = [line for line in (*mine[1:], *theirs[1:]) if line["type"] != "outcome"]
+    body = sorted((line for line in body if line["tick"] < 5), key=lambda line: int(line["tick"]))
+    merged: list[Line] = [mine[0], *body, mine[-1]]
+    stated = [line for line in body if line["type"] == "synthesis"]
+    for line in (*mine[0]["scenario"]["robots"].values(), *stated):
+        line["objective"].pop("avoid", None)
+    merged = damage(merged, [{"line": len(merged) - 1, "cut": {"outcome": "interrupted"}}])
+    assert refused(with_lines(one | {n: d for n, d in other.items() if n[0] in "sp"}, merged))
+
+
+@pytest.mark.parametrize("who", ["check", "check of a bundle", "its own check.py"])
 def test_a_name_is_never_code(who: str, tmp_path: Path) -> None:
+    """The name of a variable is a text that opens a file, were it ever evaluated."""
     canary = tmp_path / "canary"
-    bundle = bundle_at("formulas", FORMULAS)
-    files = retold(code(canary))(files_of(bundle))
-    if who in (TRACE, BUNDLE):
-        assert not believed(who, bundle, files, tmp_path / "lie")
+    name = f"m: 0, open({str(canary)!r}, 'w').close(), lambda y"
+    about = {"objective.ltl.memory": {name: "bool"}, "objective.ltl.inputs": [name]}
+    files = files_of(honest("formulas"))
+    edits = [
+        {"line": ["header"], "fields": {f"scenario.robots.q.{k}": v for k, v in about.items()}},
+        {"line": ["synthesis"], "every": True, "fields": about},
+    ]
+    files = with_lines(files, damage(lines_of(files), edits))
+    if who == "check":
+        assert not believed(files)
+    elif who == "check of a bundle":
+        assert refused(files)
     else:
-        status, said = run_checker(rewrite(bundle, files, tmp_path / "lie"))
+        status, said = run_checker(rewrite(files, tmp_path / "lie"))
         assert status == 1, said
     assert not canary.exists()

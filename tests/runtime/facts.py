@@ -1,6 +1,5 @@
 """Facts about the run of a case file: the check that each key of its lines ``#:`` stands for."""
 
-from copy import deepcopy
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -12,8 +11,7 @@ from click.testing import CliRunner
 from msgspec import convert
 from msgspec.structs import replace
 
-from certify.making import bundle_at, certified, files_of, judged, rewrite
-from certify.mutants import lines_of, with_lines
+from certify.making import bundle_at, certified, files_of, judged, lines_of, rewrite, with_lines
 from runtime.continued import moves, rests
 from runtime.played import Line, Run, begin, loaded, whole
 from runtime.worlds import Clocked, Distant, Driven, Faulty, Remote, Swinging
@@ -25,6 +23,7 @@ from safenav.runtime.intervention.reading import read_intervention
 from safenav.runtime.run.mission import Mission
 from safenav.scenario.settings import Failures
 from safenav.trace.records import KINDS
+from support.damage import damage, fits, value
 
 Facts = dict[str, Any]
 WORLDS: dict[str, Any] = {
@@ -56,19 +55,19 @@ def hold(text: str, facts: Facts) -> None:
         _has(str(error.value), facts["refused"])
         return
     run = staged(text, facts)
-    damages = facts.pop("damaged", ())
+    edits = facts.pop("damaged", ())
     cut = facts.pop("cut", None)
     forged, proven = facts.pop("forged", ()), facts.pop("certified", ())
     if said := facts.pop("notes", ()):
         _has("\n".join(map(str, check_trace(run.lines).notes)), said)
     _printed(text, facts)
     _recorded(run, facts)
-    for damage in damages:
-        _refused(run, damage)
+    for edit in edits:
+        _refused(run, edit)
     if cut:
         _cut(run, text, cut)
-    for damage in forged:
-        _forged(bundle_at("plan", text), damage)
+    for edit in forged:
+        _forged(bundle_at("plan", text), edit)
     if proven:
         _has(certified(text), () if proven is True else proven)
 
@@ -132,25 +131,12 @@ def _recorded(run: Run, facts: Facts) -> None:
         if not some:
             found = run.all(kind)
             assert len(found) == len(rows), (what, found)
-            told = zip(rows, found, strict=True)
-            for row, line in told:
-                assert _fits(line, row), (row, {key: _value(line, key) for key in row})
+            for row, line in zip(rows, found, strict=True):
+                assert fits(line, row), (row, {key: value(line, key) for key in row})
 
 
 def _all(run: Run, kind: str, fields: Facts) -> list[Line]:
-    return [line for line in run.all(kind) if _fits(line, fields)]
-
-
-def _fits(line: Line, fields: Facts) -> bool:
-    """Whether a line has these fields; ``a.b`` is the field b of the field a."""
-    for path, expected in fields.items():
-        value = _value(line, path)
-        if isinstance(expected, str) and expected.startswith("..."):
-            if expected[3:] not in (value or ""):
-                return False
-        elif value != expected:
-            return False
-    return True
+    return [line for line in run.all(kind) if fits(line, fields)]
 
 
 def _found(run: Run, kind: str, fields: Facts | None = None, nth: int = 0) -> Line:
@@ -158,51 +144,27 @@ def _found(run: Run, kind: str, fields: Facts | None = None, nth: int = 0) -> Li
     return _all(run, kind, fields or {})[nth]
 
 
-def _value(line: Any, path: str) -> Any:
-    for key in path.split("."):
-        line = line[int(key)] if isinstance(line, list) else (line or {}).get(key)
-    return line
-
-
-def _refused(run: Run, damage: Facts) -> None:
+def _refused(run: Run, edit: Facts) -> None:
     """The audit refuses the damaged trace."""
-    damaged = _damaged(run, damage)
-    words, rule = damage.get("found", ""), damage.get("rule")
+    damaged = _damaged(run, edit)
+    words, rule = edit.get("found", ""), edit.get("rule")
     told, broken = damaged.findings, damaged.broken
     assert told and words in told and (not rule or rule in broken), told
 
 
-def _forged(bundle: Path, damage: Facts) -> None:
+def _forged(bundle: Path, edit: Facts) -> None:
     """The checker refuses the bundle with the damaged trace."""
     files = files_of(bundle)
-    run = _damaged(Run(lines_of(files)), damage)
+    run = _damaged(Run(lines_of(files)), edit)
     with TemporaryDirectory() as folder:
-        forged = rewrite(bundle, with_lines(files, run.records), Path(folder))
+        forged = rewrite(with_lines(files, run.records), Path(folder))
         status, told = judged(forged)
-    assert status == 1 and damage["found"] in told, told
+    assert status == 1 and edit["found"] in told, told
 
 
-def _damaged(run: Run, damage: Facts) -> Run:
-    """The run with other fields of lines, without some, or without lines."""
-    run = Run(deepcopy(run.records))
-    for edit in (damage, *damage.get("and", ())):
-        line, fields = _found(run, *edit["line"]), edit.get("fields", {})
-        for path, value in fields.items():
-            place, key = _place(line, path)
-            place[key] = value
-        if drop := edit.get("drop"):
-            place, key = _place(line, drop)
-            del place[key]
-        elif not fields:
-            run.records.remove(line)
-    return run
-
-
-def _place(line: Line, path: str) -> tuple[Any, Any]:
-    """The container of a field and its key there."""
-    parent, _, key = path.rpartition(".")
-    place = _value(line, parent) if parent else line
-    return place, int(key) if isinstance(place, list) else key
+def _damaged(run: Run, edit: Facts) -> Run:
+    """The run after an edit of its lines, and more of them (see ``support.damage``)."""
+    return Run(damage(run.records, [edit, *edit.get("and", ())]))
 
 
 def _cut(run: Run, text: str, alike: str) -> None:

@@ -4,12 +4,11 @@ import json
 
 import pytest
 
-from judge.good_traces import GOOD
-from judge.trace_script import edit, find, text
 from safenav.errors import InputError
 from safenav.judge.lines import NotATraceError, Reader
 from safenav.line_values import flaws
 from safenav.trace.reading import read_lines
+from support.damage import GOOD, damage, find, text
 
 
 @pytest.mark.parametrize("name", sorted(GOOD))
@@ -36,8 +35,7 @@ HOSTILE: dict[str, tuple[str, dict[str, object], str]] = {
 @pytest.mark.parametrize("name", HOSTILE)
 def test_a_hostile_value_is_refused_with_its_line(name: str) -> None:
     kind, changes, words = HOSTILE[name]
-    lines = GOOD["door"]()
-    edit(kind, {}, **changes)(lines)
+    lines = damage(GOOD["door"](), [{"line": [kind], "fields": changes}])
     with pytest.raises(InputError) as error:
         read_lines(text(lines))
     (problem,) = error.value.diagnostics

@@ -4,13 +4,12 @@ from pathlib import Path
 
 import pytest
 
-from judge.good_traces import GOOD
-from judge.trace_script import Line, edit, find, insert_after, text
 from safenav.errors import Diagnostic, InputError
 from safenav.outcome import Outcome
 from safenav.trace.fields import WrongError, convert
 from safenav.trace.reading import read_bytes, read_lines, read_trace
 from safenav.trace.records import Gone, Move, Push, Resolved
+from support.damage import GOOD, Line, damage, find, text
 
 
 def refused(lines: list[str]) -> tuple[Diagnostic, ...]:
@@ -48,9 +47,9 @@ def test_equal_objectives_are_equal_however_they_are_spelled() -> None:
 
 
 def test_unknown_notes_and_fields_are_ignored() -> None:
-    lines = GOOD["door"]()
-    insert_after("move", {}, type="battery", note=True, robot="quad", percent=[1])(lines)
-    edit("move", {}, speed=3)(lines)
+    note = {"type": "battery", "note": True, "robot": "quad", "percent": [1]}
+    edits = [{"line": ["move"], "insert": note}, {"line": ["move"], "fields": {"speed": 3}}]
+    lines = damage(GOOD["door"](), edits)
     trace = read_lines(text(lines))
     assert trace.ignored == 1
     assert len(trace.records) == len(lines) - 2
@@ -95,7 +94,7 @@ def test_a_broken_line_in_the_middle_is_reported_with_its_number() -> None:
 )
 def test_a_field_of_the_wrong_kind_is_named(kind: str, changes: Line, words: str) -> None:
     lines = GOOD["untraversable" if kind == "blocked" else "door"]()
-    edit(kind, {}, **changes)(lines)
+    lines = damage(lines, [{"line": [kind], "fields": changes}])
     (problem,) = refused(text(lines))
     assert words in problem.found
     assert problem.line == find(lines, kind) + 1

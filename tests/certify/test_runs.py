@@ -1,0 +1,214 @@
+"""Bundles of unusual runs: in external or changed worlds, in seconds, ended early, or in metres."""
+
+import json
+from collections import Counter
+from functools import cache
+from pathlib import Path
+from random import Random
+
+import pytest
+from msgspec.structs import replace
+
+from certify.making import (
+    SCENARIOS,
+    certified,
+    files_of,
+    judged,
+    lines_of,
+    rewrite,
+    shipped,
+    with_lines,
+)
+from certify.tasks import scenario_of, task_of, verdict_of
+from judge.living import living
+from once import made_once
+from runtime.worlds import Driven
+from safenav import Mission, TraceWriter, built_in, load_scenario
+from safenav.certify.record import bundle_of_run, bundle_of_trace
+from safenav.errors import NotCertifiedError
+from safenav.runtime.intervention.kinds import AddObstacle, AssignObjective, SetService
+from safenav.scenario.model import Robot, Scenario
+from safenav.scenario.objective import Visit
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.scenario.settings import Clock
+from safenav.spec.compile import compile_task
+from safenav.spec.specification import Specification
+from safenav.world.moves import Pose
+
+
+class Slippery(Driven):
+    """A world in which a robot sometimes ends in another region than commanded."""
+
+    def __init__(self, scenario: Scenario, chance: Random) -> None:
+        super().__init__(scenario)
+        self._free = sorted(scenario.map.free)
+        self._chance = chance
+        self._at = {robot.name: robot.start.region for robot in scenario.robots}
+
+    def move(self, robot: Robot, pose: Pose) -> Pose:
+        if self._chance.random() < 0.03:
+            taken = {*self._at.values(), *self.truth.standing()}
+            pose = Pose(
+                self._chance.choice([r for r in self._free if r not in taken]), pose.heading
+            )
+        super().move(robot, pose)
+        self._at[robot.name] = pose.region
+        return pose
+
+
+def test_a_bundle_names_the_assumption_that_failed(tmp_path: Path) -> None:
+    scenario = load_scenario(SCENARIOS / "case_study_3_beliefs.yaml")
+    trace = tmp_path / "run.jsonl"
+    with TraceWriter(trace) as writer:
+        world = Slippery(scenario, Random("straycase_study_3_beliefs0"))
+        Mission(scenario, world=world, listeners=[writer]).run()
+    failed = trace.read_text().count('"type":"assumption"')
+    made = bundle_of_trace(trace, tmp_path / "bundle")
+    said = [claim for claim in made.verdict.claims if claim["kind"] == "broken"]
+    assert len(said) == failed > 0
+    assert "which ended elsewhere than commanded" in str(made.verdict.claims)
+
+
+COUNTING = """
+map: {{grid: ["####", "#..#", "#..#", "####"]}}
+robots:
+  a:
+    model: quadcopter
+    start: 5
+    objective:
+      avoid: {0}
+      ltl:
+        memory: {{n: [0, 1]}}
+        init: [n = 0]
+        safety: ["n' = n | region' = 6"]
+        liveness: [n = 1]
+  b: {{model: quadcopter, start: 10, objective: {{patrol: [10, 6]}}}}
+until: {{rounds: 1}}
+limits: {{ticks: 30}}
+"""
+"""A counter that only region 6 changes."""
+
+
+def test_the_limits_of_a_robot_alone_are_claimed_without_the_others() -> None:
+    said = certified(COUNTING.format([6]))
+    assert "even without other robots" in said and "never began" in said
+    assert "No strategy exists" not in certified(COUNTING.format([]))
+
+
+def test_a_limit_is_claimed() -> None:
+    text = (SCENARIOS / "case_study_1.yaml").read_text().split("expect:")[0]
+    assert "ended at its limit of 9 ticks" in certified(text.replace("ticks: 500", "ticks: 9"))
+
+
+def test_a_bundle_contains_the_motion_of_its_run(tmp_path: Path) -> None:
+    bundle_of_run(SCENARIOS / "hello.yaml", tmp_path / "hello", motion=True)
+    status, said = judged(tmp_path / "hello")
+    assert status == 0, said
+    assert "not compared: the motion (safenav check)" in said
+    moved, trace = tmp_path / "hello" / "motion.jsonl", tmp_path / "hello" / "trace.jsonl"
+    bundle_of_trace(trace, tmp_path / "again", moved)
+    another = shipped("case_study_1") / "trace.jsonl"
+    with pytest.raises(NotCertifiedError, match="is not a motion of this run"):
+        bundle_of_trace(another, tmp_path / "wrong", moved)
+    files = files_of(shipped("hello")) | {"motion.jsonl": b'{"type": "header", "trace": "0"}\n'}
+    status, said = judged(rewrite(files, tmp_path / "forged"))
+    assert status == 1
+    assert "the motion of another trace" in said
+
+
+@cache
+def changed() -> Path:
+    """A run in which the quadcopter is out of service for some ticks, a door closes, and the
+    humanoid is given other targets."""
+
+    def make(folder: Path) -> None:
+        with TraceWriter(folder / "run.jsonl") as writer:
+            mission = Mission(load_scenario(SCENARIOS / "case_study_1.yaml"), listeners=[writer])
+            mission.start()
+            while mission.result is None:
+                if mission.tick in (3, 8):
+                    mission.intervene(SetService("quad", mission.tick == 8))
+                if mission.tick == 9:
+                    mission.intervene(AddObstacle(built_in().obstacles["door"], 44, None))
+                    targets = (frozenset({58}), frozenset({71}))
+                    mission.intervene(AssignObjective("digit", Visit(targets)))
+                mission.step()
+        bundle_of_trace(folder / "run.jsonl", folder / "bundle")
+
+    return made_once("bundle of a changed run", make) / "bundle"
+
+
+def test_a_run_that_was_changed_is_accepted() -> None:
+    kinds = {line["type"] for line in lines_of(files_of(changed()))}
+    assert kinds >= {"service", "appeared", "objective"}
+    status, said = judged(changed())
+    assert status == 0, said
+    assert "made 4 changes" in said
+
+
+def test_an_objective_that_was_not_assigned_is_refused(tmp_path: Path) -> None:
+    files = files_of(changed())
+    lines = [line for line in lines_of(files) if line["type"] != "objective"]
+    assert judged(rewrite(with_lines(files, lines), tmp_path / "bundle"))[0] == 1
+
+
+@pytest.mark.parametrize("name", ["hello", "case_study_2", "corridor_swap"])
+def test_a_run_in_seconds_is_followed_as_one_in_ticks(name: str, tmp_path: Path) -> None:
+    files = files_of(shipped(name))
+    files = with_lines(files, [*living(lines_of(files))])
+    status, said = judged(rewrite(files, tmp_path / "bundle"))
+    assert status == 0, said
+
+
+TOTES = "totes"
+DELIVERIES = """\
+safenav: 1
+coordination: assignable
+map: {grid: ["###########", "#.........#", "#.###.###.#", "#.........#", "###########"]}
+catalogue:
+  robots: {amr: {mobility: free, layer: ground, capabilities: [lift, drop, push]}}
+  obstacles:
+    tote: {needs: [{action: lift, at: [12]}, {action: drop, at: [42], same: true}], blocks: []}
+robots:
+  p: {model: amr, start: [1, 9], objective: {visit: [[1, 9], [3, 1]]}}
+  q: {model: amr, start: [3, 5], objective: {patrol: [[3, 5], [1, 5]]}}
+obstacles: [{type: door, region: [2, 5]}]
+orders: [{at: 2, type: tote, region: 12}, {at: 2, type: tote, region: 12}]
+until: {rounds: 1}
+limits: {ticks: 300}
+"""
+"""A robot is told something else in the turn in which it acts."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["corridor_swap", "case_study_2", TOTES])
+def test_a_live_run_is_certified(name: str, tmp_path: Path) -> None:
+    if name == TOTES:
+        scenario = load_scenario_text(DELIVERIES)
+    else:
+        scenario = load_scenario(SCENARIOS / f"{name}.yaml")
+    scenario = replace(scenario, clock=Clock.LIVE)
+    with TraceWriter(tmp_path / "run.jsonl") as writer:
+        Mission(scenario, listeners=[writer]).run()
+    bundle_of_trace(tmp_path / "run.jsonl", tmp_path / "bundle")
+    status, said = judged(tmp_path / "bundle")
+    assert status == 0, said
+    departs = [json.loads(line) for line in (tmp_path / "run.jsonl").read_text().splitlines()]
+    by = Counter(line["by"] for line in departs if line["type"] == "depart")
+    assert f"Of {by.total()} moves {by['strategy']} follow strategies" in said
+
+
+def test_a_live_strategy_that_assumes_single_steps_of_others_is_refused(tmp_path: Path) -> None:
+    robots = """
+        a: {model: rover, start: [1, 1], vision: 2, tracks: [b],
+          objective: {visit: [[1, 1], [1, 2]]}}
+        b: {model: drone, start: [1, 6], objective: {hold: [1, 6]}}"""
+    more = "partition: {tiles: [3, 1]}\nclock: live\n"
+    drone = "    drone: {mobility: free, layer: air, capabilities: []}\n"
+    scenario = scenario_of("########\n#......#\n########", robots, more, drone)
+
+    def in_ticks(_: Specification) -> Specification:
+        return compile_task(replace(task_of(scenario), live=False), scenario.map)
+
+    assert verdict_of(scenario, tmp_path / "bundle") == ""
+    assert "which can occur" in verdict_of(scenario, tmp_path / "refused", planted=in_ticks)
