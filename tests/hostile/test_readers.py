@@ -74,9 +74,6 @@ WIDE_STRATEGY = json.dumps({"variables": BITS, "nodes": {"0": ZERO}})
 TWICE = NODES[:-1] + ", " + NODES[1:]
 TAGS = (
     '!!python/object/apply:os.system ["touch pwned"]',
-    '!!python/object/new:subprocess.Popen [["touch", "pwned"]]',
-    "!!python/name:os.system",
-    '!!python/module:antigravity ""',
     '!!map {? !!python/object/apply:os.system ["touch pwned"] : 1}',
 )
 Files = dict[str, str | bytes]
@@ -116,7 +113,6 @@ BOMBS: dict[str, tuple[Files, tuple[str, ...]]] = {
     "a specification without end": ({}, ("explain", "/dev/zero")),
     "a trace without end": ({}, ("check", "/dev/zero")),
     "a motion without end": ({}, ("check", "/dev/zero", "/dev/zero")),
-    "a scenario without end": ({}, ("check", "/dev/zero")),
     "aliases": ({"s.yaml": laughs()}, ("check", "s.yaml")),
     "merge keys": ({"s.yaml": merged()}, ("check", "s.yaml")),
     "nesting": ({"s.yaml": LAB + "x: " + "[" * 100_000}, ("check", "s.yaml")),
