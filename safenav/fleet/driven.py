@@ -69,14 +69,14 @@ def driven_motion(
             follower = followers.get(act.robot) if len(act.robots) == 1 else None
             acts = [(t0 - begun, t1 - begun) for t0, t1 in follower.acts] if follower else []
             lines += _actions(act, acted, actions.get(act.command, ()), acts)
-    over = end_of(trace)
+    over, steps = end_of(trace), trace.steps
     for name, body in movers.items():
-        turns = _Turns(name, trace.steps)
+        turns = _Turns(name, steps)
         if name in followers:
             lines += turns.in_steps(_plan(followers[name], body, begun, over))
             for reset in followers[name].resets:
                 if 0 <= (t := reset.t - begun) <= over + ROUNDING:
-                    lines.append(replace(reset, t=t, tick=turns.tick(t)))
+                    lines.append(replace(reset, t=t))
         else:
             mine = (sent for sent in recording.goals if sent.robot == name)
             lines += turns.in_steps([_goal(sent, places, body, begun, over) for sent in mine])

@@ -259,7 +259,7 @@ class Following:
                 body.region, body.heading = before
                 refused = f"{reason}, {off:.2f} m from where its footsteps begin"
         if not (refused and follower.gone):
-            reset = Reset(follower.name, 0, now, east, north, facing, refused or reason)
+            reset = Reset(follower.name, now, east, north, facing, refused or reason)
             follower.resets.append(reset)
         follower.gone = bool(refused)
         if not refused:

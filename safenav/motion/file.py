@@ -163,7 +163,6 @@ class Reset(Struct, frozen=True, tag="reset"):
     ends there if no command followed."""
 
     robot: str
-    tick: int
     t: float
     x: float
     y: float
@@ -180,7 +179,6 @@ class FlownTrack(Struct, frozen=True, tag="track"):
     (N), wind (m/s, x and y). ``errors``: metres off the reference at each row."""
 
     robot: str
-    tick: int
     t0: float
     step: float
     rows: tuple[Numbers, ...]
@@ -191,7 +189,6 @@ class Reserve(Struct, frozen=True, tag="reserve"):
     """Reservation of the region by the robot from ``t`` on."""
 
     robot: str
-    tick: int
     region: int
     t: float
 
@@ -200,7 +197,6 @@ class Release(Struct, frozen=True, tag="release"):
     """End of a reservation at ``t``."""
 
     robot: str
-    tick: int
     region: int
     t: float
 

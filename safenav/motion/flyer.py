@@ -313,7 +313,6 @@ def flown(
     return [
         FlownTrack(
             robot,
-            flights[0].tick,
             begin + at * PERIOD,
             PERIOD,
             tuple(rows[at : at + ROWS]),

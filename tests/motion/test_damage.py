@@ -121,14 +121,14 @@ def there_and_back(metres: float) -> Callable[[tuple[float, ...], float], tuple[
 def into_the_door(line: Any) -> list[Line]:
     """While it hovers beside the closed door, the flyer enters its region, which it reserves."""
     return [
-        Reserve(line.robot, line.tick, 47, line.t0),
+        Reserve(line.robot, 47, line.t0),
         curve(x=there_and_back(2.7))(line),
-        Release(line.robot, line.tick, 47, line.t1),
+        Release(line.robot, 47, line.t1),
     ]
 
 
 def jump_by_reset(line: Any) -> list[Line]:
-    resets = [Reset(line.robot, line.tick, t, 0, 0, 0, "") for t in (line.t0, line.t1)]
+    resets = [Reset(line.robot, t, 0, 0, 0, "") for t in (line.t0, line.t1)]
     return [*resets, curve(x=by(0.5))(line)]
 
 

@@ -97,7 +97,7 @@ def test_a_robot_held_when_it_lags_breaks_no_rule_if_the_trace_records_the_reaso
     end = next(r for r in ends if (r.t or 0.0) >= at[0].t)
     records = [replace(r, **told) if r is end else r for r in drive.trace.records]
     trace = replace(drive.trace, records=tuple(records))
-    held = Reset("jackal", 1, at[0].t, at[0].x + 0.3, at[0].y, at[0].yaw, "0.30 m off")
+    held = Reset("jackal", at[0].t, at[0].x + 0.3, at[0].y, at[0].yaw, "0.30 m off")
     motion = replace(change, lines=(*change.lines, held))
     assert "tracking" in rules(drive, change)
     found = [one.found for one in check_motion(motion, trace) if one.rule == "tracking"]
@@ -181,7 +181,7 @@ def test_a_goal_that_is_missed_or_was_never_sent_is_found(drive: Drive) -> None:
 
 def test_a_plan_that_continues_elsewhere_than_its_robot_is_found(drive: Drive) -> None:
     row = _rows(drive.motion, "jackal")[100]
-    reset = Reset("jackal", 1, row.t, row.x + 0.4, row.y, row.yaw, "told so")
+    reset = Reset("jackal", row.t, row.x + 0.4, row.y, row.yaw, "told so")
     lines = replace(drive.motion, lines=(*drive.motion.lines, reset))
     found = drive.judged(lines)
     assert [finding.rule for finding in found] == ["tracking", "tracking"]

@@ -44,7 +44,7 @@ def motion_at_earliest_times(
     """Return the lines of the motion by which these movers, whose time is 0, carry out a trace."""
     actions, short = actions_of(trace)
     run = _SerialRun(trace, trace.obstacles, floor, MotionExecution(movers), short)
-    run.execution.lines += [Reserve(n, 0, mover.region, 0.0) for n, mover in movers.items()]
+    run.execution.lines += [Reserve(n, mover.region, 0.0) for n, mover in movers.items()]
     by_index = {action.index: action for action in actions}
     for index, record in enumerate(trace.records):
         run.take(record, by_index.get(index))
@@ -114,8 +114,7 @@ class _SerialRun(Struct):
         heading = self.floor.heading(move.from_, move.to)
         step = Crossing(tick, move.from_, move.to, heading, (name, tick) in self.short)
         begun, end = self.execution.step(name, step, max(before))
-        reserved, released = (name, tick, step.to, begun), (name, move.tick, step.origin, end)
-        self.execution.lines += [Reserve(*reserved), Release(*released)]
+        self.execution.lines += [Reserve(name, step.to, begun), Release(name, step.origin, end)]
         self.last[name] = self.left[move.from_][name] = end
 
     def _left_before(self, name: str, origin: int, to: int) -> Iterator[float]:
@@ -181,12 +180,12 @@ def motion_at_recorded_times(
 def recorded_reservations(trace: Trace) -> Iterator[Line]:
     """Yield the reservations by the trace alone."""
     for name, robot in trace.header.scenario.robots.items():
-        yield Reserve(name, 0, robot.start, 0.0)
+        yield Reserve(name, robot.start, 0.0)
     for depart, arrive in trace.steps:
-        yield Reserve(depart.robot, depart.tick, depart.to, time_of(depart))
+        yield Reserve(depart.robot, depart.to, time_of(depart))
         if arrive is not None and arrive.result is not MoveEnd.LOST:
             left = depart.to if arrive.at == depart.from_ else depart.from_
-            yield Release(arrive.robot, arrive.tick, left, time_of(arrive))
+            yield Release(arrive.robot, left, time_of(arrive))
 
 
 class _RecordedRun:
