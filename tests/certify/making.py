@@ -10,6 +10,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+import yaml
 
 from children import ran
 from once import SCENARIOS, made_once
@@ -40,85 +41,15 @@ def bundle_at(name: str, text: str) -> Path:
     )
 
 
-NEGATIVES = {
-    "never resolvable": """
-robots:
-  a: {model: quadcopter, start: 6, objective: {visit: [6, 8]}}
-obstacles:
-  - {type: door, region: 7}
-map: {grid: ["#####", "#...#", "#####"]}
-""",
-    "deadlock": """
-robots:
-  a: {model: quadcopter, start: 7, objective: {visit: [7, 10]}}
-  b: {model: quadcopter, start: 10, objective: {visit: [10, 7]}}
-map: {grid: ["######", "#....#", "######"]}
-""",
-}
-"""Missions that no team can complete."""
-
-ALTERNATION = """
-name: across a target
-map: {grid: ["#######", "#.....#", "#######"]}
-robots:
-  flyer: {model: quadcopter, start: 11, objective: {patrol: [8, {any: [9, 10]}]}}
-"""
-"""A patrol that only its weakest form allows."""
-
-THREE = (
-    (SCENARIOS / "case_study_1.yaml")
-    .read_text()
-    .split("expect:")[0]
-    .replace("patrol: [54, 49]", "patrol: [54, 49, 37]")
-    .replace("patrol: [58, 28]", "patrol: [58, 28, 20], form: literal")
-)
-"""Patrols between three targets, and a detour."""
-
-ONE_WAY = """
-name: one way
-map: {grid: ["########", "#...#..#", "#.....##", "########"]}
-catalogue:
-  robots:
-    walker: {mobility: heading, layer: ground, capabilities: [clear, lift]}
-    crane: {mobility: free, layer: ground, capabilities: [lift]}
-  obstacles:
-    pile:
-      needs: [{action: lift, at: neighbours}, {action: push, at: neighbours}]
-      blocks: [ground]
-robots:
-  r0: {model: quadcopter, start: 14, objective: {ltl: {liveness: [region = 20, region = 18]}}}
-  r1: {model: walker, start: 9, heading: south, objective: {visit: [18]}}
-  r2: {model: crane, start: 20, objective: {visit: [14, 10]}}
-  r3:
-    {model: digit, start: 19, heading: east, vision: 3, objective: {hold: 10}}
-obstacles:
-  - {type: uncertainty, region: 11, traversable: true}
-  - {type: pile, region: 13}
-  - {type: pile, region: 18, from: 4}
-limits: {ticks: 80}
-seed: 337
-"""
-"""A mission in which only one-way choices are left."""
-
-
-@cache
-def negative(name: str) -> Path:
-    """Return the bundle of a mission that no team can complete."""
-    if name in NEGATIVES:
-        limits = "until: {rounds: 1}\nlimits: {ticks: 40}\n"
-        text = f"name: {name}\n{limits}{NEGATIVES[name]}"
-    else:
-        text = ONE_WAY
-    return bundle_at(name.replace(" ", "_"), text)
+TEXTS: dict[str, str] = yaml.safe_load(Path(__file__).with_name("scenarios.yaml").read_text())
 
 
 @cache
 def shipped(name: str) -> Path:
-    """The bundle of a shipped scenario; ``hello, assignable`` is hello with assignable goals."""
-    if name in ("alternation", "three"):
-        return bundle_at(name, ALTERNATION if name == "alternation" else THREE)
-    if name in (*NEGATIVES, "one way"):
-        return negative(name)
+    """The bundle of a scenario of ``scenarios.yaml`` or of a shipped one; ``hello, assignable`` is
+    hello with assignable goals."""
+    if name in TEXTS:
+        return bundle_at(name.replace(" ", "_"), f"name: {name}\n{TEXTS[name]}")
     name, _, assignable = name.partition(", ")
     text = (SCENARIOS / f"{name}.yaml").read_text()
     return bundle_at(Path(name).name, text + "coordination: assignable\n" * bool(assignable))

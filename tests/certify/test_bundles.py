@@ -57,6 +57,13 @@ def test_that_a_robot_is_unrealizable_is_proven(name: str) -> None:
     assert "No strategy exists for" in said
 
 
+@pytest.mark.parametrize("name", ["never resolvable", "deadlock", "one way"])
+def test_that_no_team_can_complete_is_proven(name: str) -> None:
+    status, said = judged(shipped(name))
+    assert status == 0, said
+    assert ("An operator is needed: " in said and "whatever" in said) or "no order of moves" in said
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["team_of_six", "warehouse"])
 def test_the_run_of_a_large_team_is_proven(name: str) -> None:

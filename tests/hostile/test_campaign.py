@@ -12,10 +12,9 @@ from typing import Any
 
 import pytest
 
-from certify.making import files_of, lines_of
+from certify.making import files_of, lines_of, shipped
 from hostile.attack import SAFENAV, attack
 from hostile.enemy import MARK, Enemy, written
-from lies.test_lies import honest as honest_bundle
 from once import SCENARIOS
 from safenav.certify.bundle import programs
 from safenav.runtime.run.checkpoint import _digest
@@ -42,7 +41,7 @@ RESUMED = ("case_study_1_beliefs", "case_study_3", "battery_delivery", "warehous
 def sources() -> list[Path]:
     """Honest bundles of each kind of run."""
     names = ("formulas", "in seconds", "alternation", "hello", "case_study_1", "deadlock")
-    return [honest_bundle(name) for name in names]
+    return [shipped(name) for name in names]
 
 
 @cache

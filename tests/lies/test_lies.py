@@ -27,13 +27,6 @@ DATA = yaml.safe_load((Path(__file__).parent / "lies.yaml").read_text())
 LIES: dict[str, dict[str, Any]] = {lie["says"]: lie for lie in DATA["lies"]}
 
 
-def honest(name: str) -> Path:
-    """The honest bundle of a scenario of this folder, or of a shipped one."""
-    if text := DATA["scenarios"].get(name):
-        return bundle_at(name.replace(" ", "_"), f"name: {name}\n{text}")
-    return shipped(name)
-
-
 def refused(files: Files) -> str:
     """Why the checker of bundles refuses these files, with proofs as good as a forger can get."""
     with TemporaryDirectory() as folder:
@@ -53,24 +46,24 @@ def believed(files: Files) -> bool:
 
 @cache
 def is_honest(name: str) -> bool:
-    return believed(files_of(honest(name))) and not refused(files_of(honest(name)))
+    return believed(files_of(shipped(name))) and not refused(files_of(shipped(name)))
 
 
 @pytest.mark.parametrize("says", LIES)
 def test_a_lie_is_refused(says: str) -> None:
     lie = LIES[says]
     assert is_honest(lie["of"])
-    files = files_of(honest(lie["of"]))
+    files = files_of(shipped(lie["of"]))
     files = with_lines(files, damage(lines_of(files), lie["edits"]))
     files = {name: data for name, data in files.items() if not name.startswith("source/")}
-    assert files["trace.jsonl"] != (honest(lie["of"]) / "trace.jsonl").read_bytes()
+    assert files["trace.jsonl"] != (shipped(lie["of"]) / "trace.jsonl").read_bytes()
     assert believed(files) is ("trace" in lie)
     if lie.get("bundle", True):
         assert lie.get("told", "") in (reason := refused(files)) and reason
 
 
 def test_the_source_of_another_mission_is_refused() -> None:
-    files = files_of(honest("corridor"))
+    files = files_of(shipped("corridor"))
     (name,) = (name for name in files if name.startswith("source/"))
     text = files[name].replace(b"rounds: 2", b"rounds: 9").replace(b"[7, 10]", b"[8, 9]")
     assert "another scenario" in refused({**files, name: text})
@@ -112,7 +105,7 @@ def test_a_name_is_never_code(who: str, tmp_path: Path) -> None:
     canary = tmp_path / "canary"
     name = f"m: 0, open({str(canary)!r}, 'w').close(), lambda y"
     about = {"objective.ltl.memory": {name: "bool"}, "objective.ltl.inputs": [name]}
-    files = files_of(honest("formulas"))
+    files = files_of(shipped("formulas"))
     edits = [
         {"line": ["header"], "fields": {f"scenario.robots.q.{k}": v for k, v in about.items()}},
         {"line": ["synthesis"], "every": True, "fields": about},

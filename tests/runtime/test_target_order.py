@@ -5,18 +5,24 @@ from pathlib import Path
 
 import pytest
 
-from certify.making import THREE, bundle_at, certified, files_of, judged, rewrite, shipped
+from certify.making import bundle_at, certified, files_of, judged, rewrite
 from once import SCENARIOS
 from runtime.facts import case
 from runtime.played import play
 from safenav.plan import search
 
+CASE_STUDY_1 = (SCENARIOS / "case_study_1.yaml").read_text().split("expect:")[0]
+THREE = CASE_STUDY_1.replace("patrol: [54, 49]", "patrol: [54, 49, 37]").replace(
+    "patrol: [58, 28]", "patrol: [58, 28, 20], form: literal"
+)
+"""Patrols between three targets, and a detour."""
+
 
 def test_a_bundle_proves_that_no_target_is_crossed_out_of_turn() -> None:
-    status, said = judged(shipped("three"))
+    status, said = judged(bundle_at("three", THREE))
     assert status == 0, said
     claims = re.findall(r"keeps-\d+: Tick 0: (.*)", said)
-    assert len(claims) == 2 and all("without crossing" in claim for claim in claims)
+    assert len(claims) == 2 and all("for 'patrol " in claim for claim in claims)
 
 
 @pytest.mark.parametrize(
@@ -32,15 +38,13 @@ def test_a_bundle_whose_strategies_guarantee_less_is_refused(
     kind: str, before: str, after: str, tmp_path: Path
 ) -> None:
     text = THREE.replace("patrol: [54", f"{kind}: [54")
-    bundle = shipped("three") if kind == "patrol" else bundle_at("visiting", text)
-    files = files_of(bundle)
+    files = files_of(bundle_at("three" if kind == "patrol" else "visiting", text))
     told, changes = re.subn(before, after, files["trace.jsonl"].decode())
     assert changes
     files["trace.jsonl"] = told.encode()
     assert judged(rewrite(files, tmp_path))[0] == 1
 
 
-CASE_STUDY_1 = (SCENARIOS / "case_study_1.yaml").read_text().split("expect:")[0]
 ROOMS = CASE_STUDY_1.replace("patrol: [54, 49]", "once: [54, 49, 37]").replace("patrol", "once")
 
 
