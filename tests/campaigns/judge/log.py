@@ -13,15 +13,7 @@ from typing import Any
 
 from campaigns.judge import joint
 from campaigns.judge.charges import Charges
-from campaigns.judge.mission import (
-    BUILT_IN_ROBOTS,
-    HEADINGS,
-    NO_HEADING,
-    Mission,
-    Places,
-    conflicts_of,
-    read_mission,
-)
+from campaigns.judge.mission import NO_HEADING, Mission, Reader, read_mission
 from campaigns.judge.replay import rounds_done
 from campaigns.judge.situation import FIRST, Answer, Situation, Stage
 
@@ -44,19 +36,12 @@ class Walk:
         told: Collection[str] = (),
         back: Collection[str] = (),
     ) -> None:
-        robots = data["robots"]
-        models = BUILT_IN_ROBOTS | (data.get("catalogue") or {}).get("robots", {})
+        reader = Reader(data)
         self.data, self.defects, self.back = data, list[str](), {*back}
-        self.cols = len(data["map"]["grid"][0])
-        self.layers = {n: models[r["model"]]["layer"] for n, r in robots.items()}
-        turning = {n for n, r in robots.items() if models[r["model"]]["mobility"] == "heading"}
-        places = Places(self.cols, data["map"].get("names", {}))
-        start = {n: places.one(r["start"]) for n, r in robots.items()}
-        self.rivals = conflicts_of(self.layers, robots)
-        self.heading = {
-            n: HEADINGS.index(r["heading"]) if n in turning else NO_HEADING
-            for n, r in robots.items()
-        }
+        self.cols, self.layers, self.rivals = reader.cols, reader.layers, reader.conflicts
+        poses = {name: reader.start(name) for name in reader.robots}
+        start = {name: region for name, (region, _) in poses.items()}
+        self.heading = {name: heading for name, (_, heading) in poses.items()}
         self.at = {name: {region} for name, region in start.items()}
         self.visits = {name: [region] for name, region in start.items()}
         self.way: dict[str, tuple[int, int]] = {}
@@ -65,7 +50,7 @@ class Walk:
         self.known: set[str] = set()
         self.believed: set[str] = set()
         """Obstacles of which a sensor has told although they are not there."""
-        self.failures: dict[str, list[int]] = {name: [] for name in robots}
+        self.failures: dict[str, list[int]] = {name: [] for name in start}
         self.actions: Counter[tuple[str, str]] = Counter()
         """Failed actions of a robot on an obstacle."""
         self.out: set[str] = set()

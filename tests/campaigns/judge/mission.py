@@ -141,33 +141,116 @@ class Mission:
         return robot.name in obstacle.blocks and not enters
 
 
+class Reader:
+    """Reads parts of a scenario's data (as YAML gives it). ``layers``: those of the robots;
+    ``conflicts``: two robots keep apart as soon as one of them avoids the other."""
+
+    def __init__(self, data: Mapping[str, Any]) -> None:
+        grid = data["map"].get("grid")
+        if grid is None:
+            raise NotJudgedError("the map is in another file")
+        rows = grid.split() if isinstance(grid, str) else list(grid)
+        cells = enumerate("".join(rows))
+        own = data.get("catalogue") or {}
+        self.free, self.cols = frozenset(k for k, cell in cells if cell != "#"), len(rows[0])
+        self.names = data["map"].get("names") or {}
+        self.types = BUILT_IN_OBSTACLES | own.get("obstacles", {})
+        self.robots = data["robots"]
+        models = BUILT_IN_ROBOTS | own.get("robots", {})
+        self.models = {name: models[entry["model"]] for name, entry in self.robots.items()}
+        self.layers = {name: model["layer"] for name, model in self.models.items()}
+        self.conflicts = {
+            one: frozenset(
+                other
+                for other in self.robots
+                if other != one and (self._avoids(one, other) or self._avoids(other, one))
+            )
+            for one in self.robots
+        }
+
+    def _avoids(self, one: str, other: str) -> bool:
+        listed = self.robots[one].get("avoids")
+        return self.layers[one] == self.layers[other] if listed is None else other in listed
+
+    def start(self, name: str) -> Pose:
+        turns, entry = self.models[name]["mobility"] == "heading", self.robots[name]
+        return self._one(entry["start"]), HEADINGS.index(entry["heading"]) if turns else NO_HEADING
+
+    def robot(self, name: str) -> Robot:
+        model = self.models[name]
+        objective = self.robots[name]["objective"]
+        ((kind, written),) = ((k, v) for k, v in objective.items() if k != "form")
+        forbidden, closed = frozenset[int](), frozenset[tuple[int, int]]()
+        match kind:
+            case "patrol" | "visit" | "cover" | "once":
+                targets = tuple(map(self._any, written))
+            case "hold":
+                targets = (self._any(written),)
+            case "ltl":
+                targets, forbidden, closed = _formulas(written)
+            case _:
+                raise NotJudgedError(f"the objective {kind}")
+        return Robot(
+            name,
+            model["mobility"] == "heading",
+            model["layer"],
+            frozenset(model.get("capabilities", ())),
+            self.start(name),
+            targets,
+            in_order=kind != "cover",
+            either_first=kind in ("patrol", "ltl"),
+            stays=kind in ("hold", "once"),
+            forbidden=forbidden,
+            closed=closed,
+            formulas=kind == "ltl",
+        )
+
+    def obstacle(self, entry: Mapping[str, Any]) -> Obstacle:
+        kind, region = self.types[entry["type"]], self._one(entry["region"])
+        alone = {"action": kind.get("action"), "at": kind.get("resolve_at", "self")}
+        listed = kind.get("blocks")
+        blocks = frozenset(
+            name
+            for name, robot in self.robots.items()
+            if listed is None or {name, robot["model"], self.layers[name]} & set(listed)
+        )
+        needs = tuple(self._need(need, region) for need in kind.get("needs") or [alone])
+        return Obstacle(f"{entry['type']}@{region}", region, needs, blocks, entry.get("from"))
+
+    def _need(self, need: Mapping[str, Any], region: int) -> Need:
+        match need.get("at", "self"):
+            case "self":
+                where = frozenset([region])
+            case "neighbours":
+                row, col = divmod(region, self.cols)
+                beside = [(row + south, col + east) for south, east in STEPS]
+                regions = frozenset(r * self.cols + c for r, c in beside if 0 <= c < self.cols)
+                where = regions & self.free
+            case listed:
+                where = frozenset(map(self._one, listed))
+        return Need(need["action"], need.get("robots", 1), where, bool(need.get("together")))
+
+    def _any(self, written: Any) -> frozenset[int]:
+        return frozenset(map(self._one, written["any"] if isinstance(written, dict) else [written]))
+
+    def _one(self, written: Any) -> int:
+        if isinstance(written, str) and written in self.names:
+            return self._one(self.names[written])
+        if isinstance(written, int):
+            return written
+        if isinstance(written, list) and len(written) == 2:
+            return int(written[0] * self.cols + written[1])
+        raise NotJudgedError(f"a region written as {written!r}")
+
+
 def read_mission(data: Mapping[str, Any]) -> Mission:
-    """The mission of a scenario's data (as YAML gives it)."""
-    grid = data["map"].get("grid")
-    if grid is None:
-        raise NotJudgedError("the map is in another file")
-    rows = grid.split() if isinstance(grid, str) else list(grid)
-    cols = len(rows[0])
-    place = Places(cols, data["map"].get("names") or {})
-    free = frozenset(
-        r * cols + c for r, row in enumerate(rows) for c, cell in enumerate(row) if cell != "#"
-    )
-    own = data.get("catalogue") or {}
-    models = BUILT_IN_ROBOTS | own.get("robots", {})
-    types = BUILT_IN_OBSTACLES | own.get("obstacles", {})
-    entries = data["robots"]
-    robots = tuple(_robot(name, entry, models, place) for name, entry in entries.items())
-    obstacles = [
-        _obstacle(entry, types, entries, models, free, place) for entry in data.get("obstacles", [])
-    ]
-    return Mission(
-        cols,
-        free,
-        robots,
-        {one.name: one for one in obstacles},
-        conflicts_of({robot.name: robot.layer for robot in robots}, entries),
-        (data.get("until") or {}).get("rounds", 2),
-    )
+    """The mission of a scenario's data."""
+    reader = Reader(data)
+    robots = tuple(map(reader.robot, reader.robots))
+    obstacles = [reader.obstacle(entry) for entry in data.get("obstacles", [])]
+    rounds = (data.get("until") or {}).get("rounds", 2)
+    named = {one.name: one for one in obstacles}
+    return Mission(reader.cols, reader.free, robots, named, reader.conflicts, rounds)
 
 
 def judged_mission(data: Mapping[str, Any]) -> Mission:
@@ -185,67 +268,6 @@ def judged_mission(data: Mapping[str, Any]) -> Mission:
         if others := written.keys() - KNOWN[kind].split():
             raise NotJudgedError(f"the key {min(others)} of {kind or 'a scenario'}")
     return read_mission(data)
-
-
-class Places:
-    """Regions as a scenario writes them."""
-
-    def __init__(self, cols: int, names: Mapping[str, Any]) -> None:
-        self.cols = cols
-        self.names = names
-
-    def one(self, written: Any) -> int:
-        if isinstance(written, str) and written in self.names:
-            return self.one(self.names[written])
-        if isinstance(written, int):
-            return written
-        if isinstance(written, list) and len(written) == 2:
-            return written[0] * self.cols + written[1]
-        raise NotJudgedError(f"a region written as {written!r}")
-
-    def any(self, written: Any) -> frozenset[int]:
-        if isinstance(written, dict):
-            return frozenset(map(self.one, written["any"]))
-        return frozenset([self.one(written)])
-
-    def around(self, region: int, free: frozenset[int]) -> frozenset[int]:
-        row, col = divmod(region, self.cols)
-        beside = [(row + south, col + east) for south, east in STEPS]
-        return frozenset(r * self.cols + c for r, c in beside if 0 <= c < self.cols) & free
-
-
-def _robot(name: str, entry: Mapping[str, Any], models: Mapping[str, Any], at: Places) -> Robot:
-    model = models[entry["model"]]
-    has_heading = model["mobility"] == "heading"
-    heading = HEADINGS.index(entry["heading"]) if has_heading else NO_HEADING
-    ((kind, written),) = ((k, v) for k, v in entry["objective"].items() if k != "form")
-    in_order, formulas = True, False
-    forbidden, closed = frozenset[int](), frozenset[tuple[int, int]]()
-    match kind:
-        case "patrol" | "visit" | "cover" | "once":
-            targets = tuple(map(at.any, written))
-            in_order = kind != "cover"
-        case "hold":
-            targets = (at.any(written),)
-        case "ltl":
-            targets, forbidden, closed = _formulas(written)
-            formulas = True
-        case _:
-            raise NotJudgedError(f"the objective {kind}")
-    return Robot(
-        name,
-        has_heading,
-        model["layer"],
-        frozenset(model.get("capabilities", ())),
-        (at.one(entry["start"]), heading),
-        targets,
-        in_order,
-        kind == "patrol" or formulas,
-        kind in ("hold", "once"),
-        forbidden,
-        closed,
-        formulas,
-    )
 
 
 def _formulas(
@@ -269,58 +291,3 @@ def _formulas(
         else:
             raise NotJudgedError(f"the formula {line}")
     return tuple(targets), frozenset(forbidden), frozenset(closed)
-
-
-def _obstacle(
-    entry: Mapping[str, Any],
-    types: Mapping[str, Any],
-    robots: Mapping[str, Any],
-    models: Mapping[str, Any],
-    free: frozenset[int],
-    place: Places,
-) -> Obstacle:
-    kind = types[entry["type"]]
-    region = place.one(entry["region"])
-    needs = kind.get("needs") or [{"action": kind["action"], "at": kind.get("resolve_at", "self")}]
-    listed = kind.get("blocks")
-    blocks = [
-        name
-        for name, robot in robots.items()
-        if listed is None or {name, robot["model"], models[robot["model"]]["layer"]} & set(listed)
-    ]
-    return Obstacle(
-        f"{entry['type']}@{region}",
-        region,
-        tuple(_need(need, region, free, place) for need in needs),
-        frozenset(blocks),
-        entry.get("from"),
-    )
-
-
-def _need(need: Mapping[str, Any], region: int, free: frozenset[int], place: Places) -> Need:
-    at = need.get("at", "self")
-    match at:
-        case "self":
-            where = frozenset([region])
-        case "neighbours":
-            where = place.around(region, free)
-        case _:
-            where = frozenset(map(place.one, at))
-    return Need(need["action"], need.get("robots", 1), where, bool(need.get("together")))
-
-
-def conflicts_of(
-    layers: Mapping[str, str], entries: Mapping[str, Any]
-) -> Mapping[str, frozenset[str]]:
-    """Two robots keep apart as soon as one of them avoids the other. ``layers``: of all robots."""
-
-    def avoids(one: str, other: str) -> bool:
-        listed = entries[one].get("avoids")
-        return layers[one] == layers[other] if listed is None else other in listed
-
-    return {
-        one: frozenset(
-            other for other in layers if other != one and (avoids(one, other) or avoids(other, one))
-        )
-        for one in layers
-    }
