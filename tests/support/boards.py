@@ -3,8 +3,11 @@
 Everything follows from a ``Random``; each piece is plain data, as a scenario's YAML holds it.
 """
 
+from itertools import islice
 from random import Random
 from typing import Any
+
+import networkx
 
 from campaigns.judge.mission import HEADINGS, Mission, read_mission
 from campaigns.judge.poses import Poses
@@ -21,12 +24,7 @@ class Draft:
         self.random = random
         self.grid = grid
         self.cols = len(grid[0])
-        self.free = [
-            r * self.cols + c
-            for r, row in enumerate(grid)
-            for c, cell in enumerate(row)
-            if cell == "."
-        ]
+        self.free = free_in(grid)
         self.models: dict[str, Data] = {}
         self.types: dict[str, Data] = {}
         self.robots: dict[str, Data] = {}
@@ -50,16 +48,17 @@ class Draft:
         ]
 
     def data(self, rounds: int, ticks: int, seed: int) -> Data:
-        found: Data = {"safenav": 1, "name": self.name, "map": {"grid": self.grid}}
-        found["robots"] = self.robots
-        if self.obstacles:
-            found["obstacles"] = self.obstacles
-        catalogue = {"robots": self.models, "obstacles": self.types}
-        catalogue = {key: value for key, value in catalogue.items() if value}
-        if catalogue:
-            found["catalogue"] = catalogue
-        found |= {"until": {"rounds": rounds}, "limits": {"ticks": ticks}, "seed": seed}
-        return found
+        return {
+            "safenav": 1,
+            "name": self.name,
+            "map": {"grid": self.grid},
+            "robots": self.robots,
+            "obstacles": self.obstacles,
+            "catalogue": {"robots": self.models, "obstacles": self.types},
+            "until": {"rounds": rounds},
+            "limits": {"ticks": ticks},
+            "seed": seed,
+        }
 
     def mission(self) -> Mission:
         return read_mission(self.data(1, 1, 0))
@@ -180,39 +179,37 @@ def rooms(random: Random, down: int, across: int, height: int, width: int) -> li
 
 def walled(random: Random, rows: int, cols: int, walls: float) -> list[str]:
     """A room with walls in it."""
-    inside = [
-        "".join("#" if random.random() < walls else "." for _ in range(cols)) for _ in range(rows)
-    ]
-    return ["#" * (cols + 2), *(f"#{row}#" for row in inside), "#" * (cols + 2)]
+    cells = ("#" if random.random() < walls else "." for _ in range(rows * cols))
+    return framed(["".join(islice(cells, cols)) for _ in range(rows)])
 
 
 def scattered(random: Random, rows: int, cols: int, walls: float) -> list[str]:
     """A room with walls in it, all free regions connected: the largest part is kept."""
-    inner = [["#" if random.random() < walls else "." for _ in range(cols)] for _ in range(rows)]
-    parts: list[set[tuple[int, int]]] = []
-    left = {(r, c) for r in range(rows) for c in range(cols) if inner[r][c] == "."}
-    while left:
-        pending, part = [min(left)], {min(left)}
-        while pending:
-            r, c = pending.pop()
-            for to in ((r + 1, c), (r - 1, c), (r, c + 1), (r, c - 1)):
-                if to in left and to not in part:
-                    part.add(to)
-                    pending.append(to)
-        parts.append(part)
-        left -= part
+    graph = networkx.grid_2d_graph(rows, cols)
+    cells = [(r, c) for r in range(rows) for c in range(cols)]
+    graph.remove_nodes_from([cell for cell in cells if random.random() < walls])
+    parts = networkx.connected_components(graph)
     kept = max(parts, key=lambda part: (len(part), min(part)), default=set())
-    body = ["".join("." if (r, c) in kept else "#" for c in range(cols)) for r in range(rows)]
-    return ["#" * (cols + 2), *(f"#{row}#" for row in body), "#" * (cols + 2)]
+    return framed(
+        ["".join("." if (r, c) in kept else "#" for c in range(cols)) for r in range(rows)]
+    )
 
 
 def corridor(random: Random, length: int) -> list[str]:
     """A corridor one region wide, with one or two bays."""
     bays = random.sample(range(length), random.randint(1, 2))
-    side = "".join("." if k in bays else "#" for k in range(length))
-    wall = "#" * (length + 2)
-    return [wall, f"#{'.' * length}#", f"#{side}#", wall]
+    return framed(["." * length, "".join("." if k in bays else "#" for k in range(length))])
 
 
 def open_floor(rows: int, cols: int) -> list[str]:
-    return ["#" * (cols + 2), *(f"#{'.' * cols}#" for _ in range(rows)), "#" * (cols + 2)]
+    return framed(["." * cols] * rows)
+
+
+def framed(body: list[str]) -> list[str]:
+    """The rows inside an outer wall."""
+    wall = "#" * (len(body[0]) + 2)
+    return [wall, *(f"#{row}#" for row in body), wall]
+
+
+def free_in(grid: list[str]) -> list[int]:
+    return [region for region, cell in enumerate("".join(grid)) if cell == "."]

@@ -6,7 +6,7 @@ from __future__ import annotations
 from random import Random
 from typing import Any
 
-from support.boards import Data
+from support.boards import Data, framed, free_in
 
 CAPABILITIES = ("clear", "lift", "look", "push")
 FEATURES = ("zones", "inputs", "orders", "loads", "changes", "avoids", "waiting", "later")
@@ -57,10 +57,8 @@ def mixed_mission(seed: int, *, live: bool = False) -> Data:
 def _floor(random: Random) -> tuple[list[str], list[int]]:
     rows, cols = random.choice([(1, 4), (1, 5), (2, 3), (2, 4), (3, 3), (3, 4), (2, 5)])
     while True:
-        cells = ("".join(random.choices("#.", [1, 5], k=cols)) for _ in range(rows))
-        grid = ["#" * (cols + 2), *(f"#{row}#" for row in cells), "#" * (cols + 2)]
-        free = [k for k, cell in enumerate("".join(grid)) if cell == "."]
-        if len(free) >= 4:
+        grid = framed(["".join(random.choices("#.", [1, 5], k=cols)) for _ in range(rows)])
+        if len(free := free_in(grid)) >= 4:
             return grid, free
 
 
@@ -196,9 +194,9 @@ def _add_promises(random: Random, data: Data) -> None:
             obstacle["resolve_within"] = random.randint(3, 20)
 
 
-def tracked_mission(seed: int, *, live: bool = False) -> Data:
+def tracked_mission(seed: int) -> Data:
     """A mixed mission of robots that share no floor, and track each other."""
-    random, data = Random(f"tracked {seed}"), mixed_mission(seed, live=live)
+    random, data = Random(f"tracked {seed}"), mixed_mission(seed)
     models = data["catalogue"]["robots"]
     quick = [n for n, robot in data["robots"].items() if "timing" not in models[robot["model"]]]
     for name, robot in data["robots"].items():
@@ -209,11 +207,11 @@ def tracked_mission(seed: int, *, live: bool = False) -> Data:
     return data
 
 
-def formula_mission(seed: int, *, live: bool = False) -> Data:
+def formula_mission(seed: int) -> Data:
     """A mixed mission in which some objectives are formulas, most of them with memory, and others
     have rules beside them."""
-    random, data = Random(f"formulas {seed}"), mixed_mission(seed, live=live)
-    free = [k for k, cell in enumerate("".join(data["map"]["grid"])) if cell == "."]
+    random, data = Random(f"formulas {seed}"), mixed_mission(seed)
+    free = free_in(data["map"]["grid"])
     heard, assigned = "inputs" in data, "coordination" in data
     for number, (_, robot) in enumerate(sorted(data["robots"].items())):
         if "when" in robot:

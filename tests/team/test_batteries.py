@@ -12,7 +12,7 @@ from runtime.played import play
 from safenav.team.apply import initial
 from safenav.team.battery import NEVER
 from safenav.team.team import team_of
-from support.boards import walled
+from support.boards import free_in, walled
 
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) or 20
 
@@ -21,7 +21,7 @@ def scenario(seed: int) -> str:
     """A small space with chargers; some robots use charge by standing."""
     random = Random(f"batteries {seed}")
     grid = walled(random, random.randint(3, 5), random.randint(4, 7), 0.2)
-    free = [k for k, cell in enumerate("".join(grid)) if cell == "."]
+    free = free_in(grid)
     stay = random.choice((0, 0, 1))
     capacity = random.randint(10, 24) * (1 + stay)
     battery = {"capacity": capacity, "charge": random.randint(1, 4) + stay, "stay": stay}
