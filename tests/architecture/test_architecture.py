@@ -184,7 +184,7 @@ FORBIDDEN = {
     *("yaml.load_all", "yaml.unsafe_load", "yaml.full_load", "yaml.unsafe_load_all"),
 }
 OF_A_TABLE = {
-    "safenav": "_HOMES[name]",
+    "safenav": "homes[name]",
     "safenav.cli": "f'safenav.cli.{COMMANDS[name][0]}'",
     "safenav.motion.mover": "module",
 }

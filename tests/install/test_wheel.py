@@ -80,6 +80,7 @@ def test_one_wheel_serves_every_python_and_is_complete(wheel: Path) -> None:
     for needed in (
         "safenav/_bin/slugs",
         "safenav/py.typed",
+        "safenav/__init__.pyi",
         "safenav/scenario/templates/door.yaml",
         "safenav/report/page/assets/replay.js",
         "safenav/studio/assets/studio.js",

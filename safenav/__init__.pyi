@@ -1,0 +1,54 @@
+# The public names and their modules: what type checkers read, and __init__.py at run time.
+from safenav.checked_trace import check_trace as check_trace
+from safenav.run.reading import read_run as read_run
+from safenav.runtime.intervention.kinds import AddObstacle as AddObstacle
+from safenav.runtime.intervention.kinds import AssignObjective as AssignObjective
+from safenav.runtime.intervention.kinds import GiveUp as GiveUp
+from safenav.runtime.intervention.kinds import MarkPermanent as MarkPermanent
+from safenav.runtime.intervention.kinds import MarkResolved as MarkResolved
+from safenav.runtime.intervention.kinds import PlaceOrder as PlaceOrder
+from safenav.runtime.intervention.kinds import PutBack as PutBack
+from safenav.runtime.intervention.kinds import RemoveObstacle as RemoveObstacle
+from safenav.runtime.intervention.kinds import SetInput as SetInput
+from safenav.runtime.intervention.kinds import SetService as SetService
+from safenav.runtime.intervention.kinds import SetTruth as SetTruth
+from safenav.runtime.intervention.reading import read_intervention as read_intervention
+from safenav.runtime.run.checkpoint import resumption as resumption
+from safenav.runtime.run.checkpoint import scenario_of as scenario_of
+from safenav.runtime.run.mission import Mission as Mission
+from safenav.runtime.run.mission import RunResult as RunResult
+from safenav.runtime.worlds.protocol import Acted as Acted
+from safenav.runtime.worlds.protocol import Arrived as Arrived
+from safenav.runtime.worlds.protocol import Blocked as Blocked
+from safenav.runtime.worlds.protocol import BlockingWorld as BlockingWorld
+from safenav.runtime.worlds.protocol import Elsewhere as Elsewhere
+from safenav.runtime.worlds.protocol import Failed as Failed
+from safenav.runtime.worlds.protocol import Lost as Lost
+from safenav.runtime.worlds.protocol import PausingWorld as PausingWorld
+from safenav.runtime.worlds.protocol import PlacingWorld as PlacingWorld
+from safenav.runtime.worlds.protocol import RememberingWorld as RememberingWorld
+from safenav.runtime.worlds.protocol import Sensed as Sensed
+from safenav.runtime.worlds.protocol import TimedWorld as TimedWorld
+from safenav.runtime.worlds.protocol import World as World
+from safenav.runtime.worlds.protocol import WorldEvent as WorldEvent
+from safenav.scenario.model import Need as Need
+from safenav.scenario.model import Obstacle as Obstacle
+from safenav.scenario.model import ObstacleType as ObstacleType
+from safenav.scenario.model import ResolveAt as ResolveAt
+from safenav.scenario.model import Robot as Robot
+from safenav.scenario.model import Scenario as Scenario
+from safenav.scenario.reading.catalogue import built_in as built_in
+from safenav.scenario.reading.loader import load_scenario as load_scenario
+from safenav.spec.compile import compile_task as compile_task
+from safenav.spec.task import Task as Task
+from safenav.studio.watching import LiveView as LiveView
+from safenav.synthesis.slugs import Synthesizer as Synthesizer
+from safenav.trace.reading import read_trace as read_trace
+from safenav.trace.vocabulary import ActResult as ActResult
+from safenav.trace.writing import TraceWriter as TraceWriter
+from safenav.verify.verification import first_failure as first_failure
+from safenav.world.map import Heading as Heading
+from safenav.world.moves import Pose as Pose
+
+__version__: str
+__all__: list[str]
