@@ -19,14 +19,12 @@ MAX_REPORTED = 100
 
 
 class ReadableFolder(Struct, frozen=True):
-    """The folder whose files an input may name; without a folder it may name none."""
+    """The folder whose files an input may name."""
 
-    folder: Path | None
+    folder: Path
 
     def holds(self, path: Path) -> bool:
         """Return whether a path is inside after following links."""
-        if self.folder is None:
-            return False
         try:
             return path.resolve().is_relative_to(self.folder.resolve())
         except (OSError, RuntimeError, ValueError):

@@ -97,9 +97,6 @@ def _refuse_outside(path: Path, findings: Findings, named_at: Node | None) -> No
         return
     if reach.holds(path):
         return
-    if reach.folder is None:
-        found = "not read: the scenario of a trace cannot open files"
-        raise DocumentError(None, found, "run the scenario again")
     where = f"put it into {reach.folder}, or start the studio with --folder and a folder above both"
     raise DocumentError(None, "not read: it is outside the folder of the scenario", where)
 
@@ -200,14 +197,7 @@ def _neighbours(path: Path) -> str:
     return f"did you mean '{path.parent / close[0]}'?" if close else "check the path"
 
 
-_NAMED = (
-    ("catalogue",),
-    ("map", "image"),
-    ("map", "image", "file"),
-    ("map", "ros"),
-    ("map", "movingai"),
-)
-
+_NAMED = (("catalogue",), ("map", "image"), ("map", "ros"), ("map", "movingai"))
 """The keys of a scenario that name files."""
 
 
