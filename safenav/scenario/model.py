@@ -291,7 +291,7 @@ class Scenario(Struct, frozen=True):
     changes: tuple[settings.RobotChange, ...] = ()
     requirements: Mapping[str, str] = field(default_factory=dict)
     catalogue: Catalogue = Catalogue()
-    clock: settings.Clock = settings.DEFAULT_CLOCK
+    clock: settings.Clock = settings.Clock.LOCKSTEP
     failures: settings.Failures = settings.Failures()
     never_together: tuple[settings.Exclusion, ...] = ()
     resolve_within: int | None = None

@@ -151,7 +151,3 @@ class Expect(Struct, frozen=True):
     ticks: int | None = None
     rounds: Mapping[str, int] | None = None
     late: frozenset[str] | None = None
-
-
-DEFAULT_CLOCK = Clock.LOCKSTEP
-"""The clock of a scenario that names none."""

@@ -7,7 +7,6 @@ import re
 from collections.abc import Collection, Mapping, Sequence
 
 from safenav.formula.parser import FormulaError
-from safenav.outcome import Outcome
 from safenav.scenario import language
 from safenav.scenario.model import Obstacle, ObstacleType
 from safenav.scenario.objective import Ltl, Objective, kinds_that, one_of
@@ -200,7 +199,7 @@ def resolve_expect(item: language.ExpectKeys | None, reading: Reading) -> Expect
         return Expect()
     others = {*reading.named, MISSION}
     return Expect(
-        outcome=Outcome(item.outcome) if item.outcome else None,
+        outcome=item.outcome,
         resolved=_names(item.resolved, item.named("resolved"), reading),
         blocked=_names(item.blocked, item.named("blocked"), reading),
         helpers=_helpers(item, reading),
