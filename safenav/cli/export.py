@@ -20,11 +20,11 @@ from safenav.world.map import Frame
 BAG_RATE = 20.0
 """Positions of each robot per second in a bag with a motion."""
 
-ENDINGS = (".csv", ".json", ".jsonl", ".mcap", ".npz")
+ENDINGS = (".csv", ".json", ".mcap", ".npz")
 
 EPILOG = """\b
-FILE by its ending: .csv or .json (waypoints), .jsonl (the motion), .npz (its samples,
-with numpy.load), .mcap (a ROS 2 bag, for Foxglove). -o may be given several times.
+FILE by its ending: .csv or .json (waypoints), .npz (samples of the motion, with numpy.load),
+.mcap (a ROS 2 bag, for Foxglove). -o may be given several times.
 \b
 Examples:
   safenav new lab.yaml && safenav run lab.yaml --trace lab.jsonl
@@ -101,16 +101,14 @@ def export(
     files = {".csv" if str(p) == "-" else p.suffix.lower(): p for p in outputs}
     if unknown := [path for ending, path in files.items() if ending not in ENDINGS]:
         raise UsageError(f"--output {unknown[0]}: its ending must be one of {', '.join(ENDINGS)}")
-    if written is not None:
-        files[".jsonl"] = written
-    if len(files) < len(outputs) + (written is not None):
+    if len(files) < len(outputs):
         raise UsageError("two outputs are of the same kind; give one of them")
-    if not report and stem is None and not files:
+    if not report and stem is None and written is None and not files:
         raise UsageError("no output: give -o FILE, --motion FILE, --csv STEM or --report")
-    computed = motion is None and (report or ".jsonl" in files)
+    computed = motion is None and (report or written is not None)
     unread = {} if computed else dict.fromkeys(("gust", "seed", "track"), "--motion")
     options.refuse(unread | ({} if ".npz" in files else {"rate": "-o FILE.npz"}))
-    if motion is not None and ".jsonl" in files:
+    if motion is not None and written is not None:
         raise UsageError(f"--motion computes one, and {motion} is one: give one of them")
     run = read_trace(trace)
     moved = _computed(run, side, gust, seed, track=track) if computed else None
@@ -121,15 +119,15 @@ def export(
         if side is not None and abs(moved.header.side - side) > 1e-6 * side:
             own = f"the regions of the motion measure {moved.header.side:g} m, not {side:g} m"
             raise UsageError(f"{own}\n    leave out --side, or compute another motion with it")
-    if (path := files.get(".jsonl")) is not None and moved is not None:
+    if written is not None and moved is not None:
         from safenav.motion.file import parsed, text_of
 
-        write_out(path, text := text_of(moved))
-        moved = parsed(text.encode(), str(path))  # as every reader of the file sees it
+        write_out(written, text := text_of(moved))
+        moved = parsed(text.encode(), str(written))  # as every reader of the file sees it
     if report and moved is not None:
         from safenav.motion.report import report_of
 
-        click.echo(report_of(moved), err=Path("-") in files.values())
+        click.echo(report_of(moved), err=Path("-") in (written, *files.values()))
     if stem is not None:
         named = {f"{stem.name}-{k}.csv": text for k, text in tables(run_of(run)).items()}
         write_all(stem.parent, named.items())

@@ -29,7 +29,7 @@ VIEWS = (
     ("replay", "--svg", "last", "-o", "made.svg"),
     ("export", "--csv", "made"),
     ("export", "--side", "1", "-o", "made.csv"),
-    ("export", "-o", "made.jsonl"),
+    ("export", "--motion", "made.jsonl"),
     ("resume", "--max-ticks", "50", "--trace", "made.jsonl"),
     ("certify", "-o", "made", "--trace"),
 )

@@ -59,7 +59,7 @@ def test_lint_and_motion_refuse_the_same_bodies(model: str, side: float, tmp_pat
         "until: {rounds: 1}\n"
     )
     assert warm.safenav("run", scenario, "--trace", trace).returncode == 0
-    done = warm.safenav("export", trace, "-o", tmp_path / "m.jsonl")
+    done = warm.safenav("export", trace, "--motion", tmp_path / "m.jsonl")
     assert (done.returncode == 2) == any(
         "has no room" in told for told in lint(load_scenario(scenario))
     )
