@@ -36,8 +36,6 @@ if TYPE_CHECKING:
 PATIENCE = 0.8
 """Seconds after the first signal until a run that does not react is ended."""
 TERMINAL = "-"
-HELP_SECONDS = 10.0
-"""Maximum wall time in seconds for trying repairs."""
 PASSES = 200
 """Maximum number of passes for commands to end before the operator is prompted."""
 POLL = 0.05
@@ -119,7 +117,7 @@ def carried_out(
         if operator is None:
             mission.run()
         else:
-            run_with_operator(mission, operator, helping=not files.as_json)
+            run_with_operator(mission, operator)
         signal.setitimer(signal.ITIMER_REAL, 0)
         ended()
         if files.html is not None and trace is not None:
@@ -208,11 +206,10 @@ Lines = list[tuple[str, str]]
 """The position of each line (file and number), and the line."""
 
 
-def run_with_operator(mission: Mission, source: str, *, helping: bool) -> None:
+def run_with_operator(mission: Mission, source: str) -> None:
     """Run a mission; when it waits, take interventions from the file ``source`` (TERMINAL: the
-    terminal). ``helping``: print the repairs that were tried. Ctrl-C ends the mission. Raises
-    UsageError for a line that is not an intervention, or is impossible; at the terminal, the error
-    is printed instead."""
+    terminal). Ctrl-C ends the mission. Raises UsageError for a line that is not an intervention, or
+    is impossible; at the terminal, the error is printed instead."""
     batches = None if source == TERMINAL else _batches(Path(source), mission.scenario)
     terminal, passes = _Terminal(mission), 0
     mission.start()
@@ -222,7 +219,7 @@ def run_with_operator(mission: Mission, source: str, *, helping: bool) -> None:
             if mission.waiting is not None and (mission.still or passes > PASSES):
                 passes = 0
                 if batches is None:
-                    _ask(mission, terminal, helping=helping)
+                    _ask(mission, terminal)
                 else:
                     _apply(mission, next(batches, [("", "give_up")]))
             if mission.result is None:
@@ -318,7 +315,7 @@ def _check_type(wanted: Intervention, scenario: Scenario) -> None:
         raise UsageError(f"there is no obstacle type '{kind[:40]}'; known: {known}")
 
 
-def _ask(mission: Mission, terminal: _Terminal, *, helping: bool) -> None:
+def _ask(mission: Mission, terminal: _Terminal) -> None:
     """Prompt for interventions until an empty line follows one; the end of the input gives up the
     run."""
     from safenav.runtime.intervention.reading import LINES, read_intervention
@@ -326,7 +323,6 @@ def _ask(mission: Mission, terminal: _Terminal, *, helping: bool) -> None:
     conclusion = mission.waiting
     assert conclusion is not None
     lines = [f"because {link}" for link in conclusion.links[1:]]
-    lines += [f"tried: {repair}" for repair in (repairs_of(mission) if helping else ())]
     lines += [f"interventions: {'; '.join(LINES.values())}", "an empty line continues the run"]
     for line in lines:
         click.echo(f"           {line}", err=True)
@@ -347,17 +343,3 @@ def _ask(mission: Mission, terminal: _Terminal, *, helping: bool) -> None:
             given += 1
         except UsageError as error:
             click.echo(f"           {error}", err=True)
-
-
-def repairs_of(mission: Mission) -> Iterator[str]:
-    """Yield, in words, the repairs with which a simulated run from the present state completes."""
-    from safenav.review.postmortem import explain_run
-    from safenav.runtime.run.mission import default_synthesizer
-
-    scenario = mission.rest()
-    found = explain_run(
-        scenario, scenario.catalogue.robots, lambda: default_synthesizer(scenario), HELP_SECONDS
-    )
-    for repair in found.repairs:
-        changes = "; ".join(f"{item}: {value}" for item, value in repair.change)
-        yield f"{changes} (a run was completed after {repair.ticks} ticks)"
