@@ -343,3 +343,5 @@ def _ask(mission: Mission, terminal: _Terminal) -> None:
             given += 1
         except UsageError as error:
             click.echo(f"           {error}", err=True)
+        if command is None:
+            return

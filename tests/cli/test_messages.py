@@ -41,6 +41,31 @@ def test_a_trace_is_read_from_standard_input() -> None:
     assert done.returncode == 0 and "<stdin>" in done.stdout
 
 
+STUCK = """\
+safenav: 1
+map: {grid: ['#######', '#.....#', '#######']}
+robots: {flyer: {model: quadcopter, start: 8, objective: {visit: [12, 8]}}}
+obstacles: [{type: door, region: 10}]
+until: {rounds: 1}
+"""
+
+
+@pytest.mark.parametrize(
+    ("typed", "prompts", "code"),
+    [("nonsense\nresolved door@10\n\n", 3, 0), ("", 1, 1), ("resolved door@10\n", 2, 130)],
+    ids=["resolves it", "types nothing", "leaves"],
+)
+def test_an_operator_is_prompted_until_an_empty_line_or_the_end_of_the_input(
+    typed: str, prompts: int, code: int, tmp_path: Path
+) -> None:
+    (tmp_path / "s.yaml").write_text(STUCK)
+    prompted = ("run", "s.yaml", "--clock", "live", "--operator", "-")
+    done = warm.safenav(*prompted, cwd=tmp_path, text=typed)
+    assert done.stderr.count("operator> ") == prompts, done.stderr[:2000]
+    assert ("nonsense" in done.stderr) == ("nonsense" in typed)
+    assert done.returncode == code, done.stdout
+
+
 def test_a_cache_that_cannot_be_written_is_reported_without_code(tmp_path: Path) -> None:
     (tmp_path / "s.yaml").write_text(GOOD)
     (tmp_path / "file").write_text("in the way")
