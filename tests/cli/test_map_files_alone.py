@@ -46,13 +46,10 @@ def test_a_scenario_is_begun_on_a_map_and_runs(
     "grid",
     [
         ["......"],
-        ["....", "....", "...."],
         ["...#...", "...#...", ".......", "...#..."],
-        ["...#...", ".......", ".......", "...#..."],
-        [".....", ".###.", ".###.", "....."],
         ["..", ".."],
     ],
-    ids=["corridor", "hall", "doorway", "wide_doorway", "ring", "closet"],
+    ids=["corridor", "doorway", "closet"],
 )
 def test_the_suggested_obstacle_is_discovered_and_resolved(grid: list[str]) -> None:
     """A newcomer who uncomments it sees a request for help, whatever the map."""

@@ -1,19 +1,15 @@
 """``safenav new``: what one begins with."""
 
-import json
 import sys
 from pathlib import Path
 
 import pytest
-from jsonschema import Draft202012Validator
 
 from children import ran
 from cli.conftest import Command
 from safenav.scenario.beginning import DEFAULT, TEMPLATES, template_text
 from safenav.scenario.reading.loader import load_scenario, schema_text
-from safenav.scenario.yaml.document import plain, read_document
 
-SCHEMA_LINE = "# yaml-language-server: $schema=safenav.schema.json"
 DOCS = Path(__file__).parents[2] / "docs"
 
 
@@ -27,15 +23,6 @@ def test_a_new_scenario_runs_as_it_expects(template: str, safenav: Command, tmp_
     run = safenav("run", "floor.yaml", "--trace", "floor.jsonl")
     assert run.returncode == 0, run.stdout + run.stderr
     assert safenav("check", "floor.jsonl").returncode == 0
-
-
-@pytest.mark.parametrize("template", TEMPLATES)
-def test_templates_are_commented_and_name_the_schema_that_accepts_them(template: str) -> None:
-    text = template_text(template)
-    assert text.splitlines()[0] == SCHEMA_LINE
-    assert sum("#" in line.split("grid")[0] for line in text.splitlines()) >= 5
-    document = plain(read_document(text).root)
-    assert Draft202012Validator(json.loads(schema_text())).is_valid(document)
 
 
 def test_a_file_that_exists_is_replaced_only_by_force(safenav: Command, tmp_path: Path) -> None:

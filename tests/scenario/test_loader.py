@@ -59,18 +59,3 @@ def test_a_map_that_is_too_large() -> None:
     robots = "robots: {ann: {model: quadcopter, start: 0, objective: {hold: 1}}}"
     with pytest.raises(InputError, match="a map of 500 x 600 regions; the maximum is 262144"):
         load_scenario_text(f"safenav: 1\nmap:\n  grid: |\n{rows}{robots}")
-
-
-@pytest.mark.parametrize(
-    ("due", "hint"),
-    [
-        ("until: {by: 9}", r"end the run by 'limits: \{seconds: 60\}'"),
-        ("obstacles: [{type: door, region: 8, resolve_within: 9}]", "requested_door@8"),
-    ],
-)
-def test_live_deadlines_in_ticks_are_refused_with_the_alternative(due: str, hint: str) -> None:
-    with pytest.raises(InputError, match=hint):
-        load_scenario_text(
-            "safenav: 1\nclock: live\nmap: {grid: ['#####', '#...#', '#####']}\n"
-            "robots: {d: {model: spot, start: 6, objective: {hold: 6}}}\n" + due
-        )

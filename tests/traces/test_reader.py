@@ -36,16 +36,6 @@ def test_lines_become_typed_records_in_order() -> None:
     assert not trace.cut_off
 
 
-def test_equal_objectives_are_equal_however_they_are_spelled() -> None:
-    lines = GOOD["untraversable"]()
-    lines[find(lines, "push")]["objectives"]["quad"] = {"visit": [[15, 8, 10], [16]]}
-    push = next(r for r in read_lines(text(lines)).records if isinstance(r, Push))
-    other = next(
-        r for r in read_lines(text(GOOD["untraversable"]())).records if isinstance(r, Push)
-    )
-    assert push.objectives == other.objectives
-
-
 def test_unknown_notes_and_fields_are_ignored() -> None:
     note = {"type": "battery", "note": True, "robot": "quad", "percent": [1]}
     edits = [{"line": ["move"], "insert": note}, {"line": ["move"], "fields": {"speed": 3}}]
