@@ -175,7 +175,7 @@ def test_keys_work_wherever_the_focus_is_and_the_address_names_the_tick(
 
 def test_the_contents_of_the_map_can_be_chosen(browser: Browser, pages: dict[str, Path]) -> None:
     browser.open(pages["door"])
-    browser.one(".show summary").click()
+    browser.one('[data-opens="Show"]').click()
     shown = {
         "region numbers": ".numbers text",
         "trails": ".trails .trail path",
@@ -260,7 +260,7 @@ def test_the_page_hatches_beliefs_and_tints_sight(browser: Browser, pages: dict[
     assert "seen" in (browser.one(".shading .belief").get_attribute("class") or "")
     browser.press(Keys.ARROW_LEFT)
     browser.press(Keys.ARROW_LEFT)
-    browser.one(".show summary").click()
+    browser.one('[data-opens="Show"]').click()
     chosen = browser.one(".viewer select")
     for option in chosen.find_elements("css selector", "option"):
         option.click()

@@ -30,7 +30,7 @@ def board(browser: Browser, tmp_path: Path) -> Iterator[Board]:
 
 def test_case_study_1_is_drawn_run_and_undone(board: Board, tmp_path: Path) -> None:
     browser = board.browser
-    browser.one('[data-menu="New"] summary').click()
+    browser.one('[data-opens="New"]').click()
     board.choose("Blank map of that size")
     answer(browser)
     board.until("    #############\n")

@@ -32,7 +32,7 @@ def test_a_studio_without_a_file_saves_as_and_opens(browser: Browser, tmp_path: 
         assert board.text == HOUSE
 
         for accept, content in ((False, mine), (True, HOUSE)):
-            browser.one('[data-menu="Save"] summary').click()
+            browser.one('[data-opens="Save"]').click()
             board.choose("Save as …")
             answer(browser, "mine")
             assert "already exists" in answer(browser, accept=accept)
@@ -45,8 +45,8 @@ def test_a_studio_without_a_file_saves_as_and_opens(browser: Browser, tmp_path: 
 
 
 def open_file(board: Board, name: str, listed: list[str] | None = None) -> None:
-    browser, menu = board.browser, '[data-menu="Open"]'
-    browser.one(f"{menu} summary").click()
+    browser, menu = board.browser, '[data-popup="Open"]'
+    browser.one('[data-opens="Open"]').click()
     browser.wait(lambda: browser.all(f"{menu} button"))
     names = [button.text for button in browser.all(f"{menu} button")]
     assert name in names and names == (listed or names)

@@ -3,7 +3,7 @@
 import type { ComponentChildren } from "preact";
 import { useCallback, useLayoutEffect, useMemo, useReducer, useRef, useState } from "preact/hooks";
 import { Playback } from "./panels/controls";
-import { Drawer } from "./panels/button";
+import { Popup } from "./panels/button";
 import { Events } from "./panels/events";
 import { Header, useShell, withKeys, type Keys } from "./panels/header";
 import { actionsOf, KEYS, listenToKeys } from "./keyboard";
@@ -119,9 +119,9 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
             <Story run={run} tick={tick} playing={player.playing} />
             {stage.Tools && <stage.Tools />}
             <Legend run={run} Marks={stage.Marks} />
-            <Drawer name="Show" kind="show">
+            <Popup name="Show" kind="show">
               <Choices run={run} shown={shown} choices={stage.choices} onChange={setShown} />
-            </Drawer>
+            </Popup>
           </div>
         </section>
         {extras.controls ? extras.controls(tick) : <Playback run={run} player={player} tick={tick} eye={eye} />}

@@ -1,6 +1,7 @@
-/** Buttons, drawers, and short messages, which the toast of the studio shows. */
+/** Buttons, what they open, and short messages, which the toast of the studio shows. */
 
 import type { ComponentChildren, JSX } from "preact";
+import { useId } from "preact/hooks";
 import { heard } from "../listening";
 import { Icon, type ButtonIcon } from "./icons";
 
@@ -40,12 +41,31 @@ export function Button({ icon, label, primary, ...does }: ButtonProps) {
   );
 }
 
-/** A part of the page that opens over the map, which keeps its size. */
-export function Drawer({ name, kind, children }: { name: string; kind: string; children: ComponentChildren }) {
+interface PopupProps {
+  name: string;
+  /** A class, for its place and form. */
+  kind: string;
+  children: ComponentChildren;
+  /** Beside the name. */
+  mark?: ComponentChildren;
+  opened?(): void;
+}
+
+/** A button, and what it opens over the page; Esc, a press elsewhere, or a choice in it closes it. */
+export function Popup({ name, kind, mark, opened, children }: PopupProps) {
+  const id = useId();
+  const chosen = (event: MouseEvent): void => {
+    if ((event.target as HTMLElement).closest("button, a")) (event.currentTarget as HTMLElement).hidePopover();
+  };
   return (
-    <details class={`drawer ${kind}`} onKeyDown={(event) => event.key === "Escape" && (event.currentTarget.open = false)}>
-      <summary class="card">{name}</summary>
-      <div class="inside card">{children}</div>
-    </details>
+    <>
+      <button type="button" popovertarget={id} data-opens={name}>
+        {name}
+        {mark}
+      </button>
+      <div id={id} popover="auto" class={`card popup ${kind}`} data-popup={name} onClick={chosen} onToggle={(event) => event.newState === "open" && opened?.()}>
+        {children}
+      </div>
+    </>
   );
 }

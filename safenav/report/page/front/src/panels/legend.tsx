@@ -2,7 +2,7 @@
 
 import type { ComponentChildren } from "preact";
 import { memo } from "preact/compat";
-import { Drawer } from "./button";
+import { Popup } from "./button";
 import { EventSign, StatusSign } from "./icons";
 import { bar, DOINGS } from "./lanes";
 import { EVENTS, STATUSES, UNORDERED, type EventKind, type Run } from "../run/run";
@@ -47,7 +47,7 @@ export function Statuses({ run }: { run: Run }) {
 }
 
 export const Legend = memo(({ run, Marks }: { run: Run; Marks: Stage["Marks"] }) => (
-  <Drawer name="Legend" kind="legend">
+  <Popup name="Legend" kind="legend">
     <ul style={{ "--colour": run.robots[0]!.look.colour }}>
       <Marks run={run} />
       {Object.entries(EVENTS).map(([kind, [, , meaning]]) =>
@@ -70,5 +70,5 @@ export const Legend = memo(({ run, Marks }: { run: Run; Marks: Stage["Marks"] })
         <path d="M5 4v6" />
       </Row>
     </ul>
-  </Drawer>
+  </Popup>
 ));

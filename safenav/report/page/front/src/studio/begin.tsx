@@ -3,7 +3,7 @@
 import { useState } from "preact/hooks";
 import type { Say } from "../live/player";
 import { RunDownloads } from "./live";
-import { Menu } from "./menus";
+import { Popup } from "../panels/button";
 import type { Doc } from "./model";
 
 /** Open another scenario in place of this one. */
@@ -13,7 +13,7 @@ export function NewMenu({ templates, open }: { templates: Record<string, string>
   const [rows, setRows] = useState(7);
   const [cols, setCols] = useState(13);
   return (
-    <Menu title="New">
+    <Popup kind="menu" name="New">
       <p>
         <input aria-label="Rows" type="number" min={3} max={512} value={rows} onInput={(e) => setRows(Number(e.currentTarget.value))} /> x{" "}
         <input aria-label="Columns" type="number" min={3} max={512} value={cols} onInput={(e) => setCols(Number(e.currentTarget.value))} />
@@ -26,14 +26,14 @@ export function NewMenu({ templates, open }: { templates: Record<string, string>
           Template: {name}
         </button>
       ))}
-    </Menu>
+    </Popup>
   );
 }
 
 /** The scenarios of the folder. */
 export function OpenMenu({ folder, files, say, open }: { folder: string; files: string[] | null; say: Say; open: Open }) {
   return (
-    <Menu title="Open" opened={() => say("files")}>
+    <Popup kind="menu" name="Open" opened={() => say("files")}>
       <p class="quiet">{folder}</p>
       {files?.map((name) => (
         <button type="button" key={name} onClick={() => open({ kind: "file", name })}>
@@ -45,13 +45,13 @@ export function OpenMenu({ folder, files, say, open }: { folder: string; files: 
           No scenario in this folder. Another folder: <code>safenav studio FOLDER</code>
         </p>
       )}
-    </Menu>
+    </Popup>
   );
 }
 
 export function SaveMenu({ doc, ran, say }: { doc: Doc; ran: boolean; say: Say }) {
   return (
-    <Menu title="Save" mark={doc.dirty && <span class="dirty" title="Unsaved changes" />}>
+    <Popup kind="menu" name="Save" mark={doc.dirty && <span class="dirty" title="Unsaved changes" />}>
       <button type="button" onClick={() => save(doc, say)}>
         {doc.file === null ? "Save …" : `Save ${doc.file}`}
       </button>
@@ -69,7 +69,7 @@ export function SaveMenu({ doc, ran, say }: { doc: Doc; ran: boolean; say: Say }
           <RunDownloads />
         </>
       )}
-    </Menu>
+    </Popup>
   );
 }
 

@@ -9,7 +9,7 @@ import { LiveControls } from "../live/controls";
 import type { LivePlayer } from "../live/player";
 import type { Wire } from "../live/wire";
 import type { Run } from "../run/run";
-import { Menu } from "./menus";
+import { Popup } from "../panels/button";
 import type { Palette } from "./model";
 import { flatStage } from "../map/stage";
 import type { Keys } from "../panels/header";
@@ -111,9 +111,9 @@ export function RunDownloads() {
 
 function Saving() {
   return (
-    <Menu title="Save">
+    <Popup kind="menu" name="Save">
       <RunDownloads />
-    </Menu>
+    </Popup>
   );
 }
 

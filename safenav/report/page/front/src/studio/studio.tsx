@@ -8,7 +8,6 @@ import type { Run } from "../run/run";
 import { NewMenu, OpenMenu, save, SaveMenu } from "./begin";
 import { Draw } from "./draw";
 import { LiveView } from "./live";
-import { useClosingMenus } from "./menus";
 import type { Doc, Palette, Verdict } from "./model";
 import { onNotice } from "../panels/button";
 import { Writing } from "./text";
@@ -80,7 +79,6 @@ export function Studio() {
     if (!doc?.dirty || confirm("The scenario has unsaved changes. Discard them?")) wire.say("open", data);
   };
   hear.current = (message) => heard[message.is]?.(message);
-  useClosingMenus();
   useEffect(() => onNotice(refuse), []);
   useEffect(() => {
     if (refused === null) return;
