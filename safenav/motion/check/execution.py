@@ -7,6 +7,7 @@ own. Motion between two measurements is taken as a straight line.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 from math import inf
 
 import numpy as np
@@ -16,7 +17,7 @@ from safenav.motion.check.examination import NEAR, Array, Disc, Examination, Hol
 from safenav.motion.check.room import MEASURED_TOUCH, check_distances, outside
 from safenav.motion.file import GoalLine, Measured, Motion, Reset
 from safenav.trace.reading import Trace
-from safenav.trace.records import Act, ActionEnd, Arrive, Depart, Operator
+from safenav.trace.records import Act, Operator
 from safenav.trace.vocabulary import ActResult, MoveEnd
 from safenav.trace.words import counted
 
@@ -181,26 +182,19 @@ def _failures(trace: Trace, name: str) -> Iterator[tuple[float, float]]:
     """Yield the intervals in which the trace allows a robot to have been held: from the beginning
     of a command that failed, took more than one attempt, or was followed by an operator's
     intervention, to that of the next command."""
-    open_: dict[int, float] = {}
-    begun, failed = 0.0, False
-    for record in trace.records:
-        t = record.t or 0.0
-        if (isinstance(record, Depart) and record.robot == name) or (
-            isinstance(record, Act) and name in record.robots
-        ):
-            if failed:
-                yield begun, t
-            begun, failed, open_[record.command] = t, False, t
-        elif isinstance(record, Arrive | ActionEnd) and record.command in open_:
-            del open_[record.command]
-            result = record.result is not MoveEnd.ARRIVED if isinstance(record, Arrive) else False
-            if isinstance(record, ActionEnd):
-                result = ActResult.FAILED in record.results.values()
-            failed = failed or result or bool(record.reason)
-        elif isinstance(record, Operator) and record.robot == name:
-            failed = True
-    if failed or open_:
-        yield begun, inf
+    commands = [(0.0, False)]
+    for depart, arrive in trace.steps:
+        if depart.robot == name:
+            failed = arrive is None or arrive.result is not MoveEnd.ARRIVED or bool(arrive.reason)
+            commands.append((depart.t or 0.0, failed))
+    for act, end in trace.acts:
+        if name in act.robots:
+            failed = end is None or ActResult.FAILED in end.results.values() or bool(end.reason)
+            commands.append((act.t or 0.0, failed))
+    helped = [r.t or 0.0 for r in trace.records if isinstance(r, Operator) and r.robot == name]
+    for (begin, failed), (until, _) in pairwise([*sorted(commands), (inf, False)]):
+        if failed or any(begin <= t < until for t in helped):
+            yield begin, until
 
 
 def _tracking(case: Examination, name: str, path: MeasuredPath) -> None:
