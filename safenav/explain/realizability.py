@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from copy import copy
 
 from msgspec.structs import replace
@@ -12,7 +12,6 @@ from safenav.errors import SafenavError
 from safenav.outcome import Verdict
 from safenav.spec.specification import Owner, Section, Specification
 from safenav.synthesis.cache import Cache
-from safenav.synthesis.request import SynthesisResult
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.strategy import Strategy
 
@@ -70,25 +69,12 @@ class Questions:
         self.prepare([spec])
         return self._known.get(spec.to_structuredslugs(), Verdict.TIMEOUT)
 
-    def strategy(self, spec: Specification) -> Strategy | None:
-        """Return the strategy; None if there is none within the limits."""
-        return self._automaton(Synthesizer.synthesize, spec, None)
-
     def counterstrategy(self, spec: Specification) -> Strategy | None:
         """Return the environment's strategy; None if there is none within the limits."""
-        return self._automaton(Synthesizer.counterstrategy, spec, LISTED_MB)
-
-    def _automaton(
-        self,
-        request: Callable[[Synthesizer, Specification], SynthesisResult],
-        spec: Specification,
-        memory_mb: int | None,
-    ) -> Strategy | None:
         limited = self._limited()
-        limited.cache = Cache(None)
-        limited.memory_mb = memory_mb or limited.memory_mb
+        limited.cache, limited.memory_mb = Cache(None), LISTED_MB
         try:
-            return None if self.late else request(limited, spec).strategy
+            return None if self.late else limited.counterstrategy(spec).strategy
         except SafenavError:
             return None
 

@@ -198,11 +198,6 @@ class PoseGraph:
         """The poses from which ``pose`` can be reached and that it can reach itself."""
         return self.closure(pose, allowed) & self.back(pose, allowed | pose)
 
-    def returns(self, pose: int, home: int, allowed: Mask) -> bool:
-        """Whether ``home`` can be reached from ``pose``; stops as soon as that is known."""
-        goal = 1 << home
-        return self.steps_between(1 << pose, goal, allowed | goal) is not None
-
     @cached_method
     def live(self, targets: tuple[Mask, ...], allowed: Mask) -> Mask:
         """The greatest set of ``allowed`` poses from which every target can be reached inside the

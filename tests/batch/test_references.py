@@ -15,7 +15,6 @@ ROS = "resolution: 0.5\norigin: [0, 0, 0]\noccupied_thresh: 0.65\nfree_thresh: 0
 MAPS = {
     "drawn": ("{grid: ['#####', '#...#', '#####']}", []),
     "image": ("{image: floor.pgm, rows: 1, cols: 1}", ["floor.pgm"]),
-    "legend": ("{image: {file: floor.pgm}, rows: 1, cols: 1}", ["floor.pgm"]),
     "ros": ("{ros: maps/floor.yaml, resolution: 0.5}", ["maps/floor.yaml", "maps/floor.pgm"]),
     "movingai": ("{movingai: arena.map}", ["arena.map"]),
 }

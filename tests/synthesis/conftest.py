@@ -1,6 +1,5 @@
 """A small patrol whose strategy is written down by hand, and slugs binaries that misbehave."""
 
-import json
 import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -8,72 +7,23 @@ from pathlib import Path
 import pytest
 
 from children import none_left
+from once import beside
 from safenav.spec.parsing import read_specification
 from safenav.spec.specification import Specification
 from safenav.synthesis.binary import Binary, find_own_binary
 from synthesis.requests import UPSTREAM, Script
 
-PATROL = """\
-# carrier: patrols regions 5 and 3
-
-[INPUT]
-request
-
-[OUTPUT]
-region:3...5
-
-[ENV_INIT]
-!request
-
-[SYS_INIT]
-region = 3
-
-[ENV_TRANS]
-
-[SYS_TRANS]
-# robots.carrier: one region a tick
-region' <= region + 1
-region <= region' + 1
-
-[ENV_LIVENESS]
-
-[SYS_LIVENESS]
-# robots.carrier.objective: patrol
-region = 5
-region = 3
-"""
-
-PHASES = [(3, 0), (4, 0), (5, 0), (4, 1), (3, 1)]
-"""(region, goal) along the patrol; from the last phase it continues with the second."""
-
 
 @pytest.fixture
 def patrol() -> Specification:
-    return read_specification(PATROL, "patrol.structuredslugs", "carrier")
+    text = beside(__file__, "patrol.structuredslugs")
+    return read_specification(text, "patrol.structuredslugs", "carrier")
 
 
 @pytest.fixture
 def patrol_json() -> bytes:
-    """The patrol's strategy: node 2 * phase + request, but for the start without a request."""
-    return automaton()
-
-
-def automaton() -> bytes:
-    ids = {(0, 0): 0}
-    for phase in range(1, len(PHASES)):
-        for request in (0, 1):
-            ids[phase, request] = len(ids)
-    nodes = {}
-    for (phase, request), number in ids.items():
-        region, goal = PHASES[phase]
-        after = phase + 1 if phase + 1 < len(PHASES) else 1
-        nodes[str(number)] = {
-            "rank": goal,
-            "state": [request, (region - 3) & 1, (region - 3) >> 1],
-            "trans": [ids[after, 0], ids[after, 1]],
-        }
-    names = ["request", "region@0.3.5", "region@1"]
-    return json.dumps({"version": 0, "slugs": "0.0.1", "variables": names, "nodes": nodes}).encode()
+    """The patrol's strategy: from 3 to 5 and back, two nodes for each phase but the first."""
+    return beside(__file__, "patrol.json").encode()
 
 
 @pytest.fixture
