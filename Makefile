@@ -128,7 +128,6 @@ fuzz: install slugs-test ## long campaigns: games, proofs, missions; with clang 
 	  tests/slugs/test_random_games.py tests/slugs/test_sanitized.py \
 	  tests/spec/test_belief.py \
 	  tests/runtime/test_rules_of_objectives.py tests/runtime/test_inputs.py \
-	  tests/synthesis/test_reading.py \
 	  tests/synthesis/test_verify_random.py \
 	  tests/studio/test_editing.py tests/studio/test_random_sessions.py \
 	  tests/team tests/runtime/deadlines tests/runtime/energy

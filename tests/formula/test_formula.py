@@ -11,6 +11,7 @@ from once import beside
 from safenav.formula import syntax
 from safenav.formula.evaluator import evaluate
 from safenav.formula.parser import MAX_DEPTH, FormulaError, check, parse
+from safenav.formula.prefix import to_infix
 from safenav.formula.syntax import to_text
 
 BOOLEANS = ("a", "b", "next_one", "Xs")
@@ -198,3 +199,35 @@ def test_no_next_value_in_an_initial_condition() -> None:
 
 def test_a_sound_formula_has_no_error() -> None:
     assert check(parse("flag -> x + 1 > 50 & x' = 9"), DECLARED) == ()
+
+
+VALUES = [{"a": a, "b": b} for a in (False, True) for b in (False, True)]
+
+
+@pytest.mark.parametrize(
+    ("line", "infix"),
+    [
+        ("! a", "!a"),
+        ("& a | b a", "a & (b | a)"),
+        ("^ a ^ b 1", "a ^ b ^ TRUE"),
+        ("| & a b ! a", "(a & b) | !a"),
+        ("$ 2 ^ a b & ? 0 a", "(a ^ b) & a"),
+        ("$ 3 a ! ? 0 | ? 1 b", "!a | b"),
+        ("$ 3 a b & ? 0 ? 1", "a & b"),
+        ("& $ 1 a $ 2 b ! ? 0", "a & !b"),
+        ("| 0 b", "b"),
+        ("! | a b", "!(a | b)"),
+        ("1", "TRUE"),
+        ("! a & b", "!a & b"),
+        ("!(a | b)", "!(a | b)"),
+    ],
+)
+def test_a_prefix_line_is_translated(line: str, infix: str) -> None:
+    found = parse(to_infix(line))
+    assert [evaluate(found, v) for v in VALUES] == [evaluate(parse(infix), v) for v in VALUES]
+
+
+def test_a_long_chain_in_prefix_notation_stays_flat() -> None:
+    """Generated files have disjunctions of hundreds of literals; nesting is limited."""
+    line = "| a " * 500 + "! b"
+    assert to_text(parse(to_infix(line))).count("|") == 500

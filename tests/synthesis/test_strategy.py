@@ -1,16 +1,28 @@
-"""Reading a strategy: what is none is refused. Its nodes and how it is followed:
-``test_verify_random``."""
+"""Strategies and specifications as text: read, refused with a reason, and written as DOT and
+GraphML. Nodes and how they are followed: ``test_verify_random``."""
 
+import io
 import json
+import re
+from random import Random
 from typing import Any
 
+import networkx
 import pytest
 import yaml
 
 from once import beside
+from oracle import inputs_first, random_specification, to_structuredslugs
 from safenav.errors import SynthesizerError
+from safenav.outcome import Verdict
+from safenav.spec.parsing import read_specification
 from safenav.spec.specification import Owner, Specification, Variable
+from safenav.synthesis.binary import Binary
+from safenav.synthesis.cache import Cache
+from safenav.synthesis.export import to_dot, to_graphml
+from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.strategy import Strategy
+from safenav.verify.verification import first_failure
 
 
 @pytest.fixture
@@ -50,3 +62,60 @@ def test_a_malformed_strategy_is_refused_with_the_reason(
 ) -> None:
     with pytest.raises(SynthesizerError, match=complaint):
         Strategy.parse(_changed(patrol_json, *path, value=value), patrol)
+
+
+def test_graphml_loads_again_with_every_value(strategy: Strategy) -> None:
+    graph = networkx.read_graphml(io.BytesIO(to_graphml(strategy).encode()), node_type=int)
+    assert sorted(graph.nodes) == list(range(9))
+    assert graph.number_of_edges() == strategy.edges
+    for node, rank in enumerate(strategy.ranks):
+        data, values = graph.nodes[node], strategy.values(node)
+        assert data["value_region"] == values["region"]
+        assert data["value_request"] == values["request"]
+        assert data["goal"] == rank
+        assert data["initial"] == (node == 0)
+        assert set(graph.adj[node]) == set(strategy.transitions[node])
+    assert graph.nodes[3]["label"] == "region=5 !request"
+    assert graph.edges[1, 4]["inputs"] == "request"
+
+
+def test_dot_names_every_node_and_edge_in_words(strategy: Strategy) -> None:
+    dot = to_dot(strategy)
+    nodes = re.findall(r"^  (\d+) \[label=\"(.*?)\"(, peripheries=2)?\];$", dot, re.MULTILINE)
+    assert [int(number) for number, _, _ in nodes] == list(range(9))
+    assert nodes[0] == ("0", r"0: goal 0\nregion=3\n!request", ", peripheries=2")
+    assert nodes[3] == ("3", r"3: goal 0\nregion=5\n!request", "")
+    edges = re.findall(r"^  (\d+) -> (\d+);$", dot, re.MULTILINE)
+    expected = [(n, s) for n, successors in enumerate(strategy.transitions) for s in successors]
+    assert [(int(a), int(b)) for a, b in edges] == expected
+
+
+def test_strange_titles_do_no_harm(patrol: Specification, patrol_json: bytes) -> None:
+    title = 'a "quoted" \\ title\nin <two> lines & \x00 \x1b'
+    spec = Specification("r", title, patrol.variables, patrol.constraints)
+    strategy = Strategy.parse(patrol_json, spec)
+    networkx.read_graphml(io.BytesIO(to_graphml(strategy).encode()))
+    assert r'label="a \"quoted\" \\ title\nin <two> lines' in to_dot(strategy)
+
+
+def test_a_printed_specification_reads_back(patrol: Specification) -> None:
+    again = read_specification(patrol.to_structuredslugs(), "again", "carrier")
+    assert again.variables == patrol.variables
+    assert [(c.section, c.formula) for c in again.constraints] == [
+        (c.section, c.formula) for c in patrol.constraints
+    ]
+    assert again.title == patrol.title
+
+
+def test_a_random_file_reads_as_the_synthesizer_reads_it(slugs: Binary) -> None:
+    """All spellings: what is read back gives the strategy that the file itself gives."""
+    synthesizer = Synthesizer(slugs, cache=Cache(None), verifier=first_failure)
+    for seed in range(60):
+        source = Random(seed)
+        reference = inputs_first(random_specification(source, integers=True, bits=4))
+        spec = read_specification(to_structuredslugs(reference, source))
+        result = synthesizer.synthesize(spec)
+        if result.verdict is Verdict.UNREALIZABLE:
+            assert synthesizer.counterstrategy(spec).verified
+        else:
+            assert result.verified
