@@ -62,6 +62,10 @@ class Mover(ABC):
     def rest(self, tick: int, until: float) -> list[Moving]:
         """Stay at rest until then."""
 
+    def wait(self, tick: int, until: float) -> list[Moving]:
+        """Stay at rest until then, unless that is over."""
+        return self.rest(tick, until) if until > self.time + AT_ONCE else []
+
     def halt(self, tick: int) -> list[Moving]:  # noqa: ARG002
         """Come to rest within the region."""
         return []

@@ -212,6 +212,10 @@ DAMAGES: dict[str, tuple[Callable[[Any], bool], Callable[[Any], Any], str, str]]
         *(stops, carried(part("phases", -1, to_x=plus(0.1), to_y=plus(0.1)))),
         *("support", "outside the feet on the ground"),
     ),
+    "a phase that takes no time": (
+        *(walks, part("phases", 1, seconds=lambda _: 0.0)),
+        *("time", "a phase or a swing that takes no time"),
+    ),
     "a foot that ends in the air": (
         walks,
         part("swings", 1, u1=lambda _: 0.9, goal=lambda goal: (goal[0] + 0.3, *goal[1:])),

@@ -162,6 +162,10 @@ def _paths(case: Examination) -> None:
 
 def _dynamics(case: Examination, piece: Moving) -> None:
     if isinstance(piece, Segment):
+        spans = [phase.seconds for phase in piece.phases]
+        if min([*spans, *(swing.t1 - swing.t0 for swing in piece.swings)]) <= 0:
+            case.wrong(piece.t0, piece.robot, "time", "a phase or a swing that takes no time")
+            return
         check_segment(
             piece,
             case.numbers[piece.robot],

@@ -190,8 +190,8 @@ class MotionExecution:
         for name, mover in team.items():
             if any(name in act.robots and act.region == mover.region for act in actions):
                 self._due.add(name)
-            if end is not None and mover.time < end:
-                self.lines += mover.rest(tick, end)
+            if end is not None:
+                self.lines += mover.wait(tick, end)
         return ready, over
 
     def finish(self, over: float = 0.0) -> tuple[tuple[Line, ...], MotionOutcome]:
@@ -202,8 +202,7 @@ class MotionExecution:
             self.lines += mover.halt(tick)
         until = max([over, *(mover.time for mover in self.movers.values())]) or STANDING
         for mover in self.movers.values():
-            if mover.time < until:
-                self.lines += mover.rest(tick, until)
+            self.lines += mover.wait(tick, until)
         return tuple(sorted(self.lines, key=when)), MotionOutcome(until)
 
     def _rest(self, mover: Mover, tick: int, until: float, *, stays: bool = False) -> None:
@@ -214,8 +213,7 @@ class MotionExecution:
             self.lines += mover.resume(tick)
         if until > mover.time + SLACK:
             self.lines += mover.halt(tick)
-            if until > mover.time:
-                self.lines += mover.rest(tick, until)
+            self.lines += mover.wait(tick, until)
 
 
 def when(line: Line) -> tuple[float, int]:
@@ -252,8 +250,7 @@ def _done(
         if abs(over - end) < SLACK:
             over = end
         for mover in group:
-            if mover.time < over:
-                lines += mover.rest(tick, over)
+            lines += mover.wait(tick, over)
             times = (min(start, over), over)
             what = (act.action, act.obstacle, act.region)
             lines.append(Action(mover.robot, tick, *what, *times))

@@ -186,8 +186,16 @@ class _Run(Struct):
             self.ended[name] = max(self.ended.get(name, 0.0), first.t1)
         self.decided = max(self.decided, first.t1)
         self._about(record.obstacle, first.t1, record)
+        for name in names:
+            self._departs_later(name)
         for name in [n for n, at in self.at.items() if at == first.region]:
             self._turned(name, record.tick, first.t1)
+
+    def _departs_later(self, name: str) -> None:
+        """Let a robot that has acted in a tick of its step depart after the action."""
+        if name in self.under_way:
+            mine = (i for i, (_, record) in enumerate(self.dated) if _departs(record, name))
+            self.dated.append(self.dated.pop(max(mine)))
 
     def _due(self, obstacle: str, least: float, record: records.Record) -> None:
         """Let an obstacle appear or disappear once all activities until then have ended, at least
@@ -208,3 +216,7 @@ class _Run(Struct):
 
     def _tell(self, time: float, record: records.Record) -> None:
         self.dated.append((round(time, DECIMALS), record))
+
+
+def _departs(record: records.Record, name: str) -> bool:
+    return isinstance(record, records.Depart) and record.robot == name
