@@ -138,9 +138,13 @@ class Enemy:
             grid = ["." * side] * side
             header["map"] |= {"rows": side, "cols": side, "grid": grid}
         elif what == 1 and header:
-            (robot, *_) = header["robots"].values()
-            count = self.rng.choice((200, 1000, 20_000))
-            header["robots"] |= {f"r{k}": robot for k in range(count)}
+            robots, count = header["robots"], self.rng.choice((200, 1000, 20_000))
+            if isinstance(robots, list):  # of a checkpoint
+                robots += [robots[0] | {"name": f"r{k}"} for k in range(count)]
+            else:
+                robots |= dict.fromkeys(
+                    (f"r{k}" for k in range(count)), next(iter(robots.values()))
+                )
         elif what == 2:
             one, key = self._place(lines, lambda value: isinstance(value, list))
             if isinstance(one[key], list):

@@ -103,10 +103,14 @@ class Resumption(Struct, frozen=True):
 
 def scenario_of(trace: Trace) -> Scenario:
     """Return the scenario of a run, which its first checkpoint holds. Raises UsageError if there is
-    none, or none of which a map can be made."""
-    found = next((kept.scenario for _, kept in _checkpoints(trace)), None)
-    if found is None or not 0 < found.map.size <= MAX_REGIONS:
-        raise UsageError(f"{trace.source}: its first checkpoint has no scenario")
+    none, or another one."""
+    found, known = _checkpoints(trace)[0][1].scenario, trace.header.scenario
+    if found is None or (
+        not 0 < found.map.size <= MAX_REGIONS
+        or len(found.robots) != len(known.robots)
+        or len(found.obstacles) != len(known.obstacles)
+    ):
+        raise UsageError(f"{trace.source}: its first checkpoint has not the scenario of the run")
     return replace(found, source=trace.source)
 
 
