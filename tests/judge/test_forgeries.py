@@ -71,10 +71,12 @@ def test_a_forgery_that_is_accepted_is_harmless(kind: str) -> None:
 def _is_whole(lines: list[Line]) -> bool:
     """Whether the lines can be told in seconds."""
     keys = {"move": ("tick", "robot", "from", "to", "heading"), "resolved": ("obstacle",)}
-    return isinstance(lines[0]["scenario"], dict) and all(
+    scenario = lines[0]["scenario"]
+    robots = [*scenario.get("robots", ())] if isinstance(scenario, dict) else []
+    return all(
         isinstance(line.get("type"), str)
         and isinstance(line.get("tick", 0), int)
         and all(key in line for key in keys.get(line["type"], ()))
-        and isinstance(line.get("robot", ""), str | None)
+        and (line["type"] != "move" or line["robot"] in robots)
         for line in lines
-    )
+    ) and bool(robots)
