@@ -62,7 +62,7 @@ def test_runs_that_cannot_be_resumed_are_refused(tmp_path: Path) -> None:
         resumption(read_trace(path), other)
     lines = path.read_text().splitlines()
     path.write_text("".join(line + "\n" for line in lines if '"checkpoint"' not in line))
-    with pytest.raises(UsageError, match="it has no checkpoint"):
+    with pytest.raises(UsageError, match="it ends before its first checkpoint"):
         resumption(read_trace(path), hello)
     whole = list[records.Record]()
     Mission(hello, listeners=[whole.append], checkpoints=True).run()
