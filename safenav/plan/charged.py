@@ -24,7 +24,7 @@ from safenav.plan.search import (
     Search,
 )
 from safenav.scenario.settings import Clock
-from safenav.team.battery import NEVER, dominated
+from safenav.team.battery import dominated
 from safenav.team.floor import Floor, Joint
 from safenav.team.state import Plan, Waypoint
 from safenav.world.poses import Mask
@@ -64,7 +64,7 @@ class ChargedSearch(Search):
         """The plan with the fewest ticks of several."""
         if self.goal(self.start):
             return [self.start]
-        if not (all(map(self._suffices, self.charged)) and self._fit(self.start)):
+        if not self._fit(self.start):
             return None
         best, orders = super().run(), cycle((FARTHEST, STATIC, ONE))
         for how in islice(orders, TRIES):
@@ -78,28 +78,15 @@ class ChargedSearch(Search):
     def _ticks(self, states: Sequence[Joint]) -> int:
         return sum(_lasts(self.floor, before, joint) for before, joint in pairwise(states))
 
-    def _suffices(self, i: int) -> bool:
-        """Whether a robot could meet its targets alone: others and open obstacles only restrict
-        it."""
-        member, (memory, met) = self.team.members[i], self.start.counts[i]
-        if member.energy is None or self.floor.is_done(i, (memory, met)):
-            return True
-        turn, pose = member.energy.turn(memory), self.start.poses[i]
-        left = len(member.targets) - turn
-        if not member.pursuit.settles:
-            left = self.team.rounds * len(member.targets) - met
-        least = member.energy.suffices(self.floor.floors[i], turn, left).get(pose, NEVER)
-        return bool(least <= self.start.charges[i])
-
     def deep(self, start: Joint, goal: Goal, budget: int, how: str, order: list[int]) -> Answer:
         self._best = {}
         found = super().deep(start, goal, budget, how, order)
-        return None if isinstance(found, Exhausted | None) else _direct(found)
+        return None if isinstance(found, Exhausted) else found
 
     def singles(self, budget: int) -> Answer:
         self._best = {}
         found = super().singles(min(budget, STATES))
-        return None if isinstance(found, Exhausted | None) else _direct(found)
+        return None if isinstance(found, Exhausted) else found
 
     def _singles(self, joint: Joint, alive: Sequence[Mask] | None = None) -> Iterator[Joint]:
         del alive
@@ -208,22 +195,6 @@ def _lasts(floor: Floor, before: Joint, joint: Joint) -> int:
     """The ticks of a transition: those of its slowest step."""
     moving = (i for i in floor.robots if before.poses[i] != joint.poses[i])
     return max((floor.team.members[i].ticks for i in moving), default=1)
-
-
-def _direct(states: Sequence[Joint]) -> list[Joint]:
-    """The states without detours that lead back to one with no more charge than before."""
-    found, t = list[Joint](), 0
-    while t < len(states):
-        here = states[t]
-        found.append(here)
-        for back in range(len(states) - 1, t, -1):
-            there = states[back]
-            pairs = zip(there.charges, here.charges, strict=True)
-            if there[:3] == here[:3] and all(less <= more for less, more in pairs):
-                t = back
-                break
-        t += 1
-    return found
 
 
 def charged_plan(floor: Floor, states: Sequence[Joint], begun: float) -> Plan:
