@@ -88,20 +88,15 @@ Times = tuple[tuple[int, ...], ...]
 """For each open obstacle the earliest turn in which each of its needs can be met."""
 
 
-Fields = dict[tuple[object, ...], "ReachByTick"]
-"""Cache of the poses that robots can reach by tick."""
-
-
 def earliest(moment: BoundMoment) -> Times:
     """Return the earliest turns of all needs: the fixpoint in which each obstacle opens as early as
     the times of the others allow."""
-    fields = Fields()
     times: Times = tuple(
         (moment.now,) * one.stage.need + (NEVER,) * (len(one.gate.needs) - one.stage.need)
         for one in moment.opens
     )
     while True:
-        spreads = [Spread(moment, i, times, fields) for i in range(moment.count)]
+        spreads = [Spread(moment, i, times) for i in range(moment.count)]
         after = tuple(
             tuple(map(min, _needs(moment, one, spreads), before))
             for one, before in zip(moment.opens, times, strict=True)
@@ -130,11 +125,8 @@ def still(turn: int, robot: int, count: int, ticks: int) -> int:
 class Spread:
     """Computes the poses of a robot by tick if obstacles open at their ``times``."""
 
-    def __init__(
-        self, moment: BoundMoment, robot: int, times: Times, fields: Fields | None = None
-    ) -> None:
+    def __init__(self, moment: BoundMoment, robot: int, times: Times) -> None:
         self.walker, self.robot, self.count = moment.walkers[robot], robot, moment.count
-        self._fields = {} if fields is None else fields
         self._gates: list[tuple[Mask, int]] = []  # closed poses, and the first tick without them
         for one, turns in zip(moment.opens, times, strict=True):
             opens = _opens(one, robot, turns)
@@ -145,15 +137,6 @@ class Spread:
     def field(self, seeds: Mapping[int, Mask]) -> ReachByTick:
         """Return its poses by tick if it may be in those of ``seeds`` from the end of their ticks
         on."""
-        begun = min(seeds) + 1  # obstacles open by then have never blocked it
-        gates = [gate for gate in self._gates if gate[1] > begun]
-        key = (self.robot, *sorted(seeds.items()), None, *gates)
-        found = self._fields.get(key)
-        if found is None:
-            found = self._fields[key] = self._field(seeds)
-        return found
-
-    def _field(self, seeds: Mapping[int, Mask]) -> ReachByTick:
         first, last, d = min(seeds), max(seeds), self.walker.ticks
         last = max([last, *(gate for _, gate in self._gates if gate < NEVER)])
         masks = [seeds[first]]
