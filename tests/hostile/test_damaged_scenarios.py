@@ -16,6 +16,7 @@ from safenav.cli.check import check
 from safenav.cli.run import run
 from safenav.cli.synth import explain
 from safenav.errors import InputError, SafenavError
+from scenario.mistakes import places
 from support.examples import campaign, scenarios
 
 pytestmark = pytest.mark.slow
@@ -29,19 +30,6 @@ VALUES = st.sampled_from(
 )
 
 
-def _places(node: Any, at: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
-    """The path to every value within some data."""
-    inside: list[tuple[Any, Any]] = []
-    if isinstance(node, dict):
-        inside = list(node.items())
-    elif isinstance(node, list):
-        inside = list(enumerate(node))
-    found = [(*at, key) for key, _ in inside]
-    for key, item in inside:
-        found += _places(item, (*at, key))
-    return found
-
-
 @st.composite
 def damaged(draw: st.DrawFn) -> dict[str, Any]:
     """A valid scenario with one to three values replaced, removed, or put somewhere else. No
@@ -52,8 +40,7 @@ def damaged(draw: st.DrawFn) -> dict[str, Any]:
         robot.pop("tracks", None)
     for _ in range(draw(st.sampled_from([1, 1, 1, 2, 3]))):
         kind = draw(st.sampled_from(["replace", "replace", "remove", "rename"]))
-        places = list(_places(data))
-        place = draw(st.sampled_from(places))
+        place = draw(st.sampled_from([*places(data)]))
         holder: Any = data
         for key in place[:-1]:
             holder = holder[key]
