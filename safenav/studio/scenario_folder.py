@@ -23,11 +23,7 @@ _HEAD = 4096
 
 
 class ReplaceError(UsageError):
-    """A file that saving would replace: the user decides. ``name``: its name."""
-
-    def __init__(self, name: str, why: str) -> None:
-        super().__init__(f"{name} {why}")
-        self.name = name
+    """A file that saving would replace: the user decides."""
 
 
 class ScenarioFolder(Struct, frozen=True):
@@ -98,7 +94,7 @@ def save_text(path: Path, text: str, known: str | None, *, replace: bool) -> Non
             there = None
         if there is None or there != known:
             why = "already exists" if known is None else "has changed since it was opened"
-            raise ReplaceError(path.name, why)
+            raise ReplaceError(f"{path.name} {why}")
     write_whole(path, lambda part: part.write_text(text, encoding="utf-8"))
 
 

@@ -19,6 +19,7 @@ from safenav.run.reading import read_run
 from safenav.run.run import Run
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.studio.editing.drawing import drawing_of
+from safenav.world.map import RegionMap
 
 SVG = "{http://www.w3.org/2000/svg}"
 MOMENTS = [("door", 11), ("chain", 6), ("crowd", 137)]
@@ -138,3 +139,12 @@ def test_figures_can_be_read_and_targets_have_rings_above_names(name: str) -> No
             ring = rings[look.colour, *world.position(region)]
             lower = (world.position(region)[0] + 1) * cell
             assert float(ring["cy"]) + float(ring["r"]) < tops.get(region, lower)
+
+
+def test_the_name_of_a_narrow_area_stays_inside_it() -> None:
+    area = frozenset({7, 12, 17})
+    world = RegionMap.from_grid(["#####", *["#...#"] * 3, "#####"], {}, {"laboratory": area})
+    (name,) = placed_names(world, 48)
+    cols = range(int(name.box.left // 48), int(name.box.right // 48) + 1)
+    rows = range(int(name.box.top // 48), int(name.box.bottom // 48) + 1)
+    assert {world.region(r, c) for r in rows for c in cols} <= area

@@ -200,6 +200,14 @@ def test_an_edit_fits_any_form_of_the_text(text: str, edit: dict[str, Any], afte
     assert '"#.#"' in edited(grid + text, edit).replace("'", '"')
 
 
+def test_comments_of_a_replaced_objective_stay() -> None:
+    hold = {"op": "set_objective", "robot": "quad", "kind": "hold", "regions": [11]}
+    listed = "patrol:\n      - 12  # the bed\n      - 15  # the hall"
+    text = edited(COMMENTED.replace("patrol: [12, 15]  # in turn", listed), hold)
+    assert "patrol" not in text
+    assert all(f"# {each}" in text for each in ("both rooms", "the bed", "the hall"))
+
+
 def test_areas_are_drawn_and_used_as_targets() -> None:
     areas = "areas: {hall: {rows: 1-2, columns: 3}, spots: [[1, 1], {columns: 1-2}]}"
     text = DOOR.replace("robots:", f"{areas}\nrobots:").replace("[54, 49]", "[hall, spots]")
