@@ -5,6 +5,7 @@ night; `SAFENAV_FUZZ_FIRST` shifts their seeds. `make fuzz` plays thousands.
 """
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 from random import Random
 
@@ -19,9 +20,33 @@ from slugs.commands import STRATEGY, run
 BATCH = 50
 GAMES = int(os.environ.get("SAFENAV_RANDOM_GAMES", "200"))
 FIRST = int(os.environ.get("SAFENAV_FUZZ_FIRST", "0"))
-BATCHES = range((GAMES + BATCH - 1) // BATCH)
-DENSE = range((GAMES + 59) // 60)
-DEEP = range((GAMES + 249) // 250)
+
+Draw = Callable[[Random, int], Specification]
+KINDS: dict[str, tuple[int, Draw]] = {
+    "small": (1, lambda r, seed: random_specification(r, seed % 3 == 0, bits=3 + seed % 4)),
+    # Long lists of assumptions and guarantees: the order of goals and ranks matters.
+    "goals": (5, lambda r, _: random_specification(r, bits=4, many_goals=True)),
+    # Longer plays than in the tiny games.
+    "longer": (5, lambda r, seed: random_specification(r, seed % 2 == 0, bits=8)),
+    # Thousands of nodes at 2,048 states: sifting and collection must not change a byte.
+    "dense": (50, lambda r, _: dense_game(r)),
+    # Solved and listed with one relation for each part.
+    "independent": (8, lambda r, _: independent_game(r)),
+    # Precedence, aliases, sums and buffers, nested.
+    "deep": (4, lambda r, seed: deep_formulas(r, integers=seed % 2 == 0)),
+}
+"""Kinds of games: one of so many games is of this kind, and how it is drawn."""
+BATCHES = [
+    pytest.param(
+        kind,
+        range(first, min(first + BATCH, count)),
+        id=f"{kind}-{first}",
+        marks=[pytest.mark.slow] * (kind == "dense"),
+    )
+    for kind, (share, _) in KINDS.items()
+    for count in [-(-GAMES // share)]
+    for first in range(0, count, BATCH)
+]
 
 
 @pytest.fixture
@@ -29,26 +54,19 @@ def duel(own_slugs: Path, tmp_path: Path) -> Duel:
     return Duel(own_slugs, tmp_path)
 
 
-@pytest.mark.parametrize("batch", BATCHES)
-def test_random_games_are_played_as_by_the_oracle(duel: Duel, batch: int) -> None:
-    """Both languages; both flags, alone and together; every counterstrategy checked."""
-    for seed in range(FIRST + batch * BATCH, FIRST + (batch + 1) * BATCH):
-        specification = random_specification(
-            Random(seed), integers=seed % 3 == 0, bits=3 + seed % 4
-        )
-        _compare(duel, specification, seed)
-    assert duel.games == BATCH
-    assert duel.strategies > BATCH
-    assert duel.counterstrategies > 0
-
-
-@pytest.mark.parametrize("seed", range(40))
-def test_games_with_many_goals_are_played_as_by_the_oracle(duel: Duel, seed: int) -> None:
-    """Long lists of assumptions and guarantees: the order of goals and ranks matters."""
-    seed += FIRST
-    specification = random_specification(Random(seed), bits=4, many_goals=True)
-    assert len(specification.sys_liveness) >= 6
-    _compare(duel, specification, seed)
+@pytest.mark.parametrize(("kind", "seeds"), BATCHES)
+def test_random_games_are_played_as_by_the_oracle(duel: Duel, kind: str, seeds: range) -> None:
+    """Both languages; both flags, alone and together; every counterstrategy checked; of deep
+    formulas, every translation compared."""
+    if kind == "deep":
+        duel = Duel(duel.binary, duel.folder, translations=1.0)
+    for seed in (FIRST + each for each in seeds):
+        difference = duel.disagreement(KINDS[kind][1](Random(seed), seed), seed)
+        assert difference is None, f"seed {seed}: {difference}"
+    assert duel.games == len(seeds)
+    if kind == "small":
+        assert duel.strategies > len(seeds)
+        assert duel.counterstrategies > 0
 
 
 def test_the_verdict_alone_takes_shortcuts_to_the_same_end(
@@ -66,37 +84,3 @@ def test_the_verdict_alone_takes_shortcuts_to_the_same_end(
         assert alone == strategy, f"seed {seed}: {file.read_text()}"
         verdicts.append(alone)
     assert {0, 10} == set(verdicts)
-
-
-@pytest.mark.parametrize("seed", range(40))
-def test_longer_games_are_played_as_by_the_oracle(duel: Duel, seed: int) -> None:
-    """Longer plays than in the tiny games."""
-    seed += FIRST
-    _compare(duel, random_specification(Random(seed), integers=seed % 2 == 0, bits=8), seed)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", DENSE)
-def test_games_that_need_reordering_are_played_as_by_the_oracle(duel: Duel, seed: int) -> None:
-    """Thousands of nodes at 2,048 states: sifting and collection must not change a byte."""
-    _compare(duel, dense_game(Random(FIRST + seed)), seed)
-
-
-@pytest.mark.parametrize("batch", DENSE)
-def test_independent_environment_parts_are_played_as_by_the_oracle(duel: Duel, batch: int) -> None:
-    """Solved and listed with one relation for each part."""
-    for seed in range(FIRST + batch * 6, FIRST + (batch + 1) * 6):
-        _compare(duel, independent_game(Random(seed)), seed)
-
-
-@pytest.mark.parametrize("batch", DEEP)
-def test_deep_formulas_are_read_as_they_are_meant(duel: Duel, batch: int) -> None:
-    """Precedence, aliases, sums and buffers, nested; the translation is compared each time."""
-    eager = Duel(duel.binary, duel.folder, translations=1.0)
-    for seed in range(FIRST + batch * BATCH, FIRST + (batch + 1) * BATCH):
-        _compare(eager, deep_formulas(Random(seed), integers=seed % 2 == 0), seed)
-
-
-def _compare(duel: Duel, specification: Specification, seed: int) -> None:
-    difference = duel.disagreement(specification, seed)
-    assert difference is None, f"seed {seed}: {difference}"
