@@ -79,9 +79,6 @@ def _larger(children: st.SearchStrategy[syntax.Formula]) -> st.SearchStrategy[sy
 
 
 formulas = st.recursive(leaves, _larger, max_leaves=12)
-states = st.fixed_dictionaries(
-    {**{name: st.booleans() for name in BOOLEANS}, **{name: st.integers(0, 9) for name in INTEGERS}}
-)
 
 
 @given(formulas)
