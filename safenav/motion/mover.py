@@ -186,10 +186,10 @@ def flown_through(flights: Sequence[Flight], floor: MetricFloor, size: float) ->
 
     It passes a centre at the lower mean speed of both flights, so both stay below the speed and the
     acceleration that they have from rest to rest. At a corner it flies diagonally, no faster than
-    keeps its body in its regions: a quintic that ends where it began swings out by at most a tenth
-    of a side.
+    keeps its body in its regions: between two corners to one side, a quintic that ends where it
+    began swings out by at most 5/32 of a side.
     """
-    width = min(1.0, (floor.side / 2 - size / 2 - ROOM) / (floor.side / 10))
+    width = min(1.0, (floor.side / 2 - size / 2 - ROOM) / (floor.side * 5 / 32))
     found = list(flights)
     speeds = [(0.0, 0.0)] * (len(found) + 1)
     for index, (one, other) in enumerate(pairwise(found), start=1):
