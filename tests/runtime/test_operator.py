@@ -153,13 +153,13 @@ def test_interventions_are_read_from_a_file(
         assert done.returncode == 0, done.stderr
 
 
-def test_the_terminal_prints_the_interventions_that_would_help(tmp_path: Path) -> None:
+def test_the_terminal_prints_the_reason_of_a_wait(tmp_path: Path) -> None:
     scenario = tmp_path / "gate.yaml"
     scenario.write_text(GATE)
     typed = "open it\nresolved gate@27\n\n"
     done = warm.safenav("run", scenario, "--operator", "-", "--no-map", text=typed)
     assert done.returncode == 0
-    assert "tried: catalogue.robots.cart.capabilities: [push]" in done.stderr
+    assert "because gate@27 needs a robot with 'push'" in done.stderr
     assert "unknown intervention 'open'" in done.stderr
     assert "an operator intervenes: resolved gate@27" in done.stdout
 
