@@ -314,3 +314,14 @@ def test_a_program_that_steps_itself_can_give_up() -> None:
     last = run.records[-1]
     assert (last["outcome"], last["explanation"]) == ("interrupted", "battery low")
     assert not run.findings
+
+
+def test_a_robot_that_cannot_open_what_it_enters_does_not_try_forever() -> None:
+    """Its lidar mistook the leaf of an open door for a door, and it tried a hundred times."""
+    scenario = case("operator/gate").replace(
+        "ground, capabilities: []", "ground, capabilities: [push]"
+    )
+    run = play(scenario, world=lambda s: Faulty(s, [["cart", {"to": 27}, "blocked"]]))
+    ends = [line["result"] for line in run.all("arrive", robot="cart") if line["at"] == 26]
+    assert ends == ["arrived", "blocked", *["failed"] * 3]
+    assert run.outcome["outcome"] == "operator_needed" and not run.findings

@@ -10,6 +10,7 @@ from safenav.runtime.worlds.live_simulation import LiveSimulation
 from safenav.runtime.worlds.protocol import (
     Acted,
     Arrived,
+    Blocked,
     Elsewhere,
     Failed,
     Lost,
@@ -151,6 +152,10 @@ class Faulty(LiveSimulation):
             case "carried":
                 self._carry(name, pose := Pose.of(*where))
                 return [Elsewhere(at, name, pose, command=command)]
+            case "blocked":
+                pose = self.last[name]
+                self._carry(name, pose)
+                return [Blocked(at, name, pose, self.scenario.obstacles[0], command=command)]
             case "elsewhere":
                 return [Elsewhere(at, name, Pose(where[0]), command=command)]
             case "lost":

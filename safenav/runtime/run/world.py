@@ -224,8 +224,13 @@ class World:
                 yield strays
                 yield from consequences(run.team, before, strays)
             case protocol.Blocked(pose=pose, obstacle=obstacle):
-                yield now.Elsewhere(i, graph.moved(here, pose), blocked=True)
                 obstacle = obstacle or unknown(run.team.members[i].robot, target % run.team.size)
+                if self._is_open_to(run, i, obstacle):
+                    stuck = now.Failed(i, graph.moved(here, pose), f"{obstacle.name} stops it")
+                    yield stuck
+                    yield from consequences(run.team, before, stuck)
+                    return
+                yield now.Elsewhere(i, graph.moved(here, pose), blocked=True)
                 yield from met(run.team, run.state, i, obstacle, target)
             case protocol.Failed(pose=pose, reason=why, fatal=fatal):
                 failed = now.Failed(i, graph.moved(here, pose), why, fatal)
@@ -235,6 +240,14 @@ class World:
                 lost = now.Lost(i, frozenset(regions), why)
                 yield lost
                 yield from consequences(run.team, before, lost)
+
+    def _is_open_to(self, run: Running, i: int, obstacle: model.Obstacle) -> bool:
+        """Whether a robot tries to resolve a known obstacle by entering it."""
+        known = obstacle.name in run.team.numbers
+        k = number(run.team, run.state, obstacle)
+        if not known or run.state.obstacles[k].state is not now.Is.OPEN:
+            return False
+        return closing(run.team, run.state, i, run.state.robots[i].next) is None
 
     def _changed(self, run: Running, change: Change) -> Iterator[now.Event]:
         cause = "user" if change.by_user else "scenario"
