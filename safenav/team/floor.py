@@ -329,7 +329,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
 
 class _Known(dict[int, T]):
-    """Of each pose what is known of it, computed once."""
+    """A fact by pose, computed once."""
 
     def __init__(self, of: Callable[[int], T]) -> None:
         self.of = of
