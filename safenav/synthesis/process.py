@@ -2,8 +2,8 @@
 
 Each command has a process group of its own, which is killed and reaped at its deadline or when its
 ``ProcessGroup`` is dismissed. Commands run in threads, because signals interrupt only the main
-thread: so no process is lost between its start and its registration. Their output goes to files,
-whose size the system limits.
+thread: so no process is lost between its start and its registration. Their output goes to files in
+memory, whose size the system limits.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ class ProcessGroup:
         """
         begun, late = time.monotonic(), threading.Event()
         most = _MOST_OUTPUT if memory_mb is None else memory_mb << 20
-        with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
+        with _file() as out, _file() as err:
             process = self._start(command, own, out, err)
 
             def end() -> None:
@@ -200,6 +200,14 @@ def _setpriv() -> str | None:
     from shutil import which  # imported here: it loads the modules of all archives
 
     return which("setpriv") if sys.platform.startswith("linux") else None
+
+
+def _file() -> IO[bytes]:
+    """Return an empty file that ends with its use; in memory on Linux, which saves a millisecond
+    of each synthesis."""
+    if sys.platform == "linux":
+        return os.fdopen(os.memfd_create("synthesizer"), "w+b")
+    return tempfile.TemporaryFile()
 
 
 def _bound(pid: int, output: int, memory_mb: int | None) -> None:
