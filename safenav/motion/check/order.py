@@ -153,11 +153,16 @@ def _serial(case: Examination, serial: Sequence[Dated]) -> None:
     """A region is entered after the robots that were there before have left; robots move and act
     after the event that their strategy follows."""
     left: dict[int, dict[str, float]] = {}
+    ended: dict[str, float] = {}
     bound: dict[str, float] = {}
+    turn: str | None = None
+    acts: dict[int, Act] = {}
     under_way: dict[str, Depart] = {}
     for t, record in serial:
         mine: tuple[str, ...] = ()
         match record:
+            case Move():
+                turn = record.robot
             case Depart():
                 mine, under_way[record.robot] = (record.robot,), record
                 for other, end in left.get(record.to, {}).items():
@@ -165,11 +170,13 @@ def _serial(case: Examination, serial: Sequence[Dated]) -> None:
                         what = f"enters region {record.to} {end - t:.3f} s before {other} has left"
                         case.wrong(t, record.robot, "order", what)
             case Arrive() if (depart := under_way.pop(record.robot, None)) is not None:
-                left.setdefault(depart.from_, {})[record.robot] = t
+                left.setdefault(depart.from_, {})[record.robot] = ended[record.robot] = t
             case Act():
-                mine = record.robots
-            case records.Synthesis():
-                bound[record.robot] = t
+                mine, acts[record.command] = record.robots, record
+            case records.ActionEnd() if record.command in acts:
+                ended |= dict.fromkeys(acts.pop(record.command).robots, t)
+            case records.Synthesis():  # in lockstep it follows the turn in which it is made
+                bound[record.robot] = t if turn is None else ended.get(turn, 0.0)
         for name in mine:
             if (early := bound.get(name, 0.0) - t) > NEAR:
                 what = f"begins {early:.3f} s before the event that its strategy follows"

@@ -31,7 +31,7 @@ Dated = tuple[float, records.Record]
 
 def dated(trace: Trace, motion: Motion) -> list[Dated]:
     """Return the lines of a trace as those of a run with a clock, each with its time, in the order
-    of the trace."""
+    of the trace; in lockstep also its moves, as turns."""
     if trace.header.clock is not None:
         return [(record.t or 0.0, record) for record in trace.records]
     return _walked(trace, motion).dated
@@ -49,7 +49,8 @@ def ordered(trace: Trace, lines: list[Dated]) -> Trace:
         return trace
     found: list[records.Record] = []
     tick, now = 0, 0.0
-    for time, record in sorted(lines, key=lambda line: line[0]):
+    timed = (line for line in lines if not isinstance(line[1], records.Move))
+    for time, record in sorted(timed, key=lambda line: line[0]):
         tick, now = tick + (time > now), time
         found.append(replace(record, t=time, tick=tick))
     return replace(trace, header=replace(trace.header, clock=MOTION), records=tuple(found))
@@ -138,6 +139,7 @@ class _Run(Struct):
 
     def _move(self, move: records.Move) -> None:
         name, self.turn = move.robot, move.robot
+        self._tell(self.ended.get(name, 0.0), move)
         step = None if name in self.under_way else self.steps.get((name, move.tick))
         if step is not None:
             self.commands += 1
