@@ -17,7 +17,7 @@ from runtime.played import Line, Run, begin, loaded, whole
 from runtime.worlds import Clocked, Distant, Driven, Faulty, Remote, Swinging
 from safenav.checked_trace import check_trace
 from safenav.cli.check import check as command
-from safenav.errors import InputError
+from safenav.errors import InputError, UsageError
 from safenav.report.terminal.story import Story
 from safenav.runtime.intervention.reading import read_intervention
 from safenav.runtime.run.mission import Mission
@@ -84,15 +84,28 @@ def staged(text: str, facts: Facts) -> Run:
         text = text.replace(was, is_)
     world = None if kind is None else kind(loaded(text), **about)
     mission, run = begin(scenario, world=world, attended=waits is not None)
-    left = list(waits or ())
+    left, says = list(waits or ()), facts.pop("says", {})
     while mission.result is None:
+        for line in says.get(mission.tick, ()):
+            _intervene(mission, line)
         if waits is not None and mission.waiting is not None and mission.still:
-            for line in left.pop(0):
-                mission.intervene(read_intervention(line, mission.scenario))
+            for line in left.pop(0) if left or not isinstance(world, Clocked) else ():
+                _intervene(mission, line)
         mission.step()
     assert lies or not run.findings, run.findings
     assert not left
     return run
+
+
+def _intervene(mission: Mission, line: str) -> None:
+    """Intervene with these words; they are refused if they begin so: ``refused WORDS > WHY``."""
+    if not line.startswith("refused "):
+        mission.intervene(read_intervention(line, mission.scenario))
+        return
+    wanted, why = line.removeprefix("refused ").split(" > ")
+    with pytest.raises(UsageError) as error:
+        mission.intervene(read_intervention(wanted, mission.scenario))
+    assert why in str(error.value), error.value
 
 
 def _has(text: str, words: list[str]) -> None:

@@ -1,9 +1,7 @@
 """Runs that wait for changes of their scenario: sensors, forged ends, rests; ``cases/waiting``."""
 
-from once import beside
-from runtime.continued import rests
 from runtime.facts import case
-from runtime.played import Run, completed, loaded, play
+from runtime.played import Run, completed, loaded
 from safenav.runtime.worlds.live_simulation import LiveSimulation
 from safenav.runtime.worlds.protocol import Sensed, WorldEvent
 from safenav.scenario.model import Scenario
@@ -53,17 +51,6 @@ def test_the_judge_accepts_a_last_order_that_a_real_clock_delays_a_little() -> N
         if record.get("t", 0.0) >= 30:
             record["t"] += 0.0003
     assert not run.findings
-
-
-CLOSED = beside(__file__, "scenarios/waiting_for_changes_closed.yaml")
-
-
-def test_a_run_resumed_in_a_wait_still_waits() -> None:
-    run = play(CLOSED)
-    assert run.outcome["outcome"] == "operator_needed"
-    for rest in rests(loaded(CLOSED)):
-        assert rest.outcome["outcome"] == "operator_needed"
-        assert {line["robot"] for line in rest.all("service")} == {"b"}
 
 
 def test_a_run_may_not_end_instead_of_waiting(clock: str) -> None:

@@ -325,3 +325,15 @@ def test_a_robot_that_cannot_open_what_it_enters_does_not_try_forever() -> None:
     ends = [line["result"] for line in run.all("arrive", robot="cart") if line["at"] == 26]
     assert ends == ["arrived", "blocked", *["failed"] * 3]
     assert run.outcome["outcome"] == "operator_needed" and not run.findings
+
+
+class Outside(Driven):
+    """A world of a user: no simulation, it does what it is told."""
+
+    def act(self, robot: Robot) -> Any:
+        self.truth.changes(10**6, ())  # what is ordered is there
+        return super().act(robot)
+
+
+def test_orders_reach_the_team_in_another_world() -> None:
+    assert completed(case("orders/of_an_operator"), world=Outside).all("order")
