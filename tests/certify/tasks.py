@@ -121,7 +121,7 @@ def verdict_of(
             for o in scenario.obstacles
         ]
     form = ObjectiveForm(task.objective, about.memory.index)
-    found = Controller(task, task.objective, form, answer, frozenset())
+    found = Controller(task, task.objective, form, answer)
     line = synthesis_line(0, Reason.INITIAL, found, scenario.map)
     node = None if answer.strategy is None else 0
     lines.append(replace(line, t=t, node=node))

@@ -32,15 +32,13 @@ COMMANDS = ("assigned", "request", "wait")
 
 
 class Controller(Struct, frozen=True, eq=False):
-    """A strategy for a task. ``asked``: the objective of which the task has a ``form``; ``known``:
-    the open obstacles that it knows; ``tried``: the stronger forms that failed; ``node``: where it
-    begins."""
+    """A strategy for a task. ``asked``: the objective of which the task has a ``form``; ``tried``:
+    the stronger forms that failed; ``node``: where it begins."""
 
     task: Task
     asked: Objective
     rung: ObjectiveForm
     result: SynthesisResult
-    known: frozenset[int]
     tried: tuple[records.Tried, ...] = ()
 
     @property
@@ -119,8 +117,7 @@ def synthesized(
                 continue
             tried_before = found[i].failed() if i in found else ()
             asked = task.robot.objective if task.assignable else roles[i].objective
-            avoid = roles[i].avoid
-            found[i] = Controller(task, asked, rung, result, avoid, tried_before)
+            found[i] = Controller(task, asked, rung, result, tried_before)
             if found[i].realizable:
                 del left[i]
         if waiting:

@@ -70,12 +70,6 @@ class Run:
         self.control = Control()
         self.settled: tuple[Team, now.State, Control] | None = None
 
-    def run(self) -> End:
-        self.begin()
-        while (end := self.over()) is None:  # 5
-            self.step()
-        return end
-
     def begin(self) -> None:
         self.recorder.begins()
         self.settle()  # 4

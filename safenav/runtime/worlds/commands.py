@@ -10,10 +10,8 @@ from __future__ import annotations
 import queue
 from collections import deque
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from typing import Any
 
 from msgspec import Struct
-from msgspec.structs import replace
 
 from safenav.runtime.worlds import protocol
 from safenav.runtime.worlds.live_simulation import LiveSimulation, pace_on
@@ -113,8 +111,9 @@ class Commands:
         self._count, self.zero = last, self._clock() - time
 
     def at(self, event: protocol.WorldEvent) -> float:
-        """The time of an event in seconds of the run."""
-        return float(event.at) - self.zero
+        """The time of an event in seconds of the run; now for one that has none."""
+        at = getattr(event, "at", None)
+        return float(at) - self.zero if at is not None and is_time(at) else self.now()
 
     def number(self, name: str) -> int:
         """The number of a robot's open command, or of its last one."""
@@ -235,15 +234,6 @@ class Commands:
             heard = True
         return heard
 
-    def _recordable(self, event: Any) -> protocol.WorldEvent:
-        """Return a malformed report with its time replaced; only the time if it is not an event, or
-        names an unknown robot."""
-        now, name = self.zero + self.now(), getattr(event, "robot", None)
-        known = name is None or (isinstance(name, str) and name in self._names)
-        if known and isinstance(event, protocol.WorldEvent):
-            return replace(event, at=now)
-        return protocol.WorldEvent(now)
-
     def _take(self, event: protocol.WorldEvent) -> None:
         wrong, open_ = None, self._ended_by(event)
         try:
@@ -251,7 +241,7 @@ class Commands:
         except ValueError as error:
             wrong = str(error)
         if wrong is not None and open_ is None:
-            self.dropped.append((self._recordable(event), wrong))
+            self.dropped.append((event, wrong))
             return
         if isinstance(event, protocol.Sensed):
             self.sensed.append(event)
@@ -298,7 +288,7 @@ class Commands:
         if command.target is None:
             pass  # actions have no limit of their own
         elif len(took) >= FEWEST:
-            limits.append(max(SOONEST, policy.patience * max(_median(took), known)))
+            limits.append(max(SOONEST, policy.patience * max(sorted(took)[len(took) // 2], known)))
         elif robot.model.motion is not None:
             pace = pace_on(self.scenario.map, robot)
             way = command.start.region, command.target.region
@@ -333,10 +323,3 @@ class Commands:
                 self._take(protocol.Lost(now, open_.robot.name, regions, why, command=command))
             else:
                 self._take(open_.failed(now, f"no end within {seconds_words(now - open_.since)}"))
-
-
-def _median(values: Collection[float]) -> float:
-    """Return the median. The module ``statistics`` takes 1.5 ms to load, in every run."""
-    ordered = sorted(values)
-    middle = len(ordered) // 2
-    return (ordered[middle] + ordered[~middle]) / 2
