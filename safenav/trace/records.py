@@ -485,10 +485,9 @@ class End(Record, frozen=True, tag="outcome"):
     """The last line of a complete trace. ``rounds`` of each robot; ``syntheses``: calls of the
     synthesizer. ``cause``: why an operator is needed. ``proof``: of a negative outcome.
     ``unrealizable``: robot and spec of each synthesis that ended the run. Live: ``makespan``, the
-    end of the last command, and the seconds in which each robot had a command (``busy``) and in
-    which it had none before that (``waiting``). ``late``: the missed deadlines; ``refused``: those
-    that cannot be met from the start (``NAME.battery`` for a charge), each with the least feasible
-    value (None: there is none)."""
+    end of the last command. ``late``: the missed deadlines; ``refused``: those that cannot be met
+    from the start (``NAME.battery`` for a charge), each with the least feasible value (None: there
+    is none)."""
 
     outcome: Outcome
     explanation: str
@@ -501,8 +500,6 @@ class End(Record, frozen=True, tag="outcome"):
     proof: Proof | None = None
     unrealizable: Mapping[str, Sha256] | None = None
     makespan: Seconds | None = None
-    busy: Mapping[str, Seconds] | None = None
-    waiting: Mapping[str, Seconds] | None = None
     late: tuple[str, ...] | None = None
     refused: Mapping[str, Count | None] | None = None
 

@@ -1,9 +1,8 @@
-"""The trace lines of moves: one a tick in lockstep, one a command in a live run; their times."""
+"""The trace lines of moves: one a tick in lockstep, one a command in a live run."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from typing import Any
+from collections.abc import Callable
 
 from safenav.team import state as now
 from safenav.team.state import State
@@ -141,33 +140,6 @@ class CommandLines(_Lines):
         if signal is not None or self._holds.get(event.robot) is not why:
             self._holds[event.robot] = why
             self._emit(records.Held(tick, self._team.members[event.robot].name, why, signal))
-
-
-class CommandTimes:
-    """Sums of the durations of commands: a listener to records. A command counts when its end is
-    recorded; the run may end before that in the same moment."""
-
-    def __init__(self) -> None:
-        self._begun: dict[str, float] = {}
-        self._busy: dict[str, float] = {}
-        self._over = 0.0
-
-    def __call__(self, record: records.Record) -> None:
-        """Process records of commands that begin or end."""
-        match record:
-            case records.Depart() | records.Act():
-                self._begun[record.robot] = record.t or 0.0
-            case records.Arrive() | records.ActionEnd():
-                self._over, name = record.t or 0.0, record.robot
-                took = self._over - self._begun.pop(name, self._over)
-                self._busy[name] = self._busy.get(name, 0.0) + took
-
-    def fields(self, robots: Iterable[str]) -> dict[str, Any]:
-        """The fields of the outcome: the time at which the last command ended, and the seconds of
-        each robot with and without one until then."""
-        over, busy = self._over, {name: self._busy.get(name, 0.0) for name in robots}
-        waiting = {name: max(0.0, over - seconds) for name, seconds in busy.items()}
-        return {"makespan": over, "busy": busy, "waiting": waiting}
 
 
 def _reason(event: now.Stayed, state: State) -> HoldReason:

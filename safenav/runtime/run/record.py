@@ -20,7 +20,7 @@ from safenav.runtime.control.ends import End, lacks_of
 from safenav.runtime.control.tasks import assignable, enough
 from safenav.runtime.run.checkpoint import Memory
 from safenav.runtime.run.deadlines import Ledger
-from safenav.runtime.run.moves import CommandLines, CommandTimes, TickLines
+from safenav.runtime.run.moves import CommandLines, TickLines
 from safenav.runtime.run.synthesis_line import synthesis_line
 from safenav.scenario.objective import Objective
 from safenav.solve.reasons import shortfall_words
@@ -60,11 +60,10 @@ Entry = tuple[int, int | None, tuple[str, ...]]
 class Recorder:
     """``stack``: the entries that were pushed; ``helpers``: those of each request as last recorded;
     ``told``: the objectives in force as last recorded,
-    ``own``: those of robots themselves;
     ``looked``: beliefs to be recorded after the move of their robot;
     ``said``: the last place of each robot in the recorded plan (None: none is in force),
     ``basis``: for which plan and obstacles; ``why``: the last event of those that give a reason for
-    syntheses."""
+    syntheses; ``makespan``: when the last command ended."""
 
     def __init__(
         self,
@@ -86,7 +85,7 @@ class Recorder:
         self.basis: object = None
         self.why, self.tick, self.moved = Reason.INITIAL, 0, 0
         self.waited: tuple[float | None] | None = None
-        self.times = CommandTimes()
+        self.makespan = 0.0
         self.ledger = Ledger(team, self.emit)
 
     def begins(self) -> None:
@@ -103,7 +102,7 @@ class Recorder:
     def resume(self, memory: Memory, state: State, lines: Iterable[records.Record]) -> None:
         """Continue after these lines."""
         for line in lines:
-            self.times(line)
+            self._ends(line)
             self.moves.resume(line)
             self._listen(line)
         self.tick, self.moved, self.time = memory.tick, memory.moved, state.time
@@ -247,8 +246,12 @@ class Recorder:
         if isinstance(line, records.Move):
             self.moved = self.tick
         line = replace(line, t=round(self.time, 9)) if self.live else line
-        self.times(line)
+        self._ends(line)
         self._listen(line)
+
+    def _ends(self, line: records.Record) -> None:
+        if isinstance(line, records.Arrive | records.ActionEnd):
+            self.makespan = line.t or 0.0
 
     def _name(self, k: int) -> str:
         return self.team.obstacles[k].name
@@ -555,7 +558,7 @@ class Recorder:
             unrealizable=dict(end.unrealizable) or None,
             late=self.ledger.missed,
             refused=end.refused,
-            **(self.times.fields(m.name for m in self.team.members) if self.live else {}),
+            makespan=self.makespan if self.live else None,
         )
         self.emit(ended)
         return ended
