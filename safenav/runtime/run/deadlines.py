@@ -164,7 +164,7 @@ class Ledger:
     def completed(self) -> None:
         """The mission is completed in this tick."""
         if (due := self.dues.pop(MISSION, None)) is not None and not due.past:
-            self.emit(records.Deadline(self.tick, MISSION, due.tick, DeadlineVerdict.KEPT))
+            self._tell(MISSION, due.tick, DeadlineVerdict.KEPT)
 
     def _overdue(self, team: Team) -> None:
         """The deadlines of the tick before this one."""
@@ -172,19 +172,24 @@ class Ledger:
         for of, due in self.dues.items():
             if due.tick < self.tick and not due.past:
                 self.dues[of] = replace(due, past=True)
-                self._missed(_name(team, of), due.tick, late, due.cause)
+                self._tell(_name(team, of), due.tick, late, cause=due.cause)
         for i, member in enumerate(team.members):
             clock, within = self.clocks[i], member.robot.within
             if within is not None and not clock.over and clock.begun + within < self.tick:
                 self.clocks[i] = replace(clock, over=True)
                 verdict = DeadlineVerdict.EXCUSED if clock.excused else late
-                self._missed(member.name, clock.begun + within, verdict)
+                self._tell(member.name, clock.begun + within, verdict)
 
-    def _missed(
-        self, of: str, due: int, verdict: DeadlineVerdict, cause: str | None = None
+    def _tell(
+        self,
+        of: str,
+        due: int,
+        verdict: DeadlineVerdict,
+        earliest: int | None = None,
+        cause: str | None = None,
     ) -> None:
         self.late += [of] if verdict is DeadlineVerdict.LATE else []
-        self.emit(records.Deadline(self.tick, of, due, verdict, cause=cause))
+        self.emit(records.Deadline(self.tick, of, due, verdict, earliest, cause))
 
     def _look(self, team: Team, state: State) -> None:
         """Note the robots that do not pursue their own objective."""
@@ -216,16 +221,15 @@ class Ledger:
         for k, due in fresh.items():
             self.dues[k] = due
             verdict, soonest = DeadlineVerdict.SET, ends.get(k, self.tick)
-            about = _name(team, k), due.tick, verdict, soonest, due.cause
-            self.emit(records.Deadline(self.tick, *about))
-        open_ = {of: due for of, due in self.dues.items() if not due.past}
+            self._tell(_name(team, k), due.tick, verdict, soonest, due.cause)
+        open_, lost = {of: d for of, d in self.dues.items() if not d.past}, DeadlineVerdict.LOST
         if MISSION in open_ and not objectives_change(team, self.tick):
             every = [orders_left(team, state, i, team.rounds) for i in range(len(team.members))]
             ends[MISSION] = mission_end(moment, times, self.tick, every)
         for of, due in open_.items():
             if of in ends and not due.reported and _beyond(ends[of], due.tick):
                 self.dues[of] = replace(due, reported=True)
-                self._lost(_name(team, of), due.tick, ends[of])
+                self._tell(_name(team, of), due.tick, lost, ends[of])
         for i, (member, clock) in enumerate(zip(team.members, self.clocks, strict=True)):
             within, robot = member.robot.within, state.robots[i]
             orders = [each for each in orders_left(team, state, i) if each is not None]
@@ -237,11 +241,7 @@ class Ledger:
             soonest = None if end >= bound.NEVER else end
             if _beyond(soonest, clock.begun + within):
                 self.clocks[i] = replace(clock, reported=True)
-                self._lost(member.name, clock.begun + within, soonest)
-
-    def _lost(self, of: str, due: int, soonest: int | None) -> None:
-        lost = DeadlineVerdict.LOST
-        self.emit(records.Deadline(self.tick, of, due, lost, earliest=soonest))
+                self._tell(member.name, clock.begun + within, lost, soonest)
 
 
 def _name(team: Team, of: Of) -> str:
