@@ -190,7 +190,9 @@ def _continued(trace: Trace, plan: Scenario) -> Resumption:
     from safenav.runtime.run.checkpoint import resumption
 
     begun = resumption(trace, plan)
-    told = run_of(replace(trace, records=begun.lines[1:]))
+    told, tick = run_of(replace(trace, records=begun.lines[1:])), begun.kept.memory.tick
+    if plan.clock is Clock.LOCKSTEP and told.last != tick:
+        raise UsageError(f"{trace.source}: a checkpoint of tick {tick} follows tick {told.last}")
     for track, robot in zip(told.robots, begun.standing(plan).robots, strict=True):
         if track.regions[-1] != robot.start.region:
             where = f"in {robot.start.region}, the lines before it in {track.regions[-1]}"

@@ -24,7 +24,7 @@ from safenav.runtime.worlds.reports import checked_obstacle
 from safenav.runtime.worlds.truth import Truth
 from safenav.scenario.model import Obstacle, ResolveAt, Scenario
 from safenav.scenario.objective import Objective
-from safenav.scenario.settings import Limits
+from safenav.scenario.settings import Clock, Limits
 from safenav.team.formulas import pursuit_of
 from safenav.team.state import Is, Plan, RobotNow, State
 from safenav.team.team import Member, Team, assigned, introduced, team_of
@@ -229,8 +229,9 @@ def _wrong(team: Team, kept: Kept) -> Iterator[str]:
         yield "it has other obstacles than truths"
     if ledger is not None and len(ledger.clocks) != len(names):
         yield "it has other clocks than robots"
-    if not 0 <= state.time < MOST or not 0 <= kept.memory.tick < MOST:
-        yield f"it is of the time {state.time}"
+    lockstep, tick = team.scenario.clock is Clock.LOCKSTEP, kept.memory.tick
+    if not (0 <= state.time < MOST and 0 <= tick < MOST) or (lockstep and state.time != tick):
+        yield f"it is of the time {state.time} in tick {tick}"
     if state.plan is not None:
         yield from _unplanned(team, state, state.plan)
 
