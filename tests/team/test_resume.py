@@ -2,16 +2,19 @@
 
 import json
 import random
+import re
+from collections.abc import Sequence
 from functools import reduce
 from operator import getitem
 from pathlib import Path
+from typing import Any
 
 import pytest
 from msgspec.structs import replace
 
 from safenav.checked_trace import check_trace
 from safenav.errors import InputError, UsageError
-from safenav.runtime.run.checkpoint import resumption
+from safenav.runtime.run.checkpoint import _digest, resumption
 from safenav.runtime.run.mission import Mission
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario
@@ -20,6 +23,7 @@ from safenav.trace.fields import convert, plain
 from safenav.trace.reading import read_trace
 from safenav.trace.writing import TraceWriter, as_data
 from scenario.mistakes import places
+from warm import safenav
 
 ROOT = Path(__file__).parents[2]
 
@@ -89,6 +93,48 @@ def test_a_changed_checkpoint_is_refused(tmp_path: Path) -> None:
         path.write_text("\n".join([*lines[:at], json.dumps(data), *lines[at + 1 :]]) + "\n")
         with pytest.raises((UsageError, InputError)):
             resumption(read_trace(path), scenario)
+
+
+ROBOT = ("state", "robots", 0)
+LIES = [
+    ((*ROBOT, "pose"), 20, "the plan has a step of a that is none"),
+    ((*ROBOT, "pose"), 10**9, "cannot be in pose 1000000000"),
+    ((*ROBOT, "own"), [99, 0, False], "has no target 99"),
+    ((*ROBOT, "objective"), {"ltl": {"safety": ["nothing = 1"]}}, "wrong formula"),
+    ((*ROBOT, "acting"), 7, "there is no robot 7"),
+    (("own", 0), {"visit": [10**5]}, "expected free regions"),
+    (("state", "requests"), [99], "there is no obstacle 99"),
+    (("state", "time"), 7, "it is of the time 7"),
+    (("memory", "tick"), 7, "it is of the time"),
+    (("state", "robots"), [], "other numbers of robots"),
+    (("helps", 0), 5, "there is no obstacle 5"),
+    (("state", "plan", "ways", 0, 3, 0), 8, "the plan has a step of a that is none"),
+]
+
+
+LONE = [
+    ((*ROBOT, "pose"), 32, "a checkpoint has quad in 32, the lines before it in"),
+    ((*ROBOT, "to"), 32, "no step leads quad from"),
+    (("state", "requests"), [0], "its requests are not its open obstacles"),
+]
+
+
+@pytest.mark.parametrize(("name", "lies"), [("corridor_swap", LIES), ("case_study_1", LONE)])
+def test_a_checkpoint_that_lies_is_refused(name: str, lies: Sequence[Any], tmp_path: Path) -> None:
+    """Its digest shows changes, not who has written it."""
+    scenario = load_scenario(ROOT / "scenarios" / f"{name}.yaml")
+    path = interrupted(scenario, 2, tmp_path)
+    assert path is not None
+    lines = [json.loads(line) for line in path.read_text().splitlines()]
+    at = next(n for n, line in enumerate(lines) if line["type"] == "checkpoint")
+    for place, value, told in lies:
+        made = json.loads(json.dumps(lines[at]["run"]))
+        reduce(getitem, place[:-1], made)[place[-1]] = value
+        made["sha256"] = _digest(made)
+        data = [*lines[:at], lines[at] | {"run": made}, *lines[at + 1 :]]
+        path.write_text("".join(json.dumps(line) + "\n" for line in data))
+        done = safenav("resume", path)
+        assert done.returncode == 2 and re.search(told, done.stderr), (place, done.stderr)
 
 
 def test_every_scenario_is_read_back_from_a_checkpoint() -> None:
