@@ -160,8 +160,9 @@ class Faulty(LiveSimulation):
                 return [Elsewhere(at, name, Pose(where[0]), command=command)]
             case "lost":
                 return [Lost(at, name, ends, command=command)]
-            case "seen":
-                return [event, Sensed(at, self.scenario.obstacles[0])]
+            case "seen" | "stale":
+                since = at if what == "seen" else 0.0
+                return [event, Sensed(since, self.scenario.obstacles[0])]
             case "acted":
                 return [Acted(at, name, [], command=command)]
         return {"silent": [], "twice": [event, event], "unasked": [replace(event, command=None)]}[
