@@ -58,6 +58,19 @@ def test_every_lifter_is_called_and_the_worst_result_counts(
     assert team_action.next(BESIDE, stations) == {} and team_action.found == [(crate, result)]
 
 
+def test_an_obstacle_stays_until_its_last_need_is_fulfilled() -> None:
+    """The gate is unlocked, and stays closed until a robot pushes it; what happens to other work
+    changes nothing about that."""
+    scenario, crate, gate, stations = yard()
+    beside, progress = {**BESIDE, "fetch": 11}, FleetProgress(scenario)
+    team_action = TeamAction(scenario.robots[2], (gate,), progress)
+    assert team_action.next(beside, stations) == {"fetch": "key"}
+    assert team_action.answer("fetch", DONE, beside) and team_action.resolved is None
+    assert team_action.next(beside, stations) == {} and team_action.found == []
+    progress.forget(crate)
+    assert progress.need(gate) == 1
+
+
 @pytest.mark.parametrize("answer", [DONE, NOTHING, FAILED])
 def test_the_second_robot_at_a_load_does_not_fulfil_the_next_need(answer: ActResult) -> None:
     """Both reach for one parcel; the one that has it is still to bring it."""

@@ -223,6 +223,14 @@ def test_a_robot_without_a_motion_is_refused() -> None:
         mover_of(scenario.robots[3], Places(scenario.map, scenario.map.frame))
 
 
+def test_a_robot_that_stands_where_no_reference_begins_is_named() -> None:
+    follows, bodies, _, _ = prepared()
+    x, y, yaw = follows.begins("digit")
+    assert follows.start_error("digit") is None
+    bodies.post(Located("digit", bodies.now, x + 0.4, y, yaw))
+    assert "digit is 0.40 m from" in (follows.start_error("digit") or "")
+
+
 def test_a_drive_of_the_simulation_does_not_depend_on_the_machine() -> None:
     """Time stands still there while the mission thinks, however long that takes."""
     pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")

@@ -305,6 +305,7 @@ def test_a_damaged_line_is_refused(damage: str) -> None:
         ("digit", {"swing": 2.0}, "swing", "more than 2"),
         ("digit", {"stance": 0.3}, "stance", "more than 0.3"),
         ("digit", {"most_double": 0.19}, "double support", "to 0.19"),
+        ("digit", {"least_double": 0.195}, "double support", "not 0.195"),
         ("digit", {"sole_length": 0.01}, "support", "outside the feet"),
         ("digit", {"omega": (9.0 / 0.8) ** 0.5}, "gravity", "9.0000 m/s^2, not 9.81"),
         ("digit", {"omega": (9.81 / 0.9) ** 0.5, "height": 0.9}, "dynamics", "misses"),

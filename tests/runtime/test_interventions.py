@@ -1,7 +1,11 @@
-"""Interventions of a program, and which are refused; others are ``cases/operator`` and
-``cases/service``, any changes at all ``studio/test_editing.py``."""
+"""Interventions of a program, any at all, and which are refused; others are ``cases/operator`` and
+``cases/service``."""
 
+import os
 import re
+from collections.abc import Callable
+from contextlib import suppress
+from random import Random
 from typing import Any
 
 import pytest
@@ -22,10 +26,12 @@ from safenav.runtime.intervention.kinds import (
     RemoveObstacle,
     SetInput,
     SetService,
+    SetTruth,
 )
 from safenav.runtime.intervention.reading import read_intervention
+from safenav.runtime.worlds.truth import SimulatedWorld
 from safenav.scenario.model import ObstacleType
-from safenav.scenario.objective import Ltl, Visit
+from safenav.scenario.objective import Hold, Ltl, Visit
 from safenav.world.moves import Pose
 
 
@@ -131,3 +137,87 @@ def test_a_robot_with_a_battery_refuses_an_objective_without_an_order_of_targets
     (robot, *_) = (each.name for each in scenario.robots if each.model.battery)
     with pytest.raises(UsageError, match="without an order of its targets"):
         read_intervention(f"objective {robot} {{cover: {[*scenario.map.free[:2]]}}}", scenario)
+
+
+GAP = HALL.replace("region: [3, 2]", "region: [2, 4]").replace("turtlebot4", "scout") + (
+    "catalogue: {robots: {scout: {mobility: free, layer: ground, capabilities: [sense]}}}\n"
+    "until: {rounds: 2}\n"
+)
+SHUT = GAP.replace("type: door", "type: uncertainty, traversable: false")
+OPEN, FOG = SHUT.replace("false", "true"), built_in().obstacles["uncertainty"]
+
+
+@pytest.mark.parametrize(
+    ("text", "tick", "change", "ends"),
+    [
+        (GAP, 1, RemoveObstacle("door@22"), "completed"),
+        (SHUT, 1, SetTruth("uncertainty@22", True), "completed"),
+        (OPEN, 1, SetTruth("uncertainty@22", False), "operator_needed"),
+        # It comes again, and is another one.
+        (OPEN, 4, AddObstacle(FOG, 22, False), "operator_needed"),
+        (GAP.replace("[2, 4]", "[3, 2]"), 1, AddObstacle(DOOR, 22), "operator_needed"),
+    ],
+    ids=["removed", "now traversable", "no longer", "another", "closed"],
+)
+def test_a_simulated_world_is_changed(text: str, tick: int, change: Any, ends: str) -> None:
+    mission, run = begin(text)
+    while mission.tick < tick:
+        mission.step()
+    mission.intervene(change)
+    end(mission, run)
+    assert run.outcome["outcome"] == ends, run.outcome["explanation"]
+
+
+def test_no_region_is_closed_twice() -> None:
+    mission, run = begin(SHUT.replace("[[2, 7], [2, 1]]", "[[2, 3], [2, 1]]"))
+    mission.intervene(AddObstacle(DOOR, 29))
+    with pytest.raises(UsageError, match="will be closed at the next tick"):
+        mission.intervene(AddObstacle(FOG, 29, True))
+    while not run.all("resolved"):
+        mission.step()
+    with pytest.raises(UsageError, match="uncertainty@22 is permanent"):
+        mission.intervene(AddObstacle(DOOR, 22))
+
+
+FIRST = int(os.environ.get("SAFENAV_FUZZ_FIRST", "0"))
+SEQUENCES = int(os.environ.get("SAFENAV_FUZZ", "0")) // 50 or 3
+
+
+def whatever(mission: Mission, world: SimulatedWorld, chance: Random) -> Intervention:
+    """A change of a running world, possible or not."""
+    kind = chance.choice(list(built_in().obstacles.values()))
+    one, other = (frozenset({r}) for r in chance.sample(sorted(mission.scenario.map.free), 2))
+    there = [obstacle.name for obstacle in world.standing().values()] or ["door@1"]
+    robot = chance.choice(mission.scenario.robots).name
+    truth = chance.random() < 0.5
+    (region,) = one
+    new = AddObstacle(kind, region, truth if kind.has_truth else None)
+    objective = chance.choice([Hold((one,)), Visit((one | other,)), Visit((one, other))])
+    return chance.choice(
+        [
+            RemoveObstacle(chance.choice(there)),
+            SetTruth(chance.choice(there), truth),
+            *(new, new),
+            AssignObjective(robot, objective),
+            SetService(robot, chance.random() < 0.6),
+        ]
+    )
+
+
+@pytest.mark.parametrize("seed", range(FIRST, FIRST + SEQUENCES))
+@pytest.mark.parametrize("name", ["case_study_1", "case_study_3", "two_digits"])
+def test_a_run_that_is_changed_at_random_is_sound(
+    name: str, seed: int, played: Callable[[], None]
+) -> None:
+    chance = Random(f"{name}/{seed}")
+    scenario = load_scenario(SCENARIOS / f"{name}.yaml")
+    world = SimulatedWorld(scenario)
+    mission, run = begin(scenario, world=world)
+    while mission.result is None and mission.tick < 60:
+        for _ in range(chance.choice((0, 0, 0, 0, 1, 2))):
+            with suppress(UsageError):
+                mission.intervene(whatever(mission, world, chance))
+                played()
+        mission.step()
+    mission.give_up()
+    assert not run.findings, run.findings

@@ -137,6 +137,7 @@ OURS = {"Host": "127.0.0.1:7246"}
         ("/secret/", {**OURS, "Sec-Fetch-Site": "cross-site"}, 403),
         ("/secret/say", {**OURS, "Content-Length": str(LARGEST + 1)}, 413),
         ("/secret/say", {**OURS, "Content-Length": "\xb2"}, 413),
+        ("/secret/say", {**OURS, "Transfer-Encoding": "chunked"}, 413),
         ("/secret/say", {**OURS, "Content-Length": "9" * 5000}, 413),
     ],
 )
