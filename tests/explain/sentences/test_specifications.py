@@ -68,6 +68,10 @@ def test_every_claim_about_a_specification_is_true(
     assert len(data["still_unrealizable_without"]) == omitted.count(False)
     together = realizable_together(judge.part)
     assert data["realizable_with_a_cooperating_environment"] == together
+    said, whole = invoke(explain, file).output, realizable_together(spec)
+    assert ("the rest is realizable:" in said) == all(omitted)
+    assert ("(realizable if the environment cooperated)" in said) == whole
+    assert ("(these alone are realizable if" in said) == (together and not whole)
     play = data["play"]
     goal = play["goal"] and place(play["goal"])[1]
     judge.check_play(play["ending"], play["moments"], play["cycle"], play["inputs"], goal)
