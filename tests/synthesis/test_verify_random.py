@@ -226,6 +226,23 @@ def test_a_wrong_strategy_is_an_error_of_the_synthesizer(
         assert (result.verified, result.cached) == (True, cached)
 
 
+def test_a_value_that_a_variable_does_not_have_is_a_failure(
+    patrol: Specification, patrol_json: bytes
+) -> None:
+    """From 5 to 6 and back: by steps that each guarantee allows."""
+    document = json.loads(patrol_json)
+    nodes = document["nodes"]
+    for number, place, bits, then in ((9, 6, [1, 1], 11), (11, 5, [0, 1], 5)):
+        assert 3 + bits[0] + 2 * bits[1] == place
+        for request in (0, 1):
+            state, after = [request, *bits], [then, then + 1]
+            nodes[str(number + request)] = {"rank": 1, "state": state, "trans": after}
+    nodes["3"]["trans"] = nodes["4"]["trans"] = [9, 10]
+    strategy = Strategy.parse(json.dumps(document).encode(), patrol)
+    found = [failure.fault for failure in verify_strategy(patrol, strategy).failures]
+    assert found == [Fault.RANGE]
+
+
 ANY = Constraint(Section.ENV_TRANS, "", Origin("", ""))
 
 
