@@ -116,6 +116,7 @@ LONE = [
     ((*ROBOT, "pose"), 32, "a checkpoint has quad in 32, the lines before it in"),
     ((*ROBOT, "to"), 32, "no step leads quad from"),
     (("state", "requests"), [0], "its requests are not its open obstacles"),
+    (("state", "obstacles", 0), {"stage": [9]}, "door@47 has no need 9"),
 ]
 
 
