@@ -84,7 +84,7 @@ def _run(case: Case, scenario: Scenario, conditions: Conditions, trace: Path | N
             listeners.append(stack.enter_context(TraceWriter(trace)))
         # A batch runs scenarios in parallel, so each runs one synthesis at a time.
         cache = Cache.from_environment()
-        if conditions.certify is not None and cache.directory is None:
+        if conditions.certify is not None and not cache.usable:
             cache = Cache(Path(stack.enter_context(TemporaryDirectory())))
         synthesizer = default_synthesizer(scenario, binary=_binary(), cache=cache, at_once=1)
         ended = Mission(scenario, synthesizer, listeners=listeners).run()

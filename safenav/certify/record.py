@@ -38,7 +38,7 @@ def bundle_of_run(
         plan = replace(plan, seed=seed)
     with tempfile.TemporaryDirectory() as directory:
         cache = Cache.from_environment()
-        if cache.directory is None:
+        if not cache.usable:
             cache = Cache(Path(directory) / "cache")
         synthesizer = default_synthesizer(plan, cache=cache)
         trace = Path(directory) / "trace.jsonl"

@@ -21,7 +21,7 @@ from safenav.verify.cycles import cyclic_parts
 
 
 class Cause(StrEnum):
-    """Causes for which a robot wins vacuously; the value states it in words."""
+    """Causes for which a system wins vacuously; the value states it in words."""
 
     NO_BEGINNING = "no initial state satisfies the assumptions, so nothing is guaranteed"
     DEAD_END = "a state can occur in which the assumptions allow no move"
@@ -29,7 +29,7 @@ class Cause(StrEnum):
 
 
 class Vacuity(Struct, frozen=True):
-    """A way in which a robot could win without doing anything.
+    """A way in which a system could win without doing anything.
 
     ``path``: nodes of its strategy, the shortest path to where it happens. ``origins``: the
     assumptions that fail."""

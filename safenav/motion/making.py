@@ -89,7 +89,7 @@ def refuse_broken(trace: Trace, error: Exception | None = None) -> None:
     except Exception:  # then the first error is more helpful
         return
     if found:
-        hint = f"all broken rules: safenav check {trace.source}"
+        hint = f"all broken rules: safenav check --json {trace.source}"
         raise UsageError(f"{trace.source} breaks a rule: {found[0]}\n    {hint}") from error
 
 

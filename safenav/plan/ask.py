@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Collection, Iterator, Sequence
-from itertools import combinations, islice, product
+from itertools import combinations, count, islice, product
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -24,7 +24,7 @@ from safenav.solve.solve import Solver
 from safenav.team.floor import Floor, Joint, Stages, put
 from safenav.team.state import Plan, Stage
 from safenav.trace import proofs
-from safenav.world.poses import Mask, bits
+from safenav.world.poses import Mask, PoseGraph, bits
 
 WORK, WORK_OF_A_ROBOT = 3_000_000, 60_000
 FEW_WORK, FEW_GROUPS, FEW_STATES = 200_000, 300, 20_000
@@ -34,6 +34,9 @@ AHEAD, MOST_AHEAD = 2, 6
 
 MOST_APART = 5
 """The largest group of which each robot gets a region of its own: the choices are tried out."""
+
+
+Near = tuple[int, int, Mask]
 
 
 class Found(Struct, frozen=True):
@@ -241,13 +244,25 @@ def _apart(
     the last one to arrive is the earliest possible."""
     choices = []
     for i in group:
-        goal, graph, allowed = goals[i] or 0, floor.graphs[i], floor.allowed(i, stages)
-        parts = ((r, goal & graph.poses_on(1 << r)) for r in bits(graph.regions_of(goal)))
-        near = sorted((graph.distances(part, allowed)[poses[i]], r, part) for r, part in parts)
-        choices.append(near[: len(group)])
+        near = _nearest(floor.graphs[i], poses[i], goals[i] or 0, floor.allowed(i, stages))
+        choices.append([*islice(near, len(group))])
     ways = (way for way in product(*choices) if len({r for _, r, _ in way}) == len(group))
     best = min(ways, key=lambda way: sorted((far for far, _, _ in way), reverse=True), default=())
     return zip(group, (part for _, _, part in best), strict=False)
+
+
+def _nearest(graph: PoseGraph, pose: int, goal: Mask, allowed: Mask) -> Iterator[Near]:
+    """The regions of a goal, the nearest first: the steps to each, and its part of the goal."""
+    found = frontier = 1 << pose
+    for far in count():
+        for region in bits(graph.regions_of(frontier & goal)):
+            part = goal & graph.poses_on(1 << region)
+            yield far, region, part
+            goal &= ~part
+        frontier = graph.forward(frontier) & (allowed | goal) & ~found
+        if not (frontier and goal):
+            return
+        found |= frontier
 
 
 def _first(floor: Floor, states: Sequence[Joint]) -> Iterator[tuple[int, int]]:

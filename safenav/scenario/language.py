@@ -9,7 +9,6 @@ from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
 from safenav.formula.syntax import RESERVED_WORDS
-from safenav.outcome import Outcome
 from safenav.scenario.model import FAILURES, OPERATOR_ACTION, ResolveAt
 from safenav.scenario.motion import KINDS as MOTIONS
 from safenav.scenario.objective import EXAMPLE, KINDS, STAYING, kinds_that, one_of
@@ -512,6 +511,19 @@ class ChangeKeys(Item, frozen=True):
     service: Literal["out", "back"] | None = key("out: it stops; back: it continues.")
 
 
+Ended = Literal[
+    "completed",
+    "operator_needed",
+    "unrealizable",
+    "tick_limit",
+    "time_limit",
+    "search_limit",
+    "assumption_violated",
+    "late",
+    "interrupted",
+]
+"""The outcomes (``safenav.outcome``) of a run without a defect of the program."""
+
 _OBSTACLE = {"description": "An obstacle: type@region.", **matching(".+@.+")}
 _NAMES = {"items": _OBSTACLE}
 
@@ -524,7 +536,7 @@ class ExpectKeys(Item, frozen=True):
 
     example: ClassVar = "{outcome: completed}"
     elsewhere: ClassVar = dict.fromkeys(("order", "never"), _AS_REQUIREMENT)
-    outcome: Outcome | None = key("The outcome of the run.")
+    outcome: Ended | None = key("The outcome of the run.")
     late: tuple[Scalar, ...] | None = key(
         "Exactly the missed deadlines: robots, obstacles, mission. Default: none."
     )

@@ -38,7 +38,7 @@ class Binary(Struct, frozen=True):
         """Hex sha256 of the file: cached results are valid for this program only. Raises
         SynthesizerError if it cannot be read."""
         try:
-            return _digest(self.path, self.path.stat().st_mtime_ns)
+            return _digest(self.path, _version_of(self.path))
         except OSError as error:
             raise SynthesizerError(
                 f"the synthesizer {self.path} cannot be read: {error.strerror}"
@@ -53,7 +53,7 @@ class Binary(Struct, frozen=True):
     def version(self) -> str | None:
         """The version that it prints, None if it has no such option."""
         try:
-            return _ask_version(self.path, self.path.stat().st_mtime_ns)
+            return _ask_version(self.path, _version_of(self.path))
         except OSError:
             return None
 
@@ -111,14 +111,20 @@ def _executable(path: Path) -> bool:
     return path.is_file() and os.access(path, os.X_OK)
 
 
+def _version_of(path: Path) -> tuple[int, ...]:
+    """What changes when a file is replaced. Raises OSError."""
+    status = path.stat()
+    return status.st_ino, status.st_mtime_ns, status.st_size
+
+
 @lru_cache(maxsize=64)
-def _digest(path: Path, _mtime_ns: int) -> str:
+def _digest(path: Path, _of: tuple[int, ...]) -> str:
     """Hash once per file content."""
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 @lru_cache(maxsize=64)
-def _ask_version(path: Path, _mtime_ns: int) -> str | None:
+def _ask_version(path: Path, _of: tuple[int, ...]) -> str | None:
     """Query once per file content; upstream's binary rejects ``--version``."""
     try:
         answer = ProcessGroup().run([str(path), "--version"], b"", _VERSION_SECONDS)

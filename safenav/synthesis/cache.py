@@ -81,6 +81,16 @@ class Cache:
         except RuntimeError:  # no home directory: a container with an unknown user
             return cls(None)
 
+    @property
+    def usable(self) -> bool:
+        """Whether results can be kept in it."""
+        try:
+            if self.directory is not None:
+                self.directory.mkdir(parents=True, exist_ok=True)
+            return self.directory is not None and os.access(self.directory, os.W_OK)
+        except OSError:
+            return False
+
     def load(self, key: str) -> CacheEntry | None:
         """Return the result with that key, None if it is unknown or damaged (then it is
         dropped)."""

@@ -12,6 +12,7 @@ the comparison with a share above 0 is done in floating point, with a tolerance 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from fractions import Fraction
 from io import BytesIO
@@ -129,6 +130,8 @@ class MapFileError(Exception):
 
 MAX_PIXELS = 2**25
 _CONVERT = "save it as PNG or PGM"
+_GAP = rb"(?:\s|#[^\r\n]*[\r\n])+"
+_PGM = re.compile(rb"P5" + _GAP + rb"\d+" + _GAP + rb"\d+" + _GAP + rb"([1-9]\d{0,4})\s")
 
 
 class Image(Struct, frozen=True):
@@ -162,6 +165,8 @@ def read_image(data: bytes) -> Image:
                 found = f"an image of {width} x {height} pixels; the maximum is {MAX_PIXELS}"
                 hint = "scale it down: a few pixels for each region are enough"
                 raise MapFileError(Flaw(found, hint))
+            if (head := _PGM.match(data)) is not None:
+                return _pgm(data[head.end() :], width, height, int(head[1]))
             picture.load()
             return _decoded(picture)
     except MapFileError:
@@ -171,6 +176,20 @@ def read_image(data: bytes) -> Image:
     except Exception as error:  # its readers raise errors of any kind
         reason = str(error).splitlines()[0][:100] if str(error) else type(error).__name__
         raise MapFileError(Flaw(f"a broken image: {reason}", "save it again")) from None
+
+
+def _pgm(body: bytes, width: int, height: int, white: int) -> Image:
+    """A binary PGM. Pillow ignores what a wrong header leaves over or makes too bright, and scales
+    other brightnesses than 255 one by one."""
+    found = np.frombuffer(body, np.uint8 if white < 256 else ">u2", len(body) >> (white > 255))
+    count = width * height
+    if len(found) < count or body[count << (white > 255) :].strip():
+        hint = "check width and height in the header, or copy it again"
+        raise MapFileError(Flaw(f"{len(found)} pixels where the header announces {count}", hint))
+    if not int(found[:count].max()) <= white <= 65535:
+        what = f"a pixel is brighter ({found[:count].max()}) than the header allows ({white})"
+        raise MapFileError(Flaw(what, "the third number of the header is the brightest value"))
+    return Image(found[:count].astype(np.uint16).reshape(height, width), white)
 
 
 def dark(image: Image) -> Blocked:

@@ -212,9 +212,13 @@ def safenav(*arguments: str | Path) -> tuple[int, str]:
     return done.returncode, done.stdout + done.stderr
 
 
-def test_the_commands_make_a_bundle_and_check_it(tmp_path: Path) -> None:
+def test_the_commands_make_a_bundle_and_check_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     scenario, target = SCENARIOS / "hello.yaml", tmp_path / "hello.zip"
     assert safenav("certify", scenario, "-o", target)[0] == 0
+    monkeypatch.setenv("SAFENAV_CACHE", "/dev/null")  # a cache that keeps nothing is not needed
+    assert safenav("certify", scenario, "-o", tmp_path / "without_cache.zip")[0] == 0
     status, said = safenav("check", target)
     assert (status, said.split()[-1]) == (0, "accepted")
     status, said = safenav("certify", scenario, "-o", target)

@@ -251,6 +251,10 @@ DAMAGES: dict[str, tuple[Callable[[Any], bool], Callable[[Any], Any], str, str]]
         *(later(Reserve), lambda line: replace(line, region=0)),
         *("clock", "region 0 at"),
     ),
+    "a wall reserved after the run": (
+        *(later(Reserve), lambda line: [line, replace(line, region=0, t=line.t + 1e6)]),
+        *("clock", "region 0 at"),
+    ),
     "a door in another region": (
         *(of(Action), lambda line: replace(line, region=48), "action", "in region 48, not 47"),
     ),

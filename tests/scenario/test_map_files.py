@@ -136,6 +136,25 @@ def test_unknown_pixels_of_a_ros_map_are_walls(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("header", "body", "words"),
+    [
+        (b"P5 4 2 255\n", b"\xff" * 9, "9 pixels where the header announces 8"),
+        (b"P5 # from a robot\n4 2 255\n", b"\xff" * 7, "7 pixels where the header announces 8"),
+        (b"P5 4 2 9\n", b"\x40" * 8, r"a pixel is brighter \(64\) than the header allows \(9\)"),
+        (b"P5 2 2 65535\n", b"\xff" * 9, "brighter|pixels where the header announces 4"),
+    ],
+)
+def test_a_pgm_is_what_its_header_announces(
+    header: bytes, body: bytes, words: str, tmp_path: Path
+) -> None:
+    """A header that lies would draw another map."""
+    (tmp_path / "lie.pgm").write_bytes(header + body)
+    text = "safenav: 1\nmap: {image: lie.pgm, rows: 1, cols: 2}\n" + ROBOTS % (0, 1)
+    with pytest.raises(InputError, match=words):
+        load_scenario_text(text, str(tmp_path / "s.yaml"))
+
+
+@pytest.mark.parametrize(
     ("written", "expected"),
     [
         ("grid: ['..'], resolution: 0.5", Frame((0.5, 0.5))),

@@ -117,6 +117,7 @@ LONE = [
     ((*ROBOT, "to"), 32, "no step leads quad from"),
     (("state", "requests"), [0], "its requests are not its open obstacles"),
     (("state", "obstacles", 0), {"stage": [9]}, "door@47 has no need 9"),
+    (("state", "obstacles", 0, "stage", 0), 1, "has no need 1"),
 ]
 
 

@@ -131,9 +131,8 @@ def _reservations(case: Examination, trace: Trace) -> None:
         if arrive is not None and arrive.result is not MoveEnd.LOST:
             left = depart.to if arrive.at == depart.from_ else depart.from_
             reserved.setdefault((depart.robot, left, False), []).append(arrive.t or 0.0)
-    over = max((record.t or 0.0 for record in trace.records), default=0.0)
     for line in case.motion.lines:
-        if not isinstance(line, Reserve | Release) or line.t >= over + NEAR:
+        if not isinstance(line, Reserve | Release):
             continue
         times = reserved.get((line.robot, line.region, isinstance(line, Reserve)), [])
         near = next((t for t in times if abs(t - line.t) < NEAR), None)

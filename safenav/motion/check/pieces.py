@@ -304,7 +304,8 @@ def check_joins(case: Examination, robot: str) -> None:
     if abs(first.t0) > NEAR:
         found = f"no motion recorded until {first.t0:.3f} s"
         case.wrong(0.0, robot, "continuity", found)
-    if abs(last.t1 - case.makespan) > NEAR and last.t1 not in resets:
+    ends = last.t1 in resets and last.t1 < case.makespan
+    if abs(last.t1 - case.makespan) > NEAR and not ends:
         found = f"no motion recorded from {last.t1:.3f} s to the end at {case.makespan:.3f} s"
         case.wrong(last.t1, robot, "continuity", found)
     speed = hypot(*_end(first, last=False)[2:4])

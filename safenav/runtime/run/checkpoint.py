@@ -109,6 +109,8 @@ def scenario_of(trace: Trace) -> Scenario:
         not 0 < found.map.size <= MAX_REGIONS
         or len(found.robots) != len(known.robots)
         or len(found.obstacles) != len(known.obstacles)
+        or not known.robots.keys() >= {each.robot for each in found.changes}
+        or not all(known.robots.keys() >= zone.robots for zone in found.never_together)
     ):
         raise UsageError(f"{trace.source}: its first checkpoint has not the scenario of the run")
     return replace(found, source=trace.source)
@@ -221,7 +223,9 @@ def _wrong(team: Team, kept: Kept) -> Iterator[str]:
         yield from _off_the_floor(member, robot)
     for listed in (state.obstacles, () if truth is None else truth.obstacles):
         for k, each in enumerate(listed):
-            if not 0 <= each.stage.need <= len(team.obstacles[k].needs):
+            met = each.stage.need == len(team.obstacles[k].needs)
+            left = each.given_up or each.state not in (Is.OVER, Is.SEALED)
+            if not 0 <= each.stage.need <= len(team.obstacles[k].needs) or (met and left):
                 yield f"{team.obstacles[k].name} has no need {each.stage.need}"
     if {*state.requests} != {k for k, each in enumerate(state.obstacles) if each.state is Is.OPEN}:
         yield "its requests are not its open obstacles"

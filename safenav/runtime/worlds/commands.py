@@ -111,9 +111,11 @@ class Commands:
         self._count, self.zero = last, self._clock() - time
 
     def at(self, event: protocol.WorldEvent) -> float:
-        """The time of an event in seconds of the run; now for one that has none."""
+        """The time of an event in seconds of the run; now for one that has none, or a later one."""
         at = getattr(event, "at", None)
-        return float(at) - self.zero if at is not None and is_time(at) else self.now()
+        if at is None or not is_time(at):
+            return self.now()
+        return min(float(at) - self.zero, self.now())
 
     def number(self, name: str) -> int:
         """The number of a robot's open command, or of its last one."""

@@ -7,6 +7,7 @@ import re
 from collections.abc import Collection, Mapping, Sequence
 
 from safenav.formula.parser import FormulaError
+from safenav.outcome import Outcome
 from safenav.scenario import language
 from safenav.scenario.model import Obstacle, ObstacleType
 from safenav.scenario.objective import Ltl, Objective, kinds_that, one_of
@@ -199,7 +200,7 @@ def resolve_expect(item: language.ExpectKeys | None, reading: Reading) -> Expect
         return Expect()
     others = {*reading.named, MISSION}
     return Expect(
-        outcome=item.outcome,
+        outcome=Outcome(item.outcome) if item.outcome else None,
         resolved=_names(item.resolved, item.named("resolved"), reading),
         blocked=_names(item.blocked, item.named("blocked"), reading),
         helpers=_helpers(item, reading),
@@ -261,19 +262,34 @@ _WHAT = "requirements"
 def resolve_requirements(value: Raw | None, reading: Reading) -> dict[str, str]:
     """Return the formulas by name; a formula without a name is its own."""
     found: dict[str, str] = {}
+    cut = 0
     for name, item in _entries(value.node, reading) if value is not None else ():
+        written = item.text if name is None and isinstance(item, Scalar) else name and name.text
+        if cut and _open(written or "") < 0:
+            cut += _open(written or "")
+            continue  # the rest of a formula that was reported
         what = _WHAT if name is None else f"requirement {clipped(name.text)}"
         text = read(str, item, what, reading)
         if text is None or not isinstance(item, Scalar):
             continue
         if name is not None:
             NameForm("a requirement").check(name, reading)
+        cut = 0 if item.style else max(0, _open(text))
+        if cut:
+            message = f"{what}: '{clipped(text)}' ends within parentheses"
+            reading.add(item, message, "within brackets a comma ends a formula: put it in quotes")
+            continue
         label = text if name is None else name.text
         if label in found:
             reading.add(name or item, f"{_WHAT}: '{clipped(label)}' already exists")
         formula = _formula(item, text, what, reading)
         found[formula if name is None else label] = formula
     return found
+
+
+def _open(text: str) -> int:
+    """Return the number of parentheses that a text leaves open."""
+    return text.count("(") - text.count(")")
 
 
 def _entries(node: Node, findings: Findings) -> list[tuple[Scalar | None, Node]]:
