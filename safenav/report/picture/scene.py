@@ -72,10 +72,12 @@ _QUIET = {StoryKind.SYNTHESIS, StoryKind.PUSH, StoryKind.POP}
 
 
 class Layer(Enum):
-    """A part of a picture: the floor with all that never changes, and what lies above it."""
+    """A part of a picture: the floor with all that never changes, what changes from tick to tick,
+    and the robots above it."""
 
     GROUND = "ground"
-    MOMENT = "moment"
+    STATE = "state"
+    ROBOTS = "robots"
 
 
 class Options(Struct, frozen=True):
@@ -84,11 +86,12 @@ class Options(Struct, frozen=True):
     ``caption``: words below the map instead of those of the moment, always of the same height, and
     the robots' names instead of a legend (for the frames of a film). ``axes``: numbers of rows
     and columns around the map. ``layers``: those to draw; without ``GROUND`` the picture is
-    transparent."""
+    transparent. ``robot``: the only one to draw."""
 
     layers: frozenset[Layer] = frozenset(Layer)
     caption: str | None = None
     axes: bool = False
+    robot: str | None = None
 
 
 def scene_of(scenario: Scenario) -> Scene:
@@ -124,7 +127,7 @@ def svg_of(scene: Scene, options: Options | None = None) -> str:
             page.open("g", transform=f"translate({MARGIN - left} {top - upper})")
             draw_axes(page, scene.map, cell)
             page.close("g")
-    if Layer.MOMENT in options.layers:
+    if Layer.STATE in options.layers:
         page.text(MARGIN, top - 9, scene.moment, 13, fill=MUTED)
         for i, line in enumerate(caption[: CAPTION_LINES if film else None]):
             page.text(MARGIN, below - spoken + 10 + LINE * i, line, 13, fill=INK)
@@ -164,12 +167,14 @@ class _Drawing(Struct):
         if Layer.GROUND in layers:
             draw_floor(self.page, self.scene.map, self.cell)
             self._signs()
-        if Layer.MOMENT in layers:
+        if Layer.STATE in layers:
             self._state(robots)
             self._spoken_of(told)
             draw_names(self.page, self.names, INK)
-            shifts = separated([(robot.row, robot.col) for robot, _ in robots])
-            for (robot, look), (down, right) in zip(robots, shifts, strict=True):
+        if Layer.ROBOTS in layers:
+            drawn = [pair for pair in robots if self.options.robot in (None, pair[0].name)]
+            shifts = separated([(robot.row, robot.col) for robot, _ in drawn])
+            for (robot, look), (down, right) in zip(drawn, shifts, strict=True):
                 self._robot(robot, look, robot.row + down, robot.col + right)
 
     def _signs(self) -> None:
