@@ -112,7 +112,7 @@ def _executable(path: Path) -> bool:
 
 
 def _version_of(path: Path) -> tuple[int, ...]:
-    """What changes when a file is replaced. Raises OSError."""
+    """Inode, time and size of a file, of which a new one has others. Raises OSError."""
     status = path.stat()
     return status.st_ino, status.st_mtime_ns, status.st_size
 
