@@ -60,6 +60,10 @@ def plan_of(floor: Floor, states: Sequence[Joint]) -> Plan:
     owed: dict[int, set[tuple[int, int]]] = {i: set() for i in robots}  # before it leaves its place
     for i in robots:
         stays[states[0].poses[i] % size].append(present[i])
+    for i in robots:  # what robots under way resolve when they arrive may make it count
+        member, counts = floor.team.members[i], states[0].counts[i]
+        if member.pursuit.in_turn or counts != restarted(member, Count(*counts))[:2]:
+            owed[i] |= _whole(floor, _over(floor, states[0]))
     zones = [_Zone(floor, zone, states[0]) for zone in floor.team.zones]
     for before, joint in pairwise(states):
         i, over = _mover(before, joint), _over(floor, before)
@@ -123,11 +127,12 @@ def _because(floor: Floor, before: Joint, joint: Joint) -> Iterator[tuple[int, t
     count where they stand because of a resolution."""
     size, over = floor.team.size, _over(floor, joint) - _over(floor, before)
     for g in floor.open(before.stages):
-        if joint.stages[g].need > before.stages[g].need:
-            need = floor.need(g, before.stages)
-            for j in floor.able(g, before.stages):
-                if need.regions >> joint.poses[j] % size & 1:
-                    yield j, (floor.gates[g], joint.stages[g].need)
+        stages, met = before.stages, joint.stages[g].need
+        while stages[g].need < met:  # one step may be enough for several needs
+            regions = floor.need(g, stages).regions
+            acting = [j for j in floor.able(g, stages) if regions >> joint.poses[j] % size & 1]
+            yield from ((j, (floor.gates[g], met)) for j in acting)
+            stages = floor.advanced(g, stages, acting)
     for j in floor.robots if over else ():
         member = floor.team.members[j]
         if joint.counts[j] != restarted(member, Count(*before.counts[j]))[:2]:
