@@ -2,14 +2,15 @@
 
 from random import Random
 
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from support.examples import campaign
 from team import model
 
 SEEDS = st.integers(0, 10**6)
 RANDOM = st.randoms(use_true_random=False)
-PROPERTY = settings(max_examples=80, deadline=None)
+PROPERTY = campaign(80)
 
 
 @given(SEEDS, RANDOM)
