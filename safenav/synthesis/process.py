@@ -92,7 +92,8 @@ class ProcessGroup:
         begun, late = time.monotonic(), threading.Event()
         most = _MOST_OUTPUT if memory_mb is None else memory_mb << 20
         with _file() as out, _file() as err:
-            process = self._start(command, own, out, err)
+            words = command if own else die_with_parent(command, memory_mb if foreign else None)
+            process = self._start(words, own, out, err)
 
             def end() -> None:
                 late.set()
@@ -140,7 +141,7 @@ class ProcessGroup:
                 raise DismissedError
             try:
                 process = subprocess.Popen(
-                    command if own else die_with_parent(command),
+                    command,
                     stdin=subprocess.PIPE,
                     stdout=out,
                     stderr=err,
@@ -184,14 +185,15 @@ def _exit_as_terminated(signum: int, _frame: FrameType | None) -> None:
     raise SystemExit(128 + signum)
 
 
-def die_with_parent(command: Sequence[str]) -> list[str]:
-    """Return ``command`` so that the kernel kills it when this process dies, even of SIGKILL
-    (Linux; elsewhere it runs to its end)."""
+def die_with_parent(command: Sequence[str], memory_mb: int | None = None) -> list[str]:
+    """Return ``command`` so that the kernel kills it when this process dies, even of SIGKILL, and
+    limits its address space from its beginning (Linux; elsewhere it runs to its end)."""
     setpriv = _setpriv()
     if setpriv is None or not os.access(command[0], os.X_OK):
         return list(command)  # a command that cannot be started raises its own error
     # This process may die before the kernel is asked: then the command must not begin.
-    begin = ["/bin/sh", "-c", '[ "$PPID" = "$0" ] && exec "$@"', str(os.getpid())]
+    limit = "" if memory_mb is None else f"ulimit -v {memory_mb << 10} && "
+    begin = ["/bin/sh", "-c", f'[ "$PPID" = "$0" ] && {limit}exec "$@"', str(os.getpid())]
     return [setpriv, "--pdeathsig", "KILL", "--", *begin, *command]
 
 
