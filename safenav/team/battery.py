@@ -66,6 +66,14 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
     def need(self, allowed: Mask, pose: int, turn: int) -> float:
         return self.needs(allowed)[turn].get(pose, NEVER)
 
+    @cached_method
+    def suffices(self, allowed: Mask, turn: int, goals: int) -> dict[int, float]:
+        """The least charge of each pose with which it can meet so many goals, alone."""
+        then: Mapping[int, float] = dict.fromkeys(bits(allowed), 0)
+        for k in range(goals - 1, -1, -1):
+            then = self._leg(allowed, self.targets[self.turn(turn + k)], then)
+        return dict(then)
+
     def _leg(
         self, allowed: Mask, goal: Mask, then: Mapping[int, float], *, direct: bool = False
     ) -> dict[int, float]:
