@@ -43,16 +43,26 @@ class TraceWriter:
             self._file: IO[str] = path.open("a", encoding="utf-8")
         except OSError as error:
             raise self._failure(error) from error
+        except BaseException:
+            self._remove_empty()
+            raise
 
     def __call__(self, record: Record) -> None:
+        line = json_line(as_data(record))
         try:
             if not self._begun and stat.S_ISREG(os.fstat(self._file.fileno()).st_mode):
+                self._made = True
                 self._file.truncate(0)
-            self._begun = True
-            self._file.write(json_line(as_data(record)))
+            self._file.write(line)
             self._file.flush()
+            self._begun = True
         except OSError as error:
             raise self._failure(error) from error
+
+    def _remove_empty(self) -> None:
+        """An interrupt before the first record leaves no file without one."""
+        if self._made and not self._begun:
+            self._path.unlink(missing_ok=True)
 
     def _failure(self, error: OSError) -> UsageError:
         return UsageError(f"cannot write the trace {self._path}: {error.strerror}")
@@ -63,8 +73,7 @@ class TraceWriter:
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         try:
             self._file.close()
-            if self._made and not self._begun:
-                self._path.unlink(missing_ok=True)
+            self._remove_empty()
         except OSError as failure:
             if kind is None:
                 raise self._failure(failure) from failure

@@ -64,6 +64,24 @@ def test_lines_hold_ticks_and_types_and_no_line_numbers(tmp_path: Path) -> None:
         assert "line" not in line
 
 
+class Interrupted(Header):
+    """A header whose line is interrupted while it is made."""
+
+    @property
+    def note(self) -> bool:
+        raise KeyboardInterrupt
+
+
+def test_an_interrupt_before_the_first_line_is_written_leaves_no_file(tmp_path: Path) -> None:
+    file = tmp_path / "t.jsonl"
+    header = said(0)[0]
+    assert isinstance(header, Header)
+    interrupted = Interrupted(**{name: getattr(header, name) for name in header.__struct_fields__})
+    with pytest.raises(KeyboardInterrupt), TraceWriter(file) as writer:
+        writer(interrupted)
+    assert not file.exists()
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_a_real_trace_is_written_as_it_was_read(name: str) -> None:
     trace = read_lines(real_trace(name).splitlines())
