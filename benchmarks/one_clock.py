@@ -39,8 +39,8 @@ from safenav.plan.order import linear, plan_of
 from safenav.report.terminal.layout import table
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.run.mission import Mission, default_synthesizer
-from safenav.runtime.worlds.live_simulation import LiveSimulation
 from safenav.runtime.worlds.protocol import Acted, Arrived, WorldEvent
+from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.objective import Patrol, Visit
 from safenav.scenario.reading.loader import load_scenario_text

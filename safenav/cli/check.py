@@ -28,7 +28,7 @@ from safenav.trace.words import counted, listed, shortened
 if TYPE_CHECKING:
     from safenav.checked_trace import CheckedTrace
     from safenav.review.foresight import Rehearsal
-    from safenav.runtime.control.tasks import Controller
+    from safenav.runtime.control.strategies import Controller
     from safenav.scenario.model import Scenario
 
 EPILOG = """\b

@@ -31,7 +31,7 @@ from safenav.scenario.settings import Clock, Expect
 from safenav.trace.writing import Listener, TraceWriter
 
 if TYPE_CHECKING:
-    from safenav.runtime.intervention.kinds import Intervention
+    from safenav.runtime.interventions import Intervention
 
 PATIENCE = 0.8
 """Seconds after the first signal until a run that does not react is ended."""
@@ -260,7 +260,7 @@ class _Terminal:
 
 
 def _apply(mission: Mission, lines: Lines) -> None:
-    from safenav.runtime.intervention.reading import read_intervention
+    from safenav.runtime.interventions import read_intervention
 
     for place, line in lines:
         wanted = read_intervention(line, mission.scenario)
@@ -274,7 +274,7 @@ def _apply(mission: Mission, lines: Lines) -> None:
 def _batches(path: Path, scenario: Scenario) -> Iterator[Lines]:
     """Return the interventions of each wait, which empty lines separate. They are checked against
     the scenario before the run, since an error would end it."""
-    from safenav.runtime.intervention.reading import LINES, read_intervention
+    from safenav.runtime.interventions import LINES, read_intervention
 
     try:
         lines = read_file(path).decode("utf-8").splitlines()
@@ -302,7 +302,7 @@ def _batches(path: Path, scenario: Scenario) -> Iterator[Lines]:
 
 def _check_type(wanted: Intervention, scenario: Scenario) -> None:
     """Raise UsageError if an intervention names an obstacle whose type does not exist."""
-    from safenav.runtime.intervention.kinds import MarkPermanent, MarkResolved
+    from safenav.runtime.interventions import MarkPermanent, MarkResolved
     from safenav.scenario.model import name_parts
 
     if not isinstance(wanted, MarkResolved | MarkPermanent):
@@ -318,7 +318,7 @@ def _check_type(wanted: Intervention, scenario: Scenario) -> None:
 def _ask(mission: Mission, terminal: _Terminal) -> None:
     """Prompt for interventions until an empty line follows one; the end of the input gives up the
     run."""
-    from safenav.runtime.intervention.reading import LINES, read_intervention
+    from safenav.runtime.interventions import LINES, read_intervention
 
     conclusion = mission.waiting
     assert conclusion is not None

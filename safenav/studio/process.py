@@ -27,7 +27,7 @@ from msgspec.structs import replace
 
 from safenav.errors import SafenavError, UsageError
 from safenav.lines import json_line, line_output
-from safenav.runtime.intervention.reading import intervention
+from safenav.runtime.interventions import intervention
 from safenav.runtime.run.mission import Mission
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.settings import Clock

@@ -26,7 +26,7 @@ from safenav.certify import bundle as writing
 from safenav.checked_trace import check_trace
 from safenav.errors import InputError, ResourceLimitError, SafenavError, UsageError
 from safenav.lines import json_line
-from safenav.runtime.intervention.reading import read_intervention
+from safenav.runtime.interventions import read_intervention
 from safenav.runtime.run.checkpoint import resumption
 from safenav.runtime.run.mission import default_synthesizer
 from safenav.scenario.reading.loader import load_scenario_text

@@ -15,7 +15,7 @@ import pytest
 from drawn import loads
 from safenav import Arrived, Lost, Mission, Pose, Robot, Scenario, Sensed, WorldEvent
 from safenav.outcome import Outcome
-from safenav.runtime.worlds.live_simulation import LiveSimulation
+from safenav.runtime.worlds.simulation import LiveSimulation
 from support.missions import mission
 
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "4"))

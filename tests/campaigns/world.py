@@ -16,7 +16,6 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from safenav.runtime.worlds.live_simulation import LiveSimulation
 from safenav.runtime.worlds.protocol import (
     Acted,
     Blocked,
@@ -27,6 +26,7 @@ from safenav.runtime.worlds.protocol import (
     Lost,
     WorldEvent,
 )
+from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.team.state import Is
 from safenav.trace.vocabulary import ActResult

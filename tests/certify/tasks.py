@@ -15,8 +15,8 @@ from safenav.judge.bundle.evidence import Evidence
 from safenav.judge.engine import judge
 from safenav.lines import json_line
 from safenav.outcome import Verdict
-from safenav.runtime.control.tasks import Controller
-from safenav.runtime.run.synthesis_line import synthesis_line
+from safenav.runtime.control.strategies import Controller
+from safenav.runtime.run.lines import synthesis_line
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.settings import Clock

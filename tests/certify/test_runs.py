@@ -26,7 +26,7 @@ from runtime.worlds import Driven
 from safenav import Mission, TraceWriter, built_in, load_scenario
 from safenav.certify.record import bundle_of_run, bundle_of_trace
 from safenav.errors import NotCertifiedError
-from safenav.runtime.intervention.kinds import AddObstacle, AssignObjective, SetService
+from safenav.runtime.interventions import AddObstacle, AssignObjective, SetService
 from safenav.scenario.model import Robot, Scenario
 from safenav.scenario.objective import Visit
 from safenav.scenario.reading.loader import load_scenario_text

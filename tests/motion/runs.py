@@ -9,7 +9,7 @@ from once import SCENARIOS, made_once, trace_of_shipped
 from runtime.played import play
 from safenav.motion.file import Motion, parsed, text_of
 from safenav.motion.making import motion_of
-from safenav.runtime.worlds.live_simulation import LiveSimulation
+from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.settings import Clock
 from safenav.trace.reading import Trace, read_bytes

@@ -249,5 +249,5 @@ def test_a_robot_of_unknown_motion_takes_a_second_a_tick() -> None:
 
 
 def test_the_runtime_gets_durations_without_numpy() -> None:
-    code = "import sys, safenav.runtime.worlds.live_simulation; assert 'numpy' not in sys.modules"
+    code = "import sys, safenav.runtime.worlds.simulation; assert 'numpy' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True)

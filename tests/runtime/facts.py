@@ -19,7 +19,7 @@ from safenav.checked_trace import check_trace
 from safenav.cli.check import check as command
 from safenav.errors import InputError, UsageError
 from safenav.report.terminal.story import Story
-from safenav.runtime.intervention.reading import read_intervention
+from safenav.runtime.interventions import read_intervention
 from safenav.runtime.run.mission import Mission
 from safenav.scenario.settings import Failures
 from safenav.trace.records import KINDS

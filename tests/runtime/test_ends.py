@@ -30,7 +30,7 @@ HEEDED = "import signal; signal.signal(signal.SIGHUP, signal.SIG_DFL)\n"
 """A test run that is started by nohup ignores SIGHUP, and so would its programs."""
 STUCK = """
 import pathlib, time
-from safenav.runtime.worlds.truth import SimulatedWorld
+from safenav.runtime.worlds.simulation import SimulatedWorld
 SimulatedWorld.move = lambda *_: pathlib.Path({!r}).touch() or time.sleep(900)
 """
 """A world in which the first move never ends; it leaves a file."""

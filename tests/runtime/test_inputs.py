@@ -21,7 +21,7 @@ from runtime.played import begin, completed, end, play
 from runtime.worlds import Bare, Driven
 from safenav.cli.check import check as command
 from safenav.errors import UsageError
-from safenav.runtime.intervention.kinds import AssignObjective, SetInput
+from safenav.runtime.interventions import AssignObjective, SetInput
 from safenav.runtime.run.mission import default_synthesizer, first_results
 from safenav.scenario.objective import Hold
 from safenav.scenario.reading.loader import load_scenario_text

@@ -15,7 +15,7 @@ from once import SCENARIOS
 from runtime.played import begin, end
 from safenav import Mission, built_in, load_scenario
 from safenav.errors import UsageError
-from safenav.runtime.intervention.kinds import (
+from safenav.runtime.interventions import (
     AddObstacle,
     AssignObjective,
     Intervention,
@@ -27,9 +27,9 @@ from safenav.runtime.intervention.kinds import (
     SetInput,
     SetService,
     SetTruth,
+    read_intervention,
 )
-from safenav.runtime.intervention.reading import read_intervention
-from safenav.runtime.worlds.truth import SimulatedWorld
+from safenav.runtime.worlds.simulation import SimulatedWorld
 from safenav.scenario.model import ObstacleType
 from safenav.scenario.objective import Hold, Ltl, Visit
 from safenav.world.moves import Pose

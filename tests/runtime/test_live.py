@@ -19,7 +19,7 @@ from runtime.worlds import Faulty
 from safenav import Mission
 from safenav.batch.case import Ledger, differences
 from safenav.runtime.control.answers import Answers
-from safenav.runtime.worlds.live_simulation import LiveSimulation
+from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.settings import Clock
 from safenav.team.floor import Floor

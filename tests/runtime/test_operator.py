@@ -15,8 +15,7 @@ from runtime.played import Run, begin, end, loaded, whole
 from runtime.worlds import Clocked, Remote
 from safenav.errors import UsageError
 from safenav.outcome import Outcome
-from safenav.runtime.intervention.kinds import AddObstacle
-from safenav.runtime.intervention.reading import read_intervention
+from safenav.runtime.interventions import AddObstacle, read_intervention
 from safenav.runtime.run.mission import Mission
 from safenav.runtime.worlds.protocol import Sensed
 from safenav.scenario.model import Obstacle, Robot

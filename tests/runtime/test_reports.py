@@ -12,8 +12,8 @@ from runtime.played import Run, completed, loaded, play
 from runtime.worlds import Clocked
 from safenav import Mission, Synthesizer
 from safenav.runtime.control.answers import Answers
-from safenav.runtime.worlds.live_simulation import LiveSimulation
 from safenav.runtime.worlds.protocol import Acted, Sensed, WorldEvent
+from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.synthesis.binary import find_binary
 from safenav.synthesis.cache import Cache

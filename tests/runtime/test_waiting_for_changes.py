@@ -2,8 +2,8 @@
 
 from runtime.facts import case
 from runtime.played import Run, completed, loaded
-from safenav.runtime.worlds.live_simulation import LiveSimulation
 from safenav.runtime.worlds.protocol import Sensed, WorldEvent
+from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.model import Scenario
 
 

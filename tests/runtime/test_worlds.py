@@ -14,7 +14,6 @@ from runtime.worlds import Bare, Driven, Faulty
 from safenav import Mission
 from safenav.errors import ExitCode
 from safenav.report.terminal.story import Story
-from safenav.runtime.worlds.live_simulation import LiveSimulation
 from safenav.runtime.worlds.lockstep import WorldError
 from safenav.runtime.worlds.protocol import (
     Acted,
@@ -27,7 +26,7 @@ from safenav.runtime.worlds.protocol import (
     Sensed,
     WorldEvent,
 )
-from safenav.runtime.worlds.truth import SimulatedWorld
+from safenav.runtime.worlds.simulation import LiveSimulation, SimulatedWorld
 from safenav.scenario.model import Need, Obstacle, Robot, Scenario
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.settings import Failures

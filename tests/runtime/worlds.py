@@ -6,7 +6,6 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from safenav.runtime.worlds.live_simulation import LiveSimulation
 from safenav.runtime.worlds.protocol import (
     Acted,
     Arrived,
@@ -17,7 +16,7 @@ from safenav.runtime.worlds.protocol import (
     Sensed,
     WorldEvent,
 )
-from safenav.runtime.worlds.truth import SimulatedWorld
+from safenav.runtime.worlds.simulation import LiveSimulation, SimulatedWorld
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region

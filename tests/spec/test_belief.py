@@ -14,7 +14,7 @@ from safenav.errors import UsageError
 from safenav.formula.evaluator import Predicate, predicate
 from safenav.formula.parser import parse
 from safenav.outcome import Verdict
-from safenav.runtime.control.observing import after_look
+from safenav.runtime.control.strategies import after_look
 from safenav.scenario.model import Robot, RobotModel
 from safenav.scenario.objective import Visit
 from safenav.scenario.reading.loader import load_scenario

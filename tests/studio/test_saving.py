@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from children import ran
-from safenav.runtime.intervention.kinds import AddObstacle, AssignObjective, SetService
+from safenav.runtime.interventions import AddObstacle, AssignObjective, SetService
 from safenav.runtime.run.mission import Mission
 from safenav.scenario.objective import Hold
 from safenav.scenario.reading.catalogue import built_in

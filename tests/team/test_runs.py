@@ -13,7 +13,7 @@ from drawn import loads
 from safenav.outcome import Outcome
 from safenav.runtime.control import coordinate
 from safenav.runtime.run.mission import Mission
-from safenav.runtime.worlds.live_simulation import LiveSimulation
+from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.settings import Clock
 from support.missions import mission
 

@@ -24,7 +24,7 @@ from safenav.runtime.control.ends import (
     what_is_left,
 )
 from safenav.runtime.control.roles import Role, Roles
-from safenav.runtime.control.tasks import Controller, outdated, pursues, synthesized
+from safenav.runtime.control.strategies import Controller, outdated, pursues, synthesized
 from safenav.scenario.objective import Ltl
 from safenav.scenario.settings import Clock
 from safenav.solve.duties import Settlement, settle

@@ -18,10 +18,10 @@ from msgspec.structs import replace
 
 from safenav.errors import UsageError
 from safenav.runtime.control.roles import Role
-from safenav.runtime.intervention.wrong import wrong_objective
+from safenav.runtime.interventions import wrong_objective
 from safenav.runtime.run.deadlines import LedgerKept
-from safenav.runtime.worlds.reports import checked_obstacle
-from safenav.runtime.worlds.truth import Truth
+from safenav.runtime.worlds.protocol import checked_obstacle
+from safenav.runtime.worlds.simulation import Truth
 from safenav.scenario.model import Obstacle, ResolveAt, Scenario
 from safenav.scenario.objective import Objective
 from safenav.scenario.settings import Clock, Limits

@@ -9,9 +9,8 @@ from safenav.errors import SynthesizerError
 from safenav.formula.evaluator import evaluate
 from safenav.formula.parser import parse
 from safenav.plan.order import next_step
-from safenav.runtime.control.assignable import commanded
 from safenav.runtime.control.coordinate import Control
-from safenav.runtime.control.observing import heard
+from safenav.runtime.control.strategies import commanded, heard
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.objective import Ltl, ruled
 from safenav.spec.specification import Section

@@ -23,8 +23,9 @@ from msgspec.structs import replace
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.control.coordinate import Control, coordinate, is_complete
 from safenav.runtime.control.ends import End, completed, what_is_left
-from safenav.runtime.control.observing import looked
+from safenav.runtime.control.strategies import looked
 from safenav.runtime.run.checkpoint import Kept, Resumption
+from safenav.runtime.run.deadlines import refusal_of
 from safenav.runtime.run.decide import (
     Proposal,
     broken,
@@ -35,7 +36,6 @@ from safenav.runtime.run.decide import (
     propose,
 )
 from safenav.runtime.run.record import Recorder
-from safenav.runtime.run.refusal import refusal_of
 from safenav.runtime.run.world import World
 from safenav.scenario.model import Obstacle
 from safenav.team import state as now

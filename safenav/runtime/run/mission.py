@@ -20,20 +20,18 @@ from safenav.errors import SafenavError, UsageError
 from safenav.outcome import Outcome
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.control.coordinate import first_controllers
-from safenav.runtime.control.ends import End, lacks_of
-from safenav.runtime.control.tasks import Controller
-from safenav.runtime.intervention.kinds import Intervention
+from safenav.runtime.control.ends import End, Stop, Stopped, lacks_of
+from safenav.runtime.control.strategies import Controller
+from safenav.runtime.interventions import Intervention
 from safenav.runtime.run.checkpoint import ENDED, Checkpoints, Resumption
+from safenav.runtime.run.deadlines import refusal_of
 from safenav.runtime.run.loop import Run
 from safenav.runtime.run.record import Recorder
-from safenav.runtime.run.refusal import refusal_of
-from safenav.runtime.run.stop import Stop, Stopped
 from safenav.runtime.run.world import World
 from safenav.runtime.worlds import protocol
 from safenav.runtime.worlds.commands import Commands
-from safenav.runtime.worlds.live_simulation import LiveSimulation
 from safenav.runtime.worlds.protocol import BlockingWorld
-from safenav.runtime.worlds.truth import SimulatedWorld
+from safenav.runtime.worlds.simulation import LiveSimulation, SimulatedWorld
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import unsafe_live, unsafe_lockstep
 from safenav.scenario.settings import Clock

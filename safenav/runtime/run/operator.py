@@ -14,15 +14,14 @@ from msgspec.structs import replace
 
 from safenav.errors import UsageError
 from safenav.outcome import Outcome
+from safenav.runtime import interventions
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.control.coordinate import Control
-from safenav.runtime.control.ends import End
-from safenav.runtime.intervention import kinds
-from safenav.runtime.intervention.wrong import wrong_objective, wrong_type
-from safenav.runtime.run.stop import Stopped
+from safenav.runtime.control.ends import End, Stopped
+from safenav.runtime.interventions import wrong_objective, wrong_type
 from safenav.runtime.worlds.commands import Commands
 from safenav.runtime.worlds.lockstep import Lockstep
-from safenav.runtime.worlds.truth import SimulatedWorld
+from safenav.runtime.worlds.simulation import SimulatedWorld
 from safenav.scenario.model import Obstacle, ObstacleType, Scenario
 from safenav.scenario.reachability import Reachability
 from safenav.team import state as now
@@ -36,7 +35,7 @@ from safenav.trace.words import obstacle_words
 from safenav.world.map import Region
 from safenav.world.moves import Mobility
 
-AWAY = (kinds.MarkResolved, kinds.RemoveObstacle)
+AWAY = (interventions.MarkResolved, interventions.RemoveObstacle)
 USER, SCENARIO, INPUT = "user", "scenario", "input"
 
 
@@ -63,7 +62,7 @@ class Operator:
         self, scenario: Scenario, truth: SimulatedWorld | None, commands: Commands | Lockstep
     ) -> None:
         self.scenario, self.truth, self.commands = scenario, truth, commands
-        self.asked: list[kinds.Intervention] = []
+        self.asked: list[interventions.Intervention] = []
         self.inputs: dict[str, bool] = {}
         self._listed = [*scenario.changes]
         self._ordered: set[str] = set()
@@ -75,10 +74,10 @@ class Operator:
             if isinstance(line, records.Inputs):
                 self.inputs = {name: line.values[name] for name in line.user or ()}
 
-    def ask(self, run: Running, wanted: kinds.Intervention, *, late: bool = False) -> None:
+    def ask(self, run: Running, wanted: interventions.Intervention, *, late: bool = False) -> None:
         """Request a change. Raises UsageError, with the reason, for an impossible one; with
         ``late`` that is dropped and recorded instead."""
-        wanted = kinds.well_formed(wanted)
+        wanted = interventions.well_formed(wanted)
         if not late:
             self._check(run, wanted)
         self.asked.append(wanted)
@@ -109,7 +108,7 @@ class Operator:
             except UsageError as error:  # it has become impossible meanwhile
                 yield now.Late("intervention", str(error), at=run.state.time)
                 continue
-            if isinstance(wanted, kinds.GiveUp):
+            if isinstance(wanted, interventions.GiveUp):
                 gives_up = True
             else:
                 end = End(Outcome.INTERRUPTED, "given up")
@@ -131,15 +130,17 @@ class Operator:
             else:
                 yield now.Assigned(i, given[mode], INPUT, None, mode, base)
 
-    def _brought_about(self, run: Running, wanted: kinds.Intervention) -> Iterator[now.Event]:
+    def _brought_about(
+        self, run: Running, wanted: interventions.Intervention
+    ) -> Iterator[now.Event]:
         told = OperatorIntervention
         match wanted:
-            case kinds.AddObstacle(kind, region, truth):
+            case interventions.AddObstacle(kind, region, truth):
                 new = Obstacle(kind, region, truth, appears=int(run.state.time))
                 self._simulation().bring(new, truth)
                 if truth is not None and new.name in run.team.numbers:  # it reappears, changed
                     yield now.Revealed(number(run.team, run.state, new), truth)
-            case kinds.PlaceOrder(kind, region):
+            case interventions.PlaceOrder(kind, region):
                 new = Obstacle(kind, region, appears=int(run.state.time), ordered=True)
                 while new.name in run.team.numbers or new.name in self._ordered:
                     new = replace(new, number=new.number + 1)
@@ -149,39 +150,39 @@ class Operator:
                 else:
                     yield now.Introduced(new)
                     yield now.Appeared(run.team.numbers[new.name][-1], cause=USER)
-            case kinds.RemoveObstacle(name):
+            case interventions.RemoveObstacle(name):
                 if name not in run.team.numbers:
                     yield now.Introduced(self._there(name))
                 yield now.Intervened(told.RESOLVED, obstacle=run.team.numbers[name][-1])
                 self._simulation().take_away(name)
-            case kinds.SetTruth(name, truth):
+            case interventions.SetTruth(name, truth):
                 source = self._there(name)
                 self._simulation().set_truth(name, truth)
                 if name not in run.team.numbers:
                     yield now.Introduced(source)
                 yield now.Revealed(number(run.team, run.state, source), truth)
-            case kinds.AssignObjective(name, objective):
+            case interventions.AssignObjective(name, objective):
                 i = self._robot(name)
                 yield now.Intervened(told.OBJECTIVE, i, objective=objective)
                 yield now.Assigned(i, objective, USER)
-            case kinds.SetService(name, active):
+            case interventions.SetService(name, active):
                 i = self._robot(name)
                 yield now.Intervened(told.ADDED if active else told.OUT_OF_SERVICE, i)
                 yield from _serves(run, i, active, USER)
-            case kinds.SetInput(name, on):
+            case interventions.SetInput(name, on):
                 self.inputs[name] = on
-            case kinds.MarkResolved(name):
+            case interventions.MarkResolved(name):
                 source = run.team.obstacles[k := _met(run, name)].source
                 yield now.Intervened(told.RESOLVED, obstacle=k)
                 there = self.truth is not None and self.truth.remove(name)
                 if not there and isinstance(self.commands, Commands):
                     self.commands.cleared(source)
                 yield now.Gone(k, USER if there else "world")
-            case kinds.MarkPermanent(name):
+            case interventions.MarkPermanent(name):
                 k = _met(run, name)
                 yield now.Intervened(told.PERMANENT, obstacle=k)
                 yield now.Declared(k)
-            case kinds.PutBack(name, pose):
+            case interventions.PutBack(name, pose):
                 i = self._robot(name)
                 yield now.Intervened(told.PUT_BACK, i, pose=pose)
                 member, was = run.team.members[i], run.state.robots[i].active
@@ -193,42 +194,42 @@ class Operator:
                         yield now.Gone(k, "world")
                 if not was:
                     yield now.Served(i, True, USER)
-            case kinds.GiveUp():
+            case interventions.GiveUp():
                 yield now.Intervened(told.GIVE_UP)
 
     # Checks of interventions.
 
-    def _check(self, run: Running, wanted: kinds.Intervention) -> None:
+    def _check(self, run: Running, wanted: interventions.Intervention) -> None:
         match wanted:
-            case kinds.AddObstacle():
+            case interventions.AddObstacle():
                 self._may_close(run, wanted)
-            case kinds.PlaceOrder():
+            case interventions.PlaceOrder():
                 self._may_order(wanted)
-            case kinds.RemoveObstacle(name):
+            case interventions.RemoveObstacle(name):
                 self._there(name)
-            case kinds.SetTruth(name):
+            case interventions.SetTruth(name):
                 if not self._there(name).type.has_truth:
                     raise UsageError(f"{name} has no truth to reveal")
-            case kinds.AssignObjective():
+            case interventions.AssignObjective():
                 self._may_give(run, wanted)
-            case kinds.SetService(name, active):
+            case interventions.SetService(name, active):
                 self._robot(name)
-                back = (w for w in self.asked if isinstance(w, kinds.PutBack))
+                back = (w for w in self.asked if isinstance(w, interventions.PutBack))
                 if active and _is_lost(run, name) and not any(w.robot == name for w in back):
                     raise UsageError(f"{name} is lost: give its position (put_back {name} REGION)")
-            case kinds.SetInput(name):
+            case interventions.SetInput(name):
                 if name not in {each.name for each in self.scenario.inputs}:
                     raise UsageError(f"there is no input '{name}'")
-            case kinds.MarkResolved(name):
+            case interventions.MarkResolved(name):
                 _met(run, name)
-            case kinds.MarkPermanent(name):
+            case interventions.MarkPermanent(name):
                 self._live("obstacles become permanent")
                 if not run.state.obstacles[_met(run, name)].known:
                     raise UsageError(f"{name} is already permanent")
-            case kinds.PutBack():
+            case interventions.PutBack():
                 self._may_put(run, wanted)
 
-    def _may_close(self, run: Running, wanted: kinds.AddObstacle) -> None:
+    def _may_close(self, run: Running, wanted: interventions.AddObstacle) -> None:
         self._may_be(wanted.type)
         if not self.scenario.map.is_free(wanted.region):
             raise UsageError(f"{self._closed(wanted.region)}: choose a free region to close")
@@ -240,7 +241,10 @@ class Operator:
             untraversable = each.state is Is.SEALED and not each.given_up
             if obstacle.region == wanted.region and untraversable:
                 raise UsageError(f"{obstacle.name} is permanent: no robot can pass")
-        if any(isinstance(o, kinds.AddObstacle) and o.region == wanted.region for o in self.asked):
+        if any(
+            isinstance(o, interventions.AddObstacle) and o.region == wanted.region
+            for o in self.asked
+        ):
             raise UsageError(f"region {wanted.region} will be closed at the next tick")
         if wanted.type.has_truth and wanted.truth is None:
             raise UsageError(f"state whether {wanted.type.name} is traversable")
@@ -251,7 +255,7 @@ class Operator:
         if (found := wrong_type(kind, self.scenario)) is not None:
             raise UsageError(found)
 
-    def _may_order(self, wanted: kinds.PlaceOrder) -> None:
+    def _may_order(self, wanted: interventions.PlaceOrder) -> None:
         self._may_be(wanted.type)
         if wanted.type.has_truth:
             raise UsageError(f"a {wanted.type.name} has a truth, which orders do not reveal")
@@ -260,7 +264,7 @@ class Operator:
         if wanted.type.blocks != frozenset():
             raise UsageError(f"a {wanted.type.name} stops robots: an order needs 'blocks: []'")
 
-    def _may_give(self, run: Running, wanted: kinds.AssignObjective) -> None:
+    def _may_give(self, run: Running, wanted: interventions.AssignObjective) -> None:
         member = run.team.members[i := self._robot(wanted.robot)]
         if member.robot.when:
             raise UsageError(
@@ -277,7 +281,7 @@ class Operator:
                 where = ", ".join(map(str, sorted(target)))
                 raise UsageError(f"{wanted.robot} cannot reach {where} from its region")
 
-    def _may_put(self, run: Running, wanted: kinds.PutBack) -> None:
+    def _may_put(self, run: Running, wanted: interventions.PutBack) -> None:
         self._live("robots are put back")
         member = run.team.members[i := self._robot(wanted.robot)]
         region, heading = wanted.pose.region, wanted.pose.heading

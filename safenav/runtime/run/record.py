@@ -14,14 +14,12 @@ import safenav
 from safenav.outcome import Outcome
 from safenav.plan.order import surely
 from safenav.runtime.control.answers import Answers
-from safenav.runtime.control.because import ASIDE, Request
 from safenav.runtime.control.coordinate import Control
-from safenav.runtime.control.ends import End, lacks_of
-from safenav.runtime.control.tasks import assignable, enough
+from safenav.runtime.control.ends import ASIDE, End, Request, lacks_of
+from safenav.runtime.control.strategies import assignable, enough
 from safenav.runtime.run.checkpoint import Memory
 from safenav.runtime.run.deadlines import Ledger
-from safenav.runtime.run.moves import CommandLines, TickLines
-from safenav.runtime.run.synthesis_line import synthesis_line
+from safenav.runtime.run.lines import CommandLines, TickLines, synthesis_line
 from safenav.scenario.objective import Objective
 from safenav.solve.reasons import shortfall_words
 from safenav.team import state as now

@@ -20,10 +20,9 @@ from safenav.runtime.run.decide import Proposal, closing
 from safenav.runtime.run.operator import Operator, Running
 from safenav.runtime.worlds import protocol
 from safenav.runtime.worlds.commands import Commands
-from safenav.runtime.worlds.live_simulation import LiveSimulation
 from safenav.runtime.worlds.lockstep import Lockstep, inputs_of
 from safenav.runtime.worlds.protocol import Change, InputWorld
-from safenav.runtime.worlds.truth import SimulatedWorld, Truth
+from safenav.runtime.worlds.simulation import LiveSimulation, SimulatedWorld, Truth
 from safenav.scenario import model
 from safenav.scenario.settings import switching
 from safenav.team import state as now

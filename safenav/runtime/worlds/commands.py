@@ -14,9 +14,9 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from msgspec import Struct
 
 from safenav.runtime.worlds import protocol
-from safenav.runtime.worlds.live_simulation import LiveSimulation, pace_on
 from safenav.runtime.worlds.lockstep import WorldError, asked, sensed
-from safenav.runtime.worlds.reports import claimed, is_time, well_formed, wrong_result, wrong_step
+from safenav.runtime.worlds.protocol import claimed, is_time, well_formed, wrong_result, wrong_step
+from safenav.runtime.worlds.simulation import LiveSimulation, pace_on
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.vocabulary import ActResult
 from safenav.trace.words import seconds_words

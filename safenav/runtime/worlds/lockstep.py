@@ -7,9 +7,15 @@ from typing import Any, TypeVar
 
 from safenav.errors import ExitCode, SafenavError
 from safenav.runtime.worlds import protocol
-from safenav.runtime.worlds.protocol import BlockingWorld, Change, ChangingWorld, InputWorld
-from safenav.runtime.worlds.reports import checked_obstacle, fitted
-from safenav.runtime.worlds.truth import SimulatedWorld
+from safenav.runtime.worlds.protocol import (
+    BlockingWorld,
+    Change,
+    ChangingWorld,
+    InputWorld,
+    checked_obstacle,
+    fitted,
+)
+from safenav.runtime.worlds.simulation import SimulatedWorld
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region, RegionMap

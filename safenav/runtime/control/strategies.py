@@ -1,4 +1,10 @@
-"""Strategies: a robot's specification for its role, and slugs' answer."""
+"""Strategies: a robot's specification for its role, and slugs' answer; what it observes; the
+commands of an assignable robot.
+
+With goals assigned at run time (the paper's alternative to resynthesis) a robot keeps its strategy,
+whose inputs command it to wait, or to go to a region, around known obstacles that the strategy does
+not contain. The current command follows from the strategy's node, so no other state is kept.
+"""
 
 from __future__ import annotations
 
@@ -7,25 +13,32 @@ from collections.abc import Iterator, Mapping
 from msgspec import Struct
 
 from safenav.outcome import Verdict
+from safenav.plan.order import closed
 from safenav.runtime.control.answers import Answers, Pending
-from safenav.runtime.control.observing import observed, standing
 from safenav.runtime.control.roles import Role
 from safenav.scenario.guarantees import values_of
 from safenav.scenario.objective import Ltl, Objective, Word, describe, formulas_in
 from safenav.scenario.settings import Clock, Coordination
+from safenav.spec.assignable import neutral
+from safenav.spec.assignable_regions import assignable_regions
 from safenav.spec.compile import compile_task
 from safenav.spec.forms import ObjectiveForm, Weakening, concession, forms
 from safenav.spec.objective import Memory
-from safenav.spec.task import Known, Task
+from safenav.spec.other_robots.belief import known_of, observe, watch_for
+from safenav.spec.other_robots.knowledge import Knowledge, Tracker
+from safenav.spec.task import Known, Observed, Task
 from safenav.synthesis.request import SynthesisResult
+from safenav.team import state as now
 from safenav.team.floor import Floor, stages_of
+from safenav.team.formulas import targets_of
 from safenav.team.state import Is, State, Values
 from safenav.team.team import Team
 from safenav.trace import records
 from safenav.trace.vocabulary import Form
 from safenav.trace.words import obstacle_words
+from safenav.world.map import Region
 from safenav.world.partition import Partition
-from safenav.world.poses import region_mask
+from safenav.world.poses import FAR, Mask, region_mask
 
 COMMANDS = ("assigned", "request", "wait")
 """The inputs by which an assignable robot is commanded."""
@@ -245,3 +258,140 @@ def enough(team: Team, k: int) -> bool:
         sum(need.skills <= each for each in skills) >= need.robots
         for need in team.obstacles[k].needs
     )
+
+
+def observed(team: Team, state: State, i: int) -> Iterator[Observed]:
+    """The knowledge of a robot with a strategy about the robots that it tracks."""
+    known, me = dict(state.robots[i].known), team.members[i]
+    for j, member in enumerate(team.members if not me.planned else ()):
+        if member.name in me.robot.tracks:
+            other = state.robots[j]
+            here = other.next % team.size
+            found = known.get(j, here)
+            seen, belief = (here, found) if isinstance(found, frozenset) else (found, None)
+            yield Observed(member.name, seen, belief=belief)
+
+
+def standing(team: Team, state: State) -> frozenset[int]:
+    """The regions of the known obstacles, which block the view."""
+    known, pairs = (Is.OPEN, Is.SEALED), zip(team.obstacles, state.obstacles, strict=True)
+    return frozenset(obstacle.region for obstacle, each in pairs if each.state in known)
+
+
+def heard(team: Team, state: State, i: int, task: Task) -> dict[str, int]:
+    """The inputs of a robot's strategy now."""
+    robot, places = state.robots[i], {m.name: j for j, m in enumerate(team.members)}
+    at = {each.name: state.robots[places[each.name]].pose % team.size for each in task.observed}
+    known = {name: dict(robot.known).get(places[name], at[name]) for name in at}
+    found = observe(task, team.world, known)
+    return found | {each.name: int(each.name in state.inputs) for each, _ in task.inputs}
+
+
+def looked(team: Team, state: State, i: int, task: Task) -> now.Looked | None:
+    """The knowledge of a robot after it has looked around; None if its task tracks no robot."""
+    if not task.observed:
+        return None
+    watch, before = watch_for(task, team.world), dict(state.robots[i].known)
+    own, found = state.robots[i].pose % team.size, []
+    names = [member.name for member in team.members]
+    for other in task.observed:
+        j = names.index(other.name)
+        there, known = state.robots[j].pose % team.size, before.get(j, known_of(other))
+        found.append((j, after_look(watch, own, there, known)))
+    places = tuple(frozenset(watch.possible(known)) for _, known in found)
+    return now.Looked(i, tuple(found), places)
+
+
+def after_look(watch: Tracker, own: Region, other: Region, known: Knowledge) -> Knowledge:
+    """The knowledge after a look from region ``own`` while the other is in ``other``, which only
+    decides whether it is seen. If it is not, although every region that it can have reached is in
+    sight, the belief is all cells."""
+    if watch.visibility.sees(own, other):
+        return other
+    belief = watch.update(own, known).belief
+    return frozenset(range(len(watch.partition.cells))) if belief is None else belief
+
+
+MOST_STEPS = 40
+"""Number of steps of a strategy that are followed to see whether they lead to a goal: it may first
+meet one that it pursued before."""
+Step = tuple[int, int | None, int]
+"""A region, a heading, and the strategy's node there."""
+
+
+def commanded(
+    team: Team, state: State, i: int, role: Role, found: Controller, safe: Mask | None
+) -> list[Step]:
+    """The steps of a strategy under the first command that leads its robot toward its goal; else it
+    waits. ``safe``: the poses in which the team can continue."""
+    robot, member, task = state.robots[i], team.members[i], found.task
+    assert robot.node is not None and found.result.strategy is not None
+    before, graph = found.result.strategy.values(robot.node), member.graph
+    possible = assignable_regions(task, team.world)
+    idle, own = neutral(possible), role.objective == member.objective
+    others, shut = heard(team, state, i, task), closed(team, state, i)
+
+    def steps(node: int, place: int | None, *, wait: bool = False) -> list[Step]:
+        signal = {"request": place is not None, "wait": wait, "assigned": idle}
+        signal |= {} if place is None else {"assigned": place}
+        return found.steps(node, others | {name: int(value) for name, value in signal.items()})
+
+    def number(step: Step) -> int:
+        return step[0] if step[1] is None else step[1] * team.size + step[0]
+
+    free = member.floor & ~graph.on(shut) & (-1 if safe is None else safe)
+    goal = _goal(team, state, i, role) & (free | 1 << robot.pose)
+    if own and (not shut or goal >> robot.pose & 1):
+        return steps(robot.node, None)
+    field = graph.distances(goal, free)
+
+    def leads(step: Step, place: int | None) -> bool:
+        """Whether the strategy comes nearer to the goal by this step and its next ones."""
+        for _ in range(MOST_STEPS):
+            if not free >> number(step) & 1:
+                return False
+            if field[number(step)] < field[robot.pose]:
+                return True
+            following = steps(step[2], place)
+            if not following:
+                return False
+            step = following[0]
+        return False
+
+    if not 0 < field[robot.pose] < FAR:
+        return steps(robot.node, None, wait=True)
+    sent = before["assigned"] if before["request"] and not before["wait"] else None
+    memory, pose = dict(robot.values), graph.pose(robot.pose)
+    places: list[int | None] = [sent]
+    if sent is None:
+        regions = (*_ahead(team, i, robot.pose, field, free), *sorted(possible.places))
+        places = [r for r in dict.fromkeys(regions) if possible.allows(pose, memory, r)]
+        places = [None, *places] if own else [*places, None]
+    strategy = found.result.strategy
+    for node in dict.fromkeys((robot.node, *strategy.nodes_with(strategy.values(robot.node)))):
+        for place in places:
+            for step in steps(node, place):
+                if leads(step, place):
+                    return [step]
+    return steps(robot.node, None, wait=True)
+
+
+def _goal(team: Team, state: State, i: int, role: Role) -> Mask:
+    """The poses that a robot must reach next."""
+    member, robot = team.members[i], state.robots[i]
+    own = role.objective == member.objective
+    return member.awaited(robot.own.memory) if own else targets_of(role.objective, member.graph)[0]
+
+
+def _ahead(team: Team, i: int, pose: int, field: list[int], free: Mask) -> Iterator[int]:
+    """The regions on a shortest path, the farthest first to which no shorter one leads for a
+    strategy that knows no obstacles."""
+    graph, found, start = team.members[i].graph, list[int](), pose
+    while 0 < field[pose] < FAR:
+        left = field[pose]
+        pose = next(q for q in graph.steps(pose) if free >> q & 1 and field[q] < left)
+        there = graph.poses_on(1 << pose % team.size)
+        steps = graph.steps_between(1 << start, there, team.members[i].floor)
+        if steps == field[start] - field[pose]:
+            found.append(pose % team.size)
+    yield from reversed(found)

@@ -1,0 +1,315 @@
+"""Interventions: a user's possible changes between two ticks, as data; read from words of a page, a
+terminal or a file; and checks of the parts that a program builds.
+
+A line begins with its kind: ``resolved door@47``, ``put_back digit 46 east``, ``give_up``; see
+``LINES``.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import yaml
+from msgspec import Struct
+
+from safenav.errors import UsageError
+from safenav.formula.parser import Bounds, FormulaError, check, parse
+from safenav.runtime.worlds.protocol import checked_obstacle, fitted
+from safenav.scenario.model import (
+    FAILURES,
+    Obstacle,
+    ObstacleType,
+    ResolveAt,
+    Robot,
+    Scenario,
+    name_parts,
+)
+from safenav.scenario.objective import USAGE, Ltl, Objective, formulas_in
+from safenav.scenario.reading.events import read_changes
+from safenav.scenario.reading.loader import check_assignable
+from safenav.scenario.reading.regions import Reading
+from safenav.scenario.settings import Coordination
+from safenav.scenario.yaml.document import DocumentError, Node, read_document
+from safenav.scenario.yaml.source import parsed
+from safenav.scenario.yaml.typed import NAME
+from safenav.world.map import HEADINGS, Region
+from safenav.world.moves import Mobility, Pose
+
+
+class Intervention(Struct, frozen=True):
+    """A change by a user."""
+
+
+class AddObstacle(Intervention, frozen=True):
+    """An obstacle that appears in a region, as soon as no robot is there. ``truth``: revealed by
+    resolving it, for a type that has a truth."""
+
+    type: ObstacleType
+    region: Region
+    truth: bool | None = None
+
+
+class PlaceOrder(Intervention, frozen=True):
+    """An order: an obstacle of a type that blocks no robot, requested by no robot."""
+
+    type: ObstacleType
+    region: Region
+
+
+class RemoveObstacle(Intervention, frozen=True):
+    """An obstacle that disappears, by its name."""
+
+    obstacle: str
+
+
+class SetTruth(Intervention, frozen=True):
+    """Another truth that resolving an obstacle reveals."""
+
+    obstacle: str
+    traversable: bool
+
+
+class AssignObjective(Intervention, frozen=True):
+    """A robot gets another objective of its own."""
+
+    robot: str
+    objective: Objective
+
+
+class SetService(Intervention, frozen=True):
+    """A robot is out of service, or back in it."""
+
+    robot: str
+    active: bool
+
+
+class SetInput(Intervention, frozen=True):
+    """An input of the environment is on, or off, from now on."""
+
+    name: str
+    on: bool
+
+
+class MarkResolved(Intervention, frozen=True):
+    """An operator has resolved an obstacle, by its name."""
+
+    obstacle: str
+
+
+class MarkPermanent(Intervention, frozen=True):
+    """An obstacle that the team has encountered is permanent, by its name."""
+
+    obstacle: str
+
+
+class PutBack(Intervention, frozen=True):
+    """A robot that has no command stands in ``pose`` now, and is in service."""
+
+    robot: str
+    pose: Pose
+
+
+class GiveUp(Intervention, frozen=True):
+    """The run ends: with the conclusion for which it waits, else as interrupted."""
+
+
+def well_formed(wanted: Any) -> Intervention:
+    """Return an intervention all parts of which have their types: ``SetService("digit", "out")``
+    would mean the opposite, since every text is true. Raises UsageError."""
+    if not isinstance(wanted, Intervention) or type(wanted) is Intervention:
+        raise UsageError(
+            f"{wanted!r} is not an intervention: use safenav.MarkResolved or another class of "
+            "interventions, or safenav.read_intervention(LINE, scenario)"
+        )
+    try:
+        found: Intervention = fitted(wanted, type(wanted))
+    except ValueError as error:
+        raise UsageError(f"{type(wanted).__name__} {error}") from error
+    return found
+
+
+LINES = {
+    "resolved": "resolved OBSTACLE",
+    "permanent": "permanent OBSTACLE",
+    "put_back": "put_back ROBOT REGION [HEADING]",
+    "service": "service ROBOT out|back",
+    "objective": f"objective ROBOT {USAGE}",
+    "order": "order TYPE REGION",
+    "input": "input NAME on|off",
+    "give_up": "give_up",
+}
+
+
+def read_intervention(line: str, scenario: Scenario) -> Intervention:
+    """Return the intervention of a line of words. Raises UsageError, with the expected form."""
+    word, *rest = line.split(maxsplit=2) or [""]
+    if word not in LINES:
+        raise UsageError(f"unknown intervention '{word[:40]}'; known: {'; '.join(LINES.values())}")
+    data: dict[str, Any] = {"kind": word}
+    match word, rest:
+        case (("resolved" | "permanent"), [_, *_]):
+            data["obstacle"] = line.split(maxsplit=1)[1].strip().strip("'\"")
+        case "put_back", [robot, where]:
+            place, *heading = where.rsplit(maxsplit=1) if where.split()[1:] else [where]
+            if heading and heading[0] not in HEADINGS:
+                place, heading = where, []
+            data |= {
+                "robot": robot,
+                "region": _value(place),
+                "heading": heading[0] if heading else None,
+            }
+        case "service", [robot, ("out" | "back") as way]:
+            data |= {"robot": robot, "active": way == "back"}
+        case "order", [kind, place]:
+            data |= {"type": kind, "region": _value(place)}
+        case "input", [name, ("on" | "off") as value]:
+            data |= {"input": name, "on": value == "on"}
+        case "objective", [robot, objective]:
+            data |= {"robot": robot, "objective": _value(objective)}
+        case "give_up", []:
+            pass
+        case _:
+            raise UsageError(f"expected: {LINES[word]}; found '{line.strip()[:60]}'")
+    return intervention(data, scenario)
+
+
+def _value(text: str) -> object:
+    try:
+        read_document(text)  # checks the limits of depth and size
+        return yaml.safe_load(text)
+    except (DocumentError, yaml.YAMLError) as error:
+        why = f": {error.found}" if isinstance(error, DocumentError) else ""
+        raise UsageError(f"'{text[:60]}' is not valid YAML{why}") from error
+
+
+def intervention(data: Mapping[str, Any], scenario: Scenario) -> Intervention:
+    """Return the change that a page requests, read like the parts of a scenario. Raises UsageError
+    for an impossible one."""
+    reading = Reading("the change", world=scenario.map, reachable=False)
+    found = _read(data, scenario, reading)
+    reading.refuse_if_any()
+    if found is None:
+        known = "close, open, order, truth, objective, service, input, resolved, permanent"
+        raise UsageError(f"unknown change; known: {known}, put_back, give_up")
+    return found
+
+
+def _read(data: Mapping[str, Any], scenario: Scenario, reading: Reading) -> Intervention | None:
+    types = scenario.catalogue.obstacles
+    match data.get("kind"):
+        case "close" | "order" as kind:
+            name = str(data.get("type"))
+            if name not in types:
+                raise UsageError(f"the catalogue has no obstacle type '{name[:40]}'")
+            region = reading.region(_node(data.get("region"), reading), "'region'")
+            truth = bool(data.get("truth", True)) if types[name].has_truth else None
+            if region is None or kind == "order":
+                return None if region is None else PlaceOrder(types[name], region)
+            return AddObstacle(types[name], region, truth)
+        case "input":
+            return SetInput(str(data.get("input")), bool(data.get("on")))
+        case "open":
+            return RemoveObstacle(str(data.get("obstacle")))
+        case "resolved":
+            return MarkResolved(_obstacle(data, reading))
+        case "permanent":
+            return MarkPermanent(_obstacle(data, reading))
+        case "put_back":
+            place = reading.region(_node(data.get("region"), reading), "'region'")
+            heading = data.get("heading")
+            if heading is not None and heading not in HEADINGS:
+                raise UsageError(f"unknown heading '{str(heading)[:40]}'")
+            if place is None:
+                return None
+            return PutBack(str(data.get("robot")), Pose.of(place, heading))
+        case "give_up":
+            return GiveUp()
+        case "truth":
+            return SetTruth(str(data.get("obstacle")), bool(data.get("traversable")))
+        case "objective" | "service" as kind:
+            what = "back" if data.get("active") else "out"
+            value = data.get("objective") if kind == "objective" else what
+            reading.team = scenario.robots
+            reading.named = tuple(robot.name for robot in scenario.robots)
+            listed = [{"at": 1, "robot": data.get("robot"), kind: value}]
+            changes = read_changes(_node(listed, reading), reading)
+            if scenario.coordination is Coordination.ASSIGNABLE:
+                check_assignable((), changes, None, reading)
+            for change in changes:
+                if change.objective is not None:
+                    return AssignObjective(change.robot, change.objective)
+                return SetService(change.robot, change.active is True)
+    return None
+
+
+def _obstacle(data: Mapping[str, Any], reading: Reading) -> str:
+    """The obstacle's name with its region as a number: reports print ``door@gate``."""
+    written = str(data.get("obstacle"))
+    kind, where, number = name_parts(written)
+    region = reading.written(where)
+    return written if region is None else f"{kind}@{region}" + f"#{number}" * (number > 1)
+
+
+def _node(data: object, reading: Reading) -> Node | None:
+    return parsed(json.dumps(data), reading)
+
+
+def wrong_type(kind: ObstacleType, scenario: Scenario) -> str | None:
+    """Return the reason why an obstacle of a type cannot be part of a scenario; None if it can."""
+    try:
+        checked_obstacle(Obstacle(kind, 0))
+    except ValueError as error:
+        return str(error).replace("the obstacle in region 0", f"the type {kind.name}")
+    if not re.fullmatch(NAME, kind.name):
+        return f"{kind.name!r} cannot name an obstacle type: use letters, digits, - and _"
+    if kind.name.startswith(FAILURES):
+        return f"the name {kind.name} is reserved"
+    known = scenario.catalogue.obstacles.get(kind.name)
+    if known not in (None, kind):
+        return f"the scenario has another type {kind.name}: use its type, or another name"
+    robots = scenario.robots
+    words = {r.name for r in robots} | {r.model.name for r in robots}
+    words |= {*scenario.catalogue.layers, *scenario.catalogue.robots}
+    words |= {r.model.layer for r in robots}
+    for word in sorted((kind.blocks or frozenset()) - words):
+        return f"'blocks' of {kind.name}: '{word}' is not a layer, a robot model or a robot"
+    for need in kind.needs:
+        places = () if isinstance(need.at, ResolveAt) else need.at
+        if places != () and not any(map(scenario.map.is_free, places)):
+            return f"no region where {kind.name} can be resolved is free"
+    return None
+
+
+def wrong_objective(objective: Objective, robot: Robot, scenario: Scenario) -> str | None:
+    """Return the reason why a robot of a scenario cannot have an objective; None if it can."""
+    return next(_errors(objective, robot, scenario), None)
+
+
+def _errors(objective: Objective, robot: Robot, scenario: Scenario) -> Iterator[str]:
+    inputs = {each.name for each in scenario.inputs}
+    if isinstance(objective, Ltl):
+        yield from (f"there is no input '{name}'" for name in {*objective.inputs} - inputs)
+        if not (objective.safety or objective.liveness):
+            yield "the objective has no formulas"
+    for target in objective.targets:
+        if not target or not all(map(scenario.map.is_free, target)):
+            yield f"target {sorted(target)}: expected free regions of the map"
+    if not all(0 <= region < scenario.map.size for region in objective.avoid):
+        yield f"'avoid' {sorted(objective.avoid)}: expected regions of the map"
+    rules = formulas_in(objective)
+    if rules is None:
+        return
+    declared: dict[str, Bounds] = {"region": (0, scenario.map.size - 1), **rules.memory}
+    declared |= {} if robot.model.mobility is Mobility.FREE else {"heading": (0, 3)}
+    named = declared | dict.fromkeys(inputs)
+    texts = [(text, declared, False) for text in rules.init]
+    texts += [(text, named, True) for text in (*rules.safety, *rules.liveness)]
+    for text, known, after in texts:
+        try:
+            for flaw in check(parse(text), known, next_allowed=after):
+                yield f"the objective has a wrong formula: {flaw.found}"
+        except FormulaError as error:
+            yield f"the objective has a wrong formula: {error}"
