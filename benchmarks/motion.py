@@ -21,7 +21,7 @@ from safenav.motion.flyer import HORIZON, AxisTracker
 from safenav.motion.geometry import HEADINGS, MetricFloor
 from safenav.motion.making import Disturbances, motion_of
 from safenav.motion.mover import Crossing, Start
-from safenav.motion.walker.mover import WalkerMover
+from safenav.motion.walker import WalkerMover
 from safenav.runtime.run.mission import Mission
 from safenav.scenario.reading.loader import load_scenario
 from safenav.trace.reading import read_bytes

@@ -125,7 +125,7 @@ def export(
         write_out(written, text := text_of(moved))
         moved = parsed(text.encode(), str(written))  # as every reader of the file sees it
     if report and moved is not None:
-        from safenav.motion.report import report_of
+        from safenav.motion.columns import report_of
 
         click.echo(report_of(moved), err=Path("-") in (written, *files.values()))
     if stem is not None:
@@ -177,7 +177,7 @@ def _bag(run: Trace, frame: Frame, path: Path, motion: Motion | None) -> None:
 
     poses = None
     if motion is not None:
-        from safenav.motion.timing.in_time import in_time
+        from safenav.motion.timing import in_time
 
         run, poses = in_time(run, motion), _poses(motion, frame)
     try:

@@ -32,8 +32,8 @@ from safenav.motion.file import (
 )
 from safenav.motion.making import described, floor_of, header_of, movers_of
 from safenav.motion.mover import Mover
-from safenav.motion.timing.execution import TimedAction, actions_of, by_command, when
-from safenav.motion.timing.schedule import end_of, recorded_reservations, time_of
+from safenav.motion.schedule import end_of, recorded_reservations, time_of, when
+from safenav.motion.timing import TimedAction, actions_of, by_command
 from safenav.trace import records
 from safenav.trace.reading import Trace
 

@@ -36,7 +36,7 @@ from safenav.motion.file import Curve, Flight, Moving, Reset, Segment
 from safenav.motion.geometry import MetricFloor, turn
 from safenav.motion.making import mover
 from safenav.motion.mover import Crossing, Glider, Mover
-from safenav.motion.walker.mover import WalkerMover, cut_off
+from safenav.motion.walker import WalkerMover, cut_off
 from safenav.scenario.model import Robot, name_parts
 from safenav.scenario.motion import resolved
 from safenav.trace.vocabulary import ActResult

@@ -1,4 +1,4 @@
-"""A robot's motion as columns of numbers at a chosen rate.
+"""A robot's motion as columns of numbers at a chosen rate, and in words.
 
 In the frame of the world (the map's origin and yaw applied, as ROS has it) or of the map.
 A walker has ``t, com_{x,y,z}, vel_{x,y,z}, acc_{x,y,z}, cop_{x,y}, yaw`` and for each foot
@@ -20,17 +20,18 @@ from numpy.typing import NDArray
 
 from safenav.errors import UsageError
 from safenav.motion.file import (
+    Action,
     Curve,
     Flight,
     FlownTrack,
+    GoalLine,
     Measured,
     Motion,
     Moving,
     Segment,
     Swing,
 )
-from safenav.motion.geometry import between, derivative, values
-from safenav.motion.walker.primitives import mass
+from safenav.motion.geometry import MetricFloor, between, derivative, margin, mass, values
 
 Array = NDArray[np.float64]
 
@@ -243,3 +244,62 @@ def npz_bytes(motion: Motion, rate: float) -> bytes:
     content = io.BytesIO()
     np.savez_compressed(content, allow_pickle=False, **arrays)
     return content.getvalue()
+
+
+RATE = 50.0
+"""Samples per second from which distances, speeds and margins are taken."""
+
+
+class Travel(Struct, frozen=True):
+    """Travel of a robot: metres, highest speed (m/s), and the least distance of its middle to the
+    border of its reserved regions (m)."""
+
+    metres: float
+    fastest: float
+    room: float
+
+
+def report_of(motion: Motion) -> str:
+    lines = [f"makespan {motion.outcome.makespan:.1f} s, regions of {motion.header.side:g} m"]
+    lines += ["", "robot           steps s  actions s  path m   max m/s  room m"]
+    for name in motion.header.robots:
+        travel = travel_of(motion, name)
+        pieces = [*motion.of(Moving, name), *motion.of(GoalLine, name)]
+        steps = sum(piece.t1 - piece.t0 for piece in pieces if piece.origin != piece.to)
+        acts = sum(action.t1 - action.t0 for action in motion.of(Action, name))
+        lines.append(
+            f"{name:15s} {steps:7.1f}  {acts:9.1f}  {travel.metres:6.1f}  "
+            f"{travel.fastest:8.2f}  {travel.room:6.2f}"
+        )
+    return "\n".join([*lines, *_disturbed(motion)])
+
+
+def travel_of(motion: Motion, robot: str) -> Travel:
+    columns = columns_of(motion, robot, RATE, in_world=False)
+    x, y = columns.place
+    steps = np.hypot(np.diff(x), np.diff(y))
+    speeds = np.hypot(*columns.velocity)
+    return Travel(float(steps.sum()), float(speeds.max()), _room(motion, robot, columns))
+
+
+def _room(motion: Motion, robot: str, columns: Columns) -> float:
+    floor = MetricFloor(motion.header.rows, motion.header.cols, motion.header.side)
+    x, y = columns.place
+    points, least = np.column_stack([x, y]), np.inf
+    for line in motion.of(Moving, robot):
+        inside = (columns.times >= line.t0) & (columns.times <= line.t1)
+        if inside.any():
+            box = floor.corridor(line.origin, line.to)
+            least = min(least, float(margin(points[inside], box).min()))
+    return float(least)
+
+
+def _disturbed(motion: Motion) -> list[str]:
+    found: list[str] = []
+    if tracks := motion.of(FlownTrack):
+        errors = np.concatenate([np.array(track.errors) for track in tracks])
+        rms, worst = float(np.sqrt((errors**2).mean())), float(errors.max())
+        gust = motion.header.gust
+        found += ["", "simulated flights" + f" in gusts of {gust:g} m/s" * bool(gust)]
+        found[-1] += f": off by {rms:.3f} m (root mean square), {worst:.3f} m at most"
+    return found

@@ -50,6 +50,24 @@ class MotionHeader(Struct, frozen=True, kw_only=True, tag="header"):
     gust: float
 
 
+BUILD = {
+    "step": 0.65,
+    "aside": 0.2,
+    "friction": 0.45,
+    "swing": 3.0,
+    "stance": 0.45,
+    "sole_length": 0.2,
+    "sole_width": 0.09,
+    "least_double": 0.15,
+    "most_double": 0.25,
+}
+"""The limits of a walker in the header of a motion (docs/models.md): the longest step (m), the
+least distance by which a foot lands on its own side of the other (m), the friction needed (of the
+ground's normal force), the fastest swing (m/s), the farthest that the mass gets from a foot that
+carries it (m, on the ground); the size of a sole (m); bounds of the share of walking in which both
+feet are on the ground."""
+
+
 class Foothold(Struct, frozen=True, array_like=True):
     """A foot on the ground from ``down`` to ``up``; ``side``: 1 is the left one, -1 the right."""
 

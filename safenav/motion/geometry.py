@@ -1,4 +1,5 @@
-"""Regions in metres, boxes, headings and margins; polynomials in time, lowest power first.
+"""Regions in metres, boxes, headings and margins; polynomials in time, lowest power first; the
+mass of a linear inverted pendulum.
 
 The frame of a motion: x east, y north, origin at the south-western corner of the map, metres,
 radians counter-clockwise from east.
@@ -7,12 +8,14 @@ radians counter-clockwise from east.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import exp
 from typing import TypeVar
 
 import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from safenav.motion.file import PressurePhase, State
 from safenav.pace.robot import PEAK as PEAK
 
 Array = NDArray[np.float64]
@@ -134,3 +137,52 @@ def margin(points: Array, box: Box) -> Array:
     x, y = points[:, 0], points[:, 1]
     inside: Array = np.minimum.reduce([x - box.west, box.east - x, y - box.south, box.north - y])
     return inside
+
+
+class Mass(Struct, frozen=True):
+    """A centre of mass at some times since its start: states (n, 4) and centres of pressure (n, 2);
+    ``late`` is the error of xi at the start, ``early`` that of eta at the goal."""
+
+    times: Array
+    states: Array
+    pressures: Array
+    late: float
+    early: float
+
+
+def mass(
+    phases: Sequence[PressurePhase], start: State, goal: State, times: Array, omega: float
+) -> Mass:
+    """Solve c'' = omega^2 (c - p) with p linear in each phase: c - p obeys the equation with p = 0,
+    so its growing part is computed backwards from the goal, its shrinking part forwards from the
+    start. Points are complex numbers."""
+    here, fast, there, slow = (
+        complex(*pair) for pair in (start[:2], start[2:], goal[:2], goal[2:])
+    )
+    before = [complex(phase.x, phase.y) for phase in phases]
+    after = [complex(phase.to_x, phase.to_y) for phase in phases]
+    seconds = [phase.seconds for phase in phases]
+    lead = [(b - a) / (omega * s) for a, b, s in zip(before, after, seconds, strict=True)]
+    decay = [exp(-omega * s) for s in seconds]
+    falling, rising = [here - fast / omega], [there + slow / omega]
+    for a, b, r, shrink in zip(before, after, lead, decay, strict=True):
+        falling.append(b - r + (falling[-1] - a + r) * shrink)
+    for a, b, r, shrink in reversed([*zip(before, after, lead, decay, strict=True)]):
+        rising.append(a + r + (rising[-1] - b - r) * shrink)
+    rising.reverse()
+    ends = np.cumsum(seconds)
+    at = np.minimum(np.searchsorted(ends, times, side="right"), len(phases) - 1)
+    begin, rate, end = np.array(before)[at], np.array(lead)[at], np.array(after)[at]
+    since, left = times - (ends - seconds)[at], ends[at] - times
+    pressure = begin + omega * rate * since
+    fall = pressure - rate + (np.array(falling)[at] - begin + rate) * np.exp(-omega * since)
+    rise = pressure + rate + (np.array(rising)[1:][at] - end - rate) * np.exp(-omega * left)
+    states = np.stack([(fall + rise) / 2, omega * (rise - fall) / 2], axis=1)
+    late, early = rising[0] - (here + fast / omega), falling[-1] - (there - slow / omega)
+    return Mass(
+        times,
+        states.view(np.float64),
+        pressure[:, None].view(np.float64),
+        max(abs(late.real), abs(late.imag)),
+        max(abs(early.real), abs(early.imag)),
+    )

@@ -8,14 +8,12 @@ from msgspec import Struct
 
 import safenav
 from safenav.errors import Diagnostic, InputError, SafenavError, UsageError
-from safenav.motion.check.pieces import fault_of
 from safenav.motion.file import Flight, Line, Motion, MotionHeader
 from safenav.motion.flyer import check_gust, flown
 from safenav.motion.geometry import MetricFloor
 from safenav.motion.mover import Glider, Mover, Start, flown_through
-from safenav.motion.timing.execution import when
-from safenav.motion.timing.schedule import motion_at_earliest_times, motion_at_recorded_times
-from safenav.motion.walker.mover import WalkerMover
+from safenav.motion.schedule import motion_at_earliest_times, motion_at_recorded_times, when
+from safenav.motion.walker import WalkerMover, fault_of
 from safenav.pace.robot import SIDE as SIDE
 from safenav.scenario.model import Scenario
 from safenav.scenario.motion import KINDS

@@ -14,7 +14,7 @@ from safenav.errors import UsageError
 from safenav.formula.parser import FormulaError
 from safenav.motion.columns import Columns, columns_at
 from safenav.motion.file import Motion, Moving
-from safenav.motion.timing.in_time import in_time
+from safenav.motion.timing import in_time
 from safenav.scenario.yaml.findings import suggestion
 from safenav.stl.parser import parse_requirement
 from safenav.stl.robustness import Robustness, robustness

@@ -33,7 +33,7 @@ from safenav.motion.file import (
     text_of,
 )
 from safenav.motion.making import Disturbances, motion_of
-from safenav.motion.walker.primitives import advanced
+from safenav.motion.walker import advanced
 from safenav.trace.reading import read_bytes
 from safenav.trace.records import Service
 

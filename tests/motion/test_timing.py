@@ -21,8 +21,8 @@ from safenav.motion.file import Action, Motion, Moving, Release, Reserve
 from safenav.motion.geometry import MetricFloor
 from safenav.motion.making import header_of, motion_of, mover
 from safenav.motion.mover import Crossing, Glider, Mover, Start
-from safenav.motion.timing.in_time import in_time
-from safenav.motion.timing.schedule import motion_at_earliest_times
+from safenav.motion.schedule import motion_at_earliest_times
+from safenav.motion.timing import in_time
 from safenav.pace.robot import Pace, acted_by, pace_of
 from safenav.scenario.motion import resolved
 from safenav.trace import records

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from safenav.errors import UsageError
+from safenav.motion import walker as primitives
 from safenav.motion.check.examination import swing_states, walk
 from safenav.motion.check.pieces import check_segment, joined
 from safenav.motion.columns import sample
 from safenav.motion.file import Segment
 from safenav.motion.geometry import HEADINGS, MetricFloor
 from safenav.motion.mover import Crossing, Start
-from safenav.motion.walker import primitives
-from safenav.motion.walker.mover import WalkerMover, cut_off
+from safenav.motion.walker import WalkerMover, cut_off
 from safenav.pace.gait import Walker, gait_on
 
 VALUES = {"size": 0.6, "speed": 0.45, "height": 0.8, "foot": 0.18, "clearance": 0.12}

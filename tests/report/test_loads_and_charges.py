@@ -10,7 +10,7 @@ from once import SCENARIOS, beside
 from report.browser import Browser
 from safenav.cli import group
 from safenav.motion.making import motion_of
-from safenav.motion.timing.in_time import in_time
+from safenav.motion.timing import in_time
 from safenav.report.page.html import page_of
 from safenav.report.view3d.html import page3d_of
 from safenav.run.reading import read_run, run_of

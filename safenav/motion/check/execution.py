@@ -13,8 +13,16 @@ from math import inf
 import numpy as np
 from msgspec import Struct
 
-from safenav.motion.check.examination import NEAR, Array, Disc, Examination, Holding
-from safenav.motion.check.room import MEASURED_TOUCH, check_distances, outside
+from safenav.motion.check.examination import (
+    MEASURED_TOUCH,
+    NEAR,
+    Array,
+    Disc,
+    Examination,
+    Holding,
+    check_distances,
+    outside,
+)
 from safenav.motion.file import GoalLine, Measured, Motion, Reset
 from safenav.trace.reading import Trace
 from safenav.trace.records import Act, Operator

@@ -18,8 +18,7 @@ from safenav.judge.rule import RULES
 from safenav.lines import json_line
 from safenav.motion.check.examination import NEAR, STILL, Array, Examination
 from safenav.motion.file import Action, GoalLine, Moving, Piece, Release, Reserve
-from safenav.motion.timing.execution import TimedAction, actions_of
-from safenav.motion.timing.in_time import Dated, dated, ordered
+from safenav.motion.timing import Dated, TimedAction, actions_of, dated, ordered
 from safenav.scenario.settings import Clock
 from safenav.trace import records
 from safenav.trace.reading import Trace

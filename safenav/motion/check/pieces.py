@@ -4,7 +4,6 @@ flights and drives; pieces that follow each other without gap, jump or jerk of v
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import lru_cache
 from itertools import pairwise
 from math import cos, hypot, sin
 
@@ -16,43 +15,15 @@ from safenav.motion.check.examination import (
     Examination,
     Swinging,
     grid,
-    swing_states,
-    walk,
 )
-from safenav.motion.file import Curve, Flight, Foothold, Moving, Piece, Reset, Segment
-from safenav.motion.geometry import MetricFloor, derivative, values
-from safenav.motion.walker import primitives
-from safenav.motion.walker.mover import BUILD, Placing
-from safenav.motion.walker.primitives import LEFT, RIGHT, Mass
-from safenav.pace.gait import Gait
+from safenav.motion.file import Curve, Flight, Foothold, Moving, Reset, Segment
+from safenav.motion.geometry import Mass, derivative, values
 
 GRAVITY = 9.81
 INNER = 0.6
 """Share of a sole, around its middle, in which the centre of pressure stays."""
 
 Wrong = Callable[[float, str, str], None]
-
-
-@lru_cache(maxsize=64)
-def fault_of(gait: Gait) -> str | None:
-    """The first rule that a gait breaks, in words; None if it keeps all."""
-    limits = {"omega": gait.omega, "height": gait.walker.height, **BUILD}
-    place = Placing(MetricFloor(1, 1, gait.side), 0, "east")
-    found: list[str] = []
-    try:
-        made = [primitives.stop(gait, LEFT), primitives.walk(gait, LEFT, RIGHT)]
-        for quarters in (0, LEFT, RIGHT):
-            made += [
-                primitives.walk(gait, quarters, LEFT),
-                primitives.start(gait, quarters, LEFT),
-            ]
-    except ValueError:  # a step of an arc whose mass never gets over its foot
-        return "the mass would fall back on an arc"
-    for each in made:
-        segment = place.segment(Piece("", 0, each.name, 0, 0, 0.0, each.seconds), each)
-        walked = walk(segment, gait.omega), swing_states(segment.swings)
-        check_segment(segment, limits, walked, lambda *wrong: found.append(wrong[2]))
-    return found[0] if found else None
 
 
 def check_segment(

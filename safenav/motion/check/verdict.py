@@ -8,19 +8,21 @@ from functools import partial
 from pathlib import Path
 
 from safenav.errors import UsageError
-from safenav.motion.check.examination import Examination, Finding
-from safenav.motion.check.execution import GOALS, check_execution
-from safenav.motion.check.order import (
-    check_order,
-)
-from safenav.motion.check.pieces import check_joins, check_path, check_segment
-from safenav.motion.check.room import (
+from safenav.motion.check.examination import (
+    Examination,
+    Finding,
     check_distances,
     check_room,
     check_wind,
     holdings,
 )
+from safenav.motion.check.execution import GOALS, check_execution
+from safenav.motion.check.order import (
+    check_order,
+)
+from safenav.motion.check.pieces import check_joins, check_path, check_segment
 from safenav.motion.file import (
+    BUILD,
     TRACK_COLUMNS,
     Flight,
     FlownTrack,
@@ -29,7 +31,6 @@ from safenav.motion.file import (
     Segment,
     read_motion,
 )
-from safenav.motion.walker.mover import BUILD
 from safenav.trace.reading import Trace
 
 AT_LEAST = ("aside", "least_double")

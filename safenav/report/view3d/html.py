@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from safenav.motion import file as records
 from safenav.motion.columns import columns_of
 from safenav.motion.requirements import curves
-from safenav.motion.timing.in_time import in_time, turns_in_time
+from safenav.motion.timing import in_time, turns_in_time
 from safenav.report.page.encode import encoded
 from safenav.report.page.html import asset, data_element, document
 from safenav.run.paths import SAME

@@ -1,4 +1,5 @@
-"""A run in lockstep as a run in time: each line of its trace at the second of its motion.
+"""The actions of a run by its trace, in lockstep or live; and a run in lockstep as a run in time:
+each line of its trace at the second of its motion.
 
 The lines of each robot keep their order, as do those of each obstacle. A story at these times
 agrees with the bodies at every instant.
@@ -12,12 +13,113 @@ from math import inf
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from safenav.motion.file import Action, Motion, Moving
-from safenav.motion.timing.schedule import SHARED
+from safenav.motion.file import (
+    Action,
+    Motion,
+    Moving,
+)
 from safenav.trace import records
 from safenav.trace.reading import Trace
-from safenav.trace.setting import ObstacleHeader
+from safenav.trace.setting import NeedHeader, ObstacleHeader, RobotHeader
 from safenav.trace.vocabulary import ActResult, ChangeCause, MovedBy, MoveEnd
+
+
+class TimedAction(Struct, frozen=True):
+    """An act of robots on an obstacle in ``region``, recorded by the ``index``-th record of the
+    trace; of a live run, part of ``command``. ``takes``: they carry it from then on."""
+
+    index: int
+    command: int
+    obstacle: str
+    region: int
+    action: str
+    robots: tuple[str, ...]
+    takes: bool
+
+
+def actions_of(trace: Trace) -> tuple[list[TimedAction], set[tuple[str, int]]]:
+    """Return the actions in the order of the trace, and the steps that stop short of such an
+    obstacle in the region that they enter: robot, and the command or, in lockstep, the first
+    tick."""
+    found: list[TimedAction] = []
+    short: set[tuple[str, int]] = set()
+    obstacles, lockstep = trace.obstacles, trace.header.clock is None
+    at = {name: robot.start for name, robot in trace.header.scenario.robots.items()}
+    begun: dict[str, int] = {}
+    steps: dict[str, int] = {}
+    acts: dict[int, records.Act] = {}
+    ended: dict[tuple[str, int], int] = {}
+    last: set[str] = set()
+    for index, record in enumerate(trace.records):
+        match record:
+            case records.Move(toward=None):
+                step = begun.pop(record.robot, record.tick)
+                if record.to != record.from_:
+                    at[record.robot], steps[record.robot] = record.to, step
+            case records.Move():
+                begun.setdefault(record.robot, record.tick)
+            case records.Arrive(result=MoveEnd.ARRIVED):
+                at[record.robot], steps[record.robot] = record.at, record.command
+            case records.Act():
+                acts[record.command] = record
+            case records.ActionEnd():
+                for name in acts[record.command].robots:
+                    ended[name, record.tick] = record.command
+            case records.Met() | records.Resolved():
+                obstacle = obstacles[record.obstacle]
+                needs = obstacle.needs
+                number = record.need if isinstance(record, records.Met) else len(needs) - 1
+                resolved = isinstance(record, records.Resolved) and obstacle.name in last
+                last.discard(obstacle.name)
+                if isinstance(record, records.Met) and number == len(needs) - 1:
+                    last.add(obstacle.name)
+                command = ended.get((record.robot, record.tick), 0 if lockstep else None)
+                if resolved or command is None:
+                    continue
+                takes = number + 1 < len(needs) and bool(needs[number + 1].same)
+                team = team_of(trace, record, needs[number], at)
+                what = (obstacle.name, obstacle.region, needs[number].action)
+                found.append(TimedAction(index, command, *what, team, takes))
+                inside = (n for n in team if at[n] == obstacle.region and n not in begun)
+                short |= {(name, steps[name]) for name in inside if name in steps}
+            case _:
+                pass
+    return found, short
+
+
+def by_command(actions: list[TimedAction]) -> Mapping[int, list[TimedAction]]:
+    """The actions of each command, those that take a load last."""
+    found: dict[int, list[TimedAction]] = {}
+    for action in sorted(actions, key=lambda action: (action.takes, action.obstacle)):
+        found.setdefault(action.command, []).append(action)
+    return found
+
+
+def team_of(
+    trace: Trace, record: records.Met | records.Resolved, need: NeedHeader, at: Mapping[str, int]
+) -> tuple[str, ...]:
+    """The robots that fulfil a need: the recorded robot, and the others that are able to, even
+    without a request. ``at``: where each robot is."""
+    robots = trace.header.scenario.robots
+    alone = isinstance(record, records.Met) and not need.together
+    others = (n for n in record.robots or () if at[n] in need.regions and not alone)
+    able = (n for n in others if need.action in robots[n].capabilities)
+    return tuple(dict.fromkeys((record.robot, *able)))
+
+
+def in_conflict(robots: Mapping[str, RobotHeader], one: str, other: str) -> bool:
+    """Whether two robots must never share a region."""
+    mine, theirs = robots[one], robots[other]
+    if one == other or mine.conflicts is None or theirs.conflicts is None:
+        return one != other and mine.layer == theirs.layer
+    return other in mine.conflicts or one in theirs.conflicts
+
+
+SHARED = (
+    *(records.Request, records.Push, records.Pop, records.Told, records.KnownObstacle),
+    *(records.Plan, records.PlanEnd, records.Synthesis),
+)
+"""Lines of decisions that concern more than one robot."""
 
 MOTION = "motion"
 """The clock of a run in lockstep whose lines have the seconds of its motion; the numbers in its

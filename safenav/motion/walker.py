@@ -27,17 +27,34 @@ moves from one to the other at constant speed; the linear problem that places th
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from itertools import pairwise
-from math import cos, exp, pi, sin
+from math import cos, pi, sin
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from safenav.motion.file import Foothold, FootState, PressurePhase, State, Swing
-from safenav.pace.gait import Apex, Gait, Stride, starting, stopping, walking
+from safenav.errors import UsageError
+from safenav.motion.check.examination import swing_states
+from safenav.motion.check.examination import walk as mass_of
+from safenav.motion.check.pieces import check_segment
+from safenav.motion.file import (
+    BUILD,
+    Foothold,
+    FootState,
+    Moving,
+    Piece,
+    PressurePhase,
+    Segment,
+    Swing,
+)
+from safenav.motion.geometry import MetricFloor, between, derivative, turn, unit_vector, values
+from safenav.motion.mover import Crossing, Mover, Start
+from safenav.pace.gait import Apex, Gait, Stride, Walker, gait_on, starting, stopping, walking
+from safenav.pace.robot import WALKER, YAW
 
 Array = NDArray[np.float64]
 
@@ -104,55 +121,6 @@ def advanced(state: Array, before: Array, after: Array, seconds: float, omega: f
     xi = after + rate + (divergent(state, omega) - before - rate) * grow
     eta = after - rate + (convergent(state, omega) - before + rate) * shrink
     return joined(xi, eta, omega)
-
-
-class Mass(Struct, frozen=True):
-    """A centre of mass at some times since its start: states (n, 4) and centres of pressure (n, 2);
-    ``late`` is the error of xi at the start, ``early`` that of eta at the goal."""
-
-    times: Array
-    states: Array
-    pressures: Array
-    late: float
-    early: float
-
-
-def mass(
-    phases: Sequence[PressurePhase], start: State, goal: State, times: Array, omega: float
-) -> Mass:
-    """Solve c'' = omega^2 (c - p) with p linear in each phase: c - p obeys the equation with p = 0,
-    so its growing part is computed backwards from the goal, its shrinking part forwards from the
-    start. Points are complex numbers."""
-    here, fast, there, slow = (
-        complex(*pair) for pair in (start[:2], start[2:], goal[:2], goal[2:])
-    )
-    before = [complex(phase.x, phase.y) for phase in phases]
-    after = [complex(phase.to_x, phase.to_y) for phase in phases]
-    seconds = [phase.seconds for phase in phases]
-    lead = [(b - a) / (omega * s) for a, b, s in zip(before, after, seconds, strict=True)]
-    decay = [exp(-omega * s) for s in seconds]
-    falling, rising = [here - fast / omega], [there + slow / omega]
-    for a, b, r, shrink in zip(before, after, lead, decay, strict=True):
-        falling.append(b - r + (falling[-1] - a + r) * shrink)
-    for a, b, r, shrink in reversed([*zip(before, after, lead, decay, strict=True)]):
-        rising.append(a + r + (rising[-1] - b - r) * shrink)
-    rising.reverse()
-    ends = np.cumsum(seconds)
-    at = np.minimum(np.searchsorted(ends, times, side="right"), len(phases) - 1)
-    begin, rate, end = np.array(before)[at], np.array(lead)[at], np.array(after)[at]
-    since, left = times - (ends - seconds)[at], ends[at] - times
-    pressure = begin + omega * rate * since
-    fall = pressure - rate + (np.array(falling)[at] - begin + rate) * np.exp(-omega * since)
-    rise = pressure + rate + (np.array(rising)[1:][at] - end - rate) * np.exp(-omega * left)
-    states = np.stack([(fall + rise) / 2, omega * (rise - fall) / 2], axis=1)
-    late, early = rising[0] - (here + fast / omega), falling[-1] - (there - slow / omega)
-    return Mass(
-        times,
-        states.view(np.float64),
-        pressure[:, None].view(np.float64),
-        max(abs(late.real), abs(late.imag)),
-        max(abs(early.real), abs(early.imag)),
-    )
 
 
 LEFT, RIGHT = 1, -1
@@ -348,3 +316,173 @@ def _placed_walking(gait: Gait, apex: Apex) -> Array:
     ahead = np.array([cos(apex.yaw), sin(apex.yaw)])
     aside = np.array([-ahead[1], ahead[0]]) * apex.foot * gait.sway
     return np.concatenate([np.array([apex.x, apex.y]) + aside, ahead * gait.speed])
+
+
+class WalkerMover(Mover):
+    """A walker that stands, or is at a walking pose with ``foot`` on the ground, 0 if it stands."""
+
+    def __init__(self, start: Start) -> None:
+        super().__init__(start)
+        self.heading = start.heading or "east"
+        self.foot = 0
+        walker = Walker(*(self.values[name] for name in WALKER))
+        try:
+            self.gait = gait_on(self.floor.side, walker)
+        except UsageError as error:
+            raise UsageError(f"{self.robot}: {error}") from error
+
+    def limits(self) -> Mapping[str, float]:
+        return {**self.values, "omega": self.gait.omega, **BUILD}
+
+    @property
+    def _facing(self) -> str:
+        assert self.heading is not None, "a walker has one"
+        return self.heading
+
+    def move(self, crossing: Crossing) -> list[Moving]:
+        quarters = turn(self._facing, crossing.heading)
+        if self.foot:
+            primitive = walk(self.gait, quarters, self.foot)
+        else:
+            primitive = start(self.gait, quarters, LEFT)
+        return [self._carried_out(primitive, crossing.tick, crossing.to, crossing.heading)]
+
+    def halt(self, tick: int) -> list[Moving]:
+        if not self.foot:
+            return []
+        stopped = stop(self.gait, self.foot)
+        return [self._carried_out(stopped, tick, self.region, self._facing)]
+
+    def rest(self, tick: int, until: float) -> list[Moving]:
+        assert not self.foot, "a walker in mid-step cannot rest"
+        still = stand(self.gait, until - self.time)
+        return [self._carried_out(still, tick, self.region, self._facing, until)]
+
+    def _carried_out(
+        self, primitive: Primitive, tick: int, to: int, heading: str, until: float | None = None
+    ) -> Segment:
+        end = self.time + primitive.seconds if until is None else until
+        place = Placing(self.floor, self.region, self._facing)
+        who = Piece(self.robot, tick, primitive.name, self.region, to, self.time, end)
+        segment = place.segment(who, primitive)
+        self.region, self.heading, self.foot, self.time = to, heading, primitive.foot, end
+        return segment
+
+
+class Placing:
+    """Transform of a primitive from its local frame to the middle of the side by which a heading
+    enters a region."""
+
+    def __init__(self, floor: MetricFloor, region: int, heading: str) -> None:
+        self._cos, self._sin = unit_vector(heading)
+        x, y = floor.centre(region)
+        half = floor.side / 2
+        self._x, self._y = x - self._cos * half, y - self._sin * half
+        self._yaw = YAW[heading]
+
+    def segment(self, who: Piece, primitive: Primitive) -> Segment:
+        """The primitive in the frame of the map."""
+        begin, end = primitive.turning
+        return Segment(
+            who.robot,
+            who.tick,
+            who.primitive,
+            who.origin,
+            who.to,
+            who.t0,
+            who.t1,
+            phases=tuple(
+                PressurePhase(
+                    phase.seconds,
+                    *self._point(phase.x, phase.y),
+                    *self._point(phase.to_x, phase.to_y),
+                )
+                for phase in primitive.phases
+            ),
+            feet=tuple(self._foot(hold) for hold in primitive.footholds),
+            swings=tuple(self._swing(swing) for swing in primitive.swings),
+            turning=(self._yaw, self._yaw + primitive.turn * pi / 2, begin, end),
+            start=self._state(primitive.start),
+            goal=self._state(primitive.goal),
+        )
+
+    def _point(self, x: float, y: float) -> tuple[float, float]:
+        return self._x + self._cos * x - self._sin * y, self._y + self._sin * x + self._cos * y
+
+    def _turned(self, x: float, y: float) -> tuple[float, float]:
+        return self._cos * x - self._sin * y, self._sin * x + self._cos * y
+
+    def _state(self, state: Array) -> tuple[float, float, float, float]:
+        x, y, vx, vy = state.tolist()
+        return (*self._point(x, y), *self._turned(vx, vy))
+
+    def _foot(self, hold: Foothold) -> Foothold:
+        x, y = self._point(hold.x, hold.y)
+        return Foothold(x, y, hold.yaw + self._yaw, hold.side, hold.down, hold.up)
+
+    def _swing(self, swing: Swing) -> Swing:
+        start, goal = self._passed(swing.start), self._passed(swing.goal)
+        return Swing(swing.side, swing.t0, swing.t1, swing.u0, swing.u1, start, goal)
+
+    def _passed(self, state: FootState) -> FootState:
+        x, y, yaw, vx, vy, turning, ax, ay, bending = state
+        speed, pull = (*self._turned(vx, vy), turning), (*self._turned(ax, ay), bending)
+        return (*self._point(x, y), yaw + self._yaw, *speed, *pull)
+
+
+def cut_off(segment: Segment, at: float, omega: float) -> Segment:
+    """Return a segment until an instant within it (seconds since its start)."""
+    state = np.array(segment.start)
+    phases: list[PressurePhase] = []
+    begin = 0.0
+    for phase in segment.phases:
+        if begin < at:
+            lasting = min(begin + phase.seconds, at) - begin
+            here, there = np.array([phase.x, phase.y]), np.array([phase.to_x, phase.to_y])
+            there = here + (there - here) * lasting / phase.seconds
+            x, y = there.tolist()
+            phases.append(replace(phase, seconds=lasting, to_x=x, to_y=y))
+            state = advanced(state, here, there, lasting, omega)
+        begin += phase.seconds
+    return replace(
+        segment,
+        t1=segment.t0 + at,
+        phases=tuple(phases),
+        feet=tuple(replace(f, up=min(f.up, at)) for f in segment.feet if f.down < at),
+        swings=tuple(_cut(swing, at) for swing in segment.swings if swing.t0 < at),
+        goal=tuple(state.tolist()),
+    )
+
+
+def _cut(swing: Swing, at: float) -> Swing:
+    if swing.t1 <= at:
+        return swing
+    since = np.array([at - swing.t0])
+    paths = between(swing.t1 - swing.t0, swing.start, swing.goal)
+    speeds = [derivative(path) for path in paths]
+    pulls = [derivative(speed) for speed in speeds]
+    state = tuple(float(values(path, since)[0]) for path in (*paths, *speeds, *pulls))
+    u = swing.u0 + (swing.u1 - swing.u0) * float(since[0]) / (swing.t1 - swing.t0)
+    return replace(swing, t1=at, u1=u, goal=state)
+
+
+@lru_cache(maxsize=64)
+def fault_of(gait: Gait) -> str | None:
+    """The first rule that a gait breaks, in words; None if it keeps all."""
+    limits = {"omega": gait.omega, "height": gait.walker.height, **BUILD}
+    place = Placing(MetricFloor(1, 1, gait.side), 0, "east")
+    found: list[str] = []
+    try:
+        made = [stop(gait, LEFT), walk(gait, LEFT, RIGHT)]
+        for quarters in (0, LEFT, RIGHT):
+            made += [
+                walk(gait, quarters, LEFT),
+                start(gait, quarters, LEFT),
+            ]
+    except ValueError:  # a step of an arc whose mass never gets over its foot
+        return "the mass would fall back on an arc"
+    for each in made:
+        segment = place.segment(Piece("", 0, each.name, 0, 0, 0.0, each.seconds), each)
+        walked = mass_of(segment, gait.omega), swing_states(segment.swings)
+        check_segment(segment, limits, walked, lambda *wrong: found.append(wrong[2]))
+    return found[0] if found else None

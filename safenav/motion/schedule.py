@@ -5,37 +5,197 @@ The turns of a trace are in a serial order in which no robot ever enters a regio
 robot is. In continuous time robots move simultaneously, each at its own pace; only activities that
 depend on each other keep the serial order (Hoenig et al., RA-L 2019; section VII of the paper names
 the problem). An activity waits only for earlier ones in the trace, so there is no deadlock.
+
+A robot that has more time than its step takes glides or drives more slowly; a walker stands first.
 """
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from copy import copy
+from math import inf
 
 from msgspec import Struct, field
+from msgspec.structs import asdict, replace
 
 from safenav.errors import Diagnostic, InputError
-from safenav.motion.file import Line, MotionOutcome, Release, Reserve
+from safenav.motion.file import (
+    Action,
+    Curve,
+    Flight,
+    Line,
+    Measured,
+    MotionOutcome,
+    Moving,
+    Release,
+    Reserve,
+    Segment,
+)
 from safenav.motion.geometry import MetricFloor
 from safenav.motion.mover import Crossing, Mover
-from safenav.motion.timing.execution import (
-    SLACK,
-    MotionExecution,
-    TimedAction,
-    actions_of,
-    by_command,
-    in_conflict,
-)
+from safenav.motion.timing import SHARED, TimedAction, actions_of, by_command, in_conflict
 from safenav.trace import records
 from safenav.trace.reading import Trace
 from safenav.trace.setting import ObstacleHeader
 from safenav.trace.vocabulary import ChangeCause, MoveEnd
 
-SHARED = (
-    *(records.Request, records.Push, records.Pop, records.Told, records.KnownObstacle),
-    *(records.Plan, records.PlanEnd, records.Synthesis),
-)
-"""Lines of decisions that concern more than one robot."""
+STANDING = 1.0
+"""Motion length in seconds for runs without moves."""
+SLACK = 1e-6
+"""Seconds that are rounding."""
+
+
+class MotionExecution:
+    """The movers of a run, and the ``lines`` of their motion."""
+
+    def __init__(self, movers: Mapping[str, Mover]) -> None:
+        self.movers = movers
+        self.lines: list[Line] = []
+        self._due: set[str] = set()
+        """Robots that have acted in their own region, and must resume from there."""
+
+    def step(
+        self, robot: str, step: Crossing, begin: float, end: float | None = None
+    ) -> tuple[float, float]:
+        """Carry out a step from ``begin`` to ``end`` (None: as soon as the robot can). Return its
+        start and its earliest end, in seconds."""
+        mover = self.movers[robot]
+        self._rest(mover, step.tick, begin)
+        if end is not None and end > _step_end(mover, step)[0] + SLACK:
+            self.lines += mover.halt(step.tick)
+            natural, walks = _step_end(mover, step)
+            if walks and end > natural + SLACK:
+                self.lines += mover.rest(step.tick, mover.time + end - natural)
+        begun = mover.time
+        moved = mover.move(step)
+        natural = mover.time
+        if end is not None and end > natural + SLACK:
+            factor = (end - begun) / (natural - begun)
+            moved = [_slower(piece, begun, factor) for piece in moved]
+            mover.time = end
+        self.lines += moved
+        return max(begin, begun), natural
+
+    def act(
+        self,
+        robots: Iterable[str],
+        actions: Sequence[TimedAction],
+        tick: int,
+        begin: float,
+        end: float | None = None,
+    ) -> tuple[tuple[float, str], float]:
+        """Carry out actions one after the other from ``begin`` to ``end`` (None: as soon as the
+        robots can). Return when the last robot is at rest, that robot, and the end of all, in
+        seconds."""
+        team = {name: self.movers[name] for name in robots}
+        for mover in team.values():
+            near = bool(actions) and actions[0].region == mover.region
+            self._rest(mover, tick, begin, stays=near and begin < mover.time + SLACK)
+            self.lines += mover.halt(tick)
+        ready = max((mover.time, name) for name, mover in team.items())
+        lasting = max(mover.values.get("action_seconds", 2.0) for mover in team.values())
+        pause = 0.0
+        if end is not None:
+            ahead = {name: copy(mover) for name, mover in team.items()}
+            _, natural = _done(ahead, actions, tick, lasting, 0.0, end)
+            if actions and natural > end:
+                lasting = max(0.0, lasting - (natural - end) / len(actions))
+            pause = max(0.0, end - natural)
+        lines, over = _done(team, actions, tick, lasting, pause, inf if end is None else end)
+        self.lines += lines
+        for name, mover in team.items():
+            if any(name in act.robots and act.region == mover.region for act in actions):
+                self._due.add(name)
+            if end is not None:
+                self.lines += mover.wait(tick, end)
+        return ready, over
+
+    def finish(self, over: float = 0.0) -> tuple[tuple[Line, ...], MotionOutcome]:
+        """Let all robots come to rest, and rest until all of them do, at least until ``over``."""
+        tick = max((getattr(line, "tick", 0) for line in self.lines), default=0)
+        for mover in self.movers.values():
+            self._rest(mover, tick, 0.0)
+            self.lines += mover.halt(tick)
+        until = max([over, *(mover.time for mover in self.movers.values())]) or STANDING
+        for mover in self.movers.values():
+            self.lines += mover.wait(tick, until)
+        return tuple(sorted(self.lines, key=when)), MotionOutcome(until)
+
+    def _rest(self, mover: Mover, tick: int, until: float, *, stays: bool = False) -> None:
+        """Rest until then: in the centre of the region, unless the robot ``stays`` where it has
+        acted."""
+        if mover.robot in self._due and not stays:
+            self._due.discard(mover.robot)
+            self.lines += mover.resume(tick)
+        if until > mover.time + SLACK:
+            self.lines += mover.halt(tick)
+            self.lines += mover.wait(tick, until)
+
+
+def when(line: Line) -> tuple[float, int]:
+    """Order by time; at the same time ends come before beginnings."""
+    if isinstance(line, Release):
+        return line.t, 0
+    if isinstance(line, Measured):
+        return line.rows[0].t, 2
+    time = line.t0 if hasattr(line, "t0") else line.t
+    return time, 1 if isinstance(line, Reserve) else 2
+
+
+def _done(
+    team: Mapping[str, Mover],
+    actions: Sequence[TimedAction],
+    tick: int,
+    lasting: float,
+    pause: float,
+    end: float,
+) -> tuple[list[Line], float]:
+    """Return the lines of robots that carry out actions one after the other, the first after a
+    ``pause``, each for ``lasting`` seconds, the last until ``end`` but for rounding; and when all
+    are done."""
+    lines: list[Line] = []
+    over = max((mover.time for mover in team.values()), default=0.0)
+    for number, act in enumerate(actions):
+        group = [mover for name, mover in team.items() if name in act.robots]
+        for mover in group:
+            if number and actions[number - 1].region == mover.region != act.region:
+                lines += mover.resume(tick)
+            lines += mover.face(tick, act.region)
+        start = max([over, *(mover.time for mover in group)]) + (0.0 if number else pause)
+        over = start + lasting
+        if abs(over - end) < SLACK:
+            over = end
+        for mover in group:
+            lines += mover.wait(tick, over)
+            times = (min(start, over), over)
+            what = (act.action, act.obstacle, act.region)
+            lines.append(Action(mover.robot, tick, *what, *times))
+    return lines, over
+
+
+def _step_end(mover: Mover, step: Crossing) -> tuple[float, bool]:
+    """Return the end of a step that would begin now, and whether it includes walking."""
+    ahead = copy(mover)
+    moved = ahead.move(step)
+    return ahead.time, any(isinstance(piece, Segment) for piece in moved)
+
+
+def _slower(piece: Moving, begin: float, factor: float) -> Moving:
+    """Return the same path, slower by a factor from ``begin`` on."""
+    assert isinstance(piece, Flight), "a walker rests first"
+    t0, t1 = (begin + (t - begin) * factor for t in (piece.t0, piece.t1))
+    parts = tuple(_stretched(part, factor) for part in piece.parts)
+    return replace(piece, parts=parts, t0=t0, t1=t1)
+
+
+def _stretched(part: Curve, factor: float) -> Curve:
+    found = {
+        name: tuple(c / factor**power for power, c in enumerate(value))
+        for name, value in asdict(part).items()
+        if isinstance(value, tuple)
+    }
+    return replace(part, seconds=part.seconds * factor, **found)
 
 
 def motion_at_earliest_times(

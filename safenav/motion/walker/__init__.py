@@ -1,1 +1,0 @@
-"""A biped as a prismatic inverted pendulum that steps: gait, primitives."""
