@@ -15,9 +15,9 @@ from pathlib import Path
 
 from measuring import cpu_seconds
 
-from safenav.explain.diagnosis import explain_unrealizable
+from safenav.explain.explanation import explain_unrealizable
 from safenav.report.terminal.layout import table
-from safenav.review.team import explain_team
+from safenav.review.postmortem import explain_team
 from safenav.runtime.run.mission import first_results
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text

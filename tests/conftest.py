@@ -115,9 +115,9 @@ def patient(monkeypatch: pytest.MonkeyPatch) -> None:
     """Extend the time limits of searches to minutes, so that they succeed on a busy machine."""
     for constant in (
         "safenav.explain.investigation.REPAIR_SECONDS",
-        "safenav.explain.realizability.BUDGET_SECONDS",
+        "safenav.explain.play.BUDGET_SECONDS",
         "safenav.review.postmortem.RUN_SECONDS",
-        "safenav.review.team.QUESTION_SECONDS",
+        "safenav.review.postmortem.QUESTION_SECONDS",
     ):
         monkeypatch.setattr(constant, 120.0)
 

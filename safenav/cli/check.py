@@ -276,7 +276,7 @@ def examined(answer: Controller, plan: Scenario) -> dict[str, Any]:
 
 def _why(answer: Controller, plan: Scenario) -> str:
     """Return the reasons why a robot is unrealizable; most robots have none."""
-    from safenav.explain.diagnosis import explain_unrealizable
+    from safenav.explain.explanation import explain_unrealizable
 
     return explain_unrealizable(answer.task.robot, answer.task, plan.map)
 

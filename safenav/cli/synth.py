@@ -22,7 +22,7 @@ from safenav.errors import (
     UsageError,
     exit_code_of,
 )
-from safenav.explain.vacuity import Cause, vacuities
+from safenav.explain.play import Cause, vacuities
 from safenav.file_kind import kind_of
 from safenav.lines import json_flaw, json_line, read_file
 from safenav.outcome import Verdict
@@ -378,7 +378,7 @@ def explain(scenario: Path, robot: str | None, as_json: bool) -> int:
     SCENARIO may be a specification of your own, in slugsin or structured slugs. Then the core
     consists of its lines, and the repairs are assumptions."""
     from safenav.report.terminal.explanation_text import explanation_data, explanation_lines
-    from safenav.review.team import explain_team
+    from safenav.review.postmortem import explain_team
 
     if is_specification(scenario):
         options.refuse({"robot": "scenarios"})

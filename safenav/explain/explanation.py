@@ -1,20 +1,44 @@
-"""Data of an explanation; ``report.terminal.explanation_text`` puts it into words."""
+"""Data of an explanation; diagnosis by graph search: the cause, and its one-sentence reason, which
+check, synth and run print immediately.
+
+One restriction at a time is removed (walls, obstacles, the heading, the strictness of the
+objective); the first without which the robot could meet its objective alone is the cause. The
+one-player game is explicit and small (poses times the objective's memory), so this takes
+milliseconds and no synthesis. The objective is played by its automaton (``scenario.objective``);
+objectives in raw formulas (``ltl``) are not covered."""
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from enum import StrEnum
 
 from msgspec import Struct
+from msgspec.structs import replace
 
+from safenav.components import explored
+from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.model import Robot, Scenario
-from safenav.scenario.objective import Target
+from safenav.scenario.objective import (
+    Ltl,
+    Objective,
+    Target,
+    TargetObjective,
+    alternation,
+    describe,
+    formulas_in,
+)
+from safenav.scenario.reachability import Reachability
+from safenav.spec.forms import asked_of
+from safenav.spec.objective import Memory
 from safenav.spec.specification import Constraint, Origin, Section, Specification
 from safenav.spec.task import Known, Task
 from safenav.synthesis.strategy import Strategy
-from safenav.world.map import Heading, Region
+from safenav.trace.words import some
+from safenav.verify.cycles import cyclic_parts
+from safenav.world.map import Heading, Region, RegionMap
+from safenav.world.moves import Mobility, Pose, moves
 
 Values = Mapping[str, int]
 """The values of all variables at one moment."""
@@ -48,7 +72,7 @@ class NoStrategyCause(StrEnum):
 
 
 class Diagnosis(Struct, frozen=True):
-    """Result of graph search alone (``explain.diagnosis``).
+    """Result of graph search alone.
 
     ``cause``: None if the map and the robot's mobility are not the reason. ``lost``: targets
     without any path. ``confined``: the regions that it can reach. ``culprits``: obstacles or robots
@@ -212,3 +236,213 @@ class Explanation(Struct, frozen=True):
     play: LosingPlay | None
     repairs: tuple[Repair, ...]
     seconds: float
+
+
+# Diagnosis.
+
+
+class State(Struct, frozen=True):
+    """The robot's pose and its memory of the objective."""
+
+    pose: Pose
+    memory: int = 0
+
+
+class Solo(Struct, frozen=True):
+    """Possibilities of a robot without other robots. ``regions``: those that it can reach without
+    breaking a rule; ``winnable``: it can meet all goals infinitely often or, if its objective ends
+    at the last one, stay there."""
+
+    regions: frozenset[Region]
+    winnable: bool
+
+
+def play(
+    mobility: Mobility,
+    pose: Pose,
+    objective: Objective,
+    memory: Memory,
+    world: RegionMap,
+    blocked: frozenset[Region] = frozenset(),
+) -> Solo:
+    """Explore all moves that the robot can make. ``objective`` must not be ``Ltl``."""
+    assert not isinstance(objective, Ltl)
+    pursuit = objective
+    first = State(pose, pursuit.begin(pose.region, memory.index) if pursuit.in_turn else 0)
+    ways = explored([first], lambda state: tuple(_steps(mobility, state, pursuit, world, blocked)))
+    number = {state: index for index, state in enumerate(ways)}
+    parts = cyclic_parts(
+        (number[s], number[to]) for s, following in ways.items() for to in following
+    )
+    states = list(ways)
+    met: dict[int, set[int]] = {}
+    for index, part in parts.items():
+        state = states[index]
+        met.setdefault(part, set()).update(pursuit.met(state.memory, state.pose.region))
+    last = len(pursuit.targets) - 1
+    again = {last} if pursuit.settles else {*range(last + 1)}
+    return Solo(
+        frozenset(state.pose.region for state in states),
+        any(again <= goals for goals in met.values()),
+    )
+
+
+def _steps(
+    mobility: Mobility,
+    state: State,
+    pursuit: TargetObjective,
+    world: RegionMap,
+    blocked: frozenset[Region],
+) -> Iterator[State]:
+    """Yield the robot's possible next states; it may stay in a region that is blocked."""
+    here, memory = state.pose.region, state.memory
+    after = pursuit.turned(memory, here) if pursuit.in_turn else memory
+    rules = formulas_in(pursuit)
+    for pose in moves(mobility, state.pose, world, blocked):
+        if rules and pose != state.pose and not guarantees_of(rules).allows(state.pose, pose):
+            continue
+        if not pursuit.forbidden(memory, here, pose.region):
+            yield State(pose, after)
+
+
+def diagnose(task: Task, world: RegionMap) -> Diagnosis:
+    """Return the cause as far as the map, the mobility and the objective determine it."""
+    mobility, blocked = task.robot.model.mobility, {known.region for known in task.blocked}
+    walkable = Reachability(mobility, task.pose, world, blocked)
+    if isinstance(task.objective, Ltl):
+        return Diagnosis(None, confined=walkable.regions)
+    solo = _solo(task, world)
+    plain = replace(task, objective=alternation(task.targets, task.objective))
+    ends = task.assignable and task.objective.settles and not _solo(plain, world).winnable
+    if solo.winnable:  # with assignable goals it must not end in a region that it cannot leave
+        return Diagnosis(NoStrategyCause.ONE_WAY if ends else None, confined=solo.regions)
+    lost = tuple(t for t in task.targets if not walkable.reaches(t))
+    found = Diagnosis(NoStrategyCause.NO_WAY, lost, walkable.regions)
+    if not _connected(task, world):
+        return found
+    culprits = _culprits(task, world)
+    if culprits:
+        return replace(found, cause=NoStrategyCause.OBSTACLE, culprits=culprits)
+    if task.robot.model.mobility is Mobility.HEADING and _facing_elsewhere(task, world):
+        return replace(found, cause=NoStrategyCause.HEADING)
+    free = replace(task, objective=replace(task.objective, always=()))
+    if task.objective.always and _solo(free, world).winnable:
+        return replace(found, cause=NoStrategyCause.FORBIDDEN_WAY)
+    if task.objective.strict and _solo(plain, world).winnable:
+        return replace(
+            found,
+            cause=NoStrategyCause.CROSSING,
+            confined=solo.regions,
+            crossing=_crossing(task, world),
+        )
+    return replace(found, cause=NoStrategyCause.ONE_WAY)
+
+
+def _solo(task: Task, world: RegionMap) -> Solo:
+    blocked = frozenset(known.region for known in task.blocked)
+    mobility = task.robot.model.mobility
+    return play(mobility, task.pose, task.objective, task.memory, world, blocked)
+
+
+def _connected(task: Task, world: RegionMap) -> bool:
+    """Return whether a robot that can turn has a path to each target, blocked by walls only."""
+    reach = Reachability(Mobility.FREE, Pose(task.pose.region), world)
+    return all(map(reach.reaches, task.objective.targets))
+
+
+def _culprits(task: Task, world: RegionMap) -> tuple[Known, ...]:
+    """Return the known obstacles and robots in the way: each one whose removal suffices, else all
+    if only their joint removal does."""
+    if not task.blocked or not _solo(replace(task, blocked=()), world).winnable:
+        return ()
+    single = tuple(
+        known
+        for known in task.blocked
+        if _solo(
+            replace(task, blocked=tuple(k for k in task.blocked if k is not known)), world
+        ).winnable
+    )
+    return single or task.blocked
+
+
+def _facing_elsewhere(task: Task, world: RegionMap) -> bool:
+    """Return whether another heading at the start would suffice."""
+    return any(
+        _solo(replace(task, pose=Pose(task.pose.region, heading)), world).winnable
+        for heading in Heading
+        if heading is not task.pose.heading
+    )
+
+
+def _crossing(task: Task, world: RegionMap) -> Target | None:
+    """Return the target that is in the way of another one."""
+    blocked = {known.region for known in task.blocked}
+    targets = task.objective.targets
+    for target in targets:
+        if task.pose.region in target:
+            continue
+        reach = Reachability(task.robot.model.mobility, task.pose, world, blocked | target)
+        if not all(reach.reaches(other) for other in targets if other != target):
+            return target
+    return None
+
+
+def explain_unrealizable(robot: Robot, task: Task, world: RegionMap) -> str:
+    """Return one sentence on why ``robot`` cannot fulfil ``task``, as far as the map proves it."""
+    why = why_words(diagnose(task, world), task, world)
+    return f"{robot.name} cannot {describe(asked_of(task), world.word)}: {why}"
+
+
+def _closed_words(found: Diagnosis, world: RegionMap) -> str:
+    """Return in words the regions that culprits close, grouped by reason."""
+    by_reason: dict[str, list[str]] = {}
+    for known in found.culprits:
+        by_reason.setdefault(known.reason, []).append(world.label(known.region))
+    said = []
+    for reason, regions in by_reason.items():
+        if len(regions) > 1 and reason.endswith(" it"):
+            reason = f"{reason.removesuffix('it')}them"
+        said.append(f"{some(regions)} {'is' if len(regions) == 1 else 'are'} closed ({reason})")
+    return ", ".join(said)
+
+
+def why_words(found: Diagnosis, task: Task, world: RegionMap) -> str:
+    """Return the reason alone."""
+    here = world.label(task.pose.region)
+    lost = " and ".join(world.labels(target) for target in found.lost)
+    things = _closed_words(found, world)
+    match found.cause:
+        case NoStrategyCause.NO_WAY:
+            return f"there is no path from {here} to {lost}: walls are between them"
+        case NoStrategyCause.OBSTACLE:
+            way = f"from {here} to {lost}" if lost else "to its targets"
+            return f"there is no path {way}: {things}"
+        case NoStrategyCause.HEADING:
+            facing = "" if task.pose.heading is None else f" facing {task.pose.heading.label}"
+            return f"from {here}{facing} it cannot reach its targets: it cannot turn on the spot"
+        case NoStrategyCause.CROSSING:
+            what = world.labels(found.crossing) if found.crossing else "a target"
+            return (
+                f"'form: literal' forbids crossing {what} out of turn, and there is no other path; "
+                "without it, crossing is allowed"
+            )
+        case NoStrategyCause.FORBIDDEN_WAY:
+            return "its 'always' rules leave no path"
+        case NoStrategyCause.ONE_WAY:
+            if found.lost:
+                return f"its mobility allows no path from {here} to {lost}"
+            if task.assignable and task.objective.settles:
+                last = world.labels(task.objective.targets[-1])
+                return (
+                    f"with 'coordination: assignable' it must be able to leave {last} again; "
+                    "with 'resynthesis' it may end there"
+                )
+            return "its mobility allows it to enter a region on the path, but not to leave it"
+    if isinstance(task.objective, Ltl):
+        inputs = " or ".join(task.objective.inputs)
+        could = f", or the input {inputs} can keep it from its goals" if inputs else ""
+        return f"its guarantees conflict{could}"
+    others = ", ".join(task.avoids)
+    if others:
+        return f"{others} could keep it away forever, or corner it"
+    return "its guarantees conflict"

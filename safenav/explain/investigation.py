@@ -1,21 +1,25 @@
 """Whole explanation of one robot (cause, core, witness, repairs), or of a specification by lines.
 
-Graph search comes first; the game decides the rest."""
+Graph search comes first; the game decides the rest. The core is minimal: guarantees that cannot be
+kept together, in scenario terms. Graph search first drops walls (a robot never observes walls that
+it cannot reach), then QuickXplain queries the synthesizer (Junker: Preferred explanations and
+relaxations for over-constrained problems, AAAI 2004): about 2k log(n/k) + 2k queries for k of n
+members. Assumptions are never dropped: without them a strategy is even less possible."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from itertools import islice, product
+from typing import TypeVar
 
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.explain.core import find_core, find_line_core
-from safenav.explain.diagnosis import diagnose
 from safenav.explain.explanation import (
     Core,
+    CoreMember,
     Diagnosis,
     Dilemma,
     Explanation,
@@ -24,16 +28,18 @@ from safenav.explain.explanation import (
     PlayEnd,
     RepairProblem,
     Values,
+    diagnose,
+    is_guarantee,
     with_guarantees,
 )
-from safenav.explain.play import MOST_INPUTS, losing_play
-from safenav.explain.realizability import Questions
+from safenav.explain.play import MOST_INPUTS, Questions, cooperative, losing_play
 from safenav.explain.repair import Judge, find_repairs
 from safenav.outcome import Verdict
 from safenav.scenario.guarantees import values_of
 from safenav.scenario.model import Scenario
-from safenav.scenario.objective import Ltl
+from safenav.scenario.objective import Ltl, Target
 from safenav.spec.compile import compile_task
+from safenav.spec.movement import stepping
 from safenav.spec.specification import (
     Constraint,
     Origin,
@@ -47,6 +53,195 @@ from safenav.synthesis.slugs import Synthesizer
 from safenav.verify.automaton import clauses
 from safenav.world.map import Heading, Region, RegionMap
 from safenav.world.moves import Pose, moves
+
+Item = TypeVar("Item")
+
+MOST_AT_ONCE = 64
+"""Members that are tried one by one, several at a time, before any search."""
+CORE_SHARE, REST_SHARE = 0.5, 0.65
+"""Shares of the budget by which the search for the core ends, and the checks of the rest."""
+
+
+def find_core(
+    spec: Specification, task: Task, world: RegionMap, found: Diagnosis, ask: Questions
+) -> Core:
+    """Return a minimal core of an unrealizable specification.
+
+    Where a query gets no verdict within the limits, its members stay in the core, which is then not
+    known to be minimal."""
+    search = _Search(spec, ask)
+    every = _members(spec, task, world)
+    members = search.first_failing(_choices(every, task, world, found))
+    walls = [m for m in members if _is_wall(m)]
+    rest = search.minimal([m for m in members if not _is_wall(m)], walls)
+    walls = search.minimal([part for m in walls for part in _split(m)], rest)
+    return search.core([*rest, *walls], [part for m in every for part in _split(m)])
+
+
+def find_line_core(spec: Specification, ask: Questions) -> Core:
+    """Return a minimal core of an unrealizable specification, each line of which counts alone."""
+    search = _Search(spec, ask)
+    lines = [CoreMember(c.origin, (c,)) for c in spec.constraints if is_guarantee(c)]
+    return search.core(search.minimal(lines, []), lines)
+
+
+def _proven(verdict: Verdict) -> bool | None:
+    """Return whether a specification is realizable; None if that is not known."""
+    return {Verdict.REALIZABLE: True, Verdict.UNREALIZABLE: False}.get(verdict)
+
+
+class _Search:
+    """Queries on subsets of one specification's guarantees."""
+
+    def __init__(self, spec: Specification, ask: Questions) -> None:
+        self._spec = spec
+        self._ask = ask
+        self._unknown = False
+        ask.spend(CORE_SHARE)
+
+    def core(self, members: Sequence[CoreMember], every: Sequence[CoreMember]) -> Core:
+        """Return the core of these members; ``every``: those of the whole specification."""
+        self._ask.spend(REST_SHARE)
+        fairness = dict.fromkeys(c.origin for c in self._spec.section(Section.ENV_LIVENESS))
+        together = self._ask.verdict(cooperative(self.with_only(members)))
+        core = Core(tuple(members), _proven(together), tuple(fairness), not self._unknown)
+        if core.together:
+            all_together = self._ask.verdict(cooperative(self.with_only(every)))
+            core = replace(core, all_together=bool(_proven(all_together)))
+        if not core.minimal:
+            return core
+        without = [self.with_only(m for m in every if m != each) for each in members]
+        self._ask.prepare(without)
+        suffices = [_proven(self._ask.verdict(spec)) for spec in without]
+        vain = tuple(m for m, good in zip(members, suffices, strict=True) if good is False)
+        return replace(core, decisive=all(suffices), vain=vain)
+
+    def with_only(self, members: Iterable[CoreMember]) -> Specification:
+        return with_guarantees(self._spec, (c for m in members for c in m.constraints))
+
+    def fails(self, members: Iterable[CoreMember]) -> bool:
+        """Return whether these guarantees are proven to be unrealizable."""
+        verdict = self._ask.verdict(self.with_only(members))
+        self._unknown = self._unknown or verdict not in (Verdict.REALIZABLE, Verdict.UNREALIZABLE)
+        return verdict is Verdict.UNREALIZABLE
+
+    def first_failing(self, choices: Sequence[list[CoreMember]]) -> list[CoreMember]:
+        """Return the first choice that fails; the last one is everything."""
+        return next((few for few in choices[:-1] if self.fails(few)), choices[-1])
+
+    def minimal(self, members: list[CoreMember], background: list[CoreMember]) -> list[CoreMember]:
+        """Return the members that are needed to fail together with ``background``."""
+        without = [[*background, *members[:k], *members[k + 1 :]] for k in range(len(members))]
+        if len(members) <= MOST_AT_ONCE:
+            self._ask.prepare([self.with_only(some) for some in without])
+            if not any(map(self.fails, without)):
+                return members
+        return minimal_subset(members, lambda some: self.fails([*background, *some]))
+
+
+def _choices(
+    every: list[CoreMember], task: Task, world: RegionMap, found: Diagnosis
+) -> list[list[CoreMember]]:
+    """Return guarantees that probably fail already, fewest first; the last choice is all of
+    them."""
+    around = {world.step(region, heading) for region in found.confined for heading in Heading}
+    beside = world.walls & around
+    choices = [[m for m in every if not _is_wall(m) or not beside.isdisjoint(m.regions)], every]
+    if found.cause is NoStrategyCause.NO_WAY:
+        dividing = _dividing(task, world, found.lost)
+        parts = [part for m in every for part in _split(m)]
+        choices.insert(0, [m for m in parts if not _is_wall(m) or m.regions[0] in dividing])
+    return choices
+
+
+def _members(spec: Specification, task: Task, world: RegionMap) -> list[CoreMember]:
+    """Return the guarantees, grouped as a person would name them, in the order of preference for a
+    core: the objective first, the map last."""
+    together: dict[object, list[Constraint]] = {}
+    for constraint in _with_all_edges(spec, task, world):
+        if is_guarantee(constraint):
+            origin = constraint.origin
+            formula = origin.rule.startswith("ltl") or origin.item.endswith(".always")
+            alone = formula or origin.item == "map" or constraint.section is Section.SYS_LIVENESS
+            key = (constraint,) if alone else (constraint.origin, constraint.section)
+            together.setdefault(key, []).append(constraint)
+    members = [_member(constraints) for constraints in together.values()]
+    return sorted(members, key=lambda m: (_is_wall(m), ".objective" not in m.origin.item))
+
+
+def _with_all_edges(spec: Specification, task: Task, world: RegionMap) -> Iterator[Constraint]:
+    """Yield the constraints, with the map's edge as a part of the mobility.
+
+    A specification omits the edge where walls are along it. Without those walls a robot could step
+    from the end of a row to the beginning of the next one."""
+    item = f"{task.item}.mobility"
+    open_map = replace(world, walls=frozenset())
+    rules = list(stepping("region", Section.SYS_TRANS, open_map, item))
+    for constraint in spec.constraints:
+        if constraint == rules[0]:
+            yield from (replace(rule, origin=constraint.origin) for rule in rules)
+        elif constraint.origin.item != item or not constraint.origin.rule.startswith("no step"):
+            yield constraint
+
+
+def _member(constraints: Sequence[Constraint]) -> CoreMember:
+    regions = sorted({region for c in constraints for region in c.regions})
+    return CoreMember(constraints[0].origin, tuple(constraints), tuple(regions))
+
+
+def _is_wall(member: CoreMember) -> bool:
+    return member.origin.item == "map"
+
+
+def _split(member: CoreMember) -> list[CoreMember]:
+    """Return a run of walls wall by wall; any other member unchanged."""
+    if not _is_wall(member) or len(member.regions) == 1:
+        return [member]
+    section, origin = member.constraints[0].section, member.origin
+    return [
+        CoreMember(origin, (Constraint(section, f"region' != {r}", origin, (r,)),), (r,))
+        for r in member.regions
+    ]
+
+
+def _dividing(task: Task, world: RegionMap, lost: Sequence[Target]) -> set[Region]:
+    """Return walls that are enough to keep the robot from the first lost target: those around its
+    room that are beside a region from where there is a path to the target without other walls."""
+    room = world.distances([task.pose.region])
+    walls = {wall for wall in world.walls if not room.keys().isdisjoint(world.neighbours(wall))}
+    target = next((t for t in lost if room.keys().isdisjoint(t)), frozenset[Region]())
+    opened = replace(world, walls=frozenset(walls))
+    beyond = opened.distances(target)
+    return {wall for wall in walls if not beyond.keys().isdisjoint(opened.neighbours(wall))}
+
+
+def minimal_subset(items: Sequence[Item], fails: Callable[[Sequence[Item]], bool]) -> list[Item]:
+    """Return a subset that fails, none of whose members can be spared; earlier ones are preferred.
+
+    ``fails`` must hold for ``items`` and be monotone: whatever contains a failing set fails."""
+    if fails(()):
+        return []
+    return _explain([], False, list(items), fails)
+
+
+def _explain(
+    background: list[Item], grown: bool, items: list[Item], fails: Callable[[Sequence[Item]], bool]
+) -> list[Item]:
+    """Return the items that are needed to fail together with ``background``; ``grown``: whether the
+    background has members that were not there at its last query."""
+    if grown and fails(background):
+        return []
+    if len(items) == 1:
+        return items
+    half = (len(items) + 1) // 2
+    first, second = items[:half], items[half:]
+    late = _explain([*background, *first], True, second, fails)
+    early = _explain([*background, *late], bool(late), first, fails)
+    return [*early, *late]
+
+
+# The whole explanation.
+
 
 REPAIR_SECONDS = 2.0
 _C = NoStrategyCause

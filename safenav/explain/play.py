@@ -1,21 +1,108 @@
-"""Losing plays in the environment's winning strategy (the counterstrategy) against a core.
+"""Requests about variants of one specification, within a budget; losing plays in the
+environment's winning strategy (the counterstrategy) against a core; vacuous wins.
 
-The system obeys all guarantees while it can. It meets the goals that the environment does not
-prevent, then pursues one that it cannot meet, until it has no move left or the play repeats."""
+In a losing play the system obeys all guarantees while it can. It meets the goals that the
+environment does not prevent, then pursues one that it cannot meet, until it has no move left or the
+play repeats."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from copy import copy
+from enum import StrEnum
 from itertools import islice
 
-from safenav.components import path_to, shortest_paths
+from msgspec import Struct
+from msgspec.structs import replace
+
+from safenav.components import explored, path_to, shortest_paths
+from safenav.errors import SafenavError
 from safenav.explain.explanation import LosingPlay, PlayEnd, Values
-from safenav.explain.realizability import Questions
-from safenav.spec.specification import Constraint, Owner, Section, Specification
+from safenav.outcome import Verdict
+from safenav.spec.specification import Constraint, Origin, Owner, Section, Specification
+from safenav.synthesis.cache import Cache
+from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.strategy import Strategy
 from safenav.verify.automaton import Automaton, clauses
 from safenav.verify.completions import Clause, Completions, Row, Slot
+from safenav.verify.cycles import cyclic_parts
 from safenav.verify.verification import counterstrategy_starts
+
+BUDGET_SECONDS = 60.0
+"""Wall time of one explanation, in seconds, without its repairs."""
+LISTED_MB = 64
+"""Memory limit of a counterstrategy that is shown as a play; its text is as large at most."""
+
+_COOPERATIVE = {
+    Section.ENV_INIT: Section.SYS_INIT,
+    Section.ENV_TRANS: Section.SYS_TRANS,
+    Section.ENV_LIVENESS: Section.SYS_LIVENESS,
+}
+
+
+class Questions:
+    """Cached results of the synthesizer; TIMEOUT for each new request after the budget's end."""
+
+    def __init__(self, synthesizer: Synthesizer) -> None:
+        self._synthesizer = synthesizer
+        self._known: dict[str, Verdict] = {}
+        self._begun = time.monotonic()
+        self._share = 1.0
+
+    def spend(self, share: float) -> None:
+        """Let further requests end by this share of the budget."""
+        self._share = share
+
+    @property
+    def late(self) -> bool:
+        """Return whether this part of the budget is exhausted."""
+        return self._left() <= 0
+
+    def _left(self) -> float:
+        return self._begun + self._share * BUDGET_SECONDS - time.monotonic()
+
+    def _limited(self) -> Synthesizer:
+        """Return the synthesizer with the limits of the next request."""
+        limited = copy(self._synthesizer)
+        limited.seconds = max(0.01, min(limited.seconds or BUDGET_SECONDS, self._left()))
+        return limited
+
+    def prepare(self, specs: Sequence[Specification]) -> None:
+        """Request several verdicts in parallel, on all processors."""
+        texts = {spec.to_structuredslugs(): spec for spec in specs}
+        left = [text for text in texts if text not in self._known]
+        while left and not self.late:
+            some, left = left[: self._synthesizer.at_once], left[self._synthesizer.at_once :]
+            wanted = [texts[text] for text in some]
+            results = self._limited().synthesize_all(wanted, strategy=False)
+            self._known.update(zip(some, (result.verdict for result in results), strict=True))
+
+    def verdict(self, spec: Specification) -> Verdict:
+        """Return the verdict, or the limit that was reached."""
+        self.prepare([spec])
+        return self._known.get(spec.to_structuredslugs(), Verdict.TIMEOUT)
+
+    def counterstrategy(self, spec: Specification) -> Strategy | None:
+        """Return the environment's strategy; None if there is none within the limits."""
+        limited = self._limited()
+        limited.cache, limited.memory_mb = Cache(None), LISTED_MB
+        try:
+            return None if self.late else limited.counterstrategy(spec).strategy
+        except SafenavError:
+            return None
+
+
+def cooperative(spec: Specification) -> Specification:
+    """Return the specification with all variables controlled by the system: realizable iff
+    assumptions and guarantees can be satisfied together."""
+    turned = [(c, _COOPERATIVE.get(c.section, c.section)) for c in spec.constraints]
+    return replace(
+        spec,
+        variables=tuple(replace(v, owner=Owner.OUTPUT) for v in spec.variables),
+        constraints=tuple(replace(c, section=section) for c, section in turned),
+    )
+
 
 MOST_MOMENTS = 200
 """Moments in which a system meets goals."""
@@ -176,3 +263,90 @@ def _lasting(answers: Mapping[int, Sequence[int]]) -> dict[int, float]:
             if not left[other]:
                 ended.append(other)
     return {node: lasting[node] if not left[node] else float("inf") for node in answers}
+
+
+# Wins of a system that come from breaking its own assumptions.
+#
+# A strategy may force the environment into a state with no move left, or one where it cannot meet
+# a fairness assumption. From there on no guarantee binds the system: it has won, and may do nothing
+# at all. Such a win is worth a warning. (Klein, Pnueli: Revisiting synthesis of GR(1)
+# specifications, HVC 2010, and Maoz, Ringert: On well-separation of GR(1) specifications, FSE 2016,
+# who examine the specification; here the strategy in use is examined.) The specifications of robots
+# cannot be won so: whatever the robot does, their assumptions can be satisfied.
+
+
+class Cause(StrEnum):
+    """Causes for which a system wins vacuously; the value states it in words."""
+
+    NO_BEGINNING = "no initial state satisfies the assumptions, so nothing is guaranteed"
+    DEAD_END = "a state can occur in which the assumptions allow no move"
+    UNFAIR = "a state can occur from which these assumptions cannot all be met"
+
+
+class Vacuity(Struct, frozen=True):
+    """A way in which a system could win without doing anything.
+
+    ``path``: nodes of its strategy, the shortest path to where it happens. ``origins``: the
+    assumptions that fail."""
+
+    cause: Cause
+    path: tuple[int, ...] = ()
+    origins: tuple[Origin, ...] = ()
+
+
+def vacuities(strategy: Strategy) -> tuple[Vacuity, ...]:
+    """Return how a strategy wins without keeping its goals, if it does: shortest paths first.
+
+    The robot's moves are fixed by the strategy, so the others play alone on its automaton: a node
+    from which no path of theirs meets all assumptions infinitely often is won vacuously."""
+    spec = strategy.specification
+    starts = strategy.initial()
+    if not starts:
+        return (Vacuity(Cause.NO_BEGINNING, origins=_origins(spec, Section.ENV_INIT)),)
+    automaton = Automaton(spec, strategy, starts)
+    found = []
+    stuck = [node for node in automaton.nodes if not strategy.transitions[node]]
+    if stuck:
+        steps = _origins(spec, Section.ENV_TRANS)
+        found.append(Vacuity(Cause.DEAD_END, automaton.path(stuck[0]), steps))
+    parts = cyclic_parts(automaton.edges)
+    fair = automaton.clauses(Section.ENV_LIVENESS)
+    lacking = _lacking(automaton, parts, len(fair))
+    good = {node for node, part in parts.items() if not lacking[part]}
+    hopeless = _cut_off(automaton, good | set(stuck))
+    if hopeless:
+        first = next(node for node in automaton.nodes if node in hopeless)
+        within = explored([first], strategy.transitions.__getitem__)
+        ahead = [lacking[part] for node, part in parts.items() if node in within]
+        never = [k for k in range(len(fair)) if all(k in missing for missing in ahead)]
+        failing = dict.fromkeys(fair[k].constraint.origin for k in never or range(len(fair)))
+        path = automaton.path(first)
+        found.append(Vacuity(Cause.UNFAIR, path, tuple(failing)))
+    return tuple(sorted(found, key=lambda vacuity: len(vacuity.path)))
+
+
+def _origins(spec: Specification, *sections: Section) -> tuple[Origin, ...]:
+    found = (c.origin for section in sections for c in spec.section(section))
+    return tuple(dict.fromkeys(found))
+
+
+def _lacking(automaton: Automaton, parts: dict[int, int], count: int) -> dict[int, set[int]]:
+    """Return for each strongly connected part the assumptions that no transition within it
+    meets."""
+    lacking = {part: set(range(count)) for part in set(parts.values())}
+    formulas = [clause.formula for clause in automaton.clauses(Section.ENV_LIVENESS)]
+    for k, unmet in enumerate(automaton.violated(formulas)):
+        missing = automaton.edges.flags(unmet)
+        for index, (source, target) in enumerate(automaton.edges):
+            part = parts.get(source)
+            if not missing[index] and part is not None and part == parts.get(target):
+                lacking[part].discard(k)
+    return lacking
+
+
+def _cut_off(automaton: Automaton, good: set[int]) -> set[int]:
+    """Return the nodes from which none of the good ones can be reached."""
+    before: dict[int, list[int]] = {}
+    for source, target in automaton.edges:
+        before.setdefault(target, []).append(source)
+    return set(automaton.nodes) - explored(good, lambda node: before.get(node, ())).keys()

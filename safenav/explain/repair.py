@@ -15,8 +15,7 @@ from typing import TypeVar
 
 from msgspec.structs import replace
 
-from safenav.explain.diagnosis import play
-from safenav.explain.explanation import NoStrategyCause, Repair, RepairKind, RepairProblem
+from safenav.explain.explanation import NoStrategyCause, Repair, RepairKind, RepairProblem, play
 from safenav.formula.parser import parse
 from safenav.formula.syntax import variables
 from safenav.scenario.model import Obstacle, ObstacleType, Robot, Scenario

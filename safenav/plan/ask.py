@@ -19,8 +19,7 @@ from safenav.plan.order import preview
 from safenav.plan.search import Answer, Exhausted, Guide, Search
 from safenav.plan.shorten import shortened
 from safenav.scenario.reachability import room_words, without_room
-from safenav.solve.duties import settle
-from safenav.solve.solve import Solver
+from safenav.solve.solve import Solver, settle
 from safenav.team.floor import Floor, Joint, Stages, put
 from safenav.team.state import Plan, Stage
 from safenav.trace import proofs

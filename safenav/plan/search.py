@@ -14,10 +14,8 @@ from collections.abc import Callable, Iterator, Sequence
 from itertools import chain
 from random import Random
 
-from safenav.plan.immobile import Immobile
-from safenav.plan.pibt import Field, Proposals
 from safenav.team.floor import Floor, Joint, Stages
-from safenav.world.poses import FAR, Mask
+from safenav.world.poses import FAR, Mask, region_mask
 
 Guide = Callable[[Stages, tuple[int, ...]], Sequence[Mask | None]]
 """The poses to which duties send each robot (0: nowhere; None: its own next target)."""
@@ -316,3 +314,153 @@ def _path(end: Joint, before: dict[Joint, Joint | None]) -> list[Joint]:
         found.append(joint)
         joint = before[joint]
     return found[::-1]
+
+
+Field = Sequence[int] | None
+"""For each pose the steps to a robot's goal poses; None: it has no goal, and may be pushed."""
+
+
+class Proposals:
+    """PIBT (Okumura et al., 2022): next joint poses in which robots approach their goals and push
+    each other. They never exchange places, nor rotate in a circle."""
+
+    def __init__(self, floor: Floor, random: Random, alive: Sequence[int] | None = None) -> None:
+        self._alive = alive
+        self._floor, self._random, self._size = floor, random, floor.team.size
+        self._members = floor.team.members
+        self._rivals = [member.rivals for member in self._members]
+
+    def propose(
+        self,
+        joint: Joint,
+        fields: Sequence[Field],
+        order: Sequence[int],
+        forced: tuple[int, int] | None = None,
+    ) -> tuple[int, ...] | None:
+        """The next poses; None if a robot can neither move nor stay. ``order``: the robots in the
+        order of their choices; ``forced``: a robot that must take a pose."""
+        self._joint, self._fields = joint, fields
+        self._next: dict[int, int] = {}
+        self._entered: dict[int, list[int]] = {}
+        self._now: dict[int, list[int]] = {}
+        for i in order:
+            self._now.setdefault(joint.poses[i] % self._size, []).append(i)
+        if forced is not None and not self._place(forced[0], frozenset(), (forced[1],)):
+            return None
+        for i in order:
+            if i not in self._next and not self._place(i, frozenset(), None):
+                return None
+        return tuple(self._next.get(i, pose) for i, pose in enumerate(joint.poses))
+
+    def _place(self, i: int, pushing: frozenset[int], only: tuple[int, ...] | None) -> bool:
+        """Give a robot a pose, and others that are in its way. ``pushing``: the robots that push
+        it."""
+        mark = len(self._next)
+        for pose in only or self._ranked(i):
+            if self._take(i, pose, pushing):
+                return True
+            while len(self._next) > mark:
+                j, undone = self._next.popitem()
+                self._entered[undone % self._size].remove(j)
+        return False
+
+    def _take(self, i: int, pose: int, pushing: frozenset[int]) -> bool:
+        region, rivals, after = pose % self._size, self._rivals[i], self._next
+        if (entered := self._entered.get(region)) and not rivals.isdisjoint(entered):
+            return False
+        if self._members[i].zones and self._members[i].shut(self._occupied()) >> region & 1:
+            return False
+        pushed = []
+        if region != self._joint.poses[i] % self._size:
+            for j in self._now.get(region, ()):
+                if j in rivals:
+                    if j in pushing or (j in after and after[j] % self._size == region):
+                        return False
+                    if j not in after:
+                        pushed.append(j)
+        self._entered.setdefault(region, []).append(i)
+        after[i] = pose
+        for j in pushed:
+            if j not in after and not self._place(j, pushing | {i}, None):
+                return False
+            if after[j] % self._size == region:
+                return False
+        return True
+
+    def _occupied(self) -> list[Mask]:
+        """The regions of each robot, before and after this step."""
+        size, after, poses = self._size, self._next, enumerate(self._joint.poses)
+        return [1 << pose % size | 1 << after.get(j, pose) % size for j, pose in poses]
+
+    def _ranked(self, i: int) -> list[int]:
+        """A robot's possible next poses, the nearest to its goals first; free ones before taken
+        ones."""
+        here, field, rivals = self._joint.poses[i], self._fields[i], self._rivals[i]
+        now, size, draw = self._now, self._size, self._random.random
+        ranks = [(0 if field is None else field[here], False, draw(), here)]
+        for pose in self._floor.steps(i, self._joint.stages)[here]:
+            if self._alive is not None and not self._alive[i] >> pose & 1:
+                continue
+            there = now.get(pose % size)
+            taken = there is not None and not rivals.isdisjoint(there)
+            ranks.append((1 if field is None else field[pose], taken, draw(), pose))
+        ranks.sort()
+        return [rank[3] for rank in ranks]
+
+
+class Immobile:
+    """Robots that can never move again: a joint state is hopeless long before a search ends.
+
+    Two robots with headings that face each other in a corner stay there forever: each can step
+    only into the other's region. In general these are the greatest set of robots whose steps all
+    lead into a region of another one of the set, or to a pose from which the robot could not
+    continue forever. Moves of other robots and disappearing obstacles cannot change that.
+    ``alive``: the poses from which each robot can continue forever once all obstacles are
+    resolved."""
+
+    def __init__(self, floor: Floor, alive: Sequence[Mask]) -> None:
+        self._floor, self._alive, self._size = floor, alive, floor.team.size
+        self._rivals = [floor.rivals(i) for i in range(len(alive))]
+        self._who = [i for i in floor.robots if self._rivals[i]]
+        self._ahead: list[dict[int, frozenset[int]]] = [{} for _ in alive]
+        self._possible = any(
+            floor.graphs[i].one_way or floor.floors[i].bit_count() == 1 for i in self._who
+        )
+
+    def hopeless(self, joint: Joint) -> bool:
+        """Whether some robot can never complete its mission because others can never move."""
+        stuck = self.robots(joint.poses) if self._possible else set()
+        return bool(stuck) and any(self._fails(i, joint, stuck) for i in self._floor.robots)
+
+    def robots(self, poses: Sequence[int]) -> set[int]:
+        """The robots that can never move again."""
+        size = self._size
+        taken = {poses[i] % size for i in self._who}
+        found = {i for i in self._who if taken.issuperset(self._regions(i, poses[i]))}
+        while found:
+            blocked = ({poses[j] % size for j in self._rivals[i] & found} for i in found)
+            pairs = zip([*found], blocked, strict=True)
+            free = {i for i, shut in pairs if not shut.issuperset(self._regions(i, poses[i]))}
+            if not free:
+                break
+            found -= free
+        return found
+
+    def _fails(self, i: int, joint: Joint, stuck: set[int]) -> bool:
+        floor, pose, count = self._floor, joint.poses[i], joint.counts[i]
+        goal = floor.awaited(i, count)
+        if floor.is_done(i, count) and (not goal or goal >> pose & 1):
+            return False
+        if i in stuck:
+            return True
+        walls = region_mask(joint.poses[j] % self._size for j in self._rivals[i] & stuck)
+        allowed = floor.floors[i] & ~floor.graphs[i].poses_on(walls)
+        return not floor.graphs[i].back(goal & allowed, allowed) >> pose & 1
+
+    def _regions(self, i: int, pose: int) -> frozenset[int]:
+        """The regions into which steps lead that keep a robot alive."""
+        known, graph = self._ahead[i], self._floor.graphs[i]
+        if pose not in known:
+            ahead = (p for p in graph.steps(pose) if self._alive[i] >> p & 1)
+            known[pose] = frozenset(p % self._size for p in ahead)
+        return known[pose]

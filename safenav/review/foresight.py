@@ -15,9 +15,8 @@ from msgspec.structs import replace
 from safenav.runtime.control.ends import hopeful, infeasible
 from safenav.runtime.run.mission import Mission, RunResult, uninterrupted
 from safenav.scenario.model import Scenario
-from safenav.solve.proof import closure_of, refute
 from safenav.solve.reasons import Shortfall, shortfall_words, shortfalls
-from safenav.solve.solve import BudgetError, Solver
+from safenav.solve.solve import BudgetError, Solver, closure_of, refute
 from safenav.synthesis.slugs import Synthesizer
 from safenav.team import state as now
 from safenav.team.apply import apply, initial

@@ -1,6 +1,7 @@
-"""Postmortem of a team that needs an operator: play its run, explain its end, try repairs.
+"""Postmortem of a team that needs an operator: play its run, explain its end, try repairs; or
+explain the robots that have no strategy at the start.
 
-A repair is offered only if a run of the changed scenario was completed.
+A repair of a run is offered only if a run of the changed scenario was completed.
 """
 
 from __future__ import annotations
@@ -11,21 +12,18 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.errors import SafenavError
-from safenav.explain.explanation import Repair, RepairKind
+from safenav.errors import ResourceLimitError, SafenavError
+from safenav.explain.explanation import Explanation, Repair, RepairKind
+from safenav.explain.investigation import explain
 from safenav.explain.repair import nearest, offered, with_robots, without_walls, without_words
 from safenav.outcome import Outcome
 from safenav.review.foresight import Foresight, foresee
-from safenav.runtime.run.mission import Mission, RunResult, uninterrupted
-from safenav.scenario.model import (
-    Obstacle,
-    Robot,
-    RobotModel,
-    Scenario,
-)
+from safenav.runtime.run.mission import Mission, RunResult, first_results, uninterrupted
+from safenav.scenario.model import Obstacle, Robot, RobotModel, Scenario
 from safenav.scenario.objective import Target, staying, with_targets, written
 from safenav.scenario.yaml.document import flow
 from safenav.solve.reasons import Hindrance, Shortfall
+from safenav.synthesis.request import Listener
 from safenav.synthesis.slugs import Synthesizer
 from safenav.trace.records import Record
 from safenav.world.map import Heading, Region
@@ -376,3 +374,41 @@ _KINDS: tuple[Callable[[_Failure], Iterator[Repair]], ...] = (
     _walls,
     _targets,
 )
+
+
+# Robots without a strategy at the start.
+
+QUESTION_SECONDS = 2.0
+"""Wall time of one of the many synthesis requests of an explanation, in seconds."""
+
+
+def explain_team(
+    scenario: Scenario,
+    synthesizer: Synthesizer,
+    names: Collection[str] | None = None,
+    progress: Listener | None = None,
+) -> Iterator[Explanation]:
+    """Yield the reasons and repairs for each robot (of those with these names) that is unrealizable
+    at the start; nothing if all are realizable.
+
+    Raises ResourceLimitError if a first verdict exceeds the limits.
+    """
+    limit = min(synthesizer.seconds or QUESTION_SECONDS, QUESTION_SECONDS)
+    quick = Synthesizer(
+        synthesizer.binary,
+        seconds=limit,
+        memory_mb=synthesizer.memory_mb,
+        cache=synthesizer.cache,
+    )
+    for name, answer in first_results(scenario, synthesizer, progress, names).items():
+        if answer.realizable:
+            continue
+
+        def judge(changed: Scenario, name: str = name) -> bool:
+            try:
+                answers = first_results(changed, quick, names=[name])
+            except ResourceLimitError:
+                return False
+            return answers[name].realizable
+
+        yield explain(scenario, answer.task, quick, judge)

@@ -10,8 +10,7 @@ from msgspec import Struct
 from safenav.components import explored
 from safenav.scenario.model import OPERATOR_ACTION
 from safenav.scenario.objective import Word
-from safenav.solve.proof import Closure
-from safenav.solve.solve import Sets
+from safenav.solve.solve import Closure, Sets
 from safenav.trace.vocabulary import OperatorCause
 from safenav.trace.words import listed, obstacle_words
 from safenav.world.poses import bits

@@ -11,12 +11,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from itertools import combinations
 
-from msgspec import Struct
+from msgspec import Struct, field
 from msgspec.structs import replace
 
 from safenav.scenario.reachability import too_many
 from safenav.team.floor import Floor, Stages
-from safenav.world.poses import FAR, Mask, bits
+from safenav.trace import proofs
+from safenav.world.poses import FAR, Mask, PoseGraph, bits
 
 MOST_NODES = 20_000
 Rank = tuple[object, ...]
@@ -208,3 +209,215 @@ def _replayed(plan: list[Step], now: Sets, wanted: frozenset[int]) -> tuple[Step
         rebuilt.append(replace(step, at=tuple(places.values())))
         now = now.after(rebuilt[-1])
     return tuple(rebuilt) if now.done(wanted) else None
+
+
+# Proofs that ignore collisions: closure tables, and trees where irreversible choices matter.
+
+
+class Closure(Struct, frozen=True):
+    """All that the team can do. ``never``: the gates that are never resolved; ``stuck``: those of
+    them whose next need can never be met; ``reach``, ``live``: of each robot once all others are
+    resolved."""
+
+    resolved: tuple[int, ...]
+    never: tuple[int, ...]
+    stuck: tuple[int, ...]
+    reach: tuple[Mask, ...]
+    live: tuple[bool, ...]
+    left: Stages
+
+
+class Refuted(Struct, frozen=True):
+    """A step that could come next, and why it does not help."""
+
+    step: Step
+    lossless: bool
+    because: Refutation
+
+
+Refutation = Closure | tuple[Refuted, ...]
+
+
+def closure_of(now: Sets) -> Closure:
+    """The least fixpoint: a need can be met if enough able robots reach its regions once all that
+    can be resolved is resolved."""
+    floor, given, grown = now.floor, now.stages, True
+    while grown:
+        grown = False
+        for g in floor.open(now.stages):
+            if _enough(g, now, given):
+                now, grown = replace(now, stages=floor.advanced(g, now.stages)), True
+    never = floor.open(now.stages)
+    return Closure(
+        tuple(g for g in floor.open(given) if g not in never),
+        never,
+        tuple(g for g in never if now.stages[g].need == given[g].need),
+        tuple(now.reach(i, poses) for i, poses in enumerate(now.sets)),
+        tuple(i not in floor.robots or now.alive(i) for i in range(len(now.sets))),
+        now.stages,
+    )
+
+
+def _enough(g: int, now: Sets, given: Stages) -> bool:
+    """Whether enough robots reach the regions of the next need, and those of the needs before it
+    that the same robots must meet."""
+    floor, stages = now.floor, now.stages
+    needs, number = floor.gate(g).needs, stages[g].need
+    begin = number
+    while begin > given[g].need and needs[begin].same:
+        begin -= 1
+    able = []
+    for i in floor.able(g, stages):
+        there = [bool(now.spots(i, need.regions)) for need in needs[begin : number + 1]]
+        if begin == given[g].need < number and i in given[g].done:
+            there[0] = True
+        elif i in floor.gate(g).strays[begin]:
+            continue
+        able += [i] if all(there) else []
+    return len(able) >= floor.missing(g, stages)
+
+
+def refute(now: Sets) -> Refutation:
+    """The proof that SOLVE fails there."""
+    closure = closure_of(now)
+    if not all(closure.live):
+        return closure
+    steps = options(now, None, {}, every=True)
+    safe = [s for s in steps if not now.floor.commits(s.g, now.stages) and _loses_nothing(s, now)]
+    return tuple(Refuted(step, bool(safe), refute(now.after(step))) for step in safe[:1] or steps)
+
+
+def _loses_nothing(step: Step, now: Sets) -> bool:
+    pairs = zip(step.group, step.at, strict=True)
+    return all(not now.reach(i, now.sets[i]) & ~now.reach(i, at) for i, at in pairs)
+
+
+# In the words of a trace.
+
+
+def stated(now: Sets, found: Refutation, given_up: tuple[str, ...] = ()) -> proofs.Proof:
+    floor = now.floor
+    name = [floor.gate(g).name for g in range(len(floor.gates))]
+    if isinstance(found, Closure):
+        robots = zip(floor.team.members, floor.graphs, found.reach, found.live, strict=True)
+        reach = {m.name: proofs.Reach(places(graph, at), live) for m, graph, at, live in robots}
+        never = (*(name[g] for g in found.never), *given_up)
+        return proofs.Closure(tuple(name[g] for g in found.resolved), never, reach)
+    choices = []
+    for each in found:
+        group = tuple(floor.team.members[i].name for i in each.step.group)
+        option = proofs.Option(name[each.step.g], each.step.need, group, each.lossless)
+        choices.append(proofs.Choice(option, stated(now, each.because, given_up)))
+    return proofs.Tree(tuple(choices))
+
+
+def places(graph: PoseGraph, poses: Mask) -> tuple[tuple[int, str | None], ...]:
+    return tuple(
+        sorted((graph.pose(p).place for p in bits(poses)), key=lambda e: (e[0], e[1] or ""))
+    )
+
+
+# Current duties: the served requests, the plan for all of them, and the duties that follow.
+
+
+class Duty(Struct, frozen=True):
+    """``goal``: the poses where a robot can meet the next need of gate ``g`` and all can
+    continue."""
+
+    g: int
+    need: int
+    group: tuple[int, ...]
+    goal: Mask
+    stays: bool
+
+
+class Settlement(Struct, frozen=True):
+    """``served`` gates in order; the others are walls for now. ``safe``: where each robot may go
+    (None: it was not asked). ``plan``: the steps of which the duties are the first. ``proof``: that
+    some robot can never continue; the rest is void then."""
+
+    served: tuple[int, ...] = ()
+    duties: dict[int, Duty] = field(default_factory=dict)
+    safe: tuple[Mask | None, ...] = ()
+    plan: tuple[Step, ...] = ()
+    proof: Refutation | None = None
+
+
+def settle(
+    solver: Solver,
+    poses: tuple[int, ...],
+    stages: Stages,
+    aside: frozenset[int],
+    present: Present,
+    careful: frozenset[int],
+) -> Settlement:
+    """The duties at these poses. ``aside``: gates that no joint plan serves; ``careful``: the
+    robots whose strategies must know which poses are safe."""
+    floor, now = solver.floor, around(solver.floor, poses, stages)
+    if not solver.feasible(now):
+        return Settlement(proof=refute(now))
+    served: list[int] = []
+    for g in floor.open(stages):
+        if g not in aside and solver.feasible(now, frozenset({*served, g})):
+            served.append(g)
+    wanted = frozenset(served)
+    plan = solver.plan(poses, stages, wanted, present)
+    assert plan is not None, "what can be done can be planned"
+    duties = _present_duties(solver, plan, now, wanted)
+    safe = tuple(
+        _safe(solver, i, now, wanted) | (duties[i].goal if i in duties else 0)
+        if i in careful
+        else None
+        for i in range(len(poses))
+    )
+    return Settlement(tuple(served), duties, safe, plan)
+
+
+def _present_duties(
+    solver: Solver, plan: tuple[Step, ...], now: Sets, wanted: frozenset[int]
+) -> dict[int, Duty]:
+    """A step is a duty now if no earlier one is about its obstacle or its robots, and all can get
+    there."""
+    duties: dict[int, Duty] = {}
+    begun: set[int] = set()
+    busy: set[int] = set()
+    for step in plan:
+        ready = step.g not in begun and not busy & {*step.group}
+        begun.add(step.g)
+        busy.update(step.group)
+        need = now.floor.need(step.g, now.stages)
+        at = tuple(
+            now.spots(i, need.regions) & there for i, there in zip(step.group, step.at, strict=True)
+        )
+        if not ready or not all(at):
+            continue
+        after = now.after(Step(step.g, step.need, step.group, at))
+        for i, there in zip(step.group, at, strict=True):
+            goal = _lasting(solver, i, there, after, wanted) or there
+            duties[i] = Duty(
+                step.g, step.need, step.group, goal, need.together or len(step.group) > 1
+            )
+    return duties
+
+
+def _safe(solver: Solver, i: int, now: Sets, wanted: frozenset[int]) -> Mask:
+    """The poses to which a robot may go: it can come back, or the team can continue."""
+    here = now.sets[i]
+    return here | _lasting(solver, i, now.reach(i, here) & ~here, now, wanted)
+
+
+def _lasting(solver: Solver, i: int, candidates: Mask, now: Sets, wanted: frozenset[int]) -> Mask:
+    """The candidates from which ``wanted`` can be served and all can continue. One answer decides
+    many poses: all from which a good one is reachable are good; all that are reachable from a bad
+    one are bad."""
+    graph, allowed = now.floor.graphs[i], now.floor.allowed(i, now.stages)
+    good, left = 0, candidates
+    while left:
+        pose = 1 << next(bits(left))
+        if solver.feasible(now.placed(i, graph.around(pose, allowed)), wanted):
+            found = graph.back(pose, allowed | pose) & left | pose
+            good |= found
+            left &= ~found
+        else:
+            left &= ~(graph.closure(pose, allowed) | pose)
+    return good & candidates

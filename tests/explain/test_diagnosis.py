@@ -5,11 +5,13 @@ from random import Random
 
 from msgspec.structs import replace
 
-from safenav.explain.diagnosis import diagnose, explain_unrealizable, play
 from safenav.explain.explanation import (
     NoStrategyCause,
     PlayEnd,
     RepairProblem,
+    diagnose,
+    explain_unrealizable,
+    play,
 )
 from safenav.explain.investigation import explain
 from safenav.explain.repair import find_repairs

@@ -12,7 +12,7 @@ from once import SCENARIOS, beside
 from safenav.cli.synth import explain as command
 from safenav.explain.explanation import NoStrategyCause, RepairKind
 from safenav.report.terminal.explanation_text import explanation_lines
-from safenav.review.team import explain_team
+from safenav.review.postmortem import explain_team
 from safenav.runtime.run.mission import Mission, default_synthesizer, first_results
 from safenav.scenario.reading.loader import load_scenario
 from safenav.synthesis.slugs import Synthesizer
@@ -135,7 +135,7 @@ def test_an_input_is_the_environment(
 def test_without_time_the_cause_is_a_conflict(
     tmp_path: Path, invoke: Invoke, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("safenav.explain.realizability.BUDGET_SECONDS", 0.0)
+    monkeypatch.setattr("safenav.explain.play.BUDGET_SECONDS", 0.0)
     file = tmp_path / "fire.yaml"
     rule = INPUTS.replace("SAFETY", "owed' <-> fire', fire -> region' != den")
     file.write_text(rule.replace("LIVENESS", "region = den, region = porch"))

@@ -196,7 +196,7 @@ def test_errors_are_shown_at_their_positions(
 def test_without_time_only_proven_results_are_printed(
     tmp_path: Path, invoke: Invoke, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("safenav.explain.realizability.BUDGET_SECONDS", 0.0)
+    monkeypatch.setattr("safenav.explain.play.BUDGET_SECONDS", 0.0)
     answer = invoke(explain, written(tmp_path, "s", "[OUTPUT]\na\n[SYS_TRANS]\na'\n!a'\n"))
     assert answer.status == 1
     assert answer.output.splitlines()[1:] == [

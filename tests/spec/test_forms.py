@@ -7,7 +7,7 @@ from random import Random
 
 import pytest
 
-from safenav.explain.diagnosis import play
+from safenav.explain.explanation import play
 from safenav.scenario.objective import (
     Cover,
     Hold,

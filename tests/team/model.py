@@ -6,8 +6,7 @@ from random import Random
 from drawn import loads
 from safenav.plan.ask import Found, ask
 from safenav.plan.order import at_end, closed, joint_now, next_step
-from safenav.solve.duties import settle
-from safenav.solve.solve import Solver
+from safenav.solve.solve import Solver, settle
 from safenav.team import floor as floors
 from safenav.team import state as now
 from safenav.team.apply import acts_on, apply, initial, resolved

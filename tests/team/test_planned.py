@@ -4,7 +4,7 @@ import pytest
 
 from runtime.played import completed
 from safenav.errors import UsageError
-from safenav.plan.immobile import Immobile
+from safenav.plan.search import Immobile
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.team.apply import initial
 from safenav.team.floor import Floor, floor_now

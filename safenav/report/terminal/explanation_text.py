@@ -11,7 +11,6 @@ import click
 from msgspec import to_builtins
 from msgspec.structs import asdict
 
-from safenav.explain.diagnosis import why_words
 from safenav.explain.explanation import (
     Core,
     CoreMember,
@@ -22,6 +21,7 @@ from safenav.explain.explanation import (
     Repair,
     RepairKind,
     Values,
+    why_words,
 )
 from safenav.outcome import Outcome
 from safenav.report.terminal.map import MapPicture, Marker, draw

@@ -10,7 +10,7 @@ from typing import Any
 
 from safenav.explain.explanation import LosingPlay, PlayEnd, Values
 from safenav.explain.investigation import LineExplanation
-from safenav.explain.vacuity import Cause, Vacuity
+from safenav.explain.play import Cause, Vacuity
 from safenav.report.terminal.explanation_text import core_heading, core_notes
 from safenav.spec.specification import Constraint, Owner
 from safenav.synthesis.export import in_words

@@ -27,9 +27,18 @@ from safenav.runtime.control.roles import Role, Roles
 from safenav.runtime.control.strategies import Controller, outdated, pursues, synthesized
 from safenav.scenario.objective import Ltl
 from safenav.scenario.settings import Clock
-from safenav.solve.duties import Settlement, settle
-from safenav.solve.proof import Closure, Refutation, closure_of, refute, stated
-from safenav.solve.solve import BudgetError, Solver, around
+from safenav.solve.solve import (
+    BudgetError,
+    Closure,
+    Refutation,
+    Settlement,
+    Solver,
+    around,
+    closure_of,
+    refute,
+    settle,
+    stated,
+)
 from safenav.team import state as now
 from safenav.team.apply import apply, charged, done, initial, stands
 from safenav.team.failures import FAILURE

@@ -13,8 +13,6 @@ from safenav.outcome import Outcome
 from safenav.runtime.control.roles import Role
 from safenav.runtime.control.strategies import Controller, walls_of
 from safenav.scenario.objective import Ltl, Word, describe
-from safenav.solve.duties import Settlement
-from safenav.solve.proof import Closure, Refutation, closure_of, stated
 from safenav.solve.reasons import (
     Shortfall,
     cause_of,
@@ -24,7 +22,7 @@ from safenav.solve.reasons import (
     shortfalls,
     without_room,
 )
-from safenav.solve.solve import Sets, around
+from safenav.solve.solve import Closure, Refutation, Sets, Settlement, around, closure_of, stated
 from safenav.spec.objective import Memory
 from safenav.spec.task import Task
 from safenav.team.apply import done, rounds, stands
@@ -169,7 +167,7 @@ def no_strategy(
 
 def _why_not(team: Team, i: int, task: Task) -> str:
     # Imported here: most runs have nothing to explain.
-    from safenav.explain.diagnosis import explain_unrealizable
+    from safenav.explain.explanation import explain_unrealizable
 
     return explain_unrealizable(team.members[i].robot, task, team.world)
 

@@ -16,7 +16,7 @@ from safenav.scenario.objective import (
     ruled,
     station,
 )
-from safenav.solve.duties import Settlement
+from safenav.solve.solve import Settlement
 from safenav.team.floor import Floor, Stages
 from safenav.team.formulas import alternating, waiting
 from safenav.team.state import State

@@ -16,12 +16,11 @@ from msgspec.structs import replace
 from safenav.runtime.control.ends import End
 from safenav.scenario import settings
 from safenav.scenario.settings import LatePolicy, switching
-from safenav.solve.rounds import Walk, least_within
 from safenav.team import bound
 from safenav.team import state as now
 from safenav.team.apply import goals, on_own, rounds
 from safenav.team.battery import NEVER, Energy
-from safenav.team.bound import earliest, moment_of
+from safenav.team.bound import Walk, earliest, least_within, moment_of
 from safenav.team.floor import floor_now, stages_of
 from safenav.team.state import Count, State
 from safenav.team.team import Member, Team

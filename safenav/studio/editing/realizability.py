@@ -16,7 +16,7 @@ from typing import Any
 from safenav.errors import ResourceLimitError, SafenavError
 from safenav.lines import line_output
 from safenav.report.terminal.explanation_text import explanation_data
-from safenav.review.team import explain_team
+from safenav.review.postmortem import explain_team
 from safenav.runtime.run.mission import default_synthesizer, first_results
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_draft

@@ -20,7 +20,7 @@ from safenav.explain.explanation import (
     PlayEnd,
 )
 from safenav.report.terminal.explanation_text import explanation_lines
-from safenav.review.team import explain_team
+from safenav.review.postmortem import explain_team
 from safenav.runtime.run.mission import default_synthesizer, first_results
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text

@@ -29,7 +29,7 @@ from oracle.game import build_game
 from oracle.rendering import to_plain
 from oracle.specification import Specification
 from safenav.cli.synth import explain
-from safenav.explain.vacuity import Cause, vacuities
+from safenav.explain.play import Cause, vacuities
 from safenav.spec.parsing import read_specification
 from safenav.synthesis.slugs import Synthesizer
 
