@@ -49,7 +49,7 @@ from safenav.team.state import Plan
 from safenav.trace.records import Record
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
-from safenav.world.moves import Pose
+from safenav.world.poses import Pose
 
 SCENARIOS = Path(__file__).parents[1] / "scenarios"
 HEADINGS = (

@@ -48,7 +48,7 @@ from safenav.trace.vocabulary import ActResult as ActResult
 from safenav.trace.writing import TraceWriter as TraceWriter
 from safenav.verify.verification import first_failure as first_failure
 from safenav.world.map import Heading as Heading
-from safenav.world.moves import Pose as Pose
+from safenav.world.poses import Pose as Pose
 
 __version__: str
 __all__: list[str]

@@ -36,8 +36,7 @@ from safenav.runtime.run.mission import Mission, default_synthesizer
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text, scenario_text
 from safenav.scenario.yaml.document import plain
-from safenav.scenario.yaml.findings import Findings
-from safenav.scenario.yaml.source import root_of
+from safenav.scenario.yaml.findings import Findings, root_of
 from safenav.synthesis.binary import Binary, find_binary
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer

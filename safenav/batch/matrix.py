@@ -28,8 +28,7 @@ from msgspec import Struct
 from safenav.scenario import language
 from safenav.scenario.yaml import document
 from safenav.scenario.yaml.document import Node, Place, Scalar, Sequence, plain
-from safenav.scenario.yaml.findings import Findings, suggestion, wrong_type
-from safenav.scenario.yaml.source import parsed
+from safenav.scenario.yaml.findings import Findings, parsed, suggestion, wrong_type
 from safenav.scenario.yaml.typed import Item, Raw, entries, key, read, sequence, version
 
 VERSION = 1

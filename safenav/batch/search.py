@@ -25,8 +25,14 @@ from safenav.cached_method import cached_method
 from safenav.errors import UsageError
 from safenav.file_kind import kind_of
 from safenav.scenario.yaml.document import DocumentError, Mapping, Node, read_document
-from safenav.scenario.yaml.findings import Findings
-from safenav.scenario.yaml.source import STDIN, read_bytes, read_source, referenced_files, root_of
+from safenav.scenario.yaml.findings import (
+    STDIN,
+    Findings,
+    read_bytes,
+    read_source,
+    referenced_files,
+    root_of,
+)
 
 _NAMING = ("map", "catalogue")
 

@@ -25,7 +25,7 @@ from safenav.errors import FULL_DISK, NotCertifiedError, ResourceLimitError, Usa
 from safenav.judge.bundle.check import VERSION
 from safenav.outcome import Verdict
 from safenav.spec.assignable import may_leave
-from safenav.spec.parsing import read_specification
+from safenav.spec.specification import read_specification
 from safenav.synthesis.slugs import Synthesizer
 from safenav.trace.reading import Trace, read_bytes
 from safenav.trace.records import Synthesis

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 
 from safenav.errors import InputError
 from safenav.scenario.reading.loader import load_scenario_text
-from safenav.scenario.yaml.source import STDIN, referenced_files, root_of
+from safenav.scenario.yaml.findings import STDIN, referenced_files, root_of
 from safenav.trace.fields import plain
 from safenav.trace.records import Header
 from safenav.trace.setting import ScenarioHeader, scenario_header

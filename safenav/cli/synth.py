@@ -36,7 +36,7 @@ from safenav.report.terminal.specification_text import (
     verification_data,
 )
 from safenav.runtime.run.mission import default_synthesizer, first_results
-from safenav.scenario.yaml.source import MAX_BYTES
+from safenav.scenario.yaml.findings import MAX_BYTES
 from safenav.spec.compile import compile_task
 from safenav.spec.specification import Owner, Specification
 from safenav.strict_json import read_json

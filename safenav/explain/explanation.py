@@ -38,7 +38,7 @@ from safenav.synthesis.strategy import Strategy
 from safenav.trace.words import some
 from safenav.verify.cycles import cyclic_parts
 from safenav.world.map import Heading, Region, RegionMap
-from safenav.world.moves import Mobility, Pose, moves
+from safenav.world.poses import Mobility, Pose, moves
 
 Values = Mapping[str, int]
 """The values of all variables at one moment."""

@@ -52,7 +52,7 @@ from safenav.spec.task import Task
 from safenav.synthesis.slugs import Synthesizer
 from safenav.verify.automaton import clauses
 from safenav.world.map import Heading, Region, RegionMap
-from safenav.world.moves import Pose, moves
+from safenav.world.poses import Pose, moves
 
 Item = TypeVar("Item")
 

@@ -26,7 +26,7 @@ from safenav.scenario.yaml.document import flow
 from safenav.spec.objective import NO_MEMORY
 from safenav.spec.task import Task
 from safenav.world.map import Heading, Region, RegionMap
-from safenav.world.moves import Mobility, Pose
+from safenav.world.poses import Mobility, Pose
 
 
 def open_walls(problem: RepairProblem) -> Iterator[Repair]:

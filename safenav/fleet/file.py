@@ -21,9 +21,8 @@ from safenav.scenario.model import Obstacle, ObstacleType, Scenario
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.settings import Failures
 from safenav.scenario.yaml.document import Node, Scalar, clipped
-from safenav.scenario.yaml.findings import Findings
+from safenav.scenario.yaml.findings import Findings, parsed, read_source
 from safenav.scenario.yaml.json_schema import schema_text as schema_of
-from safenav.scenario.yaml.source import parsed, read_source
 from safenav.scenario.yaml.typed import Item, Key, key, read, version
 from safenav.trace.words import listed
 from safenav.world.map import RegionMap

@@ -24,7 +24,7 @@ from safenav.fleet.transport import (
 from safenav.runtime.worlds.protocol import Arrived, Blocked, Elsewhere, Failed, Lost, WorldEvent
 from safenav.scenario.model import Scenario
 from safenav.world.map import Frame, Region
-from safenav.world.moves import Mobility, Pose
+from safenav.world.poses import Mobility, Pose
 
 if TYPE_CHECKING:
     from safenav.fleet.following import Follower, Following

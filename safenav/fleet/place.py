@@ -12,7 +12,7 @@ from msgspec import Struct
 
 from safenav.pace.robot import YAW
 from safenav.world.map import Frame, Heading, Region, RegionMap
-from safenav.world.moves import Pose
+from safenav.world.poses import Pose
 
 
 class Places(Struct, frozen=True):

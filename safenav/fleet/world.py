@@ -53,7 +53,7 @@ from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.records import Depart, Record
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
-from safenav.world.moves import Pose
+from safenav.world.poses import Pose
 
 
 class FleetWorld:

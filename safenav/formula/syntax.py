@@ -1,4 +1,4 @@
-"""Formulas as data: the syntax tree of the structured-slugs expression language.
+"""Formulas of the structured-slugs expression language as data: their tree, text and truth.
 
 ``&``, ``|`` and ``^`` are associative and hold any number of operands, so that the long
 chains of generated specifications stay flat; ``->`` and ``<->`` associate to the left.
@@ -7,6 +7,7 @@ Columns (from 1; 0 if the tree was not parsed) do not take part in comparisons.
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from enum import StrEnum
 
@@ -246,3 +247,95 @@ def _term(term: Term) -> str:
             return name + "'" if primed else name
         case Sum(terms):
             return " + ".join(_term(part) for part in terms)
+
+
+State = Mapping[str, int | bool]
+Predicate = Callable[[State, State | None], bool]
+
+_RELATIONS = {
+    Relation.EQUAL: operator.eq,
+    Relation.UNEQUAL: operator.ne,
+    Relation.LESS: operator.lt,
+    Relation.AT_MOST: operator.le,
+    Relation.GREATER: operator.gt,
+    Relation.AT_LEAST: operator.ge,
+}
+
+
+def evaluate(formula: Formula, current: State, following: State | None = None) -> bool:
+    """Whether the formula holds where ``current`` is the state and ``following`` the next one.
+
+    Raises KeyError for a variable without a value, and ValueError for a next value without a
+    next state.
+    """
+    return predicate(formula)(current, following)
+
+
+def predicate(formula: Formula) -> Predicate:
+    """The formula as a function of a state and the next one, for many of them; see ``evaluate``."""
+    match formula:
+        case Constant(value):
+            return lambda _, __: value
+        case Name():
+            term = _value(formula)
+            return lambda now, then: bool(term(now, then))
+        case Comparison(relation, left, right):
+            compare, low, high = _RELATIONS[relation], _value(left), _value(right)
+            return lambda now, then: compare(low(now, then), high(now, then))
+        case Not(operand):
+            part = predicate(operand)
+            return lambda now, then: not part(now, then)
+        case Next(operand):
+            part = predicate(operand)
+            return lambda _, then: part(_next_state(then), then)
+        case And(operands):
+            parts = [predicate(operand) for operand in operands]
+            return lambda now, then: all(part(now, then) for part in parts)
+        case Or(operands):
+            return _some_of(operands)
+        case Xor(operands):
+            parts = [predicate(operand) for operand in operands]
+            return lambda now, then: sum(part(now, then) for part in parts) % 2 == 1
+        case Implies(left, right):
+            one, other = predicate(left), predicate(right)
+            return lambda now, then: not one(now, then) or other(now, then)
+        case Iff(left, right):
+            one, other = predicate(left), predicate(right)
+            return lambda now, then: one(now, then) == other(now, then)
+
+
+def _some_of(operands: tuple[Formula, ...]) -> Predicate:
+    """Return a disjunction. One over values of a single variable is a look-up in a set."""
+    name, values = None, set[int]()
+    for operand in operands:
+        match operand:
+            case Comparison(Relation.EQUAL, Name() as left, Number(value)) if left == (
+                name or left
+            ):
+                name = left
+                values.add(value)
+            case _:
+                parts = [predicate(operand) for operand in operands]
+                return lambda now, then: any(part(now, then) for part in parts)
+    assert name is not None
+    term = _value(name)
+    return lambda now, then: term(now, then) in values
+
+
+def _value(term: Term) -> Callable[[State, State | None], int]:
+    match term:
+        case Number(value):
+            return lambda _, __: value
+        case Name(name, True):
+            return lambda _, then: int(_next_state(then)[name])
+        case Name(name):
+            return lambda now, _: int(now[name])
+        case Sum(terms):
+            parts = [_value(part) for part in terms]
+            return lambda now, then: sum(part(now, then) for part in parts)
+
+
+def _next_state(following: State | None) -> State:
+    if following is None:
+        raise ValueError("the formula refers to the next state, but there is none")
+    return following

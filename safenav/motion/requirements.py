@@ -16,9 +16,8 @@ from safenav.motion.columns import Columns, columns_at
 from safenav.motion.file import Motion, Moving
 from safenav.motion.timing import in_time
 from safenav.scenario.yaml.findings import suggestion
-from safenav.stl.parser import parse_requirement
 from safenav.stl.robustness import Robustness, robustness
-from safenav.stl.syntax import Happens, Requirement, RobotSignal, Within, nodes
+from safenav.stl.syntax import Happens, Requirement, RobotSignal, Within, nodes, parse_requirement
 from safenav.trace.reading import Trace
 from safenav.trace.records import Request, Resolved
 

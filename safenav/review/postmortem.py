@@ -27,7 +27,7 @@ from safenav.synthesis.request import Listener
 from safenav.synthesis.slugs import Synthesizer
 from safenav.trace.records import Record
 from safenav.world.map import Heading, Region
-from safenav.world.moves import Mobility, Pose
+from safenav.world.poses import Mobility, Pose
 
 
 class Missing(Struct, frozen=True):

@@ -33,10 +33,10 @@ from safenav.scenario.reading.loader import check_assignable
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.settings import Coordination
 from safenav.scenario.yaml.document import DocumentError, Node, read_document
-from safenav.scenario.yaml.source import parsed
+from safenav.scenario.yaml.findings import parsed
 from safenav.scenario.yaml.typed import NAME
 from safenav.world.map import HEADINGS, Region
-from safenav.world.moves import Mobility, Pose
+from safenav.world.poses import Mobility, Pose
 
 
 class Intervention(Struct, frozen=True):

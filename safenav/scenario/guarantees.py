@@ -16,11 +16,10 @@ from math import prod
 
 from msgspec import Struct, field
 
-from safenav.formula.evaluator import Predicate, predicate
 from safenav.formula.parser import parse
-from safenav.formula.syntax import Formula, reads_next, variables
+from safenav.formula.syntax import Formula, Predicate, predicate, reads_next, variables
 from safenav.scenario.objective import Ltl
-from safenav.world.moves import Pose
+from safenav.world.poses import Pose
 
 MOST_VALUATIONS = 64
 """Largest number of memory values; with more, formulas about memory exclude nothing in searches."""

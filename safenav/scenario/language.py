@@ -16,7 +16,7 @@ from safenav.scenario.settings import Clock, Coordination, LatePolicy, Limits, U
 from safenav.scenario.yaml.document import Node, Scalar
 from safenav.scenario.yaml.findings import Findings
 from safenav.scenario.yaml.typed import MOST, NAME, Item, Key, NameForm, Raw, key, version
-from safenav.world.moves import Mobility
+from safenav.world.poses import Mobility
 
 OWN_VARIABLES = frozenset({"region", "heading"})
 RESERVED = RESERVED_WORDS | OWN_VARIABLES | {"move", "scout", "goal", "request", "wait", "assigned"}

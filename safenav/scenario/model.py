@@ -18,8 +18,8 @@ from safenav.bounds import Count, Positive, Seconds
 from safenav.scenario import settings
 from safenav.scenario.objective import Objective
 from safenav.world.map import Region, RegionMap
-from safenav.world.moves import Mobility, Pose
 from safenav.world.partition import tiles
+from safenav.world.poses import Mobility, Pose
 
 Charge = Annotated[int, Meta(ge=0, le=1_000_000)]
 SomeCharge = Annotated[int, Meta(ge=1, le=1_000_000)]

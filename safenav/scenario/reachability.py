@@ -11,8 +11,7 @@ from collections.abc import Collection, Iterator, Sequence
 from safenav.scenario.model import Robot
 from safenav.scenario.objective import Target
 from safenav.world.map import Region, RegionMap
-from safenav.world.moves import Mobility, Pose
-from safenav.world.poses import bits, plain_graph
+from safenav.world.poses import Mobility, Pose, bits, plain_graph
 
 
 class Reachability:

@@ -2,26 +2,241 @@
 
 Three inputs let the coordination layer steer a robot whose strategy is never changed: ``wait``
 keeps it where it is; ``request`` sends it to the region ``assigned``, and excuses its own goals
-meanwhile. Only regions from which it can resume its own objective are assigned. Obstacles that turn
-out to be permanent still require a new strategy.
+meanwhile. Obstacles that turn out to be permanent still require a new strategy. While a robot must
+wait, an open request does not carry its region: an extra bit for every pair of a region and a
+request would double the nodes.
 
-While a robot must wait, an open request does not carry its region: an extra bit for every pair of a
-region and a request would double the nodes.
+Only regions from which a robot can resume its own objective are assigned. Paths may be irreversible
+(headings in a corridor, formulas about steps or with a memory), and a joint plan or a duty leads a
+robot through them. So its assignable regions depend on its pose and on its memory.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from functools import lru_cache
 from itertools import starmap
 
+from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.scenario.objective import Ltl
-from safenav.spec.assignable_regions import AssignableRegions, Part, assignable_regions
+from safenav.components import components, explored
+from safenav.scenario.guarantees import Guarantees, guarantees_of
+from safenav.scenario.objective import Ltl, Objective, formulas_in
 from safenav.spec.movement import among, one_of
 from safenav.spec.specification import Constraint, Origin, Owner, Section, Specification, Variable
 from safenav.spec.task import Task
 from safenav.world.map import Region, RegionMap
+from safenav.world.poses import Mobility, Pose, moves
+
+Remembered = tuple[tuple[str, int], ...]
+"""The memory of formulas, by name; empty if there is none."""
+
+State = tuple[Pose, Remembered]
+
+
+class Part(Struct, frozen=True):
+    """Regions with the states (pose and memory) at which they matter."""
+
+    regions: frozenset[Region]
+    states: frozenset[State]
+
+    def poses(self) -> dict[Remembered, frozenset[Pose]]:
+        """Return the poses for each memory."""
+        found: dict[Remembered, set[Pose]] = {}
+        for pose, memory in self.states:
+            found.setdefault(memory, set()).add(pose)
+        return {memory: frozenset(found[memory]) for memory in sorted(found)}
+
+
+class AssignableRegions(Struct, frozen=True):
+    """``places``: regions assignable from some pose. ``parts``: regions assignable from some poses
+    only, with those poses. ``homes``: the sets of regions in which the robot can meet its objective
+    forever, if there are several, each with the states in it or on the way to it. A robot does not
+    leave these states unless it is assigned a region elsewhere."""
+
+    places: frozenset[Region]
+    parts: tuple[Part, ...] = ()
+    homes: tuple[Part, ...] = ()
+
+    def allows(self, pose: Pose, memory: Mapping[str, int], place: Region) -> bool:
+        """Return whether ``place`` is assignable at a pose with this memory."""
+        return place in self.places and all(
+            any(at == pose and _agree(known, memory) for at, known in part.states)
+            for part in self.parts
+            if place in part.regions
+        )
+
+
+def _agree(known: Remembered, memory: Mapping[str, int]) -> bool:
+    return all(memory.get(name) == value for name, value in known)
+
+
+def assignable_regions(task: Task, world: RegionMap) -> AssignableRegions:
+    """Return the assignable regions of a task's robot."""
+    return _assignable_regions(_Ground.of(task, world))
+
+
+class _Ground(Struct, frozen=True):
+    """The state that paths depend on."""
+
+    mobility: Mobility
+    start: Pose
+    memory: Remembered
+    objective: Objective
+    blocked: frozenset[Region]
+    world: RegionMap
+
+    @classmethod
+    def of(cls, task: Task, world: RegionMap) -> _Ground:
+        blocked = frozenset(known.region for known in task.blocked)
+        memory = tuple(sorted(task.memory.values.items()))
+        return cls(task.robot.model.mobility, task.pose, memory, task.objective, blocked, world)
+
+    @property
+    def guarantees(self) -> Guarantees | None:
+        found = formulas_in(self.objective)
+        return None if found is None else guarantees_of(found)
+
+    def begins(self) -> list[State]:
+        """Return the possible initial states of the robot."""
+        guarantees = self.guarantees
+        if guarantees is None or not guarantees.memories:
+            return [(self.start, ())]
+        if self.memory:
+            return [(self.start, self.memory)]
+        memories = (tuple(sorted(memory.items())) for memory in guarantees.memories)
+        return [(self.start, m) for m in memories if guarantees.begins(dict(m), self.start)]
+
+    def after(self, state: State) -> list[State]:
+        """Return the states after a step or a stay. With too many memories to list: those that some
+        memory allows."""
+        pose, memory = state
+        guarantees = self.guarantees
+        steps = moves(self.mobility, pose, self.world, self.blocked)
+        if guarantees is None:
+            return [(to, ()) for to in steps]
+        if not guarantees.memories:
+            return [(to, ()) for to in steps if to == pose or guarantees.allows(pose, to)]
+        old = dict(memory)
+        return [
+            (to, tuple(sorted(new.items())))
+            for to in steps
+            for new in guarantees.memories
+            if guarantees.allows_with(pose, old, to, new)
+        ]
+
+    def ways(self) -> dict[State, Sequence[State]]:
+        """Return the states that the robot can reach, each with its successors."""
+        return explored(self.begins(), self.after)
+
+    def meets(
+        self, members: Collection[State], successors: Mapping[State, Collection[State]]
+    ) -> bool:
+        """Whether a robot that circulates among these states can meet its objective forever."""
+        guarantees = self.guarantees
+        if guarantees is None or not isinstance(self.objective, Ltl):
+            regions = {pose.region for pose, _ in members}
+            return all(target & regions for target in self.objective.targets)
+        steps = [(one, other) for one in members for other in successors[one] if other in members]
+        return all(
+            any(
+                guarantees.meets_with(goal, one[0], dict(one[1]), other[0], dict(other[1]))
+                if guarantees.memories
+                else guarantees.meets(goal, one[0], other[0])
+                for one, other in steps
+            )
+            for goal in range(guarantees.goals)
+        )
+
+
+@lru_cache(maxsize=64)
+def _assignable_regions(ground: _Ground) -> AssignableRegions:
+    successors = ground.ways()
+    rounds, home = _homes(ground, successors)
+    here = frozenset({ground.start.region})
+    of_state = {state: k for k, members in enumerate(rounds) for state in members}
+    begins = [of_state[state] for state in ground.begins() if state in of_state]
+    if all(home[k] is None for k in begins):  # it cannot meet its objective from where it starts
+        return AssignableRegions(here)
+    guarantees = ground.guarantees
+    if guarantees is not None and not guarantees.memories:
+        # Beyond this round, only some memories allow it to return, perhaps not its own.
+        there = rounds[next(at for k in begins if (at := home[k]) is not None)]
+        return AssignableRegions(frozenset(pose.region for pose, _ in there))
+    reach: list[frozenset[Region]] = []  # the regions that it can reach and still continue
+    for k, members in enumerate(rounds):
+        after = {
+            of_state[to] for state in members for to in successors[state] if to in of_state
+        } - {k}
+        found = () if home[k] is None else (pose.region for pose, _ in members)
+        reach.append(frozenset(found).union(*(reach[to] for to in sorted(after))))
+    parts = _parts(rounds, reach)
+    alive = sum(len(members) for members, found in zip(rounds, reach, strict=True) if found)
+    return AssignableRegions(
+        frozenset[Region]().union(*(part.regions for part in parts)) or here,
+        tuple(part for part in parts if len(part.states) < alive),
+        _told_apart(rounds, home),
+    )
+
+
+def _homes(
+    ground: _Ground, successors: dict[State, Sequence[State]]
+) -> tuple[list[list[State]], list[int | None]]:
+    """Return the states in rounds (successors first), and for each round the one in which the robot
+    can continue forever from there; None where its objective is lost. States where it cannot stay,
+    although it may have to wait, are left out."""
+    while True:
+        states = list(successors)
+        number = {state: index for index, state in enumerate(states)}
+        graph = [[number[to] for to in successors[state] if to in number] for state in states]
+        rounds = [[states[index] for index in members] for members in components(graph)]
+        of_state = {state: k for k, members in enumerate(rounds) for state in members}
+        home: list[int | None] = []
+        for k, members in enumerate(rounds):
+            after = {of_state[to] for state in members for to in successors[state] if to in number}
+            beyond = {at for to in after - {k} if (at := home[to]) is not None}
+            best = max(sorted(beyond), key=lambda at: len(rounds[at]), default=None)
+            home.append(k if ground.meets(frozenset(members), successors) else best)
+        restless = {
+            state
+            for state, following in successors.items()
+            if not any(to[0] == state[0] and to in number for to in following)
+        }
+        if not restless:
+            return rounds, home
+        lost = restless | {s for k, ms in enumerate(rounds) if home[k] is None for s in ms}
+        successors = {state: successors[state] for state in states if state not in lost}
+
+
+def _parts(rounds: list[list[State]], reach: list[frozenset[Region]]) -> list[Part]:
+    """Group the regions by the states that reach them; omit those that can be reached only from
+    themselves."""
+    sources: dict[Region, list[int]] = {}
+    for k, regions in enumerate(reach):
+        for region in sorted(regions):
+            sources.setdefault(region, []).append(k)
+    found: dict[tuple[int, ...], set[Region]] = {}
+    for region, of in sources.items():
+        if any(pose.region != region for k in of for pose, _ in rounds[k]):
+            found.setdefault(tuple(of), set()).add(region)
+    return [
+        Part(frozenset(regions), frozenset(state for k in of for state in rounds[k]))
+        for of, regions in found.items()
+    ]
+
+
+def _told_apart(rounds: list[list[State]], home: list[int | None]) -> tuple[Part, ...]:
+    """Return the homes with the states on the way to them; nothing if there is only one."""
+    found: dict[frozenset[Region], set[State]] = {}
+    for k, at in enumerate(home):
+        if at is not None:
+            regions = frozenset(pose.region for pose, _ in rounds[at])
+            found.setdefault(regions, set()).update(rounds[k])
+    if len(found) == 1:
+        return ()
+    return tuple(Part(regions, frozenset(states)) for regions, states in found.items())
+
 
 SOURCE = "paper, Section V-D, the runtime-assignable goal"
 NEXT = "'"

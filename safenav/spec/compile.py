@@ -9,14 +9,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from safenav.scenario.objective import describe
-from safenav.spec import assignable
+from safenav.spec import assignable, belief, nearby
 from safenav.spec.movement import heading_rules, stepping, walls
 from safenav.spec.objective import encode
-from safenav.spec.other_robots import belief, nearby
 from safenav.spec.specification import Constraint, Origin, Owner, Section, Specification, Variable
 from safenav.spec.task import Task
 from safenav.world.map import RegionMap
-from safenav.world.moves import Mobility
+from safenav.world.poses import Mobility
 
 
 def compile_task(task: Task, world: RegionMap) -> Specification:

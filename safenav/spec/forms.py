@@ -21,8 +21,7 @@ from msgspec import Struct
 
 from safenav.scenario.objective import Ltl, Objective, Target, TargetObjective, Word, number_word
 from safenav.spec.task import Task
-from safenav.world.moves import Mobility, Pose
-from safenav.world.poses import Mask, PoseGraph, plain_graph, region_mask
+from safenav.world.poses import Mask, Mobility, Pose, PoseGraph, plain_graph, region_mask
 
 
 class Weakening(StrEnum):

@@ -10,7 +10,7 @@ from collections.abc import Collection, Iterable, Iterator
 
 from safenav.spec.specification import Constraint, Origin, Section
 from safenav.world.map import Heading, Region, RegionMap
-from safenav.world.moves import Pose
+from safenav.world.poses import Pose
 
 SOURCE_MAP = "paper, eq. (1)"
 SOURCE_MOBILITY = "paper, Section VI"

@@ -9,8 +9,8 @@ from safenav.scenario.objective import Objective, Target
 from safenav.scenario.settings import Input
 from safenav.spec.objective import NO_MEMORY, Memory
 from safenav.world.map import Region
-from safenav.world.moves import Pose
 from safenav.world.partition import Partition
+from safenav.world.poses import Pose
 
 
 class Known(Struct, frozen=True):
@@ -23,7 +23,7 @@ class Known(Struct, frozen=True):
 
 class Observed(Struct, frozen=True):
     """Another robot that a robot tracks, and where it is. ``belief``: the cells that may hold it,
-    if it is out of sight (see ``spec.other_robots.belief``)."""
+    if it is out of sight (see ``spec.belief``)."""
 
     name: str
     region: Region

@@ -13,8 +13,7 @@ from safenav.errors import InputError, UsageError
 from safenav.scenario.beginning import TEMPLATES, template_text
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import Draft, load_draft
-from safenav.scenario.yaml.findings import ReadableFolder
-from safenav.scenario.yaml.source import MAX_BYTES
+from safenav.scenario.yaml.findings import MAX_BYTES, ReadableFolder
 from safenav.studio.editing.drawing import drawing_of, palette
 from safenav.studio.editing.operations import edited
 from safenav.studio.editing.realizability import RealizabilityQueue

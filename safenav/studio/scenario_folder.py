@@ -10,7 +10,7 @@ from msgspec import Struct
 from safenav.errors import UsageError
 from safenav.file_kind import another_kind
 from safenav.outfile import write_whole
-from safenav.scenario.yaml.source import MAX_BYTES
+from safenav.scenario.yaml.findings import MAX_BYTES
 
 _ENDINGS = (".yaml", ".yml")
 _DEEP = 3

@@ -23,7 +23,7 @@ from safenav.extras import missing
 from safenav.report.page.html import page_of_trace
 from safenav.scenario.model import Catalogue
 from safenav.scenario.reading.loader import load_scenario
-from safenav.scenario.yaml.source import STDIN
+from safenav.scenario.yaml.findings import STDIN
 from safenav.studio.editing.drawing import palette
 from safenav.studio.live import StudioRun
 from safenav.studio.process import RunOrder

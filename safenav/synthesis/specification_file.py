@@ -8,8 +8,7 @@ from pathlib import Path
 from safenav.errors import Diagnostic, InputError
 from safenav.file_kind import another_kind
 from safenav.lines import read_file
-from safenav.spec.parsing import read_specification
-from safenav.spec.specification import Specification
+from safenav.spec.specification import Specification, read_specification
 from safenav.synthesis.binary import find_own_binary
 from safenav.synthesis.process import Finished, ProcessGroup
 from safenav.synthesis.slugs import ExitStatus

@@ -127,8 +127,8 @@ class Strategy(Struct, frozen=True, eq=False, dict=True):
         0, with distinct states, that satisfy ENV_INIT and SYS_INIT.
         """
         # Imported here: only this needs formulas, and small programs may never need it.
-        from safenav.formula.evaluator import evaluate
         from safenav.formula.parser import parse
+        from safenav.formula.syntax import evaluate
 
         initial_sections = (Section.ENV_INIT, Section.SYS_INIT)
         constraints = [

@@ -28,8 +28,7 @@ from safenav.scenario.objective import (
 )
 from safenav.spec.movement import one_of
 from safenav.world.map import RegionMap
-from safenav.world.moves import Mobility, Pose
-from safenav.world.poses import Mask, PoseGraph, bits, plain_graph
+from safenav.world.poses import Mask, Mobility, Pose, PoseGraph, bits, plain_graph
 
 MOST_STATES = 4000
 """Most states of a robot that shares its floor."""

@@ -9,7 +9,7 @@ from msgspec import Struct
 
 from safenav.scenario import model
 from safenav.scenario.objective import Objective
-from safenav.world.moves import Pose
+from safenav.world.poses import Pose
 
 
 class Stage(NamedTuple):

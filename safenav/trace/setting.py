@@ -19,10 +19,10 @@ from safenav.scenario.settings import (
     Limits,
     RobotChange,
 )
-from safenav.spec.other_robots.belief import MOST_CELLS
+from safenav.spec.belief import MOST_CELLS
 from safenav.world.map import RegionMap
-from safenav.world.moves import Mobility
 from safenav.world.partition import rooms
+from safenav.world.poses import Mobility
 
 
 def without_underscore(name: str) -> str:

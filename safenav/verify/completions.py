@@ -21,8 +21,16 @@ from msgspec import Struct
 
 from safenav.components import components
 from safenav.errors import ResourceLimitError
-from safenav.formula.evaluator import Predicate, predicate
-from safenav.formula.syntax import Comparison, Formula, Name, Next, names_of, operands_of
+from safenav.formula.syntax import (
+    Comparison,
+    Formula,
+    Name,
+    Next,
+    Predicate,
+    names_of,
+    operands_of,
+    predicate,
+)
 from safenav.spec.specification import Constraint, Variable
 from safenav.verify.bitparallel import Evaluator, Vector
 

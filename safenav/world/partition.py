@@ -11,7 +11,7 @@ A partition divides all free regions among cells, which are derived from the map
             walls divide gives a cell for each connected piece.
 
 Finer cells are more expensive: k cells make up to 2^k - 1 beliefs
-(``safenav.spec.other_robots.knowledge``).
+(``safenav.spec.belief``).
 """
 
 from __future__ import annotations

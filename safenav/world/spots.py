@@ -12,7 +12,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from safenav.world.image import Blocked, Layout, walls
+from safenav.world.images import Blocked, Layout, walls
 from safenav.world.map import Region, RegionMap
 from safenav.world.partition import pieces
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from safenav import Mission
 from safenav.scenario.model import Scenario
-from safenav.world.moves import Mobility
+from safenav.world.poses import Mobility
 
 
 class Operator:

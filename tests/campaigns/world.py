@@ -31,7 +31,7 @@ from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.team.state import Is
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
-from safenav.world.moves import Pose, moves
+from safenav.world.poses import Pose, moves
 
 Line = dict[str, Any]
 

@@ -16,7 +16,7 @@ import pytest
 
 from certify.making import Files, files_of, judged, lines_of, rewrite, shipped, with_lines
 from safenav.certify.check import check_bundle
-from safenav.spec.parsing import read_specification
+from safenav.spec.specification import read_specification
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.strategy import Strategy
 from safenav.verify.verification import first_failure

@@ -9,7 +9,7 @@ import pytest
 import warm
 from safenav.errors import InputError
 from safenav.scenario.reading.loader import load_scenario_text
-from safenav.spec.parsing import read_specification
+from safenav.spec.specification import read_specification
 
 SEPARATORS = ["\r", "\f", "\x85", "\u2028"]
 """Some of what Python takes for the end of a line, apart from a line feed."""

@@ -33,7 +33,7 @@ from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.settings import Clock
 from safenav.spec.compile import compile_task
 from safenav.spec.specification import Specification
-from safenav.world.moves import Pose
+from safenav.world.poses import Pose
 
 
 class Slippery(Driven):

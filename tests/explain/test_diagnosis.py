@@ -25,7 +25,7 @@ from safenav.spec.objective import NO_MEMORY
 from safenav.spec.task import Known, Task
 from safenav.synthesis.slugs import Synthesizer
 from safenav.world.map import Heading, RegionMap
-from safenav.world.moves import Mobility, Pose
+from safenav.world.poses import Mobility, Pose
 
 GAMES = 150
 

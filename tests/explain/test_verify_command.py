@@ -9,7 +9,7 @@ import pytest
 
 from explain.conftest import Invoke
 from safenav.cli.synth import verify as command
-from safenav.spec.parsing import read_specification
+from safenav.spec.specification import read_specification
 from safenav.synthesis.slugs import Synthesizer
 
 DOOR = """\

@@ -13,7 +13,7 @@ from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Heading
-from safenav.world.moves import Pose
+from safenav.world.poses import Pose
 
 SCENARIO = """\
 safenav: 1

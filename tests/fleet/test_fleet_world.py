@@ -42,7 +42,7 @@ from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.records import Depart
 from safenav.trace.vocabulary import MovedBy
 from safenav.world.map import Heading
-from safenav.world.moves import Pose
+from safenav.world.poses import Pose
 
 pytestmark = pytest.mark.usefixtures("short_limits")
 

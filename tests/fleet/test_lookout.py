@@ -24,7 +24,7 @@ from safenav.fleet.world import FleetWorld
 from safenav.scenario.model import Scenario
 from safenav.trace.records import Depart
 from safenav.trace.vocabulary import ActResult, MovedBy
-from safenav.world.moves import Pose
+from safenav.world.poses import Pose
 
 pytestmark = pytest.mark.usefixtures("short_limits")
 

@@ -18,7 +18,7 @@ from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.records import Resolved
 from safenav.world.map import Heading
-from safenav.world.moves import Pose
+from safenav.world.poses import Pose
 
 HALL = """\
 safenav: 1

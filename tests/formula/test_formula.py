@@ -9,10 +9,9 @@ from hypothesis import strategies as st
 
 from once import beside
 from safenav.formula import syntax
-from safenav.formula.evaluator import evaluate
 from safenav.formula.parser import MAX_DEPTH, FormulaError, check, parse
 from safenav.formula.prefix import to_infix
-from safenav.formula.syntax import to_text
+from safenav.formula.syntax import evaluate, to_text
 
 BOOLEANS = ("a", "b", "next_one", "Xs")
 INTEGERS = ("x", "y")

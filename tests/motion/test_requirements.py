@@ -22,7 +22,6 @@ from safenav.formula.parser import FormulaError
 from safenav.motion.file import Action
 from safenav.motion.requirements import MotionRecording, curve, judged
 from safenav.report.page.html import curves_of
-from safenav.stl.parser import parse_requirement
 from safenav.stl.robustness import robustness
 from safenav.stl.syntax import (
     Arithmetic,
@@ -38,6 +37,7 @@ from safenav.stl.syntax import (
     Window,
     Within,
     nodes,
+    parse_requirement,
 )
 
 FORMULAS = int(os.environ.get("SAFENAV_FUZZ", "150"))

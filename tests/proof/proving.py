@@ -15,8 +15,7 @@ from children import ran
 from once import made_once
 from safenav.errors import SafenavError
 from safenav.judge.bundle.strategies import check_measure
-from safenav.spec.parsing import read_specification
-from safenav.spec.specification import Section
+from safenav.spec.specification import Section, read_specification
 from safenav.synthesis.strategy import Strategy
 from safenav.verify.automaton import Automaton
 from safenav.verify.measures import (

@@ -32,7 +32,7 @@ from safenav.runtime.interventions import (
 from safenav.runtime.worlds.simulation import SimulatedWorld
 from safenav.scenario.model import ObstacleType
 from safenav.scenario.objective import Hold, Ltl, Visit
-from safenav.world.moves import Pose
+from safenav.world.poses import Pose
 
 
 def test_an_intervention_that_has_become_impossible_is_dropped_with_a_line() -> None:

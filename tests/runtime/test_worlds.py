@@ -32,7 +32,7 @@ from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.settings import Failures
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Heading
-from safenav.world.moves import Pose
+from safenav.world.poses import Pose
 
 SCENARIO = """
 map: {grid: ["#######", "#.....#", "#######"]}

@@ -20,7 +20,7 @@ from safenav.runtime.worlds.simulation import LiveSimulation, SimulatedWorld
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
-from safenav.world.moves import Pose
+from safenav.world.poses import Pose
 
 
 class Driven:

@@ -14,9 +14,8 @@ from hypothesis import strategies as st
 from once import beside
 from safenav.errors import Diagnostic, InputError
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
-from safenav.world.image import MapFileError, read_image
+from safenav.world.images import MapFileError, read_image, read_movingai
 from safenav.world.map import Frame, RegionMap
-from safenav.world.movingai import read_movingai
 
 MAPS = Path(__file__).parents[1] / "maps"
 

@@ -10,12 +10,12 @@ from safenav.judge.bundle.tasks import sees
 from safenav.judge.world import World
 from safenav.scenario.model import Robot, RobotModel
 from safenav.scenario.objective import Visit
-from safenav.spec.other_robots import belief
-from safenav.spec.other_robots.knowledge import Knowledge
+from safenav.spec import belief
+from safenav.spec.belief import Knowledge
 from safenav.spec.task import Known, Observed, Task
 from safenav.world.map import Region, RegionMap
-from safenav.world.moves import Mobility, Pose
 from safenav.world.partition import Partition
+from safenav.world.poses import Mobility, Pose
 
 
 @st.composite

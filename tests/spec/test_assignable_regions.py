@@ -5,10 +5,10 @@ from msgspec.structs import replace
 
 from safenav.scenario.model import Robot, RobotModel
 from safenav.scenario.objective import Cover, Hold, Ltl, Objective, Visit
-from safenav.spec.assignable_regions import AssignableRegions, assignable_regions
+from safenav.spec.assignable import AssignableRegions, assignable_regions
 from safenav.spec.task import Known, Task
 from safenav.world.map import Heading, RegionMap
-from safenav.world.moves import Mobility, Pose
+from safenav.world.poses import Mobility, Pose
 
 CORRIDOR = RegionMap.from_grid(["#######", "#.....#", "#######"])  # regions 8 to 12
 RING = RegionMap.from_grid(["#####", "#...#", "#.#.#", "#...#", "#####"])  # 6 to 18 around 12

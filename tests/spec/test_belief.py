@@ -11,24 +11,23 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from safenav.errors import UsageError
-from safenav.formula.evaluator import Predicate, predicate
 from safenav.formula.parser import parse
+from safenav.formula.syntax import Predicate, predicate
 from safenav.outcome import Verdict
 from safenav.runtime.control.strategies import after_look
 from safenav.scenario.model import Robot, RobotModel
 from safenav.scenario.objective import Visit
 from safenav.scenario.reading.loader import load_scenario
+from safenav.spec import belief
+from safenav.spec.belief import Knowledge, watch
 from safenav.spec.compile import compile_task
-from safenav.spec.other_robots import belief
-from safenav.spec.other_robots.knowledge import Knowledge, watch
 from safenav.spec.specification import Section
 from safenav.spec.task import Observed, Task
 from safenav.synthesis.slugs import Synthesizer
 from safenav.verify.verification import first_failure
 from safenav.world.map import Region, RegionMap
-from safenav.world.moves import Mobility, Pose
 from safenav.world.partition import Partition
-from safenav.world.poses import bits
+from safenav.world.poses import Mobility, Pose, bits
 from spec.scenes import Oracle, Scene, scenes
 from support.examples import campaign
 

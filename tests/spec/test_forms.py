@@ -20,8 +20,7 @@ from safenav.scenario.objective import (
 from safenav.spec.forms import ObjectiveForm, Weakening, can_keep, concession, forms
 from safenav.spec.objective import Memory
 from safenav.world.map import Heading, RegionMap
-from safenav.world.moves import Mobility, Pose
-from safenav.world.poses import PoseGraph, region_mask
+from safenav.world.poses import Mobility, Pose, PoseGraph, region_mask
 
 
 def floor(*rows: str) -> RegionMap:

@@ -14,7 +14,7 @@ from safenav.scenario.reading.loader import load_draft, load_scenario_text
 from safenav.studio.editing import operations
 from safenav.studio.editing.drawing import drawing_of
 from safenav.studio.editor import blank
-from safenav.world.moves import Mobility
+from safenav.world.poses import Mobility
 from studio.serving import SCENARIOS
 
 DOOR = (SCENARIOS / "case_study_1.yaml").read_text()

@@ -18,11 +18,18 @@ import pytest
 import oracle
 from oracle.damage import DAMAGES, Damage, no_memory, without_unreachable
 from safenav.errors import SynthesizerError
-from safenav.formula.evaluator import evaluate
 from safenav.formula.parser import parse
+from safenav.formula.syntax import evaluate
 from safenav.outcome import Verdict
-from safenav.spec.parsing import read_specification
-from safenav.spec.specification import Constraint, Origin, Owner, Section, Specification, Variable
+from safenav.spec.specification import (
+    Constraint,
+    Origin,
+    Owner,
+    Section,
+    Specification,
+    Variable,
+    read_specification,
+)
 from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer

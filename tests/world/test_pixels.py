@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from safenav.world.image import Blocked, Layout, walls
+from safenav.world.images import Blocked, Layout, walls
 
 images = st.tuples(st.integers(1, 7), st.integers(1, 7)).flatmap(
     lambda shape: st.lists(

@@ -6,8 +6,7 @@ from random import Random
 import pytest
 
 from safenav.world.map import RegionMap
-from safenav.world.moves import Mobility
-from safenav.world.poses import Mask, PoseGraph, bits
+from safenav.world.poses import Mask, Mobility, PoseGraph, bits
 
 
 def searched(

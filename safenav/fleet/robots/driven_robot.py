@@ -21,7 +21,7 @@ from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.team.failures import lost
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
-from safenav.world.moves import Pose
+from safenav.world.poses import Pose
 
 UNREAD = 100
 """Maximum number of scans of a robot that wait for its odometry."""

@@ -21,8 +21,7 @@ from safenav.team.floor import Floor, Stages
 from safenav.team.formulas import alternating, waiting
 from safenav.team.state import State
 from safenav.team.team import Team
-from safenav.world.moves import Pose
-from safenav.world.poses import Mask, bits
+from safenav.world.poses import Mask, Pose, bits
 
 
 class Role(Struct, frozen=True):

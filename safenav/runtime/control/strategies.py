@@ -19,13 +19,11 @@ from safenav.runtime.control.roles import Role
 from safenav.scenario.guarantees import values_of
 from safenav.scenario.objective import Ltl, Objective, Word, describe, formulas_in
 from safenav.scenario.settings import Clock, Coordination
-from safenav.spec.assignable import neutral
-from safenav.spec.assignable_regions import assignable_regions
+from safenav.spec.assignable import assignable_regions, neutral
+from safenav.spec.belief import Knowledge, Tracker, known_of, observe, watch_for
 from safenav.spec.compile import compile_task
 from safenav.spec.forms import ObjectiveForm, Weakening, concession, forms
 from safenav.spec.objective import Memory
-from safenav.spec.other_robots.belief import known_of, observe, watch_for
-from safenav.spec.other_robots.knowledge import Knowledge, Tracker
 from safenav.spec.task import Known, Observed, Task
 from safenav.synthesis.request import SynthesisResult
 from safenav.team import state as now

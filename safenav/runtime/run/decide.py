@@ -6,8 +6,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from safenav.errors import SynthesizerError
-from safenav.formula.evaluator import evaluate
 from safenav.formula.parser import parse
+from safenav.formula.syntax import evaluate
 from safenav.plan.order import next_step
 from safenav.runtime.control.coordinate import Control
 from safenav.runtime.control.strategies import commanded, heard

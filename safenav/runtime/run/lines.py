@@ -8,10 +8,9 @@ from collections.abc import Callable, Collection
 from safenav.bounds import Place
 from safenav.runtime.control.strategies import Controller
 from safenav.scenario.objective import Ltl
-from safenav.spec.assignable import neutral
-from safenav.spec.assignable_regions import AssignableRegions, assignable_regions
+from safenav.spec.assignable import AssignableRegions, assignable_regions, neutral
+from safenav.spec.belief import models
 from safenav.spec.compile import assumption_names
-from safenav.spec.other_robots.belief import models
 from safenav.spec.task import Task
 from safenav.team import state as now
 from safenav.team.state import State
@@ -19,7 +18,7 @@ from safenav.team.team import Team
 from safenav.trace import records
 from safenav.trace.vocabulary import HoldReason, MovedBy, MoveEnd, Reason
 from safenav.world.map import RegionMap
-from safenav.world.moves import Pose
+from safenav.world.poses import Pose
 
 Emit = Callable[[records.Record], None]
 

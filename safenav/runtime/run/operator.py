@@ -33,7 +33,7 @@ from safenav.trace import records
 from safenav.trace.vocabulary import OperatorIntervention
 from safenav.trace.words import obstacle_words
 from safenav.world.map import Region
-from safenav.world.moves import Mobility
+from safenav.world.poses import Mobility
 
 AWAY = (interventions.MarkResolved, interventions.RemoveObstacle)
 USER, SCENARIO, INPUT = "user", "scenario", "input"

@@ -32,8 +32,7 @@ from safenav.team.floor import occupied, reserved, standing
 from safenav.team.state import State
 from safenav.team.team import Team
 from safenav.trace.vocabulary import ActResult
-from safenav.world.moves import Pose
-from safenav.world.poses import bits
+from safenav.world.poses import Pose, bits
 
 SLOWEST = 20.0
 """Seconds per tick of the limit, for a simulated live run without a limit in seconds."""

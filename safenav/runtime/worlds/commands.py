@@ -21,7 +21,7 @@ from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.vocabulary import ActResult
 from safenav.trace.words import seconds_words
 from safenav.world.map import Region
-from safenav.world.moves import Pose
+from safenav.world.poses import Pose
 
 SLICE = 0.05
 """Seconds between checks for posted events and finished syntheses during a wait for a real

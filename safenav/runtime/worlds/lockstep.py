@@ -19,7 +19,7 @@ from safenav.runtime.worlds.simulation import SimulatedWorld
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region, RegionMap
-from safenav.world.moves import Mobility, Pose
+from safenav.world.poses import Mobility, Pose
 
 T = TypeVar("T")
 

@@ -21,7 +21,7 @@ from safenav.scenario.model import Obstacle, Robot
 from safenav.trace.fields import WrongError, convert, plain
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region, RegionMap
-from safenav.world.moves import Mobility, Pose
+from safenav.world.poses import Mobility, Pose
 
 
 class DatedEvent(Struct, frozen=True):

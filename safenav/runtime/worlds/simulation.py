@@ -26,7 +26,7 @@ from safenav.team.state import Is, ObstacleNow, Stage
 from safenav.team.team import Team, introduced, team_of
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region, RegionMap
-from safenav.world.moves import Pose
+from safenav.world.poses import Pose
 
 
 class Truth(Struct, frozen=True, forbid_unknown_fields=True):

@@ -25,11 +25,10 @@ from safenav.scenario.model import (
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.yaml import document
 from safenav.scenario.yaml.document import Node, Scalar, clipped, entries_of, items_of
-from safenav.scenario.yaml.findings import Findings, suggestion
-from safenav.scenario.yaml.source import parsed, read_source
+from safenav.scenario.yaml.findings import Findings, parsed, read_source, suggestion
 from safenav.scenario.yaml.typed import Key, Raw, read
 from safenav.world.map import Region
-from safenav.world.moves import Mobility
+from safenav.world.poses import Mobility
 
 BUILT_IN = "built in"
 LIBRARY = Path(__file__).parents[1] / "built_in"

@@ -12,9 +12,8 @@ from safenav.scenario import language
 from safenav.scenario.model import Obstacle, ObstacleType
 from safenav.scenario.objective import Ltl, Objective, kinds_that, one_of
 from safenav.scenario.reading.catalogue import type_named
-from safenav.scenario.reading.objective import resolve_objective, within_of
 from safenav.scenario.reading.regions import Reading
-from safenav.scenario.reading.robots import misses_targets
+from safenav.scenario.reading.robots import misses_targets, resolve_objective, within_of
 from safenav.scenario.settings import Expect, Input, RobotChange
 from safenav.scenario.yaml import document
 from safenav.scenario.yaml.document import Node, Scalar, clipped
@@ -304,8 +303,7 @@ def _entries(node: Node, findings: Findings) -> list[tuple[Scalar | None, Node]]
 def _formula(node: Scalar, text: str, what: str, reading: Reading) -> str:
     """Return the text with the regions in its events as numbers."""
     # Imported here: few scenarios have requirements.
-    from safenav.stl.parser import parse_requirement
-    from safenav.stl.syntax import Happens, RobotSignal, nodes
+    from safenav.stl.syntax import Happens, RobotSignal, nodes, parse_requirement
 
     try:
         tree = parse_requirement(text)

@@ -25,8 +25,7 @@ from safenav.scenario.reading.robots import resolve_robots
 from safenav.scenario.settings import Clock, Coordination, RobotChange
 from safenav.scenario.yaml import document
 from safenav.scenario.yaml.document import Mapping, Node, below, entries_of, items_of
-from safenav.scenario.yaml.findings import Findings, ReadableFolder
-from safenav.scenario.yaml.source import parsed, read_source
+from safenav.scenario.yaml.findings import Findings, ReadableFolder, parsed, read_source
 from safenav.scenario.yaml.typed import entries, read
 from safenav.world.map import Region, RegionMap
 

@@ -19,8 +19,15 @@ from safenav.scenario.language import FORMS, OPTIONS, MapKeys
 from safenav.scenario.reading.grid import NO_SIZE, read_grid, read_origin
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.yaml.document import Scalar, clipped
-from safenav.scenario.yaml.findings import Findings, ReadableFolder, listed, wrong_type
-from safenav.scenario.yaml.source import FOREIGN, parsed, read_source
+from safenav.scenario.yaml.findings import (
+    FOREIGN,
+    Findings,
+    ReadableFolder,
+    listed,
+    parsed,
+    read_source,
+    wrong_type,
+)
 from safenav.scenario.yaml.typed import entries, read
 from safenav.world.map import Frame, RegionMap
 

@@ -21,12 +21,11 @@ from safenav.scenario.language import MapKeys
 from safenav.scenario.reading.grid import NO_SIZE, read_origin, too_large
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.yaml.document import Node, Place, Scalar, clipped
-from safenav.scenario.yaml.findings import Findings, suggestion
-from safenav.scenario.yaml.source import parsed, read_bytes, read_source
+from safenav.scenario.yaml.findings import Findings, parsed, read_bytes, read_source, suggestion
 from safenav.scenario.yaml.typed import Item, Raw, key, read
-from safenav.world.image import Blocked, Image, Layout, MapFileError, dark, read_image, walls
+from safenav.world.images import Blocked, Image, Layout, MapFileError, dark, read_image, walls
+from safenav.world.images import read_movingai as parse_movingai
 from safenav.world.map import MAX_REGIONS, Frame, RegionMap
-from safenav.world.movingai import read_movingai as parse_movingai
 from safenav.world.spots import losses, suggested
 
 

@@ -17,8 +17,8 @@ from safenav.run.run import Run
 from safenav.run.values import Changes, Hidden, ObstacleStatus, RobotProgress, RobotTrack
 from safenav.scenario.model import Catalogue
 from safenav.scenario.objective import KINDS, Objective
-from safenav.scenario.reading.objective import stated
 from safenav.scenario.reading.regions import Reading
+from safenav.scenario.reading.robots import stated
 from safenav.scenario.settings import Exclusion
 from safenav.scenario.yaml.document import (
     DocumentError,
@@ -32,7 +32,7 @@ from safenav.scenario.yaml.document import (
     read_document,
 )
 from safenav.world.map import HEADINGS, Region, RegionMap
-from safenav.world.moves import Mobility
+from safenav.world.poses import Mobility
 
 
 class _Placing:

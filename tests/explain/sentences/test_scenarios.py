@@ -27,7 +27,7 @@ from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.compile import compile_task
 from safenav.spec.specification import Constraint
 from safenav.world.map import Heading, RegionMap
-from safenav.world.moves import Pose, moves
+from safenav.world.poses import Pose, moves
 
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) or 8
 

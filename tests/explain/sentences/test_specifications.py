@@ -30,7 +30,7 @@ from oracle.rendering import to_plain
 from oracle.specification import Specification
 from safenav.cli.synth import explain
 from safenav.explain.play import Cause, vacuities
-from safenav.spec.parsing import read_specification
+from safenav.spec.specification import read_specification
 from safenav.synthesis.slugs import Synthesizer
 
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) or 24

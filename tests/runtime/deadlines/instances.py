@@ -13,8 +13,7 @@ from safenav.team.bound import BoundMoment, BoundObstacle, BoundRobot
 from safenav.team.state import Stage
 from safenav.team.team import Need, Obstacle
 from safenav.world.map import RegionMap
-from safenav.world.moves import Mobility
-from safenav.world.poses import PoseGraph, bits, region_mask
+from safenav.world.poses import Mobility, PoseGraph, bits, region_mask
 from support.boards import walled
 
 FUZZ = int(os.environ.get("SAFENAV_FUZZ", "0"))

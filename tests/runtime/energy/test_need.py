@@ -9,8 +9,7 @@ import pytest
 from safenav.scenario.model import Battery
 from safenav.team.battery import NEVER, Energy
 from safenav.world.map import RegionMap
-from safenav.world.moves import Mobility
-from safenav.world.poses import PoseGraph, bits
+from safenav.world.poses import Mobility, PoseGraph, bits
 from support.boards import walled
 
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) or 30
