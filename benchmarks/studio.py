@@ -27,8 +27,8 @@ from frames import described, gaps_of
 from measuring import cpu_seconds
 
 from safenav.scenario.reading.loader import load_draft
-from safenav.studio.editing.drawing import drawing_of
-from safenav.studio.editing.operations import edited
+from safenav.studio.drawing import drawing_of
+from safenav.studio.editing import edited
 from safenav.studio.process import RunOrder
 
 
@@ -63,7 +63,7 @@ def judged(text: str, cache: str) -> tuple[str, float, float]:
     before = cpu_seconds(RUSAGE_CHILDREN)
     begun = time.perf_counter()
     process = subprocess.Popen(
-        [sys.executable, "-m", "safenav.studio.editing.realizability"],
+        [sys.executable, "-m", "safenav.studio.process", "robots"],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,

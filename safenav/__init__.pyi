@@ -41,7 +41,7 @@ from safenav.scenario.reading.catalogue import built_in as built_in
 from safenav.scenario.reading.loader import load_scenario as load_scenario
 from safenav.spec.compile import compile_task as compile_task
 from safenav.spec.task import Task as Task
-from safenav.studio.watching import LiveView as LiveView
+from safenav.studio.server import LiveView as LiveView
 from safenav.synthesis.slugs import Synthesizer as Synthesizer
 from safenav.trace.reading import read_trace as read_trace
 from safenav.trace.vocabulary import ActResult as ActResult

@@ -266,7 +266,7 @@ def drive(
     """Run SCENARIO with the robots of a fleet file. safenav decides where each robot goes next; the
     robots' own navigation drives them there."""
     from safenav.fleet.file import load_fleet, side_of
-    from safenav.fleet.robots.acting import unserved
+    from safenav.fleet.robots import unserved
     from safenav.fleet.transport import DriveRecording
     from safenav.fleet.world import fleet_world
     from safenav.scenario.lint import imprecise, oversized
@@ -325,7 +325,7 @@ def drive(
     with ExitStack() as stack:
         view = None
         if live:
-            from safenav.studio.watching import LiveView
+            from safenav.studio.server import LiveView
 
             view = stack.enter_context(LiveView(plan))
             click.echo(f"live: {view.address}", err=True)

@@ -15,8 +15,7 @@ from msgspec.structs import replace
 
 from safenav.fleet.file import Station
 from safenav.fleet.following import Follower
-from safenav.fleet.place import Places
-from safenav.fleet.transport import Located, SentGoal
+from safenav.fleet.transport import Located, Places, SentGoal
 from safenav.fleet.world import FleetWorld
 from safenav.motion.check.verdict import GAPS
 from safenav.motion.file import (

@@ -21,7 +21,6 @@ from msgspec.structs import replace
 
 from safenav.errors import UsageError
 from safenav.fleet.file import Station
-from safenav.fleet.place import Places
 from safenav.fleet.setpoints import YAW, Setpoints, reference_of
 from safenav.fleet.transport import (
     GoalEnd,
@@ -30,6 +29,7 @@ from safenav.fleet.transport import (
     Located,
     Message,
     Performed,
+    Places,
     Transport,
 )
 from safenav.motion.file import Curve, Flight, Moving, Reset, Segment

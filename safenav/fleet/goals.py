@@ -11,14 +11,14 @@ from msgspec import Struct
 from safenav.errors import UsageError
 from safenav.extras import missing
 from safenav.fleet.file import Station
-from safenav.fleet.place import Places
-from safenav.fleet.robots.driven_robot import STALE, DrivenRobot, FleetTask, Phase
-from safenav.fleet.robots.sensing import Sensing
+from safenav.fleet.robots import STALE, DrivenRobot, FleetTask, Phase
+from safenav.fleet.sensing import Sensing
 from safenav.fleet.transport import (
     DriveRecording,
     GoalEnd,
     GoalEnded,
     GoalPoint,
+    Places,
     Transport,
 )
 from safenav.runtime.worlds.protocol import Arrived, Blocked, Elsewhere, Failed, Lost, WorldEvent

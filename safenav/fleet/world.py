@@ -27,16 +27,18 @@ from safenav.fleet.goals import (
     Goals,
     frame_of,
 )
-from safenav.fleet.robots.acting import FleetProgress, TeamAction
-from safenav.fleet.robots.driven_robot import (
+from safenav.fleet.robots import (
+    PASSED,
     STALE,
     DrivenRobot,
+    FleetProgress,
     FleetTask,
-    Lookout,
     Phase,
+    TeamAction,
     TrailPoint,
+    View,
 )
-from safenav.fleet.robots.sensing import PASSED, Sighting, View
+from safenav.fleet.sensing import Lookout, Sighting
 from safenav.fleet.transport import (
     DriveRecording,
     GoalEnded,

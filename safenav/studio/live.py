@@ -21,9 +21,10 @@ from safenav.lines import json_line
 from safenav.report.page.encode import LiveRun
 from safenav.studio.process import DONE, FAILED, REFUSED, RunOrder, kill, started
 from safenav.trace.fields import convert
-from safenav.trace.records import KINDS, Header, Inputs, Record
+from safenav.trace.records import KINDS, Header, Inputs, Move, Record
 
 SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
+
 PATIENCE = 1.0
 """Seconds after a request to end the run until its processes are killed."""
 
@@ -99,7 +100,7 @@ class StudioRun:
 
     async def start(self) -> None:
         """Start the process, which synthesizes and then waits for ticks."""
-        self._process = await started("safenav.studio.process", self.order)
+        self._process = await started("run", self.order)
         self._tasks = [asyncio.create_task(job) for job in (self._listen(), self._drive())]
         self._wait()
         self._tell_state()
@@ -315,3 +316,36 @@ def _death(status: int) -> str:
     if status < 0:
         return f"the process of the run was ended by {signal.Signals(-status).name}"
     return f"the process of the run ended with exit status {status}"
+
+
+_SETTLED = 0.05
+"""Seconds without a trace line after which pages receive a complete tick."""
+
+
+class WatchedRun(StudioRun):
+    """A run without a process of its own: a program supplies its lines."""
+
+    _settling: asyncio.TimerHandle | None = None
+
+    def hear(self, data: dict[str, Any]) -> None:
+        """Take one line of the trace. Pages get the news of a tick when the next one begins, or
+        when it is complete and no line follows for ``_SETTLED`` seconds."""
+        self._playing = True
+        tick = int(data.get("tick", 0))
+        if self._settling is not None:
+            self._settling.cancel()
+        if self._news and tick > self._news[-1].tick:
+            self._done()
+        self._take(json_line(data).encode())
+        if data["type"] == "outcome":
+            self._done()
+            self._process_ended()
+        elif self._is_tick_complete():
+            self._settling = asyncio.get_running_loop().call_later(_SETTLED, self._done)
+
+    def _is_tick_complete(self) -> bool:
+        """Return whether the lines can be shown: each robot has moved since the last ones, or none,
+        or the run has a clock."""
+        assert self._live is not None
+        run, moved = self._live.run, sum(isinstance(line, Move) for line in self._news)
+        return run.seconds is not None or moved in (0, len(run.robots))

@@ -1,12 +1,15 @@
-"""The process of a live run: it steps a mission on request and writes its trace.
+"""The processes of the studio: ``run`` steps a mission on request and writes its trace, ``robots``
+checks whether each robot of a drawn scenario is realizable.
 
-In a separate process, a synthesis blocks no page and the run can be stopped at any moment: SIGINT
-ends it at the next opportunity, as in ``safenav run``.
+In a separate process, a synthesis blocks no page and can be stopped at any moment. SIGINT ends a
+run at the next opportunity, as in ``safenav run``; a check is killed when the text changes, and
+only the synthesis cache remains.
 
-Messages are JSON, one object per line. To the process: a ``RunOrder`` first, then ``{"do":
-"step"}``, ``{"do": "change", ...}``, ``{"do": "end"}``. From it: the lines of the trace, and lines
-whose ``type`` begins with ``~``: ``~done`` (a tick has ended), ``~refused`` (an invalid change),
-``~failed`` (the run ended in an error).
+Messages are JSON, one object per line. To the process: a ``RunOrder`` first, then for a run
+``{"do": "step"}``, ``{"do": "change", ...}``, ``{"do": "end"}``. From a run: the lines of the
+trace, and lines whose ``type`` begins with ``~``: ``~done`` (a tick has ended), ``~refused`` (an
+invalid change), ``~failed`` (the run ended in an error). From a check: the verdict and reason of a
+robot.
 """
 
 from __future__ import annotations
@@ -18,6 +21,7 @@ import signal
 import sys
 import time
 from asyncio.subprocess import DEVNULL, PIPE, Process
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import IO, Any
@@ -25,17 +29,19 @@ from typing import IO, Any
 from msgspec import Struct, convert, to_builtins
 from msgspec.structs import replace
 
-from safenav.errors import SafenavError, UsageError
+from safenav.errors import ResourceLimitError, SafenavError, UsageError
 from safenav.lines import json_line, line_output
 from safenav.runtime.interventions import intervention
-from safenav.runtime.run.mission import Mission
-from safenav.scenario.reading.loader import load_scenario_text
+from safenav.runtime.run.mission import Mission, default_synthesizer, first_results
+from safenav.scenario.model import Scenario
+from safenav.scenario.reading.loader import load_draft, load_scenario_text
 from safenav.scenario.settings import Clock
 from safenav.scenario.yaml.findings import ReadableFolder
 from safenav.trace.writing import as_data
 
 LIMIT = 32 * 2**20
 """Largest line of a process, in bytes."""
+
 DONE, REFUSED, FAILED = "~done", "~refused", "~failed"
 
 
@@ -62,10 +68,10 @@ class RunOrder(Struct, frozen=True):
         return convert(json.loads(line), cls)
 
 
-async def started(module: str, order: RunOrder) -> Process:
+async def started(job: str, order: RunOrder) -> Process:
     """Start a process of the studio in its own session, and send its order."""
     process = await asyncio.create_subprocess_exec(
-        *(sys.executable, "-m", module),
+        *(sys.executable, "-m", __name__, job),
         stdin=PIPE,
         stdout=PIPE,
         stderr=DEVNULL,
@@ -83,11 +89,53 @@ def kill(process: Process) -> None:
         os.killpg(process.pid, signal.SIGKILL)
 
 
+CALM = 0.25
+"""Seconds without a change before the robots are checked."""
+
+
+class RealizabilityQueue:
+    """Owner of the checking process. ``verdicts``: verdicts by robot, for the present text."""
+
+    def __init__(self, tell: Callable[[dict[str, Any]], None]) -> None:
+        self.verdicts: dict[str, dict[str, Any]] = {}
+        self._tell = tell
+        self._task: asyncio.Task[None] | None = None
+
+    def check(self, order: RunOrder | None) -> None:
+        """Check a text instead of the previous one; None: check none."""
+        self.verdicts = {}
+        if self._task is not None:
+            self._task.cancel()
+        self._task = None if order is None else asyncio.create_task(self._check(order))
+
+    async def close(self) -> None:
+        """End the running check."""
+        task, self._task = self._task, None
+        if task is not None:
+            task.cancel()
+            with suppress(asyncio.CancelledError):
+                await task
+
+    async def _check(self, order: RunOrder) -> None:
+        await asyncio.sleep(CALM)
+        process = await started("robots", order)
+        assert process.stdout is not None
+        try:
+            async for line in process.stdout:
+                verdict = json.loads(line)
+                self.verdicts[verdict["robot"]] = verdict
+                self._tell({"is": "verdicts", "verdicts": self.verdicts})
+        finally:
+            kill(process)
+            with suppress(asyncio.CancelledError):
+                await process.wait()
+
+
 def main() -> None:
-    """Serve one run over standard input and output."""
+    """Do a job, ``run`` or ``robots``, over standard input and output."""
     say = line_output()
     try:
-        _serve(sys.stdin, say)
+        {"run": _serve, "robots": _check}[sys.argv[1]](sys.stdin, say)
     except SafenavError as error:
         say({"type": FAILED, "message": str(error)})
     except BrokenPipeError:
@@ -133,6 +181,56 @@ def _serve(orders: IO[str], say: Any) -> None:
         else:
             mission.give_up("ended by the user")
             say({"type": DONE, "tick": mission.tick})
+
+
+def _check(orders: IO[str], say: Any) -> None:
+    """Check the robots of one text."""
+    order = RunOrder.read(orders.readline())
+    scenario = load_draft(order.text, order.file, order.reach, reachable=False).scenario
+    if scenario is None:
+        return
+    verdicts: dict[str, dict[str, Any]] = {}
+    for robot in scenario.robots:
+        verdicts[robot.name] = _verdict(scenario, robot.name)
+        if verdicts[robot.name]["verdict"] != "unrealizable":
+            say(verdicts[robot.name])
+        else:  # the verdict first, the reason later
+            say({**verdicts[robot.name], "because": "looking for the reason ..."})
+    for name, verdict in verdicts.items():
+        if verdict["verdict"] == "unrealizable":
+            say(verdict | _reason(scenario, name))
+
+
+def _verdict(scenario: Scenario, name: str) -> dict[str, Any]:
+    try:
+        answer = first_results(scenario, default_synthesizer(scenario), None, [name])[name]
+    except ResourceLimitError as error:
+        return {"robot": name, "verdict": "limit", "because": str(error)}
+    found = {"robot": name, "verdict": "realizable" if answer.realizable else "unrealizable"}
+    allows = answer.allows(scenario.map.word) if answer.realizable else None
+    return {**found, "allows": allows} if allows else found
+
+
+def _reason(scenario: Scenario, name: str) -> dict[str, Any]:
+    from safenav.report.terminal.explanation_text import explanation_data
+    from safenav.review.postmortem import explain_team
+
+    try:
+        found = [*explain_team(scenario, default_synthesizer(scenario), [name])]
+    except SafenavError as error:
+        return {"because": str(error)}
+    if not found:
+        return {}
+    data = explanation_data(found[0], scenario)
+    return {
+        "because": data["because"],
+        "confined": data["confined"],
+        "lost": sorted({region for target in data["lost"] for region in target}),
+        "repairs": [
+            {"kind": repair.kind.value, "change": [list(pair) for pair in repair.change]}
+            for repair in found[0].repairs
+        ],
+    }
 
 
 if __name__ == "__main__":

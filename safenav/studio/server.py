@@ -17,8 +17,11 @@ import re
 import secrets
 import signal
 import socket
+import threading
+import time
 import webbrowser
 from collections.abc import Callable, Mapping
+from concurrent.futures import Future
 from contextlib import suppress
 from http import HTTPStatus
 from http.client import HTTPException, parse_headers
@@ -32,9 +35,13 @@ from msgspec import Struct
 
 from safenav.errors import SafenavError, UsageError, file_words
 from safenav.report.page.html import asset, framed
+from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import schema_text
-from safenav.studio.scenario_folder import ReplaceError
-from safenav.studio.session import Studio
+from safenav.studio.live import WatchedRun
+from safenav.studio.process import RunOrder
+from safenav.studio.session import ReplaceError, Studio
+from safenav.trace.records import Record
+from safenav.trace.writing import as_data
 
 LARGEST = 8_000_000
 """Bytes of the largest request: an edited text."""
@@ -93,6 +100,7 @@ class Guard(Struct, frozen=True):
 
 
 PORT = 7246
+
 PORTS = 20
 """Number of ports that are tried, starting with ``PORT``."""
 
@@ -347,3 +355,93 @@ async def _served(studio: Studio, port: int | None, browser: bool) -> None:
         click.echo("    Ctrl-C ends it", err=True)
 
     await server.serve(browser=browser, ready=ready)
+
+
+_PAUSE = 0.2
+
+_GONE = 2.0
+"""Seconds without an open page after which ``wait`` ends; a reload is shorter."""
+
+
+class LiveView:
+    """A listener that shows a running mission in a browser.
+
+    ::
+
+        with LiveView(scenario) as view:
+            Mission(scenario, world=fleet, listeners=[view]).run()
+            view.wait()
+
+    Pages follow the run and can step back in it; they change nothing. ``browser``: open one.
+    Raises UsageError, when entered, if the port is not available.
+    """
+
+    def __init__(
+        self, scenario: Scenario, *, port: int | None = None, browser: bool = True
+    ) -> None:
+        self.address = ""
+        """Address of the page, once the view has been entered."""
+        self._scenario = scenario
+        self._port = port
+        self._browser = browser
+        self._ready: Future[Server] = Future()
+        self._thread = threading.Thread(target=self._serve, name="safenav live", daemon=True)
+
+    def __enter__(self) -> LiveView:
+        self._thread.start()
+        self._server = self._ready.result()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        with suppress(RuntimeError):  # the server has ended already
+            self._loop.call_soon_threadsafe(self._server.stop)
+        self._thread.join()
+
+    def __call__(self, record: Record) -> None:
+        """Take the next line of the trace, in the thread of the mission."""
+        studio = self._server.studio
+        assert isinstance(studio, _Watching)
+        with suppress(RuntimeError):  # the server has ended
+            self._loop.call_soon_threadsafe(studio.hear, as_data(record))
+
+    def wait(self) -> None:
+        """Serve until the last page has been closed, or Ctrl-C."""
+        last = time.monotonic()
+        with suppress(KeyboardInterrupt):
+            while self._thread.is_alive() and time.monotonic() - last < _GONE:
+                time.sleep(_PAUSE)
+                if self._server.studio.pages:
+                    last = time.monotonic()
+
+    def _serve(self) -> None:
+        try:
+            asyncio.run(self._served())
+        except BaseException as error:
+            if not self._ready.done():
+                self._ready.set_exception(error)
+
+    async def _served(self) -> None:
+        self._loop = asyncio.get_running_loop()
+        server = Server(_Watching(self._scenario), port=self._port)
+
+        def ready(address: str) -> None:
+            self.address = address
+            self._ready.set_result(server)
+
+        await server.serve(browser=self._browser, ready=ready)
+
+
+class _Watching(Studio):
+    """The session of a run that a program drives: it refuses requests of pages."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        order = RunOrder("", scenario.source or f"{scenario.name}.yaml", seed=scenario.seed)
+        super().__init__(order, scenario.catalogue)
+        self.run = watched = WatchedRun(order, self.tell, trace=None)
+        self.hear = watched.hear
+
+    async def take(self, _: Mapping[str, Any]) -> None:
+        raise UsageError("this page watches: the program that called the mission drives the run")
+
+    def _hello(self) -> dict[str, Any]:
+        return {**super()._hello(), "watches": True}

@@ -24,7 +24,7 @@ from safenav.report.page.html import page_of_trace
 from safenav.scenario.model import Catalogue
 from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.yaml.findings import STDIN
-from safenav.studio.editing.drawing import palette
+from safenav.studio.drawing import palette
 from safenav.studio.live import StudioRun
 from safenav.studio.process import RunOrder
 from safenav.trace.reading import read_bytes
@@ -69,6 +69,10 @@ SAVERS: Mapping[str, tuple[Saver, str, str]] = {
 Message = Mapping[str, Any]
 Made = tuple[str, bytes, str]
 """A download: file name, content and media type."""
+
+
+class ReplaceError(UsageError):
+    """A file that saving would replace: the user decides."""
 
 
 class Studio:

@@ -15,7 +15,7 @@ from collections import deque
 from typing import Any
 
 from fleet.lab import SILENT, ends, follow, lab_at
-from safenav.fleet.ros2 import messages as ros
+from safenav.fleet.ros2 import node as ros
 from safenav.fleet.ros2.node import LATCHED, RELIABLE, SENSOR, SERVICE, Participant
 
 STATUS = {"succeeded": ros.SUCCEEDED, "aborted": ros.ABORTED, "canceled": ros.CANCELED}

@@ -14,7 +14,7 @@ from fleet.hall import (
 )
 from once import beside
 from safenav.fleet.file import FleetFile, Network, ScanUse, SimulationUse, Station, TransportKind
-from safenav.fleet.robots.acting import FleetProgress, TeamAction, unserved
+from safenav.fleet.robots import FleetProgress, TeamAction, unserved
 from safenav.fleet.transport import (
     Performed,
     Reported,

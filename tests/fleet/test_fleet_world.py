@@ -24,13 +24,13 @@ from safenav import Mission
 from safenav.errors import UsageError
 from safenav.fleet.file import ScanUse, Station
 from safenav.fleet.goals import FleetClock
-from safenav.fleet.place import Places
 from safenav.fleet.transport import (
     GoalEnd,
     GoalEnded,
     GoalPoint,
     Located,
     Message,
+    Places,
     Reported,
     Scanned,
 )

@@ -17,7 +17,6 @@ from once import beside
 from safenav.checked_trace import check_trace
 from safenav.fleet.file import FollowUse, Station
 from safenav.fleet.following import Following, mover_of
-from safenav.fleet.place import Places
 from safenav.fleet.setpoints import ACCELERATION, HORIZON, PERIOD, Setpoints
 from safenav.fleet.transport import (
     GoalEnd,
@@ -26,6 +25,7 @@ from safenav.fleet.transport import (
     Located,
     Message,
     Performed,
+    Places,
 )
 from safenav.motion.check.examination import walk
 from safenav.motion.check.execution import trackings

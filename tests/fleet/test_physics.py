@@ -12,7 +12,7 @@ from fleet.drives import driven
 from fleet.lab import watched
 from once import beside
 from safenav.fleet.lab.physics import FAR, Physics
-from safenav.fleet.place import Places
+from safenav.fleet.transport import Places
 from safenav.scenario.model import Need, Obstacle, ObstacleType
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_scenario_text

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from safenav.errors import UsageError
-from safenav.fleet.ros2 import streams
+from safenav.fleet.ros2 import transport as streams
 from safenav.fleet.transport import Located, Scanned
 
 

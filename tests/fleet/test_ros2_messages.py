@@ -64,7 +64,7 @@ KINDS = {
 
 def kind_of(name: str) -> Any:
     """A kind of messages of ours. Imported late: it takes as long as collecting 200 tests."""
-    return getattr(importlib.import_module("safenav.fleet.ros2.messages"), name)
+    return getattr(importlib.import_module("safenav.fleet.ros2.node"), name)
 
 
 @cache

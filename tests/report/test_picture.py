@@ -18,7 +18,7 @@ from safenav.run.looks import looks
 from safenav.run.reading import read_run
 from safenav.run.run import Run
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
-from safenav.studio.editing.drawing import drawing_of
+from safenav.studio.drawing import drawing_of
 from safenav.world.map import RegionMap
 
 SVG = "{http://www.w3.org/2000/svg}"

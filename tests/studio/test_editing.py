@@ -11,8 +11,8 @@ import pytest
 from safenav.errors import UsageError
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_draft, load_scenario_text
-from safenav.studio.editing import operations
-from safenav.studio.editing.drawing import drawing_of
+from safenav.studio import editing
+from safenav.studio.drawing import drawing_of
 from safenav.studio.editor import blank
 from safenav.world.poses import Mobility
 from studio.serving import SCENARIOS
@@ -89,7 +89,7 @@ def test_an_impossible_edit_is_refused(operation: dict[str, Any]) -> None:
 
 
 def edited(text: str, operation: dict[str, Any]) -> str:
-    return operations.edited(text, operation, load_draft(text, "scenario.yaml").world)
+    return editing.edited(text, operation, load_draft(text, "scenario.yaml").world)
 
 
 def something(text: str, chance: random.Random) -> dict[str, Any]:

@@ -13,8 +13,8 @@ from typing import Any
 
 from msgspec import Struct, field
 
-from safenav.fleet.place import Places
 from safenav.fleet.setpoints import Setpoints
+from safenav.fleet.transport import Places
 from safenav.motion.flyer import AxisTracker
 from safenav.scenario.model import Need, Obstacle, Robot
 from safenav.scenario.motion import resolved

@@ -30,8 +30,8 @@ from safenav.fleet.lab.model import (
     model_text,
     passage,
 )
-from safenav.fleet.place import Places, turned
 from safenav.fleet.setpoints import Setpoints
+from safenav.fleet.transport import Places, turned
 from safenav.motion.flyer import DRAG, HORIZON, LAG, PERIOD, AxisTracker
 from safenav.motion.geometry import derivative, quintic, values
 from safenav.scenario.model import Obstacle, Robot

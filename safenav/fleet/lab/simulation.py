@@ -10,7 +10,7 @@ from typing import Any
 from safenav.extras import missing
 from safenav.fleet import transport
 from safenav.fleet.file import SimulationUse, Station
-from safenav.fleet.place import Places
+from safenav.fleet.transport import Places
 from safenav.scenario.model import Obstacle, Scenario, name_parts
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region

@@ -9,24 +9,26 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
-from threading import Lock
+from math import atan2, cos, inf, isfinite, isnan, nan, remainder, sin, tau
+from threading import Event, Lock, Thread
 from typing import TYPE_CHECKING, Any
 from uuid import uuid4
 
 from msgspec import Struct
 
 from safenav.fleet.file import Network, Station
-from safenav.fleet.ros2 import messages as ros
-from safenav.fleet.ros2 import streams
+from safenav.fleet.ros2 import node as ros
 from safenav.fleet.ros2.node import LATCHED, RELIABLE, SENSOR, Client, Participant
 from safenav.fleet.transport import (
     GoalEnd,
     GoalEnded,
     GoalPoint,
     InputHeard,
+    Located,
     Message,
     Performed,
     Reported,
+    Scanned,
     ignore,
     result_of,
 )
@@ -35,7 +37,164 @@ from safenav.trace.vocabulary import ActResult
 if TYPE_CHECKING:
     from safenav.fleet.setpoints import Setpoints
 
+
+PERIOD = 0.05
+"""Seconds between two messages."""
+
+
+FRAME = "map"
+"""The frame of goals and setpoints."""
+
+Joints = tuple[str, ...]
+
+BODY, FEET = ("mass",), ("left_foot", "right_foot")
+"""The joints of trajectories: the middle of a body or a walker's centre of mass; its feet."""
+
+TOPICS: Mapping[Joints, str] = {BODY: "", FEET: "_steps"}
+"""Suffixes of their topics, appended to the topic of the reference."""
+
+Pose = tuple[float, float, float, float]
+"""x, y, z, yaw."""
+
+
+class Streams:
+    """The reference streams of all followers. A thread calls ``send`` with a robot and the next
+    second of its reference. A stream continues after the end of its reference, since silence means
+    that safenav has died."""
+
+    def __init__(self, send: Callable[[str, Setpoints], None]) -> None:
+        self._send = send
+        self._references: dict[str, Setpoints] = {}
+        self._lock = Lock()
+        self._end = Event()
+        self._thread: Thread | None = None
+
+    def follow(self, robot: str, reference: Setpoints) -> None:
+        """Stream this reference from now on. Its times are those of ``time.monotonic``."""
+        with self._lock:
+            self._references[robot] = reference
+            if self._thread is None:
+                self._thread = Thread(target=self._run, daemon=True)
+                self._thread.start()
+
+    def stop(self, robot: str) -> bool:
+        """End the stream of a robot; return whether it had one."""
+        with self._lock:
+            return self._references.pop(robot, None) is not None
+
+    def close(self) -> None:
+        self._end.set()
+        if self._thread is not None:
+            self._thread.join()
+
+    def _run(self) -> None:
+        due = time.monotonic()
+        while not self._end.wait(max(0.0, due - time.monotonic())):
+            with self._lock:
+                now = list(self._references.items())
+            for robot, reference in now:
+                self._send(robot, reference.ahead(time.monotonic()))
+            due = max(due + PERIOD, time.monotonic())
+
+
+def steps_of(part: Setpoints) -> list[tuple[float, tuple[Pose, Pose]]]:
+    """Return the next footsteps of a walker: seconds from now, and the poses of both feet after
+    each landing, beginning with the present ones. A foot in the air counts where it last stood."""
+    standing: dict[int, Pose] = {}
+    found: list[tuple[float, tuple[Pose, Pose]]] = []
+    for foot in part.feet:
+        standing[foot.side] = (foot.x, foot.y, 0.0, foot.yaw)
+        if len(standing) == 2:
+            after = max(0.0, foot.down - part.begin)
+            found = [one for one in found if one[0] < after]
+            found.append((after, (standing[1], standing[-1])))
+    return found
+
+
+def located(robot: str, stamp: float, odometry: Any) -> Located | None:
+    """Return x, y and yaw of a ``nav_msgs/Odometry``; None if one of them is not finite, because
+    the estimator has diverged."""
+    pose = odometry.pose.pose
+    return _finite(Located(robot, stamp, *_planar(pose.position, pose.orientation)))
+
+
+def _planar(place: Any, turn: Any) -> tuple[float, float, float]:
+    """Return x, y and yaw of a position and a quaternion."""
+    sine = 2 * (turn.w * turn.z + turn.x * turn.y)
+    cosine = 1 - 2 * (turn.y * turn.y + turn.z * turn.z)
+    return float(place.x), float(place.y), atan2(sine, cosine)
+
+
+def _finite(at: Located) -> Located | None:
+    return at if all(map(isfinite, (at.x, at.y, at.yaw))) else None
+
+
+class Transforms:
+    """The transforms of one robot: its pose, from ``map`` to its frame."""
+
+    def __init__(self, robot: str, frame: str) -> None:
+        self._robot, self._frame = robot, frame
+        self._known: dict[str, tuple[str, float | None, tuple[float, float, float]]] = {}
+        """By frame: its parent, the stamp (None: static), and x, y, yaw in its parent."""
+
+    def take(self, message: Any, *, static: bool) -> Located | None:
+        """Take a ``tf2_msgs/TFMessage``; return the pose, if its newest part has changed: with the
+        stamp of the transform next to the robot, which moves with it."""
+        fresh = set()
+        for each in message.transforms:
+            child, parent = each.child_frame_id.strip("/"), each.header.frame_id.strip("/")
+            stamp = None if static else seconds_of(each.header.stamp)
+            body = each.transform
+            self._known[child] = parent, stamp, _planar(body.translation, body.rotation)
+            fresh.add(child)
+        x = y = yaw = 0.0
+        frame, moving, seen = self._frame, "", set[str]()
+        while frame != FRAME:
+            if frame in seen or frame not in self._known:
+                return None
+            seen.add(frame)
+            parent, stamp, (east, north, turn) = self._known[frame]
+            x, y = (
+                east + x * cos(turn) - y * sin(turn),
+                north + x * sin(turn) + y * cos(turn),
+            )
+            yaw += turn
+            moving, frame = moving or (frame if stamp is not None else ""), parent
+        if moving not in fresh:
+            return None
+        at = self._known[moving][1]
+        assert at is not None
+        return _finite(Located(self._robot, at, x, y, remainder(yaw, tau)))
+
+
+def seconds_of(stamp: Any) -> float:
+    """Return a ``builtin_interfaces/Time`` in seconds."""
+    return float(stamp.sec) + float(stamp.nanosec) * 1e-9
+
+
+def scanned(robot: str, stamp: float, scan: Any) -> Scanned:
+    """Return a ``sensor_msgs/LaserScan`` as rays. By REP 117, ``-inf`` is a hit nearer than
+    ``range_min``, and a range above ``range_max`` hits nothing; a range below ``range_min`` is not
+    a reading, nor is NaN."""
+    least, most = float(scan.range_min), float(scan.range_max)
+
+    def metres(measured: float) -> float:
+        if measured == -inf:
+            return least
+        return nan if isnan(measured) or measured < least else measured if measured <= most else inf
+
+    ranges = [metres(float(measured)) for measured in scan.ranges]
+    return Scanned(robot, stamp, float(scan.angle_min), float(scan.angle_increment), ranges)
+
+
+def facing(yaw: float | None) -> tuple[float, float]:
+    """Return z and w of the quaternion of a yaw in radians; None counts as 0."""
+    half = (yaw or 0.0) / 2
+    return sin(half), cos(half)
+
+
 ACTION = "navigate_to_pose"
+
 _ENDS = {
     ros.SUCCEEDED: GoalEnd.SUCCEEDED,
     ros.CANCELED: GoalEnd.CANCELED,
@@ -142,10 +301,10 @@ class Ros2Transport:
     ) -> None:
         self._network, self._stations, self._inputs = network, stations, inputs
         self._post: Callable[[Message], None] = ignore
-        self._streams = streams.Streams(self._send)
+        self._streams = Streams(self._send)
         self._lock = Lock()
         self._robots: dict[str, _Robot] = {}
-        self._references: dict[tuple[str, streams.Joints], Any] = {}
+        self._references: dict[tuple[str, Joints], Any] = {}
         self._node: Participant | None = None
 
     def open(self, post: Callable[[Message], None]) -> None:
@@ -154,7 +313,7 @@ class Ros2Transport:
         for name, station in self._stations.items():
             self._robots[name] = _Robot(name, station, node, post)
             if station.follow is not None:
-                for joints, ending in streams.TOPICS.items():
+                for joints, ending in TOPICS.items():
                     topic = _topic(station.path(station.follow.topic) + ending)
                     self._references[name, joints] = node.writer(topic, ros.Trajectory, RELIABLE)
         for topic, kind, quality, take in self._topics():
@@ -201,15 +360,15 @@ class Ros2Transport:
             yield topic, ros.Bool, RELIABLE, partial(self._heard, InputHeard, name)
         for name, station in self._stations.items():
             if station.tf is None:
-                odometry = partial(self._stamped, streams.located, name)
+                odometry = partial(self._stamped, located, name)
                 yield station.pose_topic, ros.Odometry, SENSOR, odometry
             else:
-                frames = streams.Transforms(name, station.tf.frame.strip("/"))
+                frames = Transforms(name, station.tf.frame.strip("/"))
                 for ending, quality in (("", RELIABLE), ("_static", LATCHED)):
                     take = partial(self._transformed, frames, static=bool(ending))
                     yield station.pose_topic + ending, ros.TFMessage, quality, take
             if station.scan is not None:
-                scan = partial(self._stamped, streams.scanned, name)
+                scan = partial(self._stamped, scanned, name)
                 yield station.path(station.scan.topic), ros.LaserScan, SENSOR, scan
             if station.report is not None:
                 report = partial(self._heard, Reported, name)
@@ -224,11 +383,11 @@ class Ros2Transport:
         self, meaning: Callable[[str, float, Any], Message | None], name: str, message: Any
     ) -> None:
         """Pass on a measurement of a robot, if it has a meaning."""
-        found = meaning(name, streams.seconds_of(message.header.stamp), message)
+        found = meaning(name, seconds_of(message.header.stamp), message)
         if found is not None:
             self._post(found)
 
-    def _transformed(self, frames: streams.Transforms, message: Any, *, static: bool) -> None:
+    def _transformed(self, frames: Transforms, message: Any, *, static: bool) -> None:
         with self._lock:  # both topics of a robot have threads of their own
             found = frames.take(message, static=static)
         if found is not None:
@@ -237,29 +396,29 @@ class Ros2Transport:
     def _answers(self, robot: str) -> bool:
         """Return whether a robot's action server answers or, for a follower, its references are
         subscribed to."""
-        reference = self._references.get((robot, streams.BODY))
+        reference = self._references.get((robot, BODY))
         if reference is not None:
             return bool(reference.get_matched_subscriptions())
         return self._robots[robot].connected
 
     def _send(self, robot: str, part: Setpoints) -> None:
         """Send the next second of a reference and, of a walker, its next footsteps."""
-        header = ros.MessageHeader(_whole(ros.Time, time.time()), streams.FRAME)
+        header = ros.MessageHeader(_whole(ros.Time, time.time()), FRAME)
         ahead = [
             _point(k * part.step, [(*row[:3], row[9])], row[3:6], row[6:9])
             for k, row in enumerate(part.rows.tolist())
         ]
-        steps = [_point(after, poses) for after, poses in streams.steps_of(part)]
-        for joints, points in ((streams.BODY, ahead), (streams.FEET, steps)):
+        steps = [_point(after, poses) for after, poses in steps_of(part)]
+        for joints, points in ((BODY, ahead), (FEET, steps)):
             if points:
                 self._references[robot, joints].write(ros.Trajectory(header, [*joints], points))
 
 
-def _point(after: float, poses: Sequence[streams.Pose], *rates: Sequence[float]) -> Any:
+def _point(after: float, poses: Sequence[Pose], *rates: Sequence[float]) -> Any:
     """Return a point of a ``trajectory_msgs/MultiDOFJointTrajectory``: a pose for each joint;
     velocity and acceleration (x, y, z) of the only joint, or none."""
     places = [
-        ros.Transform(ros.Vector3(x, y, z), ros.Quaternion(0.0, 0.0, *streams.facing(yaw)))
+        ros.Transform(ros.Vector3(x, y, z), ros.Quaternion(0.0, 0.0, *facing(yaw)))
         for x, y, z, yaw in poses
     ]
     twists = ([ros.Twist(ros.Vector3(*of), ros.Vector3(0.0, 0.0, 0.0))] for of in rates)
@@ -279,7 +438,7 @@ def _whole(kind: Any, seconds: float) -> Any:
 
 
 def _navigate(goal: GoalPoint) -> Any:
-    turn = ros.Quaternion(0.0, 0.0, *streams.facing(goal.yaw))
+    turn = ros.Quaternion(0.0, 0.0, *facing(goal.yaw))
     pose = ros.PlacedPose(ros.Point(goal.x, goal.y, 0.0), turn)
-    header = ros.MessageHeader(ros.Time(), streams.FRAME)
+    header = ros.MessageHeader(ros.Time(), FRAME)
     return ros.NavigateGoal(ros.PoseStamped(header, pose), "")

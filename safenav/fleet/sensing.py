@@ -6,24 +6,23 @@ restore it: only stamps of the same robot are compared.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
-from enum import Enum, auto
-from math import cos, inf, isfinite, isnan, pi, sin
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import partial
+from math import cos, hypot, inf, isfinite, isnan, pi, sin
 
 from msgspec import Struct
 
 from safenav.fleet.file import ScanUse
-from safenav.fleet.place import Places, turned
-from safenav.fleet.transport import Located, Reported, Scanned
-from safenav.scenario.model import Obstacle, Scenario
+from safenav.fleet.robots import PASSED, STALE, DrivenRobot, View
+from safenav.fleet.transport import Located, Places, Reported, Scanned, turned
+from safenav.scenario.model import Obstacle, Robot, Scenario
+from safenav.team.failures import lost
 from safenav.world.map import Region
 
 FRESH_SIGHT = 2.0
 """Seconds for which a sighting by one sensor outweighs a miss by another: a leaf is thin when seen
 edge-on, and messages may be late."""
-PASSED = 2.0
-"""Seconds for which a ray may have hit a robot that has left since, or an obstacle that has been
-resolved: a scan may be as late as odometry may be old."""
+
 BEFORE = 0.1
 """Share of a region's side by which the end of a ray must be outside it to count as before the
 region, or past its middle to count as behind it."""
@@ -39,21 +38,6 @@ class Sighting(Struct, frozen=True):
 
     obstacle: Obstacle
     there: bool
-
-
-class View(Enum):
-    """The meaning of a scan for one region."""
-
-    FREE = auto()
-    HIT = auto()
-    DOUBT = auto()
-    """A ray has hit something that may have left since: another robot, or a resolved obstacle."""
-    BEFORE = auto()
-    """A ray has hit something before the region, such as the leaf of a door that opens."""
-    ROBOT = auto()
-    """A ray has hit something that may be another robot."""
-    UNSEEN = auto()
-    """No ray reaches the region."""
 
 
 class ScanResult(Struct, frozen=True):
@@ -217,3 +201,116 @@ class Sensing:
                 ahead = metres * cos(off) if isfinite(metres) else inf
                 found = ahead if found is None else min(found, ahead)
         return found
+
+
+class Lookout:
+    """Evaluates robots' scans, and detects robots in regions to which they were not sent."""
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        places: Places,
+        bodies: Mapping[str, DrivenRobot],
+        sensing: Sensing,
+    ) -> None:
+        self._scenario = scenario
+        self._places = places
+        self._bodies = bodies
+        self._sensing = sensing
+        self._strays: dict[str, Obstacle] = {}
+
+    def stray(self, robot: Robot, region: Region) -> Obstacle | None:
+        """Return the obstacle that represents another robot in a region to which it was not sent:
+        it has left its path, or a person has moved it."""
+        for body in self._bodies.values():
+            at = body.place
+            if at is None or not robot.conflicts(body.robot):
+                continue
+            held = body.regions
+            off = min(self._places.outside(one, at.x, at.y) for one in held)
+            if off > body.station.tolerance and self._places.region(at.x, at.y) == region:
+                team = self._scenario.robots
+                rivals = [o.name for o in team if o.conflicts(body.robot)]
+                found = lost(body.robot, frozenset(rivals), region)
+                return self._strays.setdefault(body.robot.name, found)
+        return None
+
+    def stray_left(self, body: DrivenRobot) -> Obstacle | None:
+        """Return the obstacle that represented this robot in a region that it has left; None if
+        there is none."""
+        at, found = body.place, self._strays.get(body.robot.name)
+        if found is None or at is None or self._places.region(at.x, at.y) == found.region:
+            return None
+        return self._strays.pop(body.robot.name)
+
+    def placed(self, robot: str) -> None:
+        """Record that an operator has placed a robot in the region where the team expects it."""
+        self._strays.pop(robot, None)
+
+    def is_shared(self, body: DrivenRobot, region: Region) -> bool:
+        """Return whether another robot in a region does not conflict with this one, such as a flyer
+        above it."""
+        return any(
+            region in other.regions and not body.robot.conflicts(other.robot)
+            for other in self._bodies.values()
+            if other is not body
+        )
+
+    def keep(self, body: DrivenRobot, scan: Scanned, heard: float) -> None:
+        """Keep a scan until odometry shows where it was taken: either may be late."""
+        if body.station.scan is None or heard < body.deaf or scan.stamp <= body.newest:
+            return  # this also drops scans of a clock that was set back, until odometry shows it
+        body.newest = scan.stamp
+        body.unread.append((heard, scan))
+
+    def read(self, body: DrivenRobot, now: float) -> Iterator[ScanResult]:
+        """Evaluate the scans whose poses are known from odometry by now."""
+        while body.unread and body.place is not None:
+            heard, scan = body.unread[0]
+            if now - heard <= STALE and scan.stamp > body.place.stamp:
+                return
+            body.unread.popleft()
+            found = self._scan(body, scan, heard) if now - heard <= STALE else None
+            if found is not None:
+                yield found
+
+    def _scan(self, body: DrivenRobot, scan: Scanned, heard: float) -> ScanResult | None:
+        """Evaluate the regions beside the robot from a scan taken at rest at its present pose;
+        return None for any other scan."""
+        use, here = body.station.scan, body.stands
+        if use is None or here is None or scan.stamp <= max(body.looked, body.arrived):
+            return None
+        at = body.stood(scan.stamp)
+        if at is None or self._places.region(at.x, at.y) != here:
+            return None
+        body.looked = scan.stamp
+        look = self._sensing.scan(use, scan, at, here, partial(self._whose, body, heard), heard)
+        body.view, body.viewed = look.view, heard
+        return look
+
+    def _whose(
+        self, body: DrivenRobot, heard: float, region: Region, x: float, y: float
+    ) -> View | None:
+        """Return ROBOT if a ray that ended in a region at a point (metres) may have hit another
+        robot, which is near that point or moves through the region; DOUBT if one was, or did,
+        within ``PASSED`` seconds before the scan was received; else None."""
+        view = None
+        for other in self._bodies.values():
+            if other is body:
+                continue
+            if region in other.regions or self._touches(other, other.place, x, y):
+                return View.ROBOT
+            if any(
+                point.at >= heard - PASSED
+                and (region in point.regions or self._touches(other, point.place, x, y))
+                for point in other.trail
+            ):
+                view = View.DOUBT
+        return view
+
+    def _touches(self, body: DrivenRobot, place: Located | None, x: float, y: float) -> bool:
+        """Return whether a robot's body may extend to a point from a place."""
+        size = body.robot.model.size
+        half = min(self._places.frame.resolution) / 2
+        reach = half if size is None else size / 2
+        return place is not None and hypot(place.x - x, place.y - y) < reach + half

@@ -1,1 +1,0 @@
-"""The robots of a fleet: their state, their sensors, their actions."""

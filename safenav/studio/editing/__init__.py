@@ -1,1 +1,0 @@
-"""The editor: a scenario's text, its drawing and the operations on it."""
