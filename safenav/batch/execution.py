@@ -29,7 +29,7 @@ from safenav.batch.case import (
 )
 from safenav.batch.matrix import varied
 from safenav.certify.bundle import make_bundle
-from safenav.certify.sources import sources_of
+from safenav.certify.check import sources_of
 from safenav.extras import missing
 from safenav.outcome import Outcome
 from safenav.runtime.run.mission import Mission, default_synthesizer

@@ -9,26 +9,38 @@ import shutil
 import sys
 import tempfile
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 import safenav
 import safenav.judge
 from safenav import line_values, strict_json
-from safenav.certify.check import Acceptance, BundleVerdict, check_bundle
-from safenav.certify.evidence import proofs_of
-from safenav.certify.page import page_of
+from safenav.certify.check import Acceptance, BundleVerdict, check_bundle, page_of, sources_of
 from safenav.errors import FULL_DISK, NotCertifiedError, ResourceLimitError, UsageError
 from safenav.judge.bundle.check import VERSION
+from safenav.judge.bundle.evidence import proof_file
+from safenav.judge.bundle.strategies import BundleTooLargeError, Met, RefusedError, Task
+from safenav.judge.engine import judge
+from safenav.judge.lines import Line, NotATraceError
+from safenav.judge.rules import Rule
+from safenav.judge.state import State
+from safenav.lines import json_line, read_file
 from safenav.outcome import Verdict
+from safenav.runtime.run.mission import Mission, default_synthesizer, uninterrupted
+from safenav.scenario.reading.loader import load_scenario_text, scenario_text
 from safenav.spec.assignable import may_leave
 from safenav.spec.specification import read_specification
+from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
 from safenav.trace.reading import Trace, read_bytes
 from safenav.trace.records import Synthesis
+from safenav.trace.writing import TraceWriter
+from safenav.verify.verification import Measure, NoMeasureError, first_failure, measure
 
 
 class Kept(Struct, frozen=True):
@@ -204,3 +216,163 @@ def _pack(folder: Path, archive: Path) -> None:
             name = zipfile.ZipInfo(path.relative_to(folder).as_posix(), (1980, 1, 1, 0, 0, 0))
             name.compress_type = zipfile.ZIP_DEFLATED
             packed.writestr(name, path.read_bytes())
+
+
+Counters = Callable[[str, str], Iterable[bytes]]
+"""Yields the counterstrategies of a robot to a specification (its sha256), the best one first."""
+
+
+def proofs_of(
+    trace: bytes, strategies: Mapping[str, bytes], counters: Counters
+) -> dict[str, bytes]:
+    """Return the proofs of all ``synthesis`` lines of a trace, and their strategies, as files.
+
+    A line without a proof gets no file, or a measure that does not fall: the checker reports why.
+    Raises ResourceLimitError if a strategy is too large for it, NotCertifiedError for other data
+    than a trace."""
+    found: dict[str, bytes] = {}
+
+    def prove(e: Line, s: State) -> Iterator[str]:
+        name = proof_file(e)
+        if name not in found:
+            proof = _proof(e, s, strategies, counters)
+            found.update({} if proof is None else {name: json_line(proof).encode()})
+            if e.verdict == "realizable" and e.strategy in strategies and not s.rivals[e.robot]:
+                found[f"strategies/{e.strategy}.json"] = strategies[e.strategy]
+        return iter(())
+
+    try:
+        judge(trace.splitlines(keepends=True), [Rule("proofs", ("synthesis",), prove, "")])
+    except BundleTooLargeError as error:
+        raise ResourceLimitError(f"a strategy is too large to be certified: {error}") from error
+    except NotATraceError as error:
+        raise NotCertifiedError(str(error)) from error
+    return found
+
+
+def _proof(
+    e: Line, s: State, strategies: Mapping[str, bytes], counters: Counters
+) -> dict[str, Any] | None:
+    try:
+        if e.verdict == "realizable" and e.node is not None and not s.rivals[e.robot]:
+            task = Task(json.loads(strategies[e.strategy]), e, s)
+            return {"measures": _measures(task, task.graph.reach(task.begin(e.node)))}
+        for automaton in counters(e.spec, e.robot) if e.verdict == "unrealizable" else ():
+            try:
+                return counter_proof(json.loads(automaton), e, s)
+            except (NoMeasureError, LookupError):
+                continue
+    except (RefusedError, LookupError):  # the circumstances do not fit the strategy
+        return None
+    return None
+
+
+def counter_proof(automaton: Any, e: Line, s: State) -> dict[str, Any]:
+    """Return a counterstrategy with what the synthesizer omits: the environment's initial input and
+    choices, and the measures that prove that it wins.
+
+    Raises NoMeasureError if it does not, LookupError if the robot could answer each input."""
+    task = Task(automaton, e, s)
+    nodes = task.graph.reach(task.answered(task.opening))
+    chosen: list[Any] = [None] * task.graph.count
+    for node in nodes:
+        targets = task.graph.next[node]
+        chosen[node] = task.graph.inputs[targets[0]] if targets else _unanswered(task, node)
+    measures = _measures(task, nodes, counter=True)
+    about = {"start": task.opening, "chosen": [row or () for row in chosen]}
+    return {"automaton": automaton, **about, "measures": measures}
+
+
+def _measures(task: Task, nodes: Sequence[int], *, counter: bool = False) -> list[Measure]:
+    """Return the measures for the edges of nodes. For a strategy a constant one stands for a
+    measure that does not exist."""
+    graph = task.graph
+    edges = graph.edges(nodes)
+    goals, assumed = task.met(edges)
+    wanted: list[tuple[Met, list[Met]]] = [(met, assumed) for met in goals]
+    if counter:
+        wanted = [*((met, []) for met in assumed), ([False] * len(edges[0]), goals)]
+    found = list[Measure]()
+    for met, excuses in wanted:
+        try:
+            found.append(measure(graph.count, edges, met, excuses))
+        except NoMeasureError:
+            if counter:
+                raise
+            found.append({"n": [0] * graph.count, "a": [None] * graph.count})
+    return found
+
+
+def _unanswered(task: Task, node: int) -> Sequence[int]:
+    """Return a next input to which the robot has no reply. Raises LookupError."""
+    rows = sorted(task.expected(task.asked[node]))
+    found = next((row for row in rows if not task.replies(node, row)), None)
+    if found is None:
+        raise LookupError("the robot has a successor for each input")
+    return found
+
+
+def bundle_of_run(
+    scenario: Path,
+    target: Path,
+    *,
+    seed: int | None = None,
+    motion: bool = False,
+) -> Made:
+    """Run a scenario and write its bundle, with its ``motion`` in metres if wanted. ``seed``:
+    replaces that of the scenario.
+
+    Raises UsageError for bad input, NotCertifiedError if a checker refuses the run.
+    """
+    text = scenario_text(scenario)
+    plan = load_scenario_text(text, str(scenario))
+    if seed is not None:
+        plan = replace(plan, seed=seed)
+    with tempfile.TemporaryDirectory() as directory:
+        cache = Cache.from_environment()
+        if not cache.usable:
+            cache = Cache(Path(directory) / "cache")
+        synthesizer = default_synthesizer(plan, cache=cache)
+        trace = Path(directory) / "trace.jsonl"
+        with TraceWriter(trace) as writer:
+            uninterrupted(Mission(plan, synthesizer, listeners=[writer]).run())
+        data = trace.read_bytes()
+        moved = motion_made(data) if motion else None
+        sources = sources_of(scenario, text)
+        return make_bundle(target, data, sources, synthesizer, moved)
+
+
+def bundle_of_trace(trace: Path, target: Path, motion: Path | None = None) -> Made:
+    """Write the bundle of an earlier run from its trace, the cache, and its motion file, if any.
+
+    Raises InputError if it is not a trace, UsageError if a part is missing, NotCertifiedError if
+    the run or its motion is refused.
+    """
+    try:
+        data = read_file(trace)
+    except OSError as error:
+        raise UsageError(f"{trace} cannot be read: {error.strerror}") from error
+    read_bytes(data, str(trace))
+    synthesizer = Synthesizer(cache=Cache.from_environment(), verifier=first_failure)
+    moved = None if motion is None else motion_checked(motion, data, trace.name)
+    return make_bundle(target, data, {}, synthesizer, moved)
+
+
+def motion_made(trace: bytes) -> bytes:
+    """Return the motion file of a run, computed by its robots' models."""
+    # Imported here and below: motion needs numpy, which a batch must do without.
+    from safenav.motion.file import text_of
+    from safenav.motion.making import motion_of
+
+    return text_of(motion_of(read_bytes(trace))).encode()
+
+
+def motion_checked(motion: Path, trace: bytes, name: str) -> bytes:
+    """Return a motion file. Raises NotCertifiedError if it breaks a rule of motion."""
+    from safenav.motion.check.verdict import check_motion
+    from safenav.motion.file import read_motion
+
+    found = check_motion(read_motion(motion), read_bytes(trace, name))
+    if found:
+        raise NotCertifiedError(f"{motion} is not a motion of this run: {found[0]}")
+    return motion.read_bytes()

@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
+import tempfile
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from enum import StrEnum
+from html import escape
 from pathlib import Path
 from typing import Any
 
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.certify.sources import difference
 from safenav.errors import InputError, UsageError
 from safenav.judge.bundle.check import SOURCE, UNCOMPARED, check, open_bundle
-from safenav.trace.reading import read_bytes
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.scenario.yaml.findings import STDIN, referenced_files, root_of
+from safenav.trace.fields import plain
+from safenav.trace.reading import Trace, read_bytes
+from safenav.trace.records import Header
+from safenav.trace.setting import ScenarioHeader, scenario_header
 
 
 class Acceptance(StrEnum):
@@ -61,3 +69,157 @@ def check_bundle(bundle: Path) -> BundleVerdict:
         return BundleVerdict(Acceptance.REFUSED, reason, ())
     left = [each for each in verdict.not_compared if each != UNCOMPARED[SOURCE]]
     return replace(verdict, not_compared=tuple(left))
+
+
+FOLDER = Path("a/b/c/d")
+"""Folder in which a scenario is read again: files in folders above it have room."""
+
+
+def sources_of(scenario: Path, text: str) -> dict[str, bytes]:
+    """Return the text of a scenario, and its map and catalogue files, by name."""
+    found = {"scenario.yaml" if str(scenario) == STDIN else scenario.name: text.encode()}
+    for name, path in _referenced(text, scenario.parent, [*found]):
+        if path.is_file():
+            found[name] = path.read_bytes()
+    return found
+
+
+def _referenced(text: str, folder: Path, taken: list[str]) -> Iterator[tuple[str, Path]]:
+    for path in referenced_files(root_of(text), folder):
+        name = path.name
+        while name in taken:  # a file of that name from another folder
+            name = f"_{name}"
+        taken.append(name)
+        yield name, path
+
+
+def difference(sources: Mapping[str, bytes], header: Header) -> str | None:
+    """Return how the scenario of a trace's header differs from its source; None if it does not.
+    What a run adds is not compared: the truths of obstacles, and another seed or clock."""
+    truths = [replace(each, traversable=None) for each in header.scenario.obstacles]
+    traced = replace(header.scenario, world="external", obstacles=tuple(truths))
+    told = None
+    for name, data in sources.items():
+        try:
+            read = _read_again(name, data.decode(), sources, header)
+        except (InputError, ValueError):
+            continue  # a catalogue, or a map
+        told = next(_differences(plain(read), plain(traced)), None)
+        if told is None:
+            return None
+    return told or "no file in it is a scenario"
+
+
+def _read_again(
+    name: str, text: str, sources: Mapping[str, bytes], header: Header
+) -> ScenarioHeader:
+    with tempfile.TemporaryDirectory() as folder:
+        here = Path(folder) / FOLDER
+        here.mkdir(parents=True)
+        for _ in range(2):  # a map in the format of ROS names its image
+            for kept, path in _referenced(text, here, [name]):
+                inside = Path(folder).resolve() in path.resolve().parents
+                if inside and kept in sources and not path.exists():
+                    path.parent.mkdir(parents=True, exist_ok=True)
+                    path.write_bytes(sources[kept])
+        scenario = load_scenario_text(text, str(here / name))
+    scenario = replace(scenario, seed=header.scenario.seed)
+    return scenario_header(scenario, None, live=header.clock is not None)
+
+
+def _differences(one: Any, other: Any, where: str = "") -> Iterator[str]:
+    """Yield where two values differ."""
+    if isinstance(one, dict) and isinstance(other, dict):
+        for key in sorted(one.keys() | other.keys()):
+            yield from _differences(one.get(key), other.get(key), f"{where}.{key}".strip("."))
+    elif one != other:
+        yield where
+
+
+_GROUPS = (
+    ("Run", ("outcome", "moves", "apart")),
+    ("Strategies", ("keeps",)),
+    ("Proven impossible", ("unrealizable", "never", "lost", "operator")),
+    ("Changes and failed assumptions", ("changed", "broken")),
+)
+"""Groups of claims: heading, kinds."""
+_LIMITS = (
+    "The truth of the trace: the program that ran wrote it.",
+    "The world model: robots move as specified, detect obstacles before entering them, and their "
+    "actions succeed.",
+    "Time: no claim states when a goal is met, only that it is met infinitely often.",
+    "The checker and Python itself.",
+)
+_CHECK = (
+    "<h2>Check it yourself</h2><p>This page is outside the proof: no checker reads it. Run "
+    "<code>python3 -I -S check.py .</code> in this folder. check.py, which shares no code with the "
+    "program that made this run, establishes the claims and prints them. "
+    "<code>safenav replay trace.jsonl</code> shows the map, the robots and each event.</p>"
+)
+_STYLE = Path(__file__).with_name("page.css")
+
+
+def page_of(trace: Trace, verdict: BundleVerdict, files: Mapping[str, bytes]) -> str:
+    """Return the page of a bundle with these files, of its trace and the checker's verdict."""
+    name, end = escape(trace.header.scenario.name), trace.outcome
+    outcome = "unfinished" if end is None else end.outcome.value
+    why = "the trace ends before the run does" if end is None else end.explanation
+    parts = [
+        f'<h1>{name}</h1><p>Outcome: <strong class="{outcome}">{outcome.replace("_", " ")}'
+        f"</strong>. {escape(why[:1].upper() + why[1:].rstrip('.'))}.</p><h2>Guaranteed</h2>"
+    ]
+    for heading, kinds in _GROUPS:
+        if some := [claim for claim in verdict.claims if claim["kind"] in kinds]:
+            parts.append(f"<h3>{heading}</h3>{_list(map(_claim, some))}")
+    left = [*_LIMITS, *(f"Not compared: {what}." for what in verdict.not_compared)]
+    parts += [f"<h2>Not covered</h2>{_list(map(escape, left))}", _CHECK]
+    parts += [_evidence(verdict.claims, files)]
+    return (
+        '<!doctype html><html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f"<title>Assurance: {name}</title><style>\n{_STYLE.read_text()}</style></head>"
+        f"<body>{''.join(parts)}</body></html>\n"
+    )
+
+
+def _list(items: Iterable[str]) -> str:
+    return f"<ul>{''.join(f'<li>{item}</li>' for item in items)}</ul>"
+
+
+def _claim(claim: Mapping[str, Any]) -> str:
+    links = ", ".join(
+        f'<a href="#{_anchor(path, line)}">{_short(path)}{f", line {line}" if line else ""}</a>'
+        for path, line in claim["evidence"]
+    )
+    return f'<span id="{escape(claim["id"])}">{escape(claim["text"])}</span> <small>{links}</small>'
+
+
+def _anchor(path: str, line: int | None) -> str:
+    return f"line-{line}" if line else f"file-{hashlib.sha256(path.encode()).hexdigest()[:10]}"
+
+
+def _short(path: str) -> str:
+    """Return a file's name with its checksum shortened."""
+    folder, _, name = path.rpartition("/")
+    return f"{folder}/{name[:12]}&hellip;" if len(name) > 40 else escape(path)
+
+
+def _evidence(claims: Sequence[Mapping[str, Any]], files: Mapping[str, bytes]) -> str:
+    """Return the table of files, and the lines of the trace that claims name."""
+    lines = files["trace.jsonl"].splitlines()
+    named = sorted({line for claim in claims for _, line in claim["evidence"] if line})
+    rows = [
+        f'<tr id="{_anchor(path, None)}"><td><a href="{escape(path)}">{_short(path)}</a></td>'
+        f"<td><code>{hashlib.sha256(data).hexdigest()}</code></td><td>{len(data)}</td></tr>"
+        for path, data in sorted(files.items())
+        if path.partition("/")[0] != "judge"
+    ]
+    shown = [
+        f'<h3 id="line-{number}">trace.jsonl, line {number}</h3>'
+        f"<pre>{escape(json.dumps(json.loads(lines[number - 1])))}</pre>"
+        for number in named
+    ]
+    return (
+        "<h2>Evidence</h2><table><tr><th>file</th><th>sha256</th><th>bytes</th></tr>"
+        f'{"".join(rows)}</table><section id="lines">{"".join(shown)}</section>'
+    )

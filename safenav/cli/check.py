@@ -416,7 +416,7 @@ def certify(
     needs only Python.
 
     Any outcome can be certified, including that the mission is infeasible."""
-    from safenav.certify.record import bundle_of_run, bundle_of_trace
+    from safenav.certify.bundle import bundle_of_run, bundle_of_trace
 
     options.refuse({"motion": "--trace"} if trace is None else {"seed": "a scenario"})
     if (scenario is None) == (trace is None):

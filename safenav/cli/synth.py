@@ -46,10 +46,11 @@ from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.specification_file import load_specification, slugsin_of, specification_in
 from safenav.synthesis.strategy import Strategy
 from safenav.trace.words import shortened
-from safenav.verify.measures import counterstrategy_measures, strategy_measures
 from safenav.verify.verification import (
+    counterstrategy_measures,
     first_failure,
     lost_opening,
+    strategy_measures,
     verify_counterstrategy,
     verify_strategy,
 )

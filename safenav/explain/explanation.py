@@ -36,7 +36,7 @@ from safenav.spec.specification import Constraint, Origin, Section, Specificatio
 from safenav.spec.task import Known, Task
 from safenav.synthesis.strategy import Strategy
 from safenav.trace.words import some
-from safenav.verify.cycles import cyclic_parts
+from safenav.verify.automaton import cyclic_parts
 from safenav.world.map import Heading, Region, RegionMap
 from safenav.world.poses import Mobility, Pose, moves
 

@@ -24,9 +24,8 @@ from safenav.spec.specification import Constraint, Origin, Owner, Section, Speci
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.strategy import Strategy
-from safenav.verify.automaton import Automaton, clauses
+from safenav.verify.automaton import Automaton, clauses, cyclic_parts
 from safenav.verify.completions import Clause, Completions, Row, Slot
-from safenav.verify.cycles import cyclic_parts
 from safenav.verify.verification import counterstrategy_starts
 
 BUDGET_SECONDS = 60.0

@@ -1,18 +1,323 @@
-"""The judge of a trace: every line is judged by its rules, and then takes effect."""
+"""The judge of a trace: every line is judged by its rules, and then takes effect. ``after`` is the
+only function that changes the state."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from safenav.judge.effects import after
+from safenav.judge.ends import counts
 from safenav.judge.lines import Line, Reader
-from safenav.judge.rule import RULES, NotJudged, Rule
-from safenav.judge.rules import changes, ends, motion
-from safenav.judge.state import State
+from safenav.judge.rules import RULES, NotJudged, Rule, charge_after
+from safenav.judge.state import Obstacle, Progress, Robot, State, agrees, begins
+
+BATTERY = "battery"
+
+
+def after(e: Line, s: State) -> None:
+    """Let a line take effect."""
+    if e.tick > s.tick or s.last.kind == "header":
+        _begin_tick(e.tick, s)
+    s.tick, s.time, s.last = e.tick, s.time if e.t is None else e.t, e
+    robot = s.robots.get(e.robot) if e.robot is not None else None
+    known = isinstance(e.obstacle, str)
+    obstacle = s.obstacles[e.obstacle] if known else None
+    if robot is not None:
+        _robot(e, robot, s)
+    if obstacle is not None:
+        _obstacle(e, obstacle, s)
+    match e.kind:
+        case "discovered":
+            s.add(e.obstacle)
+            if e.obstacle.start is not None:
+                s.obstacles[e.obstacle.name].there = False
+        case "inputs":
+            s.inputs |= e.values
+            s.by_user |= {*(e.user or ())}
+            s.hands += bool(e.user)
+        case "push" | "pop":
+            for name, objective in e.objectives.items():
+                s.robots[name].given = objective
+        case "deadline" if e.verdict in ("kept", "excused"):
+            if e.of == "mission" or e.verdict == "excused":
+                s.dues.pop(e.of, None)
+        case "deadline" if e.verdict == "late" and e.of not in s.missed:
+            s.missed.append(e.of)
+            s.dues.pop(e.of, None)
+        case "waiting":
+            s.waiting, s.lost_before = e, dict(s.unrealizable)
+        case "operator":
+            s.hands += 1
+        case "outcome":
+            s.ended = e.outcome
+
+
+def _begin_tick(tick: int, s: State) -> None:
+    s.found.clear()
+    s.entering.clear()
+    s.unrealizable.clear()
+    for of in s.overdue(tick):
+        if of not in s.missed:
+            s.missed.append(of)
+    s.dues = {of: due for of, due in s.dues.items() if due >= tick}
+    for robot in s.robots.values():
+        clock = robot.clock
+        clock.over = clock.over or (clock.within is not None and clock.begun + clock.within < tick)
+        clock.away = clock.away or robot.out or not robot.given.serves(robot.own)
+
+
+def _robot(e: Line, robot: Robot, s: State) -> None:
+    match e.kind:
+        case "move" | "depart" | "arrive":
+            _moved(e, robot, s)
+        case "operator" if e.region is not None:
+            _charge_stands(e, robot, s)
+            robot.pose = robot.before = (e.region, e.heading if robot.faces else None)
+            robot.holds, robot.bound = frozenset([e.region]), None
+            robot.came, robot.lost = None, False
+            s.barred = {pair for pair in s.barred if pair[0] != robot.name}
+            s.stand(robot)
+        case "act":
+            for name in e.robots:
+                s.robots[name].acts = e
+        case "acted":
+            _acted(e, robot, s)
+        case "goal":
+            _goal(e, robot, s)
+        case "objective":
+            away, fresh = s.away(robot.name), Progress(counts=(0,) * e.objective.count)
+            if e.cause == "input" and away:
+                robot.kept = robot.kept or robot.progress
+            elif e.cause == "input" and robot.kept is not None:
+                fresh.turn, fresh.ahead = robot.kept.turn, robot.kept.ahead
+            robot.kept = robot.kept if e.cause != "input" or away else None
+            robot.own, robot.progress, robot.first = e.objective, fresh, None
+            robot.given = e.objective if e.at_once else robot.given
+            robot.clock.within, robot.clock.begun = e.within, e.tick
+            robot.clock.before = robot.clock.over = False
+            robot.clock.away = not robot.given.serves(robot.own)
+            robot.memories = begins(robot)
+            s.hands += e.cause == "user"
+            s.changes = [one for one in s.changes if not _applies(one, e, s)]
+            _stands(e, robot, s)
+        case "service":
+            robot.out = not e.active
+            s.hands += e.cause in ("user", "world")
+            s.changes = [one for one in s.changes if not _applies(one, e, s)]
+            if e.active:
+                s.barred = {pair for pair in s.barred if pair[0] != robot.name}
+                robot.clock.restart(e.tick)
+            if e.active and e.cause == BATTERY and robot.charge is not None:
+                robot.charge, robot.stands = float(robot.data.battery.capacity), e.t or 0.0
+                robot.filled = False
+        case "synthesis":
+            s.spec_memory[e.robot, e.spec] = e.memory or {}
+            if e.verdict == "unrealizable":
+                s.unrealizable[e.robot] = e.spec
+            elif e.node is not None and e.places is None:
+                robot.given = e.objective
+                if e.objective == robot.own and e.memory:
+                    robot.first = next(iter(e.memory.values()))
+                _remember(e, robot)
+        case "told":
+            robot.given = e.objective
+        case "assumption":
+            s.assumptions += 1
+
+
+def _applies(change: Line, e: Line, s: State) -> bool:
+    """Return whether a line applies a change of the scenario."""
+    if change.robot != e.robot or change.at > s.now(e) or e.cause != "scenario":
+        return False
+    return bool(
+        change.active is e.active if e.kind == "service" else change.objective == e.objective
+    )
+
+
+def _remember(e: Line, robot: Robot) -> None:
+    """Take the memory with which a new strategy begins."""
+    formulas = robot.own.formulas
+    if robot.memories is None or formulas is None or not e.memory or e.objective.kind != "ltl":
+        return
+    rows = enumerate(formulas.values)
+    robot.memories = {k for k, row in rows if agrees(formulas.names, row, e.memory)}
+
+
+def _moved(e: Line, robot: Robot, s: State) -> None:
+    step, here = s.step(e), robot.pose
+    s.moves, s.strays = s.moves + (e.kind != "arrive"), s.strays + step.strays
+    if robot.bound is None and step.bound is not None:
+        robot.began = e.tick
+    if robot.charge is not None:
+        if s.live:
+            _charge_stands(e, robot, s)
+        else:
+            robot.charge = max(0.0, charge_after(e, robot, s))
+    if step.at != here[0]:
+        robot.came = None if step.strays else here[0]
+    robot.pose = step.at, step.heading if robot.faces else None
+    robot.holds, robot.bound, robot.before = step.holds, step.bound, here
+    robot.lost = e.kind == "arrive" and bool(e.regions)
+    robot.moved = e.tick if e.kind == "move" else robot.moved
+    if e.kind != "depart":
+        _memories(robot, here, s)
+    if e.kind == "move":
+        _stood(robot.name, s)
+    if e.kind == "depart":
+        acts = any(each.acts is not None for each in s.robots.values())
+        for one in s.closing(robot.name, e.to) if acts else ():
+            s.entering.append((robot.name, one.name, e.tick))
+    s.stand(robot)
+
+
+def _memories(robot: Robot, here: tuple[int, str | None], s: State) -> None:
+    """Follow the memories that a robot's formulas may have."""
+    formulas = robot.own.formulas
+    if robot.memories is None or formulas is None or robot.bound is not None:
+        return
+    stays = robot.memories | formulas.after(robot.memories, here, here)
+    if robot.pose == here:
+        robot.memories = stays
+    else:
+        known = stays if s.live else robot.memories
+        robot.memories = formulas.after(known, here, robot.pose) or known
+
+
+def _stood(name: str, s: State) -> None:
+    """Let a robot do its part of the next needs where it is."""
+    region = s.robots[name].pose[0]
+    for one in s.obstacles.values():
+        able = one.open and region in one.need.regions and name in one.able()
+        able = able and (name, one.name) not in s.barred
+        takes = one.takes() and (one.need.robots == 1 or s.loads(name))
+        if able and not takes:  # it takes a load only as a `met` line says
+            one.done |= {name}
+
+
+def _acted(e: Line, robot: Robot, s: State) -> None:
+    acts, failed = robot.acts, {name for name, result in e.results.items() if result == "failed"}
+    for each in s.robots.values():
+        if each.acts is acts and acts is not None:
+            each.acts = None
+    if not e.reason or e.results.keys() - failed:
+        _stood(robot.name, s)
+    s.barred |= {(robot.name, name) for name in e.barred or ()}
+    for name in failed & s.obstacles.keys():
+        s.obstacles[name].done -= {robot.name}
+
+
+def _charge_stands(e: Line, robot: Robot, s: State) -> None:
+    """Live: take the charge that a robot has used or gained while it stood."""
+    if robot.charge is None or e.t is None:
+        return
+    robot.charge = robot.charge_at(e.t, s.scenario.chargers or ())
+    if e.kind == "arrive":
+        robot.charge = round(max(0.0, robot.charge - robot.data.battery.move), 6)
+    if e.kind == "arrive" or (robot.stands is not None and e.kind != "depart"):
+        robot.stands = e.t
+    elif e.kind == "depart":
+        robot.stands = None
+
+
+def _goal(e: Line, robot: Robot, s: State) -> None:
+    own, progress = robot.own, robot.progress
+    if not counts(e, robot):
+        return
+    rounds = progress.rounds(own, e.tick)
+    progress.counts = tuple(n + (k == e.goal) for k, n in enumerate(progress.counts))
+    if own.covers:
+        progress.seen |= {e.goal}
+        if len(progress.seen) == own.count:
+            progress.covered, progress.seen = progress.covered + 1, frozenset()
+    elif own.ends:
+        progress.ahead += e.goal == progress.ahead
+        _stands(e, robot, s)
+    elif own.in_turn and (not progress.goals or progress.turn == e.goal):
+        progress.goals, progress.turn = progress.goals + 1, (e.goal + 1) % own.count
+    if progress.rounds(own, e.tick) > rounds and not own.settles:
+        robot.clock.restart(e.tick)
+
+
+def _stands(e: Line, robot: Robot, s: State) -> None:
+    """A robot that is given an objective where it stands meets it then, and again in its turn."""
+    s.stand(robot)
+    if e.tick and robot.progress.since == e.tick == robot.clock.begun:
+        robot.progress.since -= 1
+
+
+def _obstacle(e: Line, one: Obstacle, s: State) -> None:
+    if e.kind in ("gone", "resolved"):
+        s.barred = {pair for pair in s.barred if pair[1] != one.name}
+    match e.kind:
+        case "violation":
+            one.known = True
+            if s.external and not one.present:
+                one.begin()
+                one.known = True
+        case "order":
+            one.known = True
+            s.orders.add(one.name)
+        case "request" if one.within is not None and not s.live:
+            if one.name not in s.missed:
+                s.dues.setdefault(one.name, e.tick + one.within)
+        case "appeared":
+            one.begin()
+            s.orders.discard(one.name)
+            s.dues.pop(one.name, None)
+            s.hands += e.cause in ("user", "world")
+            listed = [each for each in s.coming if each.name == one.name]
+            if listed and e.cause != "user":
+                s.coming.remove(listed[0])
+                one.until = listed[0].until
+            if e.cause == BATTERY:
+                name = next((n for n, r in s.robots.items() if r.pose[0] == one.region), None)
+                s.flat |= {one.name: name} if name else {}
+                one.known = True
+        case "gone":
+            one.there = one.known = one.shut = False
+            s.hands += e.cause in ("user", "world")
+            s.dues.pop(one.name, None)
+            for robot in s.robots.values() if one.type.startswith("lost_") else ():
+                if one.type == f"lost_{robot.name}":
+                    robot.holds -= {one.region}
+        case "met" if e.need == one.stage:
+            one.group = frozenset(e.robots or [e.robot])
+            one.stage, one.done = e.need + 1, frozenset()
+            _stood(e.robot, s)  # its action continues with the next need
+        case "resolved":
+            one.there = one.resolved = one.known = True
+            one.stage = len(one.needs)
+            one.shut = e.traversable is False
+            s.found |= {one.name} if one.shut else set()
+            s.dues.pop(one.name, None)
+            s.entering = [each for each in s.entering if each[1] != one.name]
+            if one.name in s.flat:
+                s.robots[s.flat.pop(one.name)].filled = True
+            if one.type != s.scenario.flat:
+                _restart_rounds(e.tick, s)
+        case "truth":
+            one.truth = e.traversable
+            s.hands += e.cause == "user"
+        case "blocked":
+            one.shut = one.known = True
+            s.dues.pop(one.name, None)
+        case "reopened":
+            one.shut = False
+        case "operator" if e.intervention == "permanent":
+            one.declared = True
+
+
+def _restart_rounds(tick: int, s: State) -> None:
+    for robot in s.robots.values():
+        progress = robot.progress
+        robot.progress = Progress(counts=(0,) * robot.own.count)
+        robot.progress.turn, robot.progress.ahead = progress.turn, progress.ahead
+        robot.clock.restart(tick)
+        s.stand(robot)
+
 
 FACTS: tuple[Rule, ...] = tuple(RULES)
-assert {rule.judge.__module__ for rule in FACTS} == {m.__name__ for m in (motion, changes, ends)}
+"""The rules of the modules ``rules`` and ``ends``, in their order."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The state of a run at a line. Only ``effects.after`` changes it."""
+"""The state of a run at a line. Only ``engine.after`` changes it."""
 
 from __future__ import annotations
 

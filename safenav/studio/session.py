@@ -17,7 +17,7 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from safenav.certify.record import bundle_of_trace
+from safenav.certify.bundle import bundle_of_trace
 from safenav.errors import UsageError
 from safenav.extras import missing
 from safenav.report.page.html import page_of_trace

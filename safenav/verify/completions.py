@@ -11,28 +11,111 @@ next inputs, say) satisfy all constraints. The 2^n valuations are never enumerat
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from functools import cached_property
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cache, cached_property, reduce
 from itertools import product
 from math import prod
-from operator import itemgetter
+from operator import and_, itemgetter, or_, xor
 
 from msgspec import Struct
 
 from safenav.components import components
 from safenav.errors import ResourceLimitError
-from safenav.formula.syntax import (
-    Comparison,
-    Formula,
-    Name,
-    Next,
-    Predicate,
-    names_of,
-    operands_of,
-    predicate,
-)
+from safenav.formula import syntax
 from safenav.spec.specification import Constraint, Variable
-from safenav.verify.bitparallel import Evaluator, Vector
+
+Vector = Sequence[int]
+"""Planes of a natural number, least significant first."""
+
+Lookup = Callable[[str, bool], Vector]
+"""The true value (not the offset from its minimum) of a variable, now or (True) next."""
+
+
+class Evaluator:
+    """Evaluates formulas on ``count`` rows; ``lookup`` returns the planes of a variable."""
+
+    def __init__(self, count: int, lookup: Lookup) -> None:
+        self.everywhere = (1 << count) - 1
+        self._number, self._compare = cache(lookup), cache(self._compared)
+
+    def holds(self, formula: syntax.Formula, primed: bool = False) -> int:
+        """Return the rows in which ``formula`` is true; ``primed`` evaluates it in the next
+        state."""
+        match formula:
+            case syntax.Name(name, own_prime):
+                return self._number(name, primed or own_prime)[0]
+            case syntax.Comparison():
+                return self._compare(formula, primed)
+            case syntax.And(operands):
+                planes = (self.holds(operand, primed) for operand in operands)
+                return reduce(and_, planes, self.everywhere)
+            case syntax.Or(operands):
+                return reduce(or_, (self.holds(operand, primed) for operand in operands), 0)
+            case syntax.Not(operand):
+                return self.everywhere ^ self.holds(operand, primed)
+            case syntax.Implies(left, right):
+                return (self.everywhere ^ self.holds(left, primed)) | self.holds(right, primed)
+            case syntax.Iff(left, right):
+                return self.everywhere ^ self.holds(left, primed) ^ self.holds(right, primed)
+            case syntax.Xor(operands):
+                return reduce(xor, (self.holds(operand, primed) for operand in operands), 0)
+            case syntax.Next(operand):
+                return self.holds(operand, True)
+            case syntax.Constant(value):
+                return self.everywhere if value else 0
+
+    def _term(self, term: syntax.Term, primed: bool) -> Vector:
+        match term:
+            case syntax.Number(value):
+                return self.constant(value)
+            case syntax.Name(name, own_prime):
+                return self._number(name, primed or own_prime)
+            case syntax.Sum(terms):
+                return reduce(add, (self._term(part, primed) for part in terms))
+
+    def constant(self, value: int) -> Vector:
+        return [self.everywhere if value >> i & 1 else 0 for i in range(value.bit_length())]
+
+    def _compared(self, formula: syntax.Comparison, primed: bool) -> int:
+        less, equal = self._order(
+            self._term(formula.left, primed), self._term(formula.right, primed)
+        )
+        every, relation = self.everywhere, syntax.Relation
+        planes = {relation.EQUAL: equal, relation.UNEQUAL: every ^ equal, relation.LESS: less}
+        planes |= {relation.AT_MOST: less | equal, relation.AT_LEAST: every ^ less}
+        return planes.get(formula.relation, every ^ (less | equal))
+
+    def _order(self, left: Vector, right: Vector) -> tuple[int, int]:
+        """Return where left < right, and where they are equal, by the highest difference."""
+        less, equal = 0, self.everywhere
+        for i in reversed(range(max(len(left), len(right)))):
+            a = left[i] if i < len(left) else 0
+            b = right[i] if i < len(right) else 0
+            differ = a ^ b
+            less |= equal & differ & b
+            equal &= self.everywhere ^ differ
+        return less, equal
+
+
+def add(left: Vector, right: Vector) -> Vector:
+    """Return the sum of two numbers in each row, with as many bits as it needs."""
+    total = []
+    carry = 0
+    for i in range(max(len(left), len(right))):
+        a = left[i] if i < len(left) else 0
+        b = right[i] if i < len(right) else 0
+        differ = a ^ b
+        total.append(differ ^ carry)
+        carry = (a & b) | (differ & carry)
+    if carry:
+        total.append(carry)
+    return total
+
+
+def first_row(plane: int) -> int:
+    """Return the number of the first row in a plane that is not empty."""
+    return (plane & -plane).bit_length() - 1
+
 
 _JOINT_DOMAIN = 1 << 12
 _BLOCK_BITS = 1 << 22
@@ -61,7 +144,7 @@ class Clause(Struct, frozen=True, dict=True):
     """A constraint with its formula."""
 
     constraint: Constraint
-    formula: Formula
+    formula: syntax.Formula
 
     @cached_property
     def places(self) -> frozenset[Key]:
@@ -69,8 +152,8 @@ class Clause(Struct, frozen=True, dict=True):
         return frozenset(_keys(self.formula, False))
 
     @cached_property
-    def holds(self) -> Predicate:
-        return predicate(self.formula)
+    def holds(self) -> syntax.Predicate:
+        return syntax.predicate(self.formula)
 
 
 class Completions:
@@ -95,7 +178,7 @@ class Completions:
         for place, value in zip(self._known, row, strict=True):
             values[place.primed][place.variable.name] = value
         known = {place.key for place in self._known}
-        due: list[list[Predicate]] = []
+        due: list[list[syntax.Predicate]] = []
         if not all(c.holds(*values) for c in self._clauses if c.places <= known):
             return
         for place in self._unknown:
@@ -107,7 +190,7 @@ class Completions:
 
 def _backtrack(
     unknown: Sequence[Slot],
-    due: Sequence[Sequence[Predicate]],
+    due: Sequence[Sequence[syntax.Predicate]],
     values: tuple[dict[str, int | bool], dict[str, int | bool]],
     chosen: Row,
 ) -> Iterator[Row]:
@@ -198,7 +281,7 @@ def _masks(
     domain = prod(len(place.variable.range) for place in part)
     masks = [(1 << domain) - 1] * len(rows)
     free = {place.key for place in part}
-    by_support: dict[frozenset[Key], list[Formula]] = {}
+    by_support: dict[frozenset[Key], list[syntax.Formula]] = {}
     for clause in clauses:
         by_support.setdefault(clause.places - free, []).append(clause.formula)
     for support, formulas in by_support.items():
@@ -226,7 +309,10 @@ def _projected(
 
 
 def _block(
-    keys: Sequence[Row], places: Sequence[Key], part: Sequence[Slot], formulas: Sequence[Formula]
+    keys: Sequence[Row],
+    places: Sequence[Key],
+    part: Sequence[Slot],
+    formulas: Sequence[syntax.Formula],
 ) -> list[int]:
     """Evaluate on all pairs of a key and a valuation of ``part``; return a mask for each key."""
     valuations = list(product(*(place.variable.range for place in part)))
@@ -264,9 +350,9 @@ def _block(
     ]
 
 
-def _keys(formula: Formula, primed: bool) -> Iterator[Key]:
+def _keys(formula: syntax.Formula, primed: bool) -> Iterator[Key]:
     """Yield the occurrences of variables; those inside ``next(...)`` count as primed."""
-    if isinstance(formula, Name | Comparison):
-        yield from ((name.name, primed or name.primed) for name in names_of(formula))
-    for operand in operands_of(formula):
-        yield from _keys(operand, primed or isinstance(formula, Next))
+    if isinstance(formula, syntax.Name | syntax.Comparison):
+        yield from ((name.name, primed or name.primed) for name in syntax.names_of(formula))
+    for operand in syntax.operands_of(formula):
+        yield from _keys(operand, primed or isinstance(formula, syntax.Next))

@@ -8,7 +8,7 @@ import pytest
 from batch.made_scenarios import SlugsLog, Write
 from batch.running import safenav
 from safenav.batch.search import find_cases
-from safenav.certify.sources import sources_of
+from safenav.certify.check import sources_of
 
 ROBOTS = "robots: {quick: {model: quadcopter, start: 6, objective: {visit: [6, 8]}}}\n"
 ROS = "resolution: 0.5\norigin: [0, 0, 0]\noccupied_thresh: 0.65\nfree_thresh: 0.2\nnegate: 0\n"

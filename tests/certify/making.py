@@ -15,9 +15,7 @@ import yaml
 from children import ran
 from once import SCENARIOS, made_once
 from runtime.played import whole
-from safenav.certify.bundle import programs, write_files
-from safenav.certify.evidence import proofs_of
-from safenav.certify.record import bundle_of_run
+from safenav.certify.bundle import bundle_of_run, programs, proofs_of, write_files
 from safenav.judge.bundle import check as checker
 from support.damage import Line, text
 

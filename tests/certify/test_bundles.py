@@ -16,8 +16,8 @@ import warm
 from certify.making import SCENARIOS, certified, files_of, judged, rewrite, run_checker, shipped
 from runtime.played import whole
 from safenav.certify import bundle as writing
+from safenav.certify.bundle import bundle_of_run
 from safenav.certify.check import Acceptance, check_bundle
-from safenav.certify.record import bundle_of_run
 from safenav.errors import UsageError
 
 COMPLETED = (
@@ -176,7 +176,7 @@ def test_a_copy_of_the_checker_runs_nothing_but_its_own_text(name: str, tmp_path
     assert said.startswith("refused: ")
 
 
-@pytest.mark.parametrize("name", ["judge/bundle/tasks.py", "judge/state.py"])
+@pytest.mark.parametrize("name", ["judge/bundle/strategies.py", "judge/state.py"])
 @pytest.mark.parametrize("content", [None, b"def"], ids=["missing", "damaged"])
 def test_a_checker_without_one_of_its_parts_refuses(
     name: str, content: bytes | None, tmp_path: Path

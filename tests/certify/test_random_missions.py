@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from drawn import loads
-from safenav.certify.record import bundle_of_run
+from safenav.certify.bundle import bundle_of_run
 from safenav.errors import ResourceLimitError
 from support.mixed import mixed_mission, tracked_mission
 

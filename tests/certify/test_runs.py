@@ -24,7 +24,7 @@ from judge.living import living
 from once import made_once
 from runtime.worlds import Driven
 from safenav import Mission, TraceWriter, built_in, load_scenario
-from safenav.certify.record import bundle_of_run, bundle_of_trace
+from safenav.certify.bundle import bundle_of_run, bundle_of_trace
 from safenav.errors import NotCertifiedError
 from safenav.runtime.interventions import AddObstacle, AssignObjective, SetService
 from safenav.scenario.model import Robot, Scenario

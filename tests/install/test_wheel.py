@@ -96,7 +96,7 @@ def test_only_modules_that_need_numpy_load_it() -> None:
     program = (
         "import sys; sys.modules['numpy'] = None\n"
         "import safenav.batch.worker, safenav.batch.execution\n"
-        "import safenav.batch.search, safenav.certify.record, safenav.runtime.run.mission\n"
+        "import safenav.batch.search, safenav.certify.bundle, safenav.runtime.run.mission\n"
         "import safenav.report.page.html, safenav.report.notebook\n"
     )
     done = ran([sys.executable, "-c", program])

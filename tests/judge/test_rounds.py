@@ -3,7 +3,7 @@
 import pytest
 
 from safenav.judge.formulas import Pose
-from safenav.judge.proofs.joint import Goals, _met
+from safenav.judge.proofs.negatives import Goals, _met
 
 
 @pytest.mark.parametrize("ends", [False, True])

@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from safenav.judge.bundle.tasks import sees
+from safenav.judge.bundle.strategies import sees
 from safenav.judge.world import World
 from safenav.world.map import RegionMap
 from safenav.world.sight import visible_from

@@ -18,13 +18,14 @@ from safenav.judge.bundle.strategies import check_measure
 from safenav.spec.specification import Section, read_specification
 from safenav.synthesis.strategy import Strategy
 from safenav.verify.automaton import Automaton
-from safenav.verify.measures import (
+from safenav.verify.verification import (
     NoMeasureError,
     _met,
     counterstrategy_measures,
+    counterstrategy_starts,
+    first_failure,
     strategy_measures,
 )
-from safenav.verify.verification import counterstrategy_starts, first_failure
 
 ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / "proof"

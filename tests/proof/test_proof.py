@@ -37,7 +37,7 @@ from safenav.spec.compile import compile_task
 from safenav.spec.specification import read_specification
 from safenav.synthesis.binary import find_own_binary
 from safenav.synthesis.slugs import Synthesizer
-from safenav.verify.measures import NoMeasureError
+from safenav.verify.verification import NoMeasureError
 
 THEOREMS = ("establish_sound", "refute_sound", "parse_print")
 REALIZABLE = ("case_study_1", "case_study_3_beliefs", "hello", "warehouse", "beam")

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from hypothesis import assume
 from hypothesis import strategies as st
 
-from safenav.judge.bundle.tasks import sees
+from safenav.judge.bundle.strategies import sees
 from safenav.judge.world import World
 from safenav.scenario.model import Robot, RobotModel
 from safenav.scenario.objective import Visit

@@ -34,8 +34,8 @@ from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.strategy import Strategy
+from safenav.verify.automaton import cyclic_parts
 from safenav.verify.completions import Clause, Completions, Slot
-from safenav.verify.cycles import cyclic_parts
 from safenav.verify.verification import (
     Failure,
     Fault,

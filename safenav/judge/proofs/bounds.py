@@ -13,7 +13,7 @@ from math import ceil
 
 from safenav.judge.formulas import Pose
 from safenav.judge.lines import Line
-from safenav.judge.rule import NotJudged
+from safenav.judge.rules import NotJudged
 from safenav.judge.state import Need, Obstacle, Robot, State
 from safenav.judge.world import reach
 

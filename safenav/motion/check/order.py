@@ -14,7 +14,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from safenav.judge.engine import judge
-from safenav.judge.rule import RULES
+from safenav.judge.rules import RULES
 from safenav.lines import json_line
 from safenav.motion.check.examination import NEAR, STILL, Array, Examination
 from safenav.motion.file import Action, GoalLine, Moving, Piece, Release, Reserve

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from safenav.judge.effects import counts
 from safenav.judge.lines import Line
 from safenav.judge.proofs.bounds import lost_problems, refused_problems
 from safenav.judge.proofs.negatives import negative_problems, shut_problems
-from safenav.judge.rule import NotJudged, rule
-from safenav.judge.state import State
+from safenav.judge.rules import NotJudged, rule
+from safenav.judge.state import Robot, State
 
 MOST_PROVEN_REGIONS = 2**16
 
@@ -204,3 +203,17 @@ def _proof_problems(problems: Iterator[str], s: State) -> Iterator[str]:
         yield NotJudged(f"the proof: the map has more than {MOST_PROVEN_REGIONS} regions")
     else:
         yield from problems
+
+
+def counts(e: Line, robot: Robot) -> bool:
+    """Return whether a goal line is a goal of the robot's own objective."""
+    own = robot.own
+    if own.kind == "ltl":
+        formulas = own.formulas
+        if e.goal >= own.count or not robot.given.serves(own):
+            return False
+        if formulas is None or not formulas.goals:
+            return True  # a rule reports that it is not judged
+        pairs = (robot.before, robot.pose), (robot.pose, robot.pose)
+        return any(formulas.meets(e.goal, *pair) for pair in pairs)
+    return bool(e.goal < own.count and e.region in own.targets[e.goal])

@@ -1,0 +1,401 @@
+"""The table of rules, and those on the motion of robots, obstacles and changes.
+
+A rule is a generator over a line and the state before it takes effect. It yields what is wrong.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+from safenav.judge.lines import Line
+from safenav.judge.state import Obstacle, Robot, State
+from safenav.judge.world import opposite
+
+
+class NotJudged(str):
+    """A part that a rule cannot judge, and why."""
+
+
+Judge = Callable[[Line, State], Iterator[str]]
+
+
+class Rule(NamedTuple):
+    """``kinds``: the types of lines that it judges. ``text``: what it requires, for people."""
+
+    name: str
+    kinds: tuple[str, ...]
+    judge: Judge
+    text: str
+
+
+RULES: list[Rule] = []
+STEPS = ("move", "depart", "arrive")
+
+
+def rule(*kinds: str) -> Callable[[Judge], Judge]:
+    """Add a function to the table; its docstring is the documentation of the rule."""
+
+    def add(judge: Judge) -> Judge:
+        name = judge.__name__.replace("_", "-")
+        RULES.append(Rule(name, kinds, judge, " ".join((judge.__doc__ or "").split())))
+        return judge
+
+    return add
+
+
+@rule(*STEPS)
+def continuity(e: Line, s: State) -> Iterator[str]:
+    """A robot departs from where it is, and arrives only if it has departed."""
+    robot = s.robots[e.robot]
+    if s.step(e).start != robot.pose[0]:
+        yield f"{e.robot} is at {s.show(robot.pose[0])}, not at {s.show(s.step(e).start)}"
+    if e.kind == "arrive" and robot.bound is None:
+        yield f"{e.robot} arrives, but has not departed"
+    if e.kind == "depart" and robot.bound is not None:
+        yield f"{e.robot} departs before its last step has ended"
+    if e.kind == "depart" and robot.acts is not None:
+        yield f"{e.robot} departs while it takes part in an action"
+
+
+@rule(*STEPS)
+def mobility(e: Line, s: State) -> Iterator[str]:
+    """A robot stays or steps to a free neighbouring region, with a heading never backwards, and a
+    step ends where it leads; if it fails, at one of its ends, or elsewhere in a world of the
+    user's."""
+    robot, step = s.robots[e.robot], s.step(e)
+    side, bound = s.world.side(step.start, step.to), robot.bound
+    if e.result == "lost" and not e.regions:
+        yield f"{e.robot} is lost, but its possible regions are missing"
+    if step.to not in s.world.free:
+        yield f"{e.robot} enters {s.show(step.to)}, which is not free"
+    if step.strays:
+        if not s.external and (not s.live or step.at not in (step.start, bound)):
+            yield f"{e.robot} ends elsewhere than commanded, in a simulated world"
+        return
+    if step.to != step.start and side is None:
+        where = f"from {s.show(step.start)} to {s.show(step.to)}"
+        yield f"{e.robot} jumps {where}, which is not a neighbour"
+    if bound is not None and step.to != bound:
+        yield f"{e.robot} is in transit to {s.show(bound)}, not to {s.show(step.to)}"
+    if step.bound is not None and (step.at != step.start or step.bound == step.start):
+        yield f"{e.robot} moves while in transit"
+    if not robot.faces:
+        if step.heading is not None:
+            yield f"{e.robot} has no heading, but then faces {step.heading}"
+        return
+    faced = robot.pose[1]
+    if faced is not None and side == opposite(faced):
+        yield f"{e.robot} faces {faced} and steps {side}, which is backwards"
+    if step.bound is None and step.heading != (side or faced):
+        yield f"{e.robot} faces {step.heading} after it faced {faced} and went {side or 'nowhere'}"
+
+
+@rule("move")
+def pace(e: Line, s: State) -> Iterator[str]:
+    """In ticks a robot has one move each tick, and a step takes the ticks that its model states."""
+    robot, takes = s.robots[e.robot], s.robots[e.robot].data.timing or 1
+    if e.tick != robot.moved + 1:
+        yield f"{e.robot} moves in tick {e.tick} after its move of tick {robot.moved}"
+    begun = robot.began if robot.bound is not None else e.tick
+    took, strays = e.tick - begun + 1, s.step(e).strays
+    ends = e.to != e.start and e.toward is None
+    if ends and not strays and took < takes:
+        yield f"a step of {e.robot} takes {took} ticks, not {takes}"
+
+
+def _holds(e: Line, s: State, other: str) -> tuple[frozenset[int], frozenset[int]]:
+    """Return the regions that a robot occupies after a line, and those of another one. In ticks, if
+    the first ends elsewhere than commanded, the unfinished step of the other does not count."""
+    theirs = s.robots[other]
+    if e.kind == "operator":
+        return frozenset([e.region]), theirs.holds
+    step = s.step(e)
+    strays = step.strays and not s.live
+    return step.holds, frozenset([theirs.pose[0]]) if strays else theirs.holds
+
+
+@rule(*STEPS, "operator")
+def collision(e: Line, s: State) -> Iterator[str]:
+    """Robots in conflict never occupy the same region; a robot in transit occupies two, and a lost
+    robot all regions in which it may be."""
+    if e.kind == "operator" and (e.region is None or e.robot is None):
+        return
+    for other in s.rivals[e.robot]:
+        mine, theirs = _holds(e, s, other)
+        if both := mine & theirs:
+            yield f"{e.robot} and {other} are both at {s.show(min(both))}"
+
+
+@rule(*STEPS, "operator")
+def never_together(e: Line, s: State) -> Iterator[str]:
+    """At most one robot of an entry of `never_together` is in its regions."""
+    if not s.zones or (e.kind == "operator" and (e.region is None or e.robot is None)):
+        return
+    for robots, regions in s.zones:
+        for other in robots - {e.robot} if e.robot in robots else ():
+            mine, theirs = _holds(e, s, other)
+            if mine & regions and theirs & regions:
+                yield f"{e.robot} and {other} are together in {sorted(regions)}"
+
+
+@rule(*STEPS)
+def unresolved_obstacle(e: Line, s: State) -> Iterator[str]:
+    """A robot enters the region of an unresolved obstacle that blocks it only to resolve it so;
+    the obstacle must be resolved in that turn, or else the robot leaves to where it came from."""
+    robot, step = s.robots[e.robot], s.step(e)
+    entered = step.holds - robot.holds
+    if not entered or (step.strays and s.external):
+        return
+    acts = s.live and any(each.acts is not None for each in s.robots.values())
+    for region in entered:
+        for one in s.closing(e.robot, region):
+            if one.shut or not acts:  # else it may be resolved in this tick
+                yield f"{e.robot} enters {s.show(region)} with {one.name}, which is not resolved"
+    for one in s.at.get(step.start, ()):
+        inside = one.open and e.robot in one.blocks
+        inside = inside and not (s.external and not one.known) and robot.came is not None
+        if inside and not entered <= {robot.came, one.region}:
+            yield f"{e.robot} passes {one.name}, which is not resolved"
+
+
+@rule()
+def in_time(e: Line, s: State) -> Iterator[str]:
+    """A robot departs into the region of an obstacle that is being resolved only if that happens in
+    the same moment."""
+    for robot, name, tick in s.entering:
+        if tick < e.tick:
+            yield f"{robot} has departed into the region of {name}, which is not resolved"
+
+
+@rule("move", "depart")
+def own_rules(e: Line, s: State) -> Iterator[str]:
+    """No robot enters a region that its own objective avoids, and each of its steps keeps the
+    formulas of its `always` and of the `safety` of its `ltl`."""
+    robot, step = s.robots[e.robot], s.step(e)
+    if step.strays and s.external:
+        return
+    for region in (step.holds - robot.holds) & robot.own.avoid:
+        yield f"{e.robot} enters {s.show(region)}, which it must avoid"
+    formulas = robot.own.formulas
+    if formulas is None or step.start == step.to or robot.bound is not None:
+        return  # a step that was begun may be ended under other rules
+    way = s.world.side(step.start, step.to) if robot.faces else None
+    here = step.start, robot.pose[1]
+    if not formulas.allows(here, (step.to, way)):
+        yield f"{e.robot} steps from {s.show(here[0])} to {s.show(step.to)} against its formulas"
+
+
+@rule("move", "depart")
+def service(e: Line, s: State) -> Iterator[str]:
+    """A robot out of service begins no step."""
+    robot, step = s.robots[e.robot], s.step(e)
+    begins = robot.bound is None and step.to != step.start and not step.strays
+    if begins and robot.out:
+        yield f"{e.robot} moves, but is out of service"
+
+
+@rule("move", "depart", "service")
+def charge(e: Line, s: State) -> Iterator[str]:
+    """No robot takes a step for which its charge does not suffice, and a battery is replaced only
+    by resolving the obstacle that appeared when it was used up."""
+    robot = s.robots[e.robot]
+    if e.kind == "service":
+        if e.active and e.cause == "battery" and not robot.filled:
+            yield f"the battery of {e.robot} was not replaced"
+    elif robot.charge is not None and s.live:
+        left = robot.charge_at(e.t or 0.0, s.scenario.chargers or ())
+        if left < robot.data.battery.move:
+            yield f"{e.robot} takes a step with a charge of {left:g}"
+    elif robot.charge is not None and charge_after(e, robot, s) < 0:
+        yield f"{e.robot} takes a step with a charge of {robot.charge:g}"
+
+
+def charge_after(e: Line, robot: Robot, s: State) -> float:
+    """Return the charge of a robot after a move in ticks; negative if it does not suffice."""
+    battery, charge = robot.data.battery, robot.charge or 0.0
+    if e.to != e.start:
+        return float(charge - battery.move)
+    if e.toward is not None or e.tick <= robot.moved:
+        return charge
+    if e.to in (s.scenario.chargers or ()):
+        return float(min(battery.capacity, charge + battery.charge))
+    return float(max(0.0, charge - battery.stay))
+
+
+@rule("met", "resolved")
+def resolution(e: Line, s: State) -> Iterator[str]:
+    """An obstacle that is there is resolved need by need, each by enough robots that have its
+    action and stand where it is done (simultaneously, if together); that reveals its truth."""
+    one, last = s.obstacles[e.obstacle], e.kind == "resolved"
+    number = len(one.needs) - 1 if last else e.need
+    untold = s.external and not one.known  # its first needs may have been met before
+    if not one.there and not s.external:
+        yield f"{one.name} is absent"
+    elif one.resolved and not (s.external and not s.live):
+        yield f"{one.name} was resolved before"
+    elif number >= len(one.needs) or (one.stage < number and not untold):
+        yield f"need {one.stage + 1} of {one.name} is the next one, not {number + 1}"
+    else:
+        yield from _group(e, one, number, s)
+    if last and not s.external and e.traversable != one.truth:
+        yield f"{one.name} is revealed as {e.traversable}, but the scenario states {one.truth}"
+
+
+def _group(e: Line, one: Obstacle, number: int, s: State) -> Iterator[str]:
+    need, who = one.needs[number], frozenset(e.robots or [e.robot])
+    if one.stage > number:  # all its needs are met
+        if e.kind == "met" or e.robot not in one.group:
+            yield f"need {number + 1} of {one.name} is met already"
+        return
+    if e.kind == "met" and e.action != need.action:
+        yield f"need {number + 1} of {one.name} is {need.action}, not {e.action}"
+    able = need.able & one.group if need.same and not s.external else need.able
+    there = frozenset(n for n in able if s.robots[n].pose[0] in need.regions)
+    parts = there if need.together else there | (one.done & able)
+    many = who if e.robots else parts | who
+    if e.at != s.robots[e.robot].pose[0] or e.robot not in there:
+        yield f"{e.robot} cannot {need.action} at {one.name} from {s.show(e.at)}"
+    elif not who <= parts:
+        yield f"{', '.join(sorted(who - parts))} cannot {need.action} at {one.name}"
+    elif len(many) < need.robots:
+        yield f"{one.name} needs {need.robots} robots that {need.action}, not {len(many)}"
+    for name in who if e.kind == "met" and one.takes() else ():
+        if loads := s.loads(name):
+            yield f"{name} carries {loads[0]}, and takes {one.name} as well"
+
+
+@rule("appeared", "gone", "order", "truth")
+def timetable(e: Line, s: State) -> Iterator[str]:
+    """Obstacles appear, disappear and are ordered as the scenario says, by a user, or by a world
+    that is not simulated; none that a scenario or a user adds appears where a robot is."""
+    one, now = s.obstacles[e.obstacle], s.now(e)
+    if e.kind == "order":
+        if not one.there or one.blocks or not (one.ordered or s.external or e.cause == "user"):
+            yield f"{one.name} is not an order of the scenario"
+        return
+    if e.cause == "world" and not (s.external or s.live):
+        yield f"a simulated world changes {one.name}, which the scenario does not"
+    if e.kind == "truth":
+        return
+    if (e.kind == "appeared") is one.present:
+        yield f"{one.name} has {e.kind}, but it is {'present' if one.present else 'absent'}"
+    if e.cause == "battery":
+        empty = (r for r in s.robots.values() if r.pose[0] == one.region and _is_empty(r, s, now))
+        if one.type != s.scenario.flat or not any(empty):
+            yield f"{one.name} appears, but no charge is used up there"
+        return
+    noticed = e.cause == "world" and s.external
+    for name in s.names if e.kind == "appeared" and not (one.ordered or noticed) else ():
+        if one.region in s.robots[name].holds:
+            yield f"{one.name} appears at {s.show(one.region)}, where {name} is"
+    if e.cause == "scenario":
+        listed = [each.start for each in s.coming if each.name == one.name]
+        ends = [] if one.until is None else [one.until]
+        due = listed[:1] if e.kind == "appeared" else ends
+        if not due or due[0] > now:
+            yield f"the scenario does not let {one.name} be {e.kind} at {now:g}"
+
+
+def _is_empty(robot: Robot, s: State, now: float) -> bool:
+    charge, battery = robot.charge, robot.data.battery
+    if charge is None:
+        return False
+    if s.live:
+        charge = robot.charge_at(now, s.scenario.chargers or ())
+    return bool(charge < battery.move)
+
+
+@rule("objective", "service", "inputs")
+def changes(e: Line, s: State) -> Iterator[str]:
+    """Robots get other objectives, and leave or return to service, as the scenario lists it, by a
+    user, by the inputs, or in a world that is not simulated."""
+    if e.kind == "inputs":
+        if unknown := e.values.keys() - s.inputs.keys():
+            yield f"there is no input {', '.join(sorted(unknown))}"
+        return
+    if e.cause == "scenario":
+        for one in s.changes:
+            same = one.active is e.active if e.kind == "service" else one.objective == e.objective
+            if one.robot == e.robot and same and one.at <= s.now(e):
+                return
+        yield f"the scenario lists no such change of {e.robot} at {s.now(e):g}"
+    elif e.kind == "objective" and e.cause == "input" and e.objective != _by_inputs(e.robot, s):
+        yield f"the inputs do not give {e.robot} that objective"
+    elif e.cause == "world" and not (s.external or s.live):
+        yield f"a simulated world changes the service of {e.robot}"
+
+
+def _by_inputs(robot: str, s: State) -> Line:
+    """Return the objective that the inputs assign to a robot."""
+    data = s.robots[robot].data
+    listed = (each.objective for each in data.when or () if s.inputs.get(each.input))
+    found: Line = next(listed, data.objective)
+    return found
+
+
+@rule("move", "depart", "outcome")
+def due_changes(e: Line, s: State) -> Iterator[str]:
+    """A simulated world applies each appearance, change and input of the scenario at its time."""
+    first = e.kind == "depart" or e.robot == s.names[0]
+    if s.external or not first or (e.kind == "outcome" and e.outcome != "completed"):
+        return
+    now = s.now(e)
+    for one in s.coming:
+        if one.start > now or (s.live and one.start >= now):
+            break
+        here = one.until is None or now < one.until
+        if here and not s.obstacles[one.name].open and (one.ordered or not _taken(one.region, s)):
+            yield f"{one.name} does not appear by {now:g}"
+    for change in s.changes:
+        if change.at > now or (s.live and change.at >= now):
+            break
+        if change.objective is not None:
+            yield f"{change.robot} does not get its objective of {change.at}"
+        elif change.active is s.robots[change.robot].out and not (s.live and s.hands):
+            yield f"the service of {change.robot} does not change at {change.at}"
+    if s.live or e.kind != "move":
+        return
+    for each in s.scenario.inputs or ():
+        on = any(first <= e.tick <= last for first, last in each.spans or ())
+        if each.name not in s.by_user and s.inputs[each.name] is not on:
+            yield f"{each.name} must be {'on' if on else 'off'} in tick {e.tick}"
+
+
+def _taken(region: int, s: State) -> bool:
+    """Return whether a robot or another obstacle, not an order, is in a region."""
+    if any(region in robot.holds for robot in s.robots.values()):
+        return True
+    return any(one.open and not one.ordered for one in s.at[region])
+
+
+@rule("move", "depart")
+def obeys_inputs(e: Line, s: State) -> Iterator[str]:
+    """A robot that moves has the objective that the inputs give it."""
+    robot = s.robots[e.robot]
+    listed = {change.robot for change in s.scenario.changes or () if change.objective is not None}
+    judged = robot.data.when and e.robot not in listed and not s.hands
+    if judged and robot.own != _by_inputs(e.robot, s):
+        yield f"{e.robot} has another objective than the inputs give it"
+
+
+@rule("blocked", "reopened")
+def permanence(e: Line, s: State) -> Iterator[str]:
+    """An obstacle becomes permanent because it was just found untraversable, because an operator
+    says so, or with a proof that it can never be resolved."""
+    one = s.obstacles[e.obstacle]
+    if e.kind == "reopened":
+        if not one.shut or one.resolved:
+            yield f"{one.name} is reopened, but was not given up"
+    elif e.robots != one.blocks:
+        yield f"{one.name} blocks {', '.join(sorted(one.blocks)) or 'no robot'}"
+    elif e.reason == "untraversable" and one.name not in s.found:
+        yield f"{one.name} was not found untraversable in this tick"
+    elif e.reason == "operator" and not one.declared:
+        yield f"no operator has declared {one.name} permanent"
+    elif e.reason in ("no_capable_robot", "unresolvable") and e.proof is None:
+        yield f"{one.name} is given up without proof"
+    elif e.reason == "no_capable_robot" and all(
+        len(need.able) >= need.robots for need in one.needs[one.stage :]
+    ):
+        yield f"enough robots have the actions that {one.name} needs"

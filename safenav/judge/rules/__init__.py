@@ -1,1 +1,0 @@
-"""Rules: generators over a line and the state before it takes effect. Each yields what is wrong."""
