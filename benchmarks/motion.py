@@ -19,7 +19,7 @@ from safenav.motion.columns import sample
 from safenav.motion.file import Segment, text_of
 from safenav.motion.flyer import HORIZON, AxisTracker
 from safenav.motion.geometry import HEADINGS, MetricFloor
-from safenav.motion.making import Disturbances, motion_of
+from safenav.motion.making import motion_of
 from safenav.motion.mover import Crossing, Start
 from safenav.motion.walker import WalkerMover
 from safenav.runtime.run.mission import Mission
@@ -30,7 +30,6 @@ from safenav.trace.writing import TraceWriter
 ROOT = Path(__file__).parents[1]
 VALUES = {"size": 0.6, "speed": 0.45, "height": 0.8, "foot": 0.18, "clearance": 0.12}
 SIDE = 60
-CALM = Disturbances()
 
 
 def main() -> None:
@@ -38,7 +37,7 @@ def main() -> None:
     solving()
     content = trace_of("case_study_1")
     run("case study 1", content)
-    run("case study 1, gusts of 2 m/s", content, Disturbances(1, gust=2.0))
+    run("case study 1, tracked", content, track=True)
     run("1,000 ticks of six robots", long_trace(1000))
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     print(f"{'peak memory of this process':42s} {peak:8.0f} MB      (bar 500)")
@@ -80,11 +79,11 @@ def solving() -> None:
     told("quadratic programmes of a command, median", 2 * float(np.median(spent)) * 1e3, "ms", 1)
 
 
-def run(name: str, content: bytes, against: Disturbances = CALM) -> None:
+def run(name: str, content: bytes, *, track: bool = False) -> None:
     """The whole command: read, move, write; then its check."""
     begin = time.perf_counter()
     trace = read_bytes(content, name)
-    motion = motion_of(trace, None, against)
+    motion = motion_of(trace, track=track)
     size = len(text_of(motion))
     spent = time.perf_counter() - begin
     told(name, spent, "s", 2 if name == "case study 1" else 15)

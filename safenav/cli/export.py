@@ -32,7 +32,7 @@ Examples:
   safenav export lab.jsonl --csv lab    # lab-moves.csv, lab-events.csv, lab-syntheses.csv
 With the extras 'motion' and 'mcap':
   safenav export lab.jsonl --motion lab.motion.jsonl --report
-  safenav export lab.jsonl --motion windy.jsonl --gust 1 --seed 7
+  safenav export lab.jsonl --motion flown.jsonl --track --report
   safenav export lab.jsonl lab.motion.jsonl -o lab.npz --rate 1000
   safenav export lab.jsonl -o lab.mcap --side 0.5
 \b
@@ -58,14 +58,6 @@ Exit codes:
 @click.option("--track", is_flag=True, help="Simulate flyers that track their references.")
 @click.option("--csv", "stem", type=options.Output(), metavar="STEM", help="Tables: STEM-*.csv.")
 @click.option(
-    "--gust",
-    type=options.FiniteRange(min=0),
-    default=0.0,
-    metavar="M/S",
-    help="The same, in wind (root mean square).",
-)
-@click.option("--seed", type=options.SEED, default=0, metavar="N", help="Seed of the wind.")
-@click.option(
     "--rate",
     type=options.FiniteRange(min=0.1, max=1e4),
     default=100.0,
@@ -88,8 +80,6 @@ def export(
     report: bool,
     track: bool,
     stem: Path | None,
-    gust: float,
-    seed: int,
     rate: float,
     side: float | None,
     origin: tuple[float, float] | None,
@@ -106,12 +96,12 @@ def export(
     if not report and stem is None and written is None and not files:
         raise UsageError("no output: give -o FILE, --motion FILE, --csv STEM or --report")
     computed = motion is None and (report or written is not None)
-    unread = {} if computed else dict.fromkeys(("gust", "seed", "track"), "--motion")
+    unread = {} if computed else {"track": "--motion"}
     options.refuse(unread | ({} if ".npz" in files else {"rate": "-o FILE.npz"}))
     if motion is not None and written is not None:
         raise UsageError(f"--motion computes one, and {motion} is one: give one of them")
     run = read_trace(trace)
-    moved = _computed(run, side, gust, seed, track=track) if computed else None
+    moved = _computed(run, side, track=track) if computed else None
     if motion is not None:
         from safenav.motion.check.verdict import read_motion_of
 
@@ -147,15 +137,15 @@ def export(
     return ExitCode.OK
 
 
-def _computed(run: Trace, side: float | None, gust: float, seed: int, *, track: bool) -> Motion:
+def _computed(run: Trace, side: float | None, *, track: bool) -> Motion:
     """Return the motion of a trace. Raises UsageError if it breaks a rule."""
-    from safenav.motion.making import SIDE, Disturbances, motion_of, refuse_broken
+    from safenav.motion.making import SIDE, motion_of, refuse_broken
 
     if side is None and run.header.scenario.map.resolution is None:
         note = f"no region size given; using {SIDE:g} m (change with --side M)"
         click.echo(f"{run.source}: {note}", err=True)
     refuse_broken(run)
-    return motion_of(run, side, Disturbances(seed, gust, track))
+    return motion_of(run, side, track=track)
 
 
 def _waypoints(

@@ -2,8 +2,8 @@
 
 In the frame of the world (the map's origin and yaw applied, as ROS has it) or of the map.
 A walker has ``t, com_{x,y,z}, vel_{x,y,z}, acc_{x,y,z}, cop_{x,y}, yaw`` and for each foot
-``left_{x,y,z,yaw}``; all others ``t, x, y, z, vel_*, acc_*, yaw``; a flyer in wind has its
-attitude ``q_{w,x,y,z}``, rates, thrust, the wind and its reference instead of accelerations.
+``left_{x,y,z,yaw}``; all others ``t, x, y, z, vel_*, acc_*, yaw``; a flyer in simulated flight has
+its attitude ``q_{w,x,y,z}``, rates, thrust and its reference instead of accelerations.
 The attitude stays in the frame of the map.
 """
 
@@ -12,7 +12,7 @@ from __future__ import annotations
 import io
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from math import cos, sin
+from math import cos, inf, sin
 
 import numpy as np
 from msgspec import Struct
@@ -31,7 +31,7 @@ from safenav.motion.file import (
     Segment,
     Swing,
 )
-from safenav.motion.geometry import MetricFloor, between, derivative, margin, mass, values
+from safenav.motion.geometry import MetricFloor, between, derivative, mass, values
 
 Array = NDArray[np.float64]
 
@@ -41,13 +41,10 @@ WALKER = (
     *("right_x", "right_y", "right_z", "right_yaw"),
 )
 BODY = ("x", "y", "z", "vel_x", "vel_y", "vel_z", "acc_x", "acc_y", "acc_z", "yaw")
-TRACKED = (
-    *("q_w", "q_x", "q_y", "q_z", "omega_x", "omega_y", "omega_z", "thrust"),
-    *("wind_x", "wind_y"),
-)
+TRACKED = ("q_w", "q_x", "q_y", "q_z", "omega_x", "omega_y", "omega_z", "thrust")
 LEFT, RIGHT = 1, -1
 _OWN_FRAME = frozenset({"q_x", "omega_x"})
-_DIRECTIONS = frozenset({"vel_x", "acc_x", "wind_x"})
+_DIRECTIONS = frozenset({"vel_x", "acc_x"})
 
 
 class Columns(Struct, frozen=True):
@@ -87,8 +84,8 @@ def columns_at(
         known = ", ".join(motion.header.robots)
         raise UsageError(f"'{robot[:40]}' is not a robot of this motion\n    known: {known}")
     columns = sampled(motion.of(Moving, robot), times, motion.header.robots[robot])
-    if tracks := motion.of(FlownTrack, robot):
-        columns = _tracked(tracks, times, columns)
+    for track in motion.of(FlownTrack, robot):
+        columns = _tracked(track, times, columns)
     if not planned:
         columns = _executed(motion, robot, times, columns)
     return Columns(times, placed(columns, motion.header.origin) if in_world else columns)
@@ -205,13 +202,11 @@ def _flying(curve: Curve, times: Array) -> Array:
     return table
 
 
-def _tracked(
-    tracks: list[FlownTrack], times: Array, reference: Mapping[str, Array]
-) -> dict[str, Array]:
-    """The columns of a flight in wind, linear between its samples; its reference becomes ``ref_x``,
-    ``ref_y``, ``ref_z``."""
-    rows = np.array([row for track in tracks for row in track.rows])
-    at = np.concatenate([t.t0 + t.step * np.arange(len(t.rows)) for t in tracks])
+def _tracked(track: FlownTrack, times: Array, reference: Mapping[str, Array]) -> dict[str, Array]:
+    """The columns of a simulated flight, linear between its samples; its reference becomes
+    ``ref_x``, ``ref_y``, ``ref_z``."""
+    rows: Array = np.array(track.rows)
+    at = track.t0 + track.step * np.arange(len(rows))
     names = ("x", "y", "z", "vel_x", "vel_y", "vel_z", *TRACKED)
     columns = {name: np.interp(times, at, rows[:, i]) for i, name in enumerate(names)}
     w, x, y, z = (columns[name] for name in TRACKED[:4])
@@ -250,56 +245,33 @@ RATE = 50.0
 """Samples per second from which distances, speeds and margins are taken."""
 
 
-class Travel(Struct, frozen=True):
-    """Travel of a robot: metres, highest speed (m/s), and the least distance of its middle to the
-    border of its reserved regions (m)."""
-
-    metres: float
-    fastest: float
-    room: float
-
-
 def report_of(motion: Motion) -> str:
-    lines = [f"makespan {motion.outcome.makespan:.1f} s, regions of {motion.header.side:g} m"]
-    lines += ["", "robot           steps s  actions s  path m   max m/s  room m"]
-    for name in motion.header.robots:
-        travel = travel_of(motion, name)
-        pieces = [*motion.of(Moving, name), *motion.of(GoalLine, name)]
-        steps = sum(piece.t1 - piece.t0 for piece in pieces if piece.origin != piece.to)
-        acts = sum(action.t1 - action.t0 for action in motion.of(Action, name))
-        lines.append(
-            f"{name:15s} {steps:7.1f}  {acts:9.1f}  {travel.metres:6.1f}  "
-            f"{travel.fastest:8.2f}  {travel.room:6.2f}"
-        )
-    return "\n".join([*lines, *_disturbed(motion)])
-
-
-def travel_of(motion: Motion, robot: str) -> Travel:
-    columns = columns_of(motion, robot, RATE, in_world=False)
-    x, y = columns.place
-    steps = np.hypot(np.diff(x), np.diff(y))
-    speeds = np.hypot(*columns.velocity)
-    return Travel(float(steps.sum()), float(speeds.max()), _room(motion, robot, columns))
-
-
-def _room(motion: Motion, robot: str, columns: Columns) -> float:
+    """The motion in words: of each robot its seconds, metres and highest speed, the least distance
+    of its middle to the border of the regions of its steps, and how near its simulated flight is to
+    its reference."""
     floor = MetricFloor(motion.header.rows, motion.header.cols, motion.header.side)
-    x, y = columns.place
-    points, least = np.column_stack([x, y]), np.inf
-    for line in motion.of(Moving, robot):
-        inside = (columns.times >= line.t0) & (columns.times <= line.t1)
-        if inside.any():
-            box = floor.corridor(line.origin, line.to)
-            least = min(least, float(margin(points[inside], box).min()))
-    return float(least)
-
-
-def _disturbed(motion: Motion) -> list[str]:
-    found: list[str] = []
-    if tracks := motion.of(FlownTrack):
-        errors = np.concatenate([np.array(track.errors) for track in tracks])
-        rms, worst = float(np.sqrt((errors**2).mean())), float(errors.max())
-        gust = motion.header.gust
-        found += ["", "simulated flights" + f" in gusts of {gust:g} m/s" * bool(gust)]
-        found[-1] += f": off by {rms:.3f} m (root mean square), {worst:.3f} m at most"
-    return found
+    lines = [f"makespan {motion.outcome.makespan:.1f} s, regions of {floor.side:g} m"]
+    lines += ["", "robot           steps s  actions s  path m   max m/s  room m"]
+    flights: list[str] = []
+    for name in motion.header.robots:
+        found, pieces = columns_of(motion, name, RATE, in_world=False), motion.of(Moving, name)
+        x, y = found.place
+        room = inf
+        for piece in pieces:
+            inside = (found.times >= piece.t0) & (found.times <= piece.t1)
+            box = floor.corridor(piece.origin, piece.to)
+            rims = (x - box.west, box.east - x, y - box.south, box.north - y)
+            room = min(room, *(float(rim[inside].min(initial=inf)) for rim in rims))
+        crossing = [p for p in (*pieces, *motion.of(GoalLine, name)) if p.origin != p.to]
+        lines.append(
+            f"{name:15s} {sum(piece.t1 - piece.t0 for piece in crossing):7.1f}  "
+            f"{sum(action.t1 - action.t0 for action in motion.of(Action, name)):9.1f}  "
+            f"{np.hypot(np.diff(x), np.diff(y)).sum():6.1f}  "
+            f"{np.hypot(*found.velocity).max():8.2f}  {room:6.2f}"
+        )
+        if "ref_x" in found.columns:
+            off = np.hypot(x - found.columns["ref_x"], y - found.columns["ref_y"])
+            mean = float(np.sqrt((off**2).mean()))
+            flights.append(f"simulated flight of {name}: at most {off.max():.3f} m off")
+            flights[-1] += f", {mean:.3f} m in the root mean square"
+    return "\n".join([*lines, *[""] * bool(flights), *flights])

@@ -12,9 +12,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from math import ceil, log10
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
-from msgspec import Struct, field, to_builtins
+from msgspec import Meta, Struct, field, to_builtins
 
 from safenav.errors import Diagnostic, InputError
 from safenav.file_kind import another_kind
@@ -36,7 +36,7 @@ class MotionHeader(Struct, frozen=True, kw_only=True, tag="header"):
     map's south-western corner in the world; ``robots``: how each moves, with its ``kind``, its
     parameters and its limits; of a physical robot also how it is ``driven`` (``setpoints`` or
     ``goals``), its ``tolerance`` in metres and the most seconds (``gap``) between two measurements;
-    ``seed`` and ``gust`` (m/s): disturbances; ``motion``: the version of the format."""
+    ``motion``: the version of the format."""
 
     motion: int = VERSION
     trace: str
@@ -46,8 +46,6 @@ class MotionHeader(Struct, frozen=True, kw_only=True, tag="header"):
     cols: int
     origin: tuple[float, float, float]
     robots: Mapping[str, Mapping[str, object]]
-    seed: int
-    gust: float
 
 
 BUILD = {
@@ -188,19 +186,18 @@ class Reset(Struct, frozen=True, tag="reset"):
     reason: str
 
 
-TRACK_COLUMNS = 16
+TrackRow = Annotated[Numbers, Meta(min_length=14, max_length=14)]
+"""Position, velocity, quaternion (w, x, y, z), body rates (rad/s), thrust (N)."""
 
 
 class FlownTrack(Struct, frozen=True, tag="track"):
-    """Flight of a flyer along its references in wind: rows of a simulated flight, every ``step``
-    seconds from ``t0``: position, velocity, quaternion (w, x, y, z), body rates (rad/s), thrust
-    (N), wind (m/s, x and y). ``errors``: metres off the reference at each row."""
+    """The simulated flight of a flyer along its references, a row every ``step`` seconds from
+    ``t0``."""
 
     robot: str
     t0: float
     step: float
-    rows: tuple[Numbers, ...]
-    errors: Numbers
+    rows: tuple[TrackRow, ...]
 
 
 class Reserve(Struct, frozen=True, tag="reserve"):

@@ -1,4 +1,4 @@
-"""Model predictive tracking of a flyer's reference at 20 Hz, and its simulation in gusty wind.
+"""Model predictive tracking of a flyer's reference at 20 Hz, and its simulation.
 
 Along each axis a condensed quadratic programme is solved. The axis has position, velocity and
 acceleration, which follows a command with a lag; a disturbance is estimated from the prediction
@@ -14,21 +14,18 @@ instead of arrays: it runs 400 times per second of flight.
 
 from __future__ import annotations
 
-import random
 from collections.abc import Callable, Sequence
 from functools import lru_cache
-from math import cos, exp, hypot, sin, sqrt
+from math import cos, hypot, sin, sqrt
 
 import numpy as np
 from msgspec import Struct, field
 from numpy.typing import NDArray
 
-from safenav.errors import UsageError
 from safenav.extras import missing
 from safenav.motion.columns import sampled
-from safenav.motion.file import Flight, FlownTrack
+from safenav.motion.file import Flight, FlownTrack, TrackRow
 from safenav.motion.geometry import MetricFloor
-from safenav.pace.robot import PEAK_ACCELERATION
 
 Array = NDArray[np.float64]
 
@@ -79,7 +76,7 @@ def axis() -> Axis:
 
 
 def _estimator(move: Array) -> Array:
-    """The steady gain of a Kalman filter: noise of 5 mm on the position, gusts on d."""
+    """The steady gain of a Kalman filter: noise of 5 mm on the position, disturbances d."""
     noise = np.diag([1e-8, 1e-6, 1e-4, 2e-2])
     spread, sees = np.eye(4), np.array([1.0, 0, 0, 0])
     gain = sees
@@ -198,17 +195,23 @@ class Body(Struct):
     def __post_init__(self) -> None:
         self.attitude = (cos(self.yaw / 2), 0.0, 0.0, sin(self.yaw / 2))
 
-    def advance(self, pull: Vector, yaw: float, wind: tuple[float, float]) -> None:
+    @property
+    def row(self) -> TrackRow:
+        """The numbers of one instant, as in a file."""
+        numbers = (*self.place, *self.velocity, *self.attitude, *self.rates, self.thrust)
+        return tuple(round(number, DIGITS) for number in numbers)
+
+    def advance(self, pull: Vector, yaw: float) -> None:
         """One 400th of a second: turn towards the thrust that gives the acceleration ``pull``
-        (m/s^2, without gravity) facing ``yaw`` (rad), in this wind (m/s)."""
+        (m/s^2, without gravity) facing ``yaw`` (rad)."""
         w, x, y, z = self.attitude
         axis = (2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y))
         wanted = (pull[0], pull[1], pull[2] + GRAVITY)
         self.thrust = MASS * max(0.0, sum(a * b for a, b in zip(wanted, axis, strict=True)))
         self._turn(_facing(wanted, yaw))
         lift = self.thrust / MASS
-        for i, air in enumerate((wind[0], wind[1], 0.0)):
-            change = lift * axis[i] - DRAG * (self.velocity[i] - air) - (GRAVITY if i == 2 else 0)
+        for i in range(3):
+            change = lift * axis[i] - DRAG * self.velocity[i] - (GRAVITY if i == 2 else 0)
             self.place[i] += STEP * (self.velocity[i] + STEP / 2 * change)
             self.velocity[i] += STEP * change
 
@@ -253,78 +256,32 @@ def _facing(pull: Vector, yaw: float) -> Quaternion:
     return w * c, x * c + y * s, y * c - x * s, w * s
 
 
-CALM = 1.5
-"""Correlation time of gusts, in seconds."""
-NOISE = 0.005
-"""Metres: spread of the measured position."""
-STRONGEST = 2.0
-"""Strongest wind that the tilt limit must withstand, over the wind's root mean square."""
-ROWS = 200
-"""Maximum number of samples in one line of a file."""
 DIGITS = 6
 CLIMB, SINK = 9.0, 5.0
 """Stiffness (1/s^2) and damping (1/s) of its altitude control."""
 
 
-def check_gust(robot: str, gust: float, tilt: float, speed: float, side: float) -> None:
-    """Raise UsageError for wind that the tilt limit cannot withstand beside the reference."""
-    seconds = 1.875 * side / speed
-    flying = min(PEAK_ACCELERATION * side / seconds**2, tilt / 2)
-    need = DRAG * STRONGEST * gust + flying
-    if need > tilt:
-        most = (tilt - flying) / (DRAG * STRONGEST)
-        raise UsageError(
-            f"{robot}: gusts of {gust:g} m/s need {need:.1f} m/s^2, beyond its tilt limit of "
-            f"{tilt:g} m/s^2\n    at most {most:.1f} m/s: --gust, or 'tilt' of its model"
-        )
-
-
-def flown(
-    flights: Sequence[Flight], floor: MetricFloor, size: float, tilt: float, gust: float, seed: str
-) -> list[FlownTrack]:
-    """Simulate a flyer along its flights, which have no gaps, in gusts of ``gust`` m/s (root mean
-    square). Deterministic by the seed."""
+def flown(flights: Sequence[Flight], floor: MetricFloor, size: float, tilt: float) -> FlownTrack:
+    """Simulate a flyer along its flights, which have no gaps."""
     count = int((flights[-1].t1 - flights[0].t0) / PERIOD + 1e-9)
     sight, boxes = _reference(flights, floor, size, count + HORIZON + 1)
     altitude, yaw = sight["z"].tolist(), sight["yaw"].tolist()
     paths = [np.stack([sight[of + axis] for of in ("", "vel_", "acc_")], axis=1) for axis in "xy"]
-    chance = random.Random(seed)
     start = [float(path[0, 0]) for path in paths]
     body = Body([*start, altitude[0]], yaw[0])
     trackers = [AxisTracker(place, tilt) for place in start]
-    wind = [0.0, 0.0]
-    keep = exp(-STEP / CALM)
-    fresh = gust * sqrt(1 - keep**2)
-    rows, errors = [_row(body, wind)], [0.0]
+    rows = [body.row]
     for step in range(count):
         ahead = slice(step + 1, step + 1 + HORIZON)
         pull = []
         for i, tracker in enumerate(trackers):
-            tracker.observe(body.place[i] + chance.gauss(0, NOISE))
+            tracker.observe(body.place[i])
             pull.append(tracker.command(paths[i][ahead], boxes[ahead, i], boxes[ahead, i + 2]))
         for _ in range(round(PERIOD * RATE)):
-            wind = [keep * air + fresh * chance.gauss(0, 1) for air in wind]
             climb = CLIMB * (altitude[step] - body.place[2]) - SINK * body.velocity[2]
-            body.advance((pull[0], pull[1], climb), yaw[step], (wind[0], wind[1]))
-        rows.append(_row(body, wind))
-        off = [body.place[i] - float(path[step + 1, 0]) for i, path in enumerate(paths)]
-        errors.append(round(hypot(*off), DIGITS))
-    begin, robot = flights[0].t0, flights[0].robot
-    return [
-        FlownTrack(
-            robot,
-            begin + at * PERIOD,
-            PERIOD,
-            tuple(rows[at : at + ROWS]),
-            tuple(errors[at : at + ROWS]),
-        )
-        for at in range(0, len(rows), ROWS)
-    ]
-
-
-def _row(body: Body, wind: Sequence[float]) -> tuple[float, ...]:
-    numbers = (*body.place, *body.velocity, *body.attitude, *body.rates, body.thrust, *wind)
-    return tuple(round(number, DIGITS) for number in numbers)
+            body.advance((pull[0], pull[1], climb), yaw[step])
+        rows.append(body.row)
+    return FlownTrack(flights[0].robot, flights[0].t0, PERIOD, tuple(rows))
 
 
 def _reference(

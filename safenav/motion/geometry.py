@@ -1,4 +1,4 @@
-"""Regions in metres, boxes, headings and margins; polynomials in time, lowest power first; the
+"""Regions in metres, boxes, headings; polynomials in time, lowest power first; the
 mass of a linear inverted pendulum.
 
 The frame of a motion: x east, y north, origin at the south-western corner of the map, metres,
@@ -130,13 +130,6 @@ def turn(before: str, after: str) -> int:
 def unit_vector(heading: str) -> tuple[int, int]:
     """A heading as an integer unit vector, so that rotation by it is exact."""
     return _UNIT_VECTORS[heading]
-
-
-def margin(points: Array, box: Box) -> Array:
-    """Return the depth of each point (n, 2) inside a box, in metres; negative outside."""
-    x, y = points[:, 0], points[:, 1]
-    inside: Array = np.minimum.reduce([x - box.west, box.east - x, y - box.south, box.north - y])
-    return inside
 
 
 class Mass(Struct, frozen=True):

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from msgspec import Struct
-
 import safenav
 from safenav.errors import Diagnostic, InputError, SafenavError, UsageError
 from safenav.motion.file import Flight, Line, Motion, MotionHeader
-from safenav.motion.flyer import check_gust, flown
+from safenav.motion.flyer import flown
 from safenav.motion.geometry import MetricFloor
 from safenav.motion.mover import Glider, Mover, Start, flown_through
 from safenav.motion.schedule import motion_at_earliest_times, motion_at_recorded_times, when
@@ -21,23 +19,10 @@ from safenav.trace.reading import Trace, unstarted
 from safenav.trace.setting import RobotHeader
 
 
-class Disturbances(Struct, frozen=True):
-    """The simulated flight of flyers, which track their references: a seed, and gusts (m/s, root
-    mean square). ``track``: simulate it without gusts also."""
-
-    seed: int = 0
-    gust: float = 0.0
-    track: bool = False
-
-
-UNDISTURBED = Disturbances()
-
-
-def motion_of(
-    trace: Trace, side: float | None = None, against: Disturbances = UNDISTURBED
-) -> Motion:
-    """Return the motion of a run. ``side``: side of a region in metres, in place of the trace's.
-    Raises UsageError or InputError if a robot cannot move so, or if the trace breaks a rule.
+def motion_of(trace: Trace, side: float | None = None, *, track: bool = False) -> Motion:
+    """Return the motion of a run. ``side``: side of a region in metres, in place of the trace's;
+    ``track``: also simulate how flyers track their references. Raises UsageError or
+    InputError if a robot cannot move so, or if the trace breaks a rule.
     """
     floor = floor_of(trace, side)
     movers = movers_of(trace, floor)
@@ -53,16 +38,13 @@ def motion_of(
         raise
     for name, moved in movers.items():
         if isinstance(moved, Glider) and moved.kind == "flyer":
-            lines = _flown(name, moved, lines, against)
+            lines = _flown(name, moved, lines, track)
     robots = {name: described(trace, name, movers[name]) for name in movers}
-    return Motion(header_of(trace, floor, robots, against), lines, outcome)
+    return Motion(header_of(trace, floor, robots), lines, outcome)
 
 
 def header_of(
-    trace: Trace,
-    floor: MetricFloor,
-    robots: Mapping[str, Mapping[str, object]],
-    against: Disturbances = UNDISTURBED,
+    trace: Trace, floor: MetricFloor, robots: Mapping[str, Mapping[str, object]]
 ) -> MotionHeader:
     """Return the header of a motion of a run. ``robots``: how each moves."""
     return MotionHeader(
@@ -73,8 +55,6 @@ def header_of(
         cols=floor.cols,
         origin=trace.header.scenario.map.origin or (0.0, 0.0, 0.0),
         robots=robots,
-        seed=against.seed,
-        gust=against.gust,
     )
 
 
@@ -97,19 +77,15 @@ def check_movable(scenario: Scenario) -> None:
     movers_of(trace, floor_of(trace))
 
 
-def _flown(
-    name: str, moved: Glider, lines: tuple[Line, ...], against: Disturbances
-) -> tuple[Line, ...]:
-    """Return the lines with the flights of a flyer through the centres of regions, and with its
-    simulated flight."""
+def _flown(name: str, moved: Glider, lines: tuple[Line, ...], track: bool) -> tuple[Line, ...]:
+    """Return the lines with the flights of a flyer through the centres of regions, and if wanted
+    with its simulated flight."""
     flights = [line for line in lines if isinstance(line, Flight) and line.robot == name]
     size, tilt, floor = moved.values["size"], moved.values["tilt"], moved.floor
     smooth = dict(zip(map(id, flights), flown_through(flights, floor, size), strict=True))
     found = [smooth.get(id(line), line) for line in lines]
-    if flights and (against.track or against.gust):
-        check_gust(name, against.gust, tilt, moved.values["speed"], floor.side)
-        seed = f"{against.seed} {name} wind"
-        found += flown(list(smooth.values()), floor, size, tilt, against.gust, seed)
+    if flights and track:
+        found.append(flown(list(smooth.values()), floor, size, tilt))
     return tuple(sorted(found, key=when))
 
 

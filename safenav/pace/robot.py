@@ -25,7 +25,7 @@ TURNING = 1.5
 ROOM = 0.05
 """Metres that a robot stays inside its region when it stops short of an obstacle there."""
 RESERVE = 0.5
-"""Share of the tilt limit that a flyer's reference may use; the rest is for the wind."""
+"""Share of the tilt limit that a flyer's reference may use; the rest is for its tracking."""
 AT_ONCE = 1e-9
 """Delays in seconds below this are rounding: sums of the same durations in another order."""
 

@@ -13,7 +13,7 @@ from safenav.motion.check.examination import (
     Finding,
     check_distances,
     check_room,
-    check_wind,
+    check_tracks,
     holdings,
 )
 from safenav.motion.check.execution import GOALS, check_execution
@@ -23,7 +23,6 @@ from safenav.motion.check.order import (
 from safenav.motion.check.pieces import check_joins, check_path, check_segment
 from safenav.motion.file import (
     BUILD,
-    TRACK_COLUMNS,
     Flight,
     FlownTrack,
     Motion,
@@ -54,8 +53,6 @@ def read_motion_of(path: Path, trace: Trace, name: Path) -> Motion:
     """
     motion = read_motion(path)
     found = mismatch(motion, trace)
-    if any(len(row) != TRACK_COLUMNS for track in motion.of(FlownTrack) for row in track.rows):
-        found = found or f"a row of a flight does not have {TRACK_COLUMNS} numbers"
     if found:
         hint = f"recompute it: safenav export {name} --motion {path}"
         raise UsageError(f"{path}: {found}\n    {hint}")
@@ -91,6 +88,9 @@ def mismatch(motion: Motion, trace: Trace) -> str:
     stranger = next((line.robot for line in motion.lines if line.robot not in header.robots), None)
     if stranger is not None:
         return f"{stranger[:40]} is not a robot of the header"
+    for track in motion.of(FlownTrack):
+        if not track.rows or header.robots[track.robot]["kind"] != "flyer":
+            return f"{track.robot}: a simulated flight without rows, or of no flyer"
     return next(filter(None, (_piece(motion, piece) for piece in motion.of(Moving))), "")
 
 
@@ -155,7 +155,7 @@ def _paths(case: Examination) -> None:
             case.wrong(0.0, name, "order", what)
     case.held = holdings(case)
     check_room(case)
-    check_wind(case)
+    check_tracks(case)
     check_order(case)
     check_distances(case, {n: partial(case.places, n) for n, own in case.pieces.items() if own})
     check_execution(case)

@@ -74,7 +74,7 @@ def _track(motion: records.Motion, robot: str) -> dict[str, Any]:
     walks = "com_x" in columns.columns
     found = {name: columns.columns[given] for name, given in (_WALKER if walks else _BODY).items()}
     if described["kind"] == "flyer":
-        found |= _attitude(motion, robot, columns.times, columns.columns)
+        found |= _attitude(columns.columns)
     return {
         "kind": described["kind"],
         "size": described["size"],
@@ -112,21 +112,11 @@ def _packed(found: Mapping[str, Array]) -> dict[str, Any]:
     return {"columns": list(found), "data": packed(smooth)}
 
 
-def _attitude(
-    motion: records.Motion, robot: str, times: Array, columns: Mapping[str, Array]
-) -> dict[str, Array]:
-    """Return position and quaternion of a flyer as simulated in wind; else the quaternion alone, by
-    which the body's z axis has the direction of the reference's thrust, and its yaw."""
-    rows = [
-        (line.t0 + index * line.step, row)
-        for line in motion.of(records.FlownTrack, robot)
-        for index, row in enumerate(line.rows)
-    ]
-    if rows:
-        at = np.array([time for time, _ in rows])
-        table = np.array([row for _, row in rows])
-        names = {"x": 0, "y": 1, "z": 2, "qw": 6, "qx": 7, "qy": 8, "qz": 9}
-        return {name: np.interp(times, at, table[:, i]) for name, i in names.items()}
+def _attitude(columns: Mapping[str, Array]) -> dict[str, Array]:
+    """Return the quaternion of a flyer in its simulated flight; else that by which the body's z
+    axis has the direction of the reference's thrust, and its yaw."""
+    if "q_w" in columns:
+        return {f"q{axis}": columns[f"q_{axis}"] for axis in "wxyz"}
     up = np.stack([columns["acc_x"], columns["acc_y"], columns["acc_z"] + GRAVITY], axis=1)
     up /= np.linalg.norm(up, axis=1, keepdims=True)
     # The shortest rotation from (0, 0, 1) to ``up``, after a rotation about z by the yaw.
