@@ -16,9 +16,8 @@ let judged specification automaton measures =
       let s = strategy text document measures in
       if establish text.bytes s.graph then Ok "the strategy realizes the specification"  (* establish_sound *)
       else
-        let fine = arrivals text.meaning s.graph in
         let node u = Option.get (PositiveMap.find (name u.number) s.graph) in
-        Error (first_bad s.listed (fun u -> not (check_node text.meaning s.graph fine (node u))))
+        Error (first_bad s.listed (fun u -> not (check_node text.meaning s.graph (node u))))
   | "counterstrategy" ->
       let c = counterstrategy text document measures in
       if refute text.bytes c.cgraph c.start then Ok "no strategy realizes the specification"  (* refute_sound *)

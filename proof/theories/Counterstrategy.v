@@ -8,16 +8,6 @@ Import ListNotations.
 Record cnode := { base : node; chosen : list N }.
 Definition cgraph := PositiveMap.t cnode.
 
-Fixpoint clook (g : cgraph) (ps : list positive) : option (list cnode) :=
-  match ps with
-  | [] => Some []
-  | p :: ps => match PositiveMap.find p g, clook g ps with
-               | Some u, Some us => Some (u :: us)
-               | _, _ => None
-               end
-  end.
-
-Definition call_of (g : cgraph) : list cnode := map snd (PositiveMap.elements g).
 Definition cstate (u : cnode) : state := state_of (base u).
 
 (** What is known at first, and before the robot's reply. *)
@@ -48,7 +38,7 @@ Definition cprogress (sp : spec) (u v : cnode) : bool :=
      end.
 
 Definition check_cnode (sp : spec) (g : cgraph) (u : cnode) : bool :=
-  match clook g (next (base u)) with
+  match look g (next (base u)) with
   | None => false
   | Some vs =>
       let k := then_is (inputs sp) (crow u) (chosen u) in
@@ -63,7 +53,7 @@ Definition check_cnode (sp : spec) (g : cgraph) (u : cnode) : bool :=
   end.
 
 Definition cbeginning (sp : spec) (g : cgraph) (start : list N) : list cnode :=
-  filter (inputs_are sp start) (call_of g).
+  filter (inputs_are sp start) (all_of g).
 
 Definition check_counter (sp : spec) (g : cgraph) (start : list N) : bool :=
   let k := first_is (inputs sp) start in
@@ -71,7 +61,7 @@ Definition check_counter (sp : spec) (g : cgraph) (start : list N) : bool :=
   && legal_input sp start
   && is_nil (simps k (env_init sp))
   && cover false (output_values sp) (simps k (sys_init sp)) (map crow (cbeginning sp g start))
-  && forallb (check_cnode sp g) (call_of g).
+  && forallb (check_cnode sp g) (all_of g).
 
 (** * Soundness *)
 
@@ -92,7 +82,7 @@ Fixpoint conf (k : nat) : list state * option cnode :=
       match u with
       | Some u =>
           let h := get (chosen u) :: h in
-          (h, match clook g (next (base u)) with
+          (h, match look g (next (base u)) with
               | Some vs => find (did (f h)) (filter (inputs_are sp (chosen u)) vs)
               | None => None
               end)
@@ -115,7 +105,7 @@ Lemma cparts :
   simps (first_is (inputs sp) start) (env_init sp) = [] /\
   cover false (output_values sp) (simps (first_is (inputs sp) start) (sys_init sp))
     (map crow (cbeginning sp g start)) = true /\
-  forall u, In u (call_of g) -> check_cnode sp g u = true.
+  forall u, In u (all_of g) -> check_cnode sp g u = true.
 Proof.
   pose proof checked as C. unfold check_counter in C. rewrite !andb_true_iff, forallb_forall in C.
   destruct C as ((((A & B) & C) & D) & E). split; [apply Nat.leb_le; auto |].
@@ -149,22 +139,7 @@ Proof.
   - apply in_seq in X. apply N.eqb_eq, H. lia.
 Qed.
 
-Lemma cfound_in p u : PositiveMap.find p g = Some u -> In u (call_of g).
-Proof.
-  intros H. apply PositiveMap.elements_correct in H.
-  unfold call_of. change u with (snd (p, u)). apply in_map; auto.
-Qed.
-
-Lemma clook_in ps : forall vs v, clook g ps = Some vs -> In v vs -> In v (call_of g).
-Proof.
-  induction ps as [| p ps IH]; intros vs v L I; cbn in L.
-  - injection L as <-. destruct I.
-  - destruct (PositiveMap.find p g) as [u |] eqn:E; [| discriminate].
-    destruct (clook g ps) as [us |]; [| discriminate]. injection L as <-.
-    destruct I as [<- | I]; [exact (cfound_in p u E) | exact (IH us v eq_refl I)].
-Qed.
-
-Lemma cnode_parts u : In u (call_of g) -> exists vs, clook g (next (base u)) = Some vs /\
+Lemma cnode_parts u : In u (all_of g) -> exists vs, look g (next (base u)) = Some vs /\
   let k := then_is (inputs sp) (crow u) (chosen u) in
   let ws := filter (inputs_are sp (chosen u)) vs in
   in_ranges (ranges sp) (crow u) = true /\ legal_input sp (chosen u) = true /\
@@ -173,7 +148,7 @@ Lemma cnode_parts u : In u (call_of g) -> exists vs, clook g (next (base u)) = S
   forall v, In v ws -> cprogress sp u v = true.
 Proof.
   intros I. apply cparts in I. unfold check_cnode in I.
-  destruct (clook g (next (base u))) as [vs |] eqn:L; [| discriminate]. exists vs; split; auto.
+  destruct (look g (next (base u))) as [vs |] eqn:L; [| discriminate]. exists vs; split; auto.
   cbv zeta in *. rewrite !andb_true_iff in I.
   destruct I as ((((((A & B) & C) & D) & E) & _) & _). rewrite forallb_forall in E.
   repeat split; auto.
@@ -182,9 +157,9 @@ Qed.
 
 (** After [k] steps the run is in a node, which says what has happened. *)
 Definition is_in (k : nat) (u : cnode) : Prop :=
-  snd (conf k) = Some u /\ In u (call_of g) /\ (forall x, b k x = cstate u x) /\ env_ok sp b k.
+  snd (conf k) = Some u /\ In u (all_of g) /\ (forall x, b k x = cstate u x) /\ env_ok sp b k.
 
-Lemma beyond u x : In u (call_of g) -> length (ranges sp) <= x -> cstate u x = 0%N.
+Lemma beyond u x : In u (all_of g) -> length (ranges sp) <= x -> cstate u x = 0%N.
 Proof.
   intros I L. destruct (cnode_parts u I) as (_ & _ & R & _).
   apply in_ranges_ok in R as (E & _). apply nth_overflow. unfold crow in E. lia.
@@ -196,7 +171,7 @@ Proof. intros X. unfold b, play. rewrite (proj2 (Nat.ltb_lt _ _) X). reflexivity
 Lemma env_proper k x : x < inputs sp -> within sp (env k) x.
 Proof.
   intros X. destruct cparts as (_ & L & _).
-  assert (forall k, (forall u, snd (conf k) = Some u -> In u (call_of g)) /\
+  assert (forall k, (forall u, snd (conf k) = Some u -> In u (all_of g)) /\
                     within sp (env k) x) as H; [| apply H].
   clear k. intros k; induction k as [| k (IH & _)].
   - split; [| apply legal_within; auto]. intros u E. cbn in E. apply find_some in E as (E & _).
@@ -205,7 +180,7 @@ Proof.
     + specialize (IH u eq_refl). destruct (cnode_parts u IH) as (vs & Q & _ & M & _).
       rewrite Q. split; [| apply legal_within; auto].
       intros v E. apply find_some in E as (E & _). apply filter_In in E as (E & _).
-      eapply clook_in; eauto.
+      eapply look_in; eauto.
     + split; [discriminate | apply legal_within; auto].
 Qed.
 
@@ -277,7 +252,7 @@ Proof.
     destruct (found_by ws _ (b (S k)) r J G B) as (v & Q).
     exists v. destruct (find_some _ _ Q) as (J' & D). split; [| auto].
     pose proof J' as J''. unfold ws in J''. apply filter_In in J'' as (J'' & D').
-    assert (In v (call_of g)) as I' by (eapply clook_in; eauto).
+    assert (In v (all_of g)) as I' by (eapply look_in; eauto).
     split; [| split; [auto | split; [| auto]]].
     + cbn [conf]. destruct (conf k) as (h, o). cbn in N. rewrite N. cbn. rewrite L. exact Q.
     + intros x. destruct (Nat.lt_ge_cases x (inputs sp)) as [X | X].
@@ -319,22 +294,12 @@ Proof.
   destruct (nth_error ex a) as [h |]; auto. rewrite (sat_ext s s' t t' h E E'). reflexivity.
 Qed.
 
-Lemma progresses_at goals : forall s s' ms ms' j goal,
-  progresses [] goals s s' ms ms' = true -> nth_error goals j = Some goal ->
-  progress [] goal s s' (nth j ms (0%N, None)) (nth j ms' (0%N, None)) = true.
-Proof.
-  induction goals as [| g' goals IH]; intros s s' ms ms' j goal P J; [destruct j; discriminate |].
-  destruct ms as [| m ms], ms' as [| m' ms']; cbn in P; try discriminate.
-  destruct (progress [] g' s s' m m') eqn:Q; [| discriminate].
-  destruct j as [| j]; cbn in *; [injection J as <-; auto | eapply IH; eauto].
-Qed.
-
 Lemma assumptions_met a : In a (env_live sp) -> again b a.
 Proof.
   intros I. apply In_nth_error in I as (j & J).
   apply (measured b (fun k => nth j (rank_of (base (path k))) (0%N, None)) [] a); [| intros ? []].
   intros k. pose proof (path_progress k) as P. unfold cprogress in P.
-  apply andb_true_iff in P as (P & _). eapply progresses_at in P; eauto.
+  apply andb_true_iff in P as (P & _). eapply progresses_nth in P; eauto.
   rewrite <- P. apply progress_ext; intros x; [apply (on_path k) | apply (on_path (S k))].
 Qed.
 

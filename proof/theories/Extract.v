@@ -5,5 +5,5 @@ Set Extraction AccessOpaque.
 Extraction "extracted/proved.ml"
   establish refute
   (* for evidence, and to say what is wrong *)
-  parse begins arrivals check_node check_cnode
+  parse begins check_node check_cnode
   PositiveMap.add PositiveMap.empty N.of_nat.

@@ -72,22 +72,16 @@ Proof. destruct b; reflexivity. Qed.
 Lemma simp_ok k s s' f : agrees k s s' -> sat s s' (simp k f) = sat s s' f.
 Proof.
   intros A; induction f as [| | r | c a b | f IHf | f IHf g IHg | f IHf g IHg | f IHf g IHg
-    | f IHf g IHg | f IHf g IHg]; try reflexivity.
+    | f IHf g IHg | f IHf g IHg]; try reflexivity;
+    try (cbn [simp sat]; rewrite <- IHf, <- IHg; destruct (simp k f); try reflexivity;
+      destruct (simp k g); try reflexivity; cbn [sat];
+      repeat match goal with |- context [if ?b then _ else _] => destruct b end; reflexivity).
   - simpl. destruct (k r) eqn:E; simpl; auto.
     rewrite of_bool_ok, (A _ _ E); reflexivity.
   - pose proof (simp_term_ok k s s' a A) as Ha; pose proof (simp_term_ok k s s' b A) as Hb.
     cbn [simp sat]; rewrite <- Ha, <- Hb.
     destruct (simp_term k a), (simp_term k b); try reflexivity. apply of_bool_ok.
   - cbn [simp sat]; rewrite <- IHf. destruct (simp k f); reflexivity.
-  - cbn [simp sat]; rewrite <- IHf, <- IHg. destruct (simp k f); try reflexivity;
-      destruct (simp k g); try reflexivity; cbn [sat];
-      repeat match goal with |- context [if ?b then _ else _] => destruct b end; reflexivity.
-  - cbn [simp sat]; rewrite <- IHf, <- IHg. destruct (simp k f); try reflexivity;
-      destruct (simp k g); try reflexivity; cbn [sat];
-      repeat match goal with |- context [if ?b then _ else _] => destruct b end; reflexivity.
-  - cbn [simp sat]; rewrite <- IHf, <- IHg. destruct (simp k f); try reflexivity;
-      destruct (simp k g); try reflexivity; cbn [sat];
-      repeat match goal with |- context [if ?b then _ else _] => destruct b end; reflexivity.
   - cbn [simp sat]; rewrite <- IHf, <- IHg.
     assert (forall b, Bool.eqb true b = b) by (intros []; reflexivity).
     assert (forall b, Bool.eqb b true = b) by (intros []; reflexivity).

@@ -9,8 +9,8 @@ Definition graph := PositiveMap.t node.
 
 Definition state_of (u : node) : state := get (row u).
 
-(** The nodes of these names; None if some name is unknown. *)
-Fixpoint look (g : graph) (ps : list positive) : option (list node) :=
+(** The nodes of a graph with these names; None if some name is unknown. *)
+Fixpoint look {A} (g : PositiveMap.t A) (ps : list positive) : option (list A) :=
   match ps with
   | [] => Some []
   | p :: ps => match PositiveMap.find p g, look g ps with
@@ -19,7 +19,19 @@ Fixpoint look (g : graph) (ps : list positive) : option (list node) :=
                end
   end.
 
-Definition all_of (g : graph) : list node := map snd (PositiveMap.elements g).
+Definition all_of {A} (g : PositiveMap.t A) : list A := map snd (PositiveMap.elements g).
+
+Lemma look_in {A} (g : PositiveMap.t A) ps : forall vs v, look g ps = Some vs -> In v vs ->
+  In v (all_of g).
+Proof.
+  induction ps as [| p ps IH]; intros vs v L I; cbn in L.
+  - injection L as <-. destruct I.
+  - destruct (PositiveMap.find p g) as [u |] eqn:E; [| discriminate].
+    destruct (look g ps) as [us |]; [| discriminate]. injection L as <-.
+    destruct I as [<- | I]; [| exact (IH us v eq_refl I)].
+    apply PositiveMap.elements_correct in E.
+    unfold all_of. change u with (snd (p, u)). apply in_map; auto.
+Qed.
 
 Definition begins (sp : spec) (u : node) : bool :=
   if sats (state_of u) (state_of u) (env_init sp)
@@ -57,6 +69,16 @@ Fixpoint progresses (excuses goals : list form) (s s' : state) (ms ms' : list ra
   | _, _, _ => false
   end.
 
+Lemma progresses_nth ex goals : forall s s' ms ms' j goal,
+  progresses ex goals s s' ms ms' = true -> nth_error goals j = Some goal ->
+  progress ex goal s s' (nth j ms (0%N, None)) (nth j ms' (0%N, None)) = true.
+Proof.
+  induction goals as [| g' goals IH]; intros s s' ms ms' j goal P J; [destruct j; discriminate |].
+  destruct ms as [| m ms], ms' as [| m' ms']; cbn in P; try discriminate.
+  destruct (progress ex g' s s' m m') eqn:Q; [| discriminate].
+  destruct j as [| j]; cbn in *; [injection J as <-; auto | eapply IH; eauto].
+Qed.
+
 (** What is known in a node before the next step. *)
 Definition now_is (r : list N) : known :=
   fun x => match x with Now x => Some (get r x) | Next _ => None end.
@@ -70,47 +92,26 @@ Definition check_edge (sp : spec) (fs : list form) (u v : node) : bool :=
   then progresses (env_live sp) (sys_live sp) (state_of u) (state_of v) (rank_of u) (rank_of v)
   else false.
 
-(** Formulas about the next state alone are evaluated once per node, not once per edge. *)
-Fixpoint term_now (t : term) : bool :=
-  match t with
-  | Const _ | Ref (Next _) => false
-  | Ref (Now _) => true
-  | Add a b => term_now a || term_now b
-  end.
-Fixpoint reads_now (f : form) : bool :=
-  match f with
-  | T | F | Truth (Next _) => false
-  | Truth (Now _) => true
-  | Cmp _ a b => term_now a || term_now b
-  | Not f => reads_now f
-  | And f g | Or f g | Imp f g | Iff f g | Xor f g => reads_now f || reads_now g
-  end.
-
-Definition arrivals (sp : spec) (g : graph) : PositiveMap.t bool :=
-  let fixed := filter (fun f => negb (reads_now f)) (sys_trans sp) in
-  PositiveMap.map (fun v => sats (state_of v) (state_of v) fixed) g.
-
-Definition check_node (sp : spec) (g : graph) (fine : PositiveMap.t bool) (u : node) : bool :=
+Definition check_node (sp : spec) (g : graph) (u : node) : bool :=
   match look g (next u) with
   | None => false
   | Some vs =>
       let rows := map row vs in
       let env := simps (now_is (row u)) (env_trans sp) in
-      let sys := simps (now_is (row u)) (filter reads_now (sys_trans sp)) in
+      let sys := simps (now_is (row u)) (sys_trans sp) in
       in_ranges (ranges sp) (row u)
       && distinct (inputs sp) rows
       && forallb (check_edge sp (env ++ sys) u) vs
       && cover true (input_values sp) env rows
       && Nat.eqb (length (rank_of u)) (length (sys_live sp))
       && forallb (rank_ok (length (env_live sp))) (rank_of u)
-      && forallb (fun p => match PositiveMap.find p fine with Some b => b | None => false end) (next u)
   end.
 
 Definition nothing : known := fun _ => None.
 
 Definition check (sp : spec) (g : graph) : bool :=
   Nat.leb (inputs sp) (length (ranges sp))
-  && (let fine := arrivals sp g in forallb (check_node sp g fine) (all_of g))
+  && forallb (check_node sp g) (all_of g)
   && cover false (input_values sp) (simps nothing (env_init sp)) (map row (beginning sp g))
   && match beginning sp g with [] => false | _ => true end. (* else the claim is empty *)
 
@@ -146,66 +147,10 @@ Proof.
   unfold check in checked. rewrite !andb_true_iff in checked. apply Nat.leb_le. tauto.
 Qed.
 
-Lemma node_checked u : In u (all_of g) -> check_node sp g (arrivals sp g) u = true.
+Lemma node_checked u : In u (all_of g) -> check_node sp g u = true.
 Proof.
   unfold check in checked. rewrite !andb_true_iff, forallb_forall in checked.
   destruct checked as (((_ & H) & _) & _). auto.
-Qed.
-
-Lemma found_in p u : PositiveMap.find p g = Some u -> In u (all_of g).
-Proof.
-  intros H. apply PositiveMap.elements_correct in H.
-  unfold all_of. change u with (snd (p, u)). apply in_map; auto.
-Qed.
-
-Lemma look_in ps : forall vs v, look g ps = Some vs -> In v vs -> In v (all_of g).
-Proof.
-  induction ps as [| p ps IH]; intros vs v L I; cbn in L.
-  - injection L as <-. destruct I.
-  - destruct (PositiveMap.find p g) as [u |] eqn:E; [| discriminate].
-    destruct (look g ps) as [us |]; [| discriminate]. injection L as <-.
-    destruct I as [<- | I]; [exact (found_in p u E) | exact (IH us v eq_refl I)].
-Qed.
-
-Lemma look_find ps : forall vs v, look g ps = Some vs -> In v vs ->
-  exists p, In p ps /\ PositiveMap.find p g = Some v.
-Proof.
-  induction ps as [| p ps IH]; intros vs v L I; cbn in L.
-  - injection L as <-. destruct I.
-  - destruct (PositiveMap.find p g) as [u |] eqn:E; [| discriminate].
-    destruct (look g ps) as [us |]; [| discriminate]. injection L as <-.
-    destruct I as [<- | I]; [exists p; split; [left |]; auto |].
-    destruct (IH us v eq_refl I) as (q & J & Q). exists q; split; [right |]; auto.
-Qed.
-
-Lemma term_next s t s' a : term_now a = false -> value s s' a = value t s' a.
-Proof.
-  induction a as [| [] | a IHa b IHb]; cbn; intros H; auto; try discriminate.
-  apply orb_false_iff in H as (A & B). rewrite IHa, IHb; auto.
-Qed.
-
-Lemma sat_next s t s' f : reads_now f = false -> sat s s' f = sat t s' f.
-Proof.
-  induction f as [| | [] | c a b | | | | | |]; cbn; intros H; auto; try discriminate;
-    try (apply orb_false_iff in H as (A & B));
-    rewrite ?IHf, ?IHf1, ?IHf2 by auto; auto.
-  rewrite (term_next s t s' a), (term_next s t s' b); auto.
-Qed.
-
-Lemma sats_split s s' fs : sats s s' (filter reads_now fs) = true ->
-  sats s' s' (filter (fun f => negb (reads_now f)) fs) = true -> sats s s' fs = true.
-Proof.
-  unfold sats. rewrite !forallb_forall. intros A B f I.
-  destruct (reads_now f) eqn:E.
-  - apply A, filter_In; auto.
-  - rewrite (sat_next s s' s' f E). apply B, filter_In. rewrite E; auto.
-Qed.
-
-Lemma arrives p v : PositiveMap.find p g = Some v ->
-  match PositiveMap.find p (arrivals sp g) with Some b => b | None => false end = true ->
-  sats (state_of v) (state_of v) (filter (fun f => negb (reads_now f)) (sys_trans sp)) = true.
-Proof.
-  unfold arrivals, PositiveMap.map. rewrite PositiveMap.gmapi. intros ->. auto.
 Qed.
 
 Lemma now_agrees u s' : agrees (now_is (row u)) (state_of u) s'.
@@ -239,16 +184,14 @@ Lemma node_parts u : In u (all_of g) -> exists vs, look g (next u) = Some vs /\
 Proof.
   intros I. apply node_checked in I. unfold check_node in I.
   destruct (look g (next u)) as [vs |] eqn:L; [| discriminate]. exists vs; split; auto.
-  rewrite !andb_true_iff in I. destruct I as ((((((R & _) & E) & C) & _) & _) & Ar).
+  rewrite !andb_true_iff in I. destruct I as (((((R & _) & E) & C) & _) & _).
   repeat split; auto;
     rewrite forallb_forall in E; pose proof (E _ H) as E'; unfold check_edge in E';
     destruct (sats (state_of u) (state_of v) (simps (now_is (row u)) (env_trans sp) ++
-       simps (now_is (row u)) (filter reads_now (sys_trans sp)))) eqn:Q; try discriminate;
+       simps (now_is (row u)) (sys_trans sp))) eqn:Q; try discriminate;
     unfold sats in Q; rewrite forallb_app, andb_true_iff in Q; destruct Q as (Q & Q').
   - rewrite <- (simps_ok _ _ _ _ (now_agrees u (state_of v))); auto.
-  - apply sats_split; [rewrite <- (simps_ok _ _ _ _ (now_agrees u (state_of v))); auto |].
-    destruct (look_find _ _ _ L H) as (q & J & F'). rewrite forallb_forall in Ar.
-    exact (arrives q v F' (Ar q J)).
+  - rewrite <- (simps_ok _ _ _ _ (now_agrees u (state_of v))); auto.
   - auto.
 Qed.
 
@@ -303,16 +246,6 @@ Lemma begins_ok u : In u (beginning sp g) -> In u (all_of g) /\
 Proof.
   intros I. apply filter_In in I as (I & B). split; auto. unfold begins in B.
   destruct (sats (state_of u) (state_of u) (env_init sp)); auto; discriminate.
-Qed.
-
-Lemma progresses_nth goals : forall s s' ms ms' j goal,
-  progresses (env_live sp) goals s s' ms ms' = true -> nth_error goals j = Some goal ->
-  progress (env_live sp) goal s s' (nth j ms (0%N, None)) (nth j ms' (0%N, None)) = true.
-Proof.
-  induction goals as [| g' goals IH]; intros s s' ms ms' j goal P J; [destruct j; discriminate |].
-  destruct ms as [| m ms], ms' as [| m' ms']; cbn in P; try discriminate.
-  destruct (progress (env_live sp) g' s s' m m') eqn:Q; [| discriminate].
-  destruct j as [| j]; cbn in *; [injection J as <-; auto | eapply IH; eauto].
 Qed.
 
 (** Every infinite path from a node keeps the system's rules, and starves no goal. *)
