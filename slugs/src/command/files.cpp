@@ -4,8 +4,8 @@
 
 #include <cassert>
 #include <cerrno>
-#include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <vector>
 
 #include <fcntl.h>
@@ -141,12 +141,9 @@ private:
 namespace {
 
 std::string resolved(const std::string &path) {
-  char *real = ::realpath(path.c_str(), nullptr);
-  if (!real)
-    return path; // does not exist yet
-  const std::string result = real;
-  std::free(real);
-  return result;
+  std::error_code missing;
+  const std::filesystem::path real = std::filesystem::canonical(path, missing);
+  return missing ? path : real.string(); // it does not exist yet
 }
 
 [[noreturn]] void cannot_open(const std::string &path, int reason) {
