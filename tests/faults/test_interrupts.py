@@ -20,6 +20,7 @@ import pytest
 
 from children import ran
 from faults.conftest import CASE_STUDY, ROOT
+from safenav.outfile import write_all
 from warm import safenav
 
 INTERRUPTED = 130
@@ -194,6 +195,21 @@ def test_an_interrupted_command_prints_nothing_false(
     for path in written:
         assert path in whole.files, f"{path} is left behind"
         check_whole(folder / path)
+
+
+def test_an_interrupt_between_two_files_waits_for_all_of_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    renamed = Path.replace
+
+    def interrupted(self: Path, target: Path) -> Path:
+        os.kill(os.getpid(), signal.SIGINT)
+        return renamed(self, target)
+
+    monkeypatch.setattr(Path, "replace", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        write_all(tmp_path, [("one", "1"), ("two", "2"), ("three", "3")])
+    assert files(tmp_path) == {"one", "two", "three"}
 
 
 def check_whole(path: Path) -> None:
