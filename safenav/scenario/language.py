@@ -86,7 +86,9 @@ Span = Annotated[Raw, Key(form={"anyOf": [_COUNT, matching(r"(\d{1,9})\s*-\s*(\d
 FormulaList = Annotated[Raw, Key(form=str | tuple[str, ...])]
 """A formula, or a list of formulas."""
 GridRows = Annotated[Raw, Key(form={"anyOf": [matching(_GRID), _ROWS]})]
-MapOrigin = Annotated[Raw, Key(form=tuple[float, ...], schema={"minItems": 2, "maxItems": 3})]
+MapOrigin = Annotated[
+    tuple[float, float] | tuple[float, float, float], Key(expected="[x, y] or [x, y, yaw]")
+]
 
 
 def _capability(word: Scalar, node: Node, what: str, findings: Findings) -> Scalar:

@@ -16,14 +16,17 @@ import re
 from collections.abc import Sequence
 from fractions import Fraction
 from io import BytesIO
+from math import ceil, floor
 from typing import TYPE_CHECKING, NamedTuple
+from warnings import catch_warnings, simplefilter
 
 import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
 from safenav.extras import install_command
-from safenav.world.map import Region
+from safenav.world.map import Region, RegionMap
+from safenav.world.partition import pieces
 
 if TYPE_CHECKING:
     from PIL.Image import Image as Picture
@@ -131,7 +134,8 @@ class MapFileError(Exception):
 MAX_PIXELS = 2**25
 _CONVERT = "save it as PNG or PGM"
 _GAP = rb"(?:\s|#[^\r\n]*[\r\n])+"
-_PGM = re.compile(rb"P5" + _GAP + rb"\d+" + _GAP + rb"\d+" + _GAP + rb"([1-9]\d{0,4})\s")
+_NUMBERS = _GAP + rb"(\d{1,9})" + _GAP + rb"(\d{1,9})" + _GAP + rb"([1-9]\d{0,4})\s"
+_PGM = re.compile(rb"(P[25])" + _NUMBERS)
 
 
 class Image(Struct, frozen=True):
@@ -152,44 +156,68 @@ def read_image(data: bytes) -> Image:
     """The pixels of an image file. Raises MapFileError."""
     if not data:
         raise MapFileError(Flaw("the file is empty", _CONVERT))
+    if data.startswith((b"P2", b"P5")):
+        return _pgm(data)
+    if data.startswith(b"\x89PNG"):
+        return _png(data)
+    raise MapFileError(Flaw("neither a PNG nor a PGM image", _CONVERT))
+
+
+def _check_size(width: int, height: int) -> None:
+    if not 0 < width * height <= MAX_PIXELS:
+        found = f"an image of {width} x {height} pixels; the maximum is {MAX_PIXELS}"
+        raise MapFileError(Flaw(found, "scale it down: a few pixels for each region are enough"))
+
+
+def _pgm(data: bytes) -> Image:
+    """A PGM, plain (P2) or binary (P5). Pillow ignores what a wrong header leaves over or makes too
+    bright."""
+    head = _PGM.match(data)
+    if head is None:
+        hint = "it has 'P2' or 'P5', then width, height and the brightest value"
+        raise MapFileError(Flaw("a broken image: the header of a PGM is not complete", hint))
+    width, height, white = (int(number) for number in head.groups()[1:])
+    _check_size(width, height)
+    body, count = data[head.end() :], width * height
+    if head[1] == b"P5":
+        size = 1 if white < 256 else 2
+        body = body[: count * size] + body[count * size :].rstrip()  # a line may end there
+        found = np.frombuffer(body, np.uint8 if size == 1 else ">u2", len(body) // size)
+        given = len(body) / size
+    else:
+        with catch_warnings():
+            simplefilter("error")
+            try:
+                found = np.fromstring(body, np.int64, sep=" ")
+            except (DeprecationWarning, OverflowError, ValueError):
+                hint = "the pixels of 'P2' are whole numbers"
+                raise MapFileError(Flaw("a broken image: not a number", hint)) from None
+        given = len(found)
+    if given != count:
+        hint = "check width and height in the header, or copy it again"
+        what = f"{given:.10g} pixels where the header announces {count}"
+        raise MapFileError(Flaw(what, hint))
+    if not 0 <= int(found.min()) <= int(found.max()) <= white <= 65535:
+        what = f"a pixel is brighter ({found.max()}) than the header allows ({white})"
+        raise MapFileError(Flaw(what, "the third number of the header is the brightest value"))
+    return Image(found.astype(np.uint16).reshape(height, width), white)
+
+
+def _png(data: bytes) -> Image:
     try:
         from PIL import Image as Pillow
-        from PIL import UnidentifiedImageError
     except ImportError:
         hint = install_command("maps")
-        raise MapFileError(Flaw("an image needs Pillow, which is not installed", hint)) from None
+        raise MapFileError(Flaw("a PNG needs Pillow, which is not installed", hint)) from None
+    if len(data) >= 24:  # before Pillow, which warns of other sizes
+        _check_size(int.from_bytes(data[16:20], "big"), int.from_bytes(data[20:24], "big"))
     try:
-        with Pillow.open(BytesIO(data), formats=["PNG", "PPM"]) as picture:
-            width, height = picture.size
-            if not 0 < width * height <= MAX_PIXELS:
-                found = f"an image of {width} x {height} pixels; the maximum is {MAX_PIXELS}"
-                hint = "scale it down: a few pixels for each region are enough"
-                raise MapFileError(Flaw(found, hint))
-            if (head := _PGM.match(data)) is not None:
-                return _pgm(data[head.end() :], width, height, int(head[1]))
+        with Pillow.open(BytesIO(data), formats=["PNG"]) as picture:
             picture.load()
             return _decoded(picture)
-    except MapFileError:
-        raise
-    except UnidentifiedImageError:
-        raise MapFileError(Flaw("neither a PNG nor a PGM image", _CONVERT)) from None
     except Exception as error:  # its readers raise errors of any kind
         reason = str(error).splitlines()[0][:100] if str(error) else type(error).__name__
         raise MapFileError(Flaw(f"a broken image: {reason}", "save it again")) from None
-
-
-def _pgm(body: bytes, width: int, height: int, white: int) -> Image:
-    """A binary PGM. Pillow ignores what a wrong header leaves over or makes too bright, and scales
-    other brightnesses than 255 one by one."""
-    found = np.frombuffer(body, np.uint8 if white < 256 else ">u2", len(body) >> (white > 255))
-    count = width * height
-    if len(found) < count or body[count << (white > 255) :].strip():
-        hint = "check width and height in the header, or copy it again"
-        raise MapFileError(Flaw(f"{len(found)} pixels where the header announces {count}", hint))
-    if not int(found[:count].max()) <= white <= 65535:
-        what = f"a pixel is brighter ({found[:count].max()}) than the header allows ({white})"
-        raise MapFileError(Flaw(what, "the third number of the header is the brightest value"))
-    return Image(found[:count].astype(np.uint16).reshape(height, width), white)
 
 
 def dark(image: Image) -> Blocked:
@@ -208,6 +236,40 @@ def _decoded(picture: Picture) -> Image:
     transparent = channels[..., 3] < 128
     hidden = transparent if bool(transparent.any()) else None
     return Image(brightness, 3 * 255, hidden)
+
+
+def crossed(blocked: Blocked, layout: Layout, world: RegionMap) -> list[Region]:
+    """Free regions that blocked pixels cross from one side to the opposite one."""
+    found = []
+    for region in world.free:
+        row, col = world.position(region)
+        south = blocked.shape[0] - (world.rows - 1 - row) * layout.height
+        top, bottom = max(0, floor(south - layout.height)), ceil(south)
+        left, right = floor(col * layout.width), ceil((col + 1) * layout.width)
+        part = blocked[top:bottom, left:right]
+        if part.any() and (part.any(axis=0).all() or part.any(axis=1).all()):
+            found.append(region)
+    return found
+
+
+_ENOUGH = 0.6
+"""Share of the free floor that a division has to keep connected to be suggested."""
+
+
+def suggested(blocked: Blocked) -> tuple[int, int]:
+    """Rows and columns of square regions: the fewest that keep most of the free floor connected."""
+    height, width = blocked.shape
+    best, most = (1, 1), -1.0
+    for longer in (12, 16, 20, 25, 30, 40, 50, 64, 80, 100, 128):
+        side = max(height, width) / min(longer, max(height, width))
+        rows, cols = max(1, round(height / side)), max(1, round(width / side))
+        world = RegionMap(rows, cols, walls(blocked, Layout.of_count(blocked, rows, cols)))
+        share = max(map(len, pieces(world.free, world)), default=0) / (rows * cols)
+        if share >= _ENOUGH * float((~blocked).mean()):
+            return rows, cols
+        if share > most:
+            best, most = (rows, cols), share
+    return best
 
 
 FREE = frozenset(".GSE")

@@ -86,6 +86,12 @@ def test_dust_and_walls_off_the_grid_are_walls_unless_a_share_is_given() -> None
     assert found[2] == "##...#..##..#", "dust in column 5, walls one pixel too far in the east"
 
 
+def test_a_wall_that_a_share_removes_is_noted() -> None:
+    assert load("image: rooms.png, rows: 7, cols: 13, share: 0.3").notes == ()
+    (note,) = load("image: rooms.png, rows: 3, cols: 4, share: 0.9", 5).notes[:1]
+    assert "a share of 0.9 removes a wall" in note
+
+
 def test_a_file_may_be_divided_into_finer_regions() -> None:
     fine = load("movingai: rooms.map, rows: 14, cols: 26", 54).grid_rows()
     assert fine == [row for drawn in ROOMS for row in ["".join(2 * c for c in drawn)] * 2]
@@ -140,7 +146,12 @@ def test_unknown_pixels_of_a_ros_map_are_walls(tmp_path: Path) -> None:
         (b"P5 4 2 255\n", b"\xff" * 9, "9 pixels where the header announces 8"),
         (b"P5 # from a robot\n4 2 255\n", b"\xff" * 7, "7 pixels where the header announces 8"),
         (b"P5 4 2 9\n", b"\x40" * 8, r"a pixel is brighter \(64\) than the header allows \(9\)"),
-        (b"P5 2 2 65535\n", b"\xff" * 9, "brighter|pixels where the header announces 4"),
+        (b"P5 2 2 65535\n", b"\xff" * 9, "4.5 pixels where the header announces 4"),
+        (b"P2 4 2 9\n", b"9 " * 9, "9 pixels where the header announces 8"),
+        (b"P2 4 2 9\n", b"9 " * 7 + b"-1", "a pixel is brighter"),
+        (b"P2 4 2 9\n", b"9 " * 7 + b"white", "not a number"),
+        (b"P5 20000 20000 9\n", b"", "an image of 20000 x 20000 pixels; the maximum is"),
+        (b"P4 4 2\n", b"\x00\x00", "neither a PNG nor a PGM image"),
     ],
 )
 def test_a_pgm_is_what_its_header_announces(

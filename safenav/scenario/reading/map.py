@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import os
 import re
-from importlib.util import find_spec
 from pathlib import Path
 
 from msgspec import Struct
@@ -16,20 +15,20 @@ from safenav.extras import install_command
 from safenav.file_kind import ROS_MAP, kind_of
 from safenav.scenario import language
 from safenav.scenario.language import FORMS, OPTIONS, MapKeys
-from safenav.scenario.reading.grid import NO_SIZE, read_grid, read_origin
-from safenav.scenario.reading.regions import Reading
-from safenav.scenario.yaml.document import Scalar, clipped
+from safenav.scenario.reading.regions import NO_SIZE, Reading, too_large
+from safenav.scenario.yaml.document import Node, Place, Scalar, Sequence, clipped
 from safenav.scenario.yaml.findings import (
     FOREIGN,
     Findings,
     ReadableFolder,
+    described,
     listed,
     parsed,
     read_source,
     wrong_type,
 )
-from safenav.scenario.yaml.typed import entries, read
-from safenav.world.map import Frame, RegionMap
+from safenav.scenario.yaml.typed import entries, read, sequence
+from safenav.world.map import FREE, MAX_REGIONS, WALL, Frame, RegionMap
 
 _HINT = (
     "write 'grid: |' and below it one indented line of '#' and '.' for each row, or name a file: "
@@ -67,49 +66,37 @@ def _form(item: language.MapKeys, findings: Findings) -> str | None:
 
 
 def _read_form(form: str, item: language.MapKeys, reading: Reading) -> RegionMap | None:
-    node = item.at(form)
-    if node is None or getattr(item, form) is None:
+    given = getattr(item, form)
+    if given is None:
         return None
-    if form != "grid" and not _has_numpy():
+    if form == "grid":
+        frame, world = _frame(item, reading), read_grid(given.node, reading)
+        return world and replace(world, frame=frame)
+    try:  # only map files need numpy, whose import takes longer than reading a whole scenario
+        from safenav.scenario.reading import map_file
+    except ImportError:
         hint = f"{install_command('maps')}\n    or draw the map with 'grid'"
-        reading.add(node, "a map file needs numpy, which is not installed", hint)
+        reading.add(given, "a map file needs numpy, which is not installed", hint)
         return None
-    if form != "grid" and isinstance(item.resolution, tuple):
+    if isinstance(item.resolution, tuple):
         wrong_type(item.at("resolution"), "'resolution' of map", "a number", reading)
         return None
-    # Only map files need numpy, whose import takes longer than reading a whole scenario.
     if form == "ros":
-        from safenav.scenario.reading.map_file import read_ros
-
-        return read_ros(node, item, reading)
-    frame = _frame(item, reading)
-    if form == "grid":
-        world = read_grid(node, reading)
-    else:
-        from safenav.scenario.reading.map_file import read_image_map, read_movingai_map
-
-        reader = read_image_map if form == "image" else read_movingai_map
-        world = reader(node, item, reading)
+        return map_file.read_ros(given, item, reading)
+    reader = map_file.read_image_map if form == "image" else map_file.read_movingai_map
+    frame, world = _frame(item, reading), reader(given, item, reading)
     return world and replace(world, frame=frame)
-
-
-def _has_numpy() -> bool:
-    """Return whether numpy is installed, without loading it."""
-    try:
-        return find_spec("numpy") is not None
-    except ValueError:  # hidden: ``sys.modules`` has None in its place
-        return False
 
 
 def _frame(item: language.MapKeys, findings: Findings) -> Frame | None:
     """Return the frame of the map, if the scenario states the size of regions."""
     side, origin = item.resolution, item.origin
-    if origin is not None and item.at("resolution") is None:
+    if item.at("origin") is not None and item.at("resolution") is None:
         hint = "also write 'resolution', the side of a region in metres"
-        findings.add(origin.node, "map: 'origin' without 'resolution'", hint)
-    x, y, yaw = (origin and read_origin(origin.node, origin.what, findings)) or (0.0, 0.0, 0.0)
+        findings.add(item.at("origin"), "map: 'origin' without 'resolution'", hint)
     if side is None:
         return None
+    x, y, yaw = (*(origin or (0.0, 0.0)), 0.0)[:3]
     return Frame(side if isinstance(side, tuple) else (side, side), (x, y), yaw)
 
 
@@ -212,3 +199,76 @@ def _tell_whole_file(findings: Findings, division: Division) -> None:
             made = [d._replace(hint=_ASK) if d.found == NO_SIZE else d for d in made]
         made = [d._replace(hint=_AS_OPTIONS.sub(r"--\1 \2", d.hint)) for d in made]
         raise InputError(made) from None
+
+
+_CHARACTERS = frozenset({WALL, FREE})
+
+
+def read_grid(node: Node, findings: Findings) -> RegionMap | None:
+    """Return the map in a ``grid``; None after an error was reported."""
+    rows = _rows(node, findings)
+    if rows is None:
+        return None
+    if not rows or not rows[0][1]:
+        hint = "write 'grid: |' and below it one indented line of '#' and '.' for each row"
+        findings.add(node, "the grid is empty", hint)
+        return None
+    before = len(findings)
+    cols = len(rows[0][1])
+    for number, (place, row) in enumerate(rows):
+        if len(row) != cols:
+            found = f"ragged map: row {number} has {len(row)} characters, row 0 has {cols}"
+            findings.add(place, found, "every row of the grid is equally long")
+        if not _CHARACTERS.issuperset(row):
+            odd = next(i for i, char in enumerate(row) if char not in _CHARACTERS)
+            at = Place(place.line, place.column + odd)
+            found = f"row {number}, column {odd} of the map: '{clipped(row[odd])}'"
+            findings.add(at, found, "'#' is a wall and '.' is free; there is nothing else")
+    if len(rows) * cols > MAX_REGIONS:
+        findings.add(node, *too_large(len(rows), cols))
+    if len(findings) > before:
+        return None
+    return RegionMap.from_grid(row for _, row in rows)
+
+
+def _rows(node: Node, findings: Findings) -> list[tuple[Place, str]] | None:
+    """Return the rows of the grid, each with its place in the file, without trailing blanks and
+    surrounding empty lines."""
+    if isinstance(node, Sequence):
+        return _listed_rows(node, findings)
+    if isinstance(node, Scalar) and node.value is None:
+        return []
+    if not isinstance(node, Scalar) or not isinstance(node.value, str):
+        wrong_type(node, "'grid' of map", "a block of text ('grid: |')", findings)
+        return None
+    lines = [(index, line.rstrip()) for index, line in enumerate(node.value.split("\n"))]
+    while lines and not lines[-1][1]:
+        lines.pop()
+    while lines and not lines[0][1]:
+        lines.pop(0)
+    if node.style != "|":
+        if any(" " in line for _, line in lines):
+            hint = "write 'grid: |' so that line breaks are kept"
+            findings.add(node, "the rows of the grid run together", hint)
+            return None
+        return [(node.place, line) for _, line in lines]
+    return [
+        (_row_place(node.place.line + 1 + index, line, findings), line) for index, line in lines
+    ]
+
+
+def _row_place(line: int, row: str, findings: Findings) -> Place:
+    written = findings.lines[line - 1].rstrip() if line <= len(findings.lines) else row
+    return Place(line, len(written) - len(row) + 1)
+
+
+def _listed_rows(node: Sequence, findings: Findings) -> list[tuple[Place, str]] | None:
+    rows = []
+    for item in sequence(node, "'grid' of map", findings) or ():
+        if not isinstance(item, Scalar) or not isinstance(item.value, str):
+            found = f"a row of the grid: found {described(item)}, expected text"
+            findings.add(item, found, "quote rows in a list: without quotes '#' is a comment")
+            return None
+        quote = 1 if item.style in ("'", '"') else 0
+        rows.append((Place(item.place.line, item.place.column + quote), item.value.rstrip()))
+    return rows

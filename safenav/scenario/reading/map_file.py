@@ -7,6 +7,7 @@ file.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from fractions import Fraction
 from math import ceil
 from pathlib import Path
@@ -17,26 +18,35 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.file_kind import ROS_MAP
-from safenav.scenario.language import MapKeys
-from safenav.scenario.reading.grid import NO_SIZE, read_origin, too_large
-from safenav.scenario.reading.regions import Reading
+from safenav.scenario.language import MapKeys, MapOrigin
+from safenav.scenario.reading.regions import NO_SIZE, Reading, too_large
 from safenav.scenario.yaml.document import Node, Place, Scalar, clipped
 from safenav.scenario.yaml.findings import Findings, parsed, read_bytes, read_source, suggestion
-from safenav.scenario.yaml.typed import Item, Raw, key, read
-from safenav.world.images import Blocked, Image, Layout, MapFileError, dark, read_image, walls
+from safenav.scenario.yaml.typed import Item, key, read
+from safenav.world.images import (
+    Blocked,
+    Image,
+    Layout,
+    MapFileError,
+    crossed,
+    dark,
+    read_image,
+    suggested,
+    walls,
+)
 from safenav.world.images import read_movingai as parse_movingai
 from safenav.world.map import MAX_REGIONS, Frame, RegionMap
-from safenav.world.spots import losses, suggested
+from safenav.world.partition import pieces
 
 
-def read_movingai_map(node: Node, item: MapKeys, findings: Reading) -> RegionMap | None:
+def read_movingai_map(node: Scalar, item: MapKeys, findings: Reading) -> RegionMap | None:
     """Return the map of ``movingai: arena.map``, divided into ``rows`` and ``cols`` if given; None
     after an error was reported."""
     before = len(findings)
     count, share = read_count(item, findings), item.share or 0.0
-    path = named_path(node, "movingai", findings)
-    text = None if path is None else read_source(path, findings, node)
-    if path is None or text is None:
+    path = findings.folder / node.text
+    text = read_source(path, findings, node)
+    if text is None:
         return None
     try:
         rows = parse_movingai(text)
@@ -50,7 +60,7 @@ def read_movingai_map(node: Node, item: MapKeys, findings: Reading) -> RegionMap
     return with_walls(blocked, layout, share, node, findings)
 
 
-def read_image_map(node: Node, item: MapKeys, findings: Reading) -> RegionMap | None:
+def read_image_map(node: Scalar, item: MapKeys, findings: Reading) -> RegionMap | None:
     """Return the map of an image with ``rows`` and ``cols``; None after an error was reported."""
     before = len(findings)
     count, share = read_count(item, findings), item.share or 0.0
@@ -67,17 +77,11 @@ def read_image_map(node: Node, item: MapKeys, findings: Reading) -> RegionMap | 
     return with_walls(walls, Layout.of_count(walls, *count), share, node, findings)
 
 
-def named_path(node: Node, key: str, findings: Reading) -> Path | None:
-    """Return the file that a key of the map names; None if an error was reported."""
-    name = read(str, node, f"'{key}' of map", findings)
-    return None if name is None else findings.folder / name
-
-
-def read_pixels(node: Node, findings: Reading) -> Image | None:
+def read_pixels(node: Scalar, findings: Reading) -> Image | None:
     """Return the image that the node names; None if an error was reported."""
-    path = named_path(node, "image", findings)
-    data = None if path is None else read_bytes(path, findings, node)
-    if path is None or data is None:
+    path = findings.folder / node.text
+    data = read_bytes(path, findings, node)
+    if data is None:
         return None
     try:
         return read_image(data)
@@ -119,7 +123,29 @@ def with_walls(
         findings.add(node, "map: every region is a wall", hint)
         return None
     world = RegionMap(layout.rows, layout.cols, found_walls)
-    return replace(world, notes=losses(blocked, layout, world, share))
+    if share == 0 or layout.height == layout.width == 1:
+        return world
+    return replace(world, notes=tuple(lost_walls(blocked, layout, world, share)))
+
+
+_SHOWN = 3
+"""The most warnings of one kind."""
+
+
+def lost_walls(blocked: Blocked, layout: Layout, world: RegionMap, share: float) -> Iterator[str]:
+    """Warn of free regions that a wall of the drawing crosses."""
+    groups = [sorted(piece) for piece in pieces(crossed(blocked, layout, world), world)]
+    for group in sorted(groups, key=len, reverse=True)[:_SHOWN]:
+        some = f"region {world.label(group[0])} is"
+        if len(group) > 1:
+            last = world.label(group[-1])
+            some = f"{len(group)} regions from {world.label(group[0])} to {last} are"
+        yield (
+            f"a share of {share:g} removes a wall: {some} free although the image draws a wall "
+            "across; use a smaller share or smaller regions"
+        )
+    if len(groups) > _SHOWN:
+        yield f"and {len(groups) - _SHOWN} more losses of this kind"
 
 
 def report(error: MapFileError, path: Path, node: Node, findings: Findings) -> None:
@@ -194,7 +220,7 @@ class RosFile(Item, frozen=True):
     label: ClassVar = ""
     image: Scalar | None = key("", "the path of the image, relative to this file")
     resolution: float | None = key("", "metres per pixel, for example 'resolution: 0.05'", above=0)
-    origin: Raw | None = key("", "[x, y, yaw] of the lower left corner")
+    origin: MapOrigin | None = key("", "[x, y, yaw] of the lower left corner")
     occupied_thresh: float | None = key(
         "", "map_saver writes 'occupied_thresh: 0.65'", least=0, most=1
     )
@@ -203,7 +229,7 @@ class RosFile(Item, frozen=True):
     mode: Scalar | None = key(check=_mode)
 
 
-def read_ros(node: Node, item: MapKeys, findings: Reading) -> RegionMap | None:
+def read_ros(node: Scalar, item: MapKeys, findings: Reading) -> RegionMap | None:
     """Return the map with its frame; None after an error was reported."""
     before = len(findings)
     count = read_count(item, findings)
@@ -214,9 +240,9 @@ def read_ros(node: Node, item: MapKeys, findings: Reading) -> RegionMap | None:
         extra = next(word for word in sized if word.text != "resolution")
         hint = "the size of a region follows from either of them"
         findings.add(extra, f"map: both '{extra.text}' and 'resolution'", hint)
-    path = named_path(node, "ros", findings)
-    text = None if path is None else read_source(path, findings, node)
-    if path is None or text is None:
+    path = findings.folder / node.text
+    text = read_source(path, findings, node)
+    if text is None:
         return None
     inside = findings.beside(str(path))
     inside.folder = path.parent
@@ -265,11 +291,11 @@ def read_ros_file(
     item: RosFile | None = read(RosFile, parsed(text, findings, ROS_MAP), "a ROS map", findings)
     if item is None:
         return None, None, None
-    origin = item.origin and read_origin(item.origin.node, item.origin.what, findings)
     flawed = len(findings) > before
     image = read_pixels(item.image, findings) if item.image is not None else None
-    needed = item.resolution, origin, item.occupied_thresh, item.free_thresh
-    if flawed or image is None or None in needed:
+    if flawed or image is None:
         return None, None, None
-    settings = RosMap(*needed[:2], item.negate == 1, *needed[2:])  # type: ignore[arg-type]
+    origin = (*(item.origin or ()), 0.0)[:3]
+    needed = item.resolution, origin, item.negate == 1, item.occupied_thresh, item.free_thresh
+    settings = RosMap(*needed)  # type: ignore[arg-type]
     return settings, image, occupied(image, settings)

@@ -19,7 +19,17 @@ from safenav.scenario.settings import Exclusion
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped, items_of, plain
 from safenav.scenario.yaml.findings import Findings, ReadableFolder, wrong_type
 from safenav.scenario.yaml.typed import Raw, read, sequence
-from safenav.world.map import Region, RegionMap
+from safenav.world.map import MAX_REGIONS, Region, RegionMap
+
+NO_SIZE = "map: region size missing"
+"""The error of a map file that the scenario does not divide."""
+
+
+def too_large(rows: int, cols: int) -> tuple[str, str]:
+    """Return the error for a map of this size, with a hint."""
+    found = f"a map of {rows} x {cols} regions; the maximum is {MAX_REGIONS} (512 x 512)"
+    return found, "use larger regions"
+
 
 _EXPECTED = "a region: 47, [row, column] or a name"
 _BRACKETS = re.compile(r"\[\s*(\d{1,9})\s*,\s*(\d{1,9})\s*\]", re.ASCII)

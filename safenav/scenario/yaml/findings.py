@@ -200,6 +200,8 @@ def wrong_type(
             hint = hint or f"write the number alone, without a unit{alone}"
         elif truth is not None and expected == "true or false":
             hint = hint or f"write {truth}"
+        elif "'origin'" in what and node.text.lower().strip("+-") == "nan":
+            hint = "write 0: map_saver writes nan where SLAM gave no valid rotation"
     elif isinstance(node, Mapping):
         keys = (key.text for key, _ in node.entries)
         hint = hint or next((FORMER_PARTS[key] for key in keys if key in FORMER_PARTS), "")

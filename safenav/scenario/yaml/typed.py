@@ -391,7 +391,9 @@ def _fits(annotation: Any, node: Node) -> bool:
     if origin is Annotated:
         return _fits(get_args(annotation)[0], node)
     if origin is tuple:
-        return isinstance(node, Sequence)
+        arguments = get_args(annotation)
+        any_length = arguments[-1] is Ellipsis
+        return isinstance(node, Sequence) and (any_length or len(node.items) == len(arguments))
     if origin is dict:
         return isinstance(node, document.Mapping)
     if origin is Literal:
