@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from itertools import combinations
 
 from msgspec.structs import replace
 
@@ -147,10 +146,10 @@ def _check_starts(standing: Collection[Standing], reading: Reading) -> None:
     for each in standing:
         there.setdefault(each[0].start.region, []).append(each)
     for crowd in there.values():
-        reported = set()
-        for (first, *_), (second, node, _) in combinations(crowd, 2):
-            if second.name not in reported and first.conflicts(second):
-                reported.add(second.name)
+        for number, (second, node, _) in enumerate(crowd):
+            others = (robot for robot, *_ in crowd[:number])
+            first = next(filter(second.conflicts, others), None)
+            if first is not None:
                 region = second.start.region
                 found = f"'start' of {second.name}: {first.name} also starts in region {region}"
                 reading.add(node, found, _why_apart(first, second))
@@ -159,13 +158,10 @@ def _check_starts(standing: Collection[Standing], reading: Reading) -> None:
 def _check_timing(standing: Collection[Standing], reading: Reading) -> None:
     """Report beliefs where steps take several ticks: the assumptions about the other robots would
     be false."""
+    team = {robot.name: robot for robot, *_ in standing}
     for robot, _, node in standing:
-        slow = [
-            other.name
-            for other, *_ in standing
-            if robot.tracks and (other is robot or other.name in robot.tracks)
-            if other.model.timing > 1
-        ]
+        involved = sorted({robot.name, *robot.tracks} & team.keys()) if robot.tracks else ()
+        slow = [name for name in involved if team[name].model.timing > 1]
         if slow:
             what = f"'tracks' of {clipped(robot.name)}: beliefs require one-tick steps"
             found = f"{what}; those of {clipped(slow[0])} take longer"
