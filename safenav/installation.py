@@ -25,10 +25,10 @@ from safenav.spec.specification import (
     Specification,
     Variable,
 )
-from safenav.synthesis.binary import VARIABLE as SLUGS_VARIABLE
-from safenav.synthesis.binary import Binary, find_binary
 from safenav.synthesis.cache import VARIABLE as CACHE_VARIABLE
 from safenav.synthesis.cache import Cache
+from safenav.synthesis.program import VARIABLE as SLUGS_VARIABLE
+from safenav.synthesis.program import Binary, find_binary
 from safenav.synthesis.slugs import Synthesizer
 from safenav.verify.verification import first_failure
 

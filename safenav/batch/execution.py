@@ -37,8 +37,8 @@ from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text, scenario_text
 from safenav.scenario.yaml.document import plain
 from safenav.scenario.yaml.findings import Findings, root_of
-from safenav.synthesis.binary import Binary, find_binary
 from safenav.synthesis.cache import Cache
+from safenav.synthesis.program import Binary, find_binary
 from safenav.synthesis.slugs import Synthesizer
 from safenav.trace.reading import read_trace
 from safenav.trace.writing import Listener, TraceWriter

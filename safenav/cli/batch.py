@@ -76,9 +76,8 @@ def batch(
     if dask is not None and jobs is not None:
         raise UsageError("--jobs is for this machine; a Dask cluster has its own workers")
     from safenav.batch.case import Conditions
-    from safenav.batch.results import ResultsFile
     from safenav.batch.search import find_cases
-    from safenav.batch.session import Pool, run_batch
+    from safenav.batch.session import Pool, ResultsFile, run_batch
     from safenav.report.batch import FailureFolder, ProgressLine, report_data, summary, to_junit
 
     found = find_cases(paths)

@@ -40,10 +40,15 @@ from safenav.scenario.yaml.findings import MAX_BYTES
 from safenav.spec.compile import compile_task
 from safenav.spec.specification import Owner, Specification
 from safenav.strict_json import read_json
-from safenav.synthesis.export import size_of, to_dot, to_graphml
-from safenav.synthesis.request import SynthesisResult
-from safenav.synthesis.slugs import Synthesizer
-from safenav.synthesis.specification_file import load_specification, slugsin_of, specification_in
+from safenav.synthesis.files import (
+    load_specification,
+    size_of,
+    slugsin_of,
+    specification_in,
+    to_dot,
+    to_graphml,
+)
+from safenav.synthesis.slugs import SynthesisResult, Synthesizer
 from safenav.synthesis.strategy import Strategy
 from safenav.trace.words import shortened
 from safenav.verify.verification import (

@@ -23,8 +23,7 @@ from safenav.scenario.model import Obstacle, Robot, RobotModel, Scenario
 from safenav.scenario.objective import Target, staying, with_targets, written
 from safenav.scenario.yaml.document import flow
 from safenav.solve.reasons import Hindrance, Shortfall
-from safenav.synthesis.request import Listener
-from safenav.synthesis.slugs import Synthesizer
+from safenav.synthesis.slugs import Listener, Synthesizer
 from safenav.trace.records import Record
 from safenav.world.map import Heading, Region
 from safenav.world.poses import Mobility, Pose

@@ -9,8 +9,7 @@ import pytest
 from batch.made_scenarios import SlugsLog, Write, scenario
 from batch.running import safenav, started, wait_until
 from safenav.batch.case import Case, Conditions
-from safenav.batch.results import ResultsFile
-from safenav.batch.session import Pool, run_batch
+from safenav.batch.session import Pool, ResultsFile, run_batch
 from safenav.batch.worker import Worker
 from safenav.errors import SafenavError, UsageError
 from synthesis.requests import gone

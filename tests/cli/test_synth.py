@@ -8,7 +8,7 @@ import networkx
 
 from cli.conftest import Command
 from once import SCENARIOS
-from safenav.synthesis.binary import find_binary
+from safenav.synthesis.program import find_binary
 from slugs.commands import STRATEGY
 
 CASE_1 = SCENARIOS / "case_study_1.yaml"

@@ -10,7 +10,7 @@ import pytest
 from explain.conftest import Invoke
 from safenav.cli import synth as specification
 from safenav.cli.synth import explain, synth, verify
-from safenav.synthesis.binary import find_binary
+from safenav.synthesis.program import find_binary
 from safenav.synthesis.slugs import Synthesizer
 
 LIFT = """\

@@ -15,7 +15,7 @@ import pytest
 import warm
 from children import ran
 from safenav.checked_trace import check_trace
-from safenav.synthesis.binary import find_binary
+from safenav.synthesis.program import find_binary
 
 MAIN = "from safenav.cli import main; main()"
 ROOT = Path(__file__).parents[2]

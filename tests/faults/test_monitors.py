@@ -13,8 +13,7 @@ from safenav.errors import ExitCode, SynthesizerError
 from safenav.outcome import Outcome, Verdict
 from safenav.runtime.run.mission import Mission
 from safenav.spec.specification import Specification
-from safenav.synthesis.request import Listener, SynthesisResult
-from safenav.synthesis.slugs import Synthesizer
+from safenav.synthesis.slugs import Listener, SynthesisResult, Synthesizer
 from safenav.synthesis.strategy import Strategy
 
 

@@ -35,7 +35,7 @@ from safenav.runtime.run.mission import default_synthesizer, first_results
 from safenav.scenario.reading.loader import load_scenario
 from safenav.spec.compile import compile_task
 from safenav.spec.specification import read_specification
-from safenav.synthesis.binary import find_own_binary
+from safenav.synthesis.program import find_own_binary
 from safenav.synthesis.slugs import Synthesizer
 from safenav.verify.verification import NoMeasureError
 

@@ -19,8 +19,7 @@ from safenav.runtime.interventions import AddObstacle, read_intervention
 from safenav.runtime.run.mission import Mission
 from safenav.runtime.worlds.protocol import Sensed
 from safenav.scenario.model import Obstacle, Robot
-from safenav.synthesis.request import SynthesisResult
-from safenav.synthesis.slugs import Synthesizer
+from safenav.synthesis.slugs import SynthesisResult, Synthesizer
 from safenav.team.apply import rounds
 
 GATE = case("operator/gate")

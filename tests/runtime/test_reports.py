@@ -15,8 +15,8 @@ from safenav.runtime.control.answers import Answers
 from safenav.runtime.worlds.protocol import Acted, Sensed, WorldEvent
 from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.model import Obstacle, Robot, Scenario
-from safenav.synthesis.binary import find_binary
 from safenav.synthesis.cache import Cache
+from safenav.synthesis.program import find_binary
 from safenav.trace.vocabulary import ActResult
 
 

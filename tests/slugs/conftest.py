@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from children import ran
-from safenav.synthesis.binary import find_own_binary
+from safenav.synthesis.program import find_own_binary
 from slugs.commands import CROWDED, ENDLESS, FOLLOW, STUCK
 
 ROOT = Path(__file__).resolve().parents[2]

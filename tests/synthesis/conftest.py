@@ -9,7 +9,7 @@ import pytest
 from children import none_left
 from once import beside
 from safenav.spec.specification import Specification, read_specification
-from safenav.synthesis.binary import Binary, find_own_binary
+from safenav.synthesis.program import Binary, find_own_binary
 from synthesis.requests import UPSTREAM, Script
 
 

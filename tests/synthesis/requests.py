@@ -7,8 +7,8 @@ from pathlib import Path
 
 from safenav.outcome import Verdict
 from safenav.spec.specification import Constraint, Origin, Section, Specification
-from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
+from safenav.synthesis.program import Binary
 from safenav.synthesis.slugs import Synthesizer
 
 Script = Callable[[str], Binary]

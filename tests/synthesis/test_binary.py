@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from safenav.errors import ExitCode, SynthesizerError
-from safenav.synthesis import binary as module
-from safenav.synthesis.binary import VARIABLE, Binary, find_binary
+from safenav.synthesis import program as module
+from safenav.synthesis.program import VARIABLE, Binary, find_binary
 
 
 @pytest.fixture

@@ -9,8 +9,8 @@ import pytest
 
 from safenav.outcome import Verdict
 from safenav.spec.specification import Specification
-from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache, CacheEntry, CacheWarning
+from safenav.synthesis.program import Binary
 from safenav.synthesis.slugs import Synthesizer
 
 KEY = "ab" + "0" * 62

@@ -13,10 +13,8 @@ import pytest
 from safenav.errors import SynthesizerError
 from safenav.outcome import Verdict
 from safenav.spec.specification import Specification
-from safenav.synthesis.binary import Binary
-from safenav.synthesis.process import die_with_parent
-from safenav.synthesis.request import SynthesisProgress
-from safenav.synthesis.slugs import Synthesizer
+from safenav.synthesis.program import Binary, die_with_parent
+from safenav.synthesis.slugs import SynthesisProgress, Synthesizer
 from slugs.commands import ENDLESS
 from synthesis.requests import NATIVE, Script, gone, impossible
 

@@ -11,8 +11,8 @@ from safenav.outcome import Verdict
 from safenav.spec.specification import (
     Specification,
 )
-from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
+from safenav.synthesis.program import Binary
 from safenav.synthesis.slugs import Synthesizer
 from safenav.verify.verification import first_failure
 from synthesis.requests import NATIVE, UPSTREAM, Answering, Script, ask, gone, impossible

@@ -30,8 +30,8 @@ from safenav.spec.specification import (
     Variable,
     read_specification,
 )
-from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
+from safenav.synthesis.program import Binary
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.strategy import Strategy
 from safenav.verify.automaton import cyclic_parts

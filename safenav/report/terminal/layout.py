@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, TextIO
 import click
 
 if TYPE_CHECKING:
-    from safenav.synthesis.request import SynthesisProgress
+    from safenav.synthesis.slugs import SynthesisProgress
 
 _EXCERPT = re.compile(r" *\d* \| ")
 """Start of a quoted line of a file in a message, and of the mark below it."""

@@ -17,8 +17,7 @@ from safenav.errors import ResourceLimitError
 from safenav.outcome import Verdict
 from safenav.plan.ask import Deadlock, Found, Unserved, ask, ask_charged
 from safenav.spec.specification import Specification
-from safenav.synthesis.request import Listener, SynthesisProgress, SynthesisResult
-from safenav.synthesis.slugs import Synthesizer
+from safenav.synthesis.slugs import Listener, SynthesisProgress, SynthesisResult, Synthesizer
 from safenav.team.floor import Floor, Joint
 from safenav.trace.words import seconds_words
 

@@ -25,7 +25,7 @@ from safenav.spec.compile import compile_task
 from safenav.spec.forms import ObjectiveForm, Weakening, concession, forms
 from safenav.spec.objective import Memory
 from safenav.spec.task import Known, Observed, Task
-from safenav.synthesis.request import SynthesisResult
+from safenav.synthesis.slugs import SynthesisResult
 from safenav.team import state as now
 from safenav.team.floor import Floor, stages_of
 from safenav.team.formulas import targets_of

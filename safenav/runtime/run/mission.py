@@ -36,9 +36,9 @@ from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import unsafe_live, unsafe_lockstep
 from safenav.scenario.settings import Clock
 from safenav.solve.reasons import Shortfall
-from safenav.synthesis.binary import Binary
 from safenav.synthesis.cache import Cache
-from safenav.synthesis.request import Listener as SynthesisListener
+from safenav.synthesis.program import Binary
+from safenav.synthesis.slugs import Listener as SynthesisListener
 from safenav.synthesis.slugs import Synthesizer
 from safenav.team.state import Is
 from safenav.team.team import team_of
