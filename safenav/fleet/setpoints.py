@@ -42,24 +42,20 @@ class Setpoints(Struct, frozen=True):
 
     def at(self, now: float) -> Array:
         """Return the row at a time."""
-        row: Array = self._rows(np.array([now]))[0]
+        last, place = len(self.rows) - 1, (now - self.begin) / self.step
+        before = int(max(0.0, min(place, last)))
+        if place < 0 or before == last:
+            row: Array = self.rows[before].copy()
+            row[MOVING] = 0.0
+        else:
+            row = self.rows[before] + (place - before) * (self.rows[before + 1] - self.rows[before])
         return row
 
     def ahead(self, now: float) -> Setpoints:
         """Return the part of the stream that is sent at a time, which is the time of its first
         row."""
-        rows = self._rows(now + PERIOD * np.arange(HORIZON, dtype=np.float64))
+        rows = np.array([self.at(now + number * PERIOD) for number in range(HORIZON)])
         return Setpoints(now, PERIOD, rows, tuple(foot for foot in self.feet if foot.up > now))
-
-    def _rows(self, times: Array) -> Array:
-        last = len(self.rows) - 1
-        places = (times - self.begin) / self.step
-        before = np.clip(places.astype(int), 0, max(0, last - 1))
-        part = np.clip(places - before, 0.0, 1.0)[:, None]
-        after = np.minimum(before + 1, last)
-        rows: Array = self.rows[before] * (1 - part) + self.rows[after] * part
-        rows[(places < 0) | (places >= last), MOVING] = 0.0
-        return rows
 
 
 def reference_of(pieces: Sequence[Moving], limits: Mapping[str, object], frame: Frame) -> Setpoints:

@@ -55,8 +55,7 @@ class Lab:
             text = text.replace(listed[0], "")
         text = text.replace("map:\n", f"map:\n  resolution: {SIDE}\n")
         text = re.sub(r"^  (resolved|blocked|helpers):.*\n", "", text, flags=re.MULTILINE)
-        if (case, transport) != (THIRD, "simulation"):  # a second round shows nothing new
-            text = text.replace("until: {rounds: 2}", "until: {rounds: 1}")
+        text = text.replace("until: {rounds: 2}", "until: {rounds: 1}")
         self.scenario, self.fleet = folder / f"{case}.yaml", folder / "fleet.yaml"
         self.trace, self.motion = folder / "trace.jsonl", folder / "motion.jsonl"
         self.scenario.write_text(text)

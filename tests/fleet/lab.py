@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 KEY = b"lab"
+COMMANDS = ("send", "follow", "stop", "perform", "state", "scan", "noticed", "step")
 SILENT = 0.5
 """Seconds without a message after which a robot that follows stops."""
 PART = 0.1
@@ -21,8 +22,16 @@ IDLE = 5
 
 def watched(physics: Any) -> Any:
     """The same physics with ``contacts``: the steps of each pair that touched, as names of robots,
-    ``wall`` and obstacles; ``moving``: its robots under way; and ``log``."""
-    physics.contacts, step = {}, physics._step
+    ``wall`` and obstacles; ``moving``: its robots under way; and ``log``. Several threads may call
+    it."""
+    physics.contacts, step, lock = {}, physics._step, threading.RLock()
+
+    def locked(call: Any) -> Any:
+        def alone(*arguments: Any) -> Any:
+            with lock:
+                return call(*arguments)
+
+        return alone
 
     def named(geom: int) -> str:
         return str(physics._model.geom(geom).name).split(".")[0].split("~")[0]
@@ -35,23 +44,23 @@ def watched(physics: Any) -> Any:
                 physics.contacts[pair] = physics.contacts.get(pair, 0) + 1
 
     def moving() -> list[str]:
-        with physics.lock:
-            return sorted(name for name in physics._bodies if physics._moves(name))
+        return sorted(name for name in physics._bodies if physics._moves(name))
 
     def log() -> dict[str, Any]:
-        with physics.lock:
-            standing = physics._obstacles.now.items()
-            doors = {n for n, one in standing if one.is_door and not physics._is_open(one)}
-            places = {n: physics._at(body)[:2] for n, body in physics._bodies.items()}
-            return {
-                "now": physics.now,
-                "contacts": {" ".join(pair): count for pair, count in physics.contacts.items()},
-                "closed": sorted(doors),
-                "regions": {n: physics._places.region(*at) for n, at in places.items()},
-                "moving": moving(),
-            }
+        standing = physics.standing.items()
+        doors = {n for n, one in standing if one.is_door and not physics.is_open(one)}
+        places = {n: physics._at(body)[:2] for n, body in physics._bodies.items()}
+        return {
+            "now": physics.now,
+            "contacts": {" ".join(pair): count for pair, count in physics.contacts.items()},
+            "closed": sorted(doors),
+            "regions": {n: physics._places.region(*at) for n, at in places.items()},
+            "moving": moving(),
+        }
 
     physics._step, physics.moving, physics.log = noted, moving, log
+    for call in (*COMMANDS, "moving", "log"):
+        setattr(physics, call, locked(getattr(physics, call)))
     return physics
 
 

@@ -156,7 +156,7 @@ class Server:
         for reply, client, number in acting if robot["acted"] is not None else ():
             good = robot["acted"] == "done"
             reply.write(ros.TriggerReply(client, number, good, robot["acted"]))
-        if robot["goal"] is None:
+        if not robot["moves"]:
             for found in filter(None, self.lab.noticed(self.name).values()):
                 self.reports.write(ros.String(found))
             _, ranges = self.lab.scan(self.name)

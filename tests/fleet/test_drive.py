@@ -46,9 +46,7 @@ def lines_of(trace: Path) -> list[dict[str, Any]]:
 
 DRIVEN = labs(
     (SECOND, "simulation"),
-    (THIRD, "simulation"),
-    (FIRST, "ros2", {"digit": "abort+late", "quad": "doubled"}),
-    (THIRD, "ros2", {"digit": "lag", "quad": "lag+tf"}),
+    (THIRD, "ros2", {"digit": "abort+late+lag", "quad": "doubled+lag+tf"}),
 )
 
 

@@ -161,7 +161,7 @@ def test_obstacles_appear_and_disappear_at_their_times() -> None:
     assert ended(physics, "left", "end") == "succeeded"
     assert physics.log()["regions"]["left"] == 9
     physics.step(0.5)
-    assert not [*physics._obstacles]
+    assert not physics.standing
     physics.send("left", x, y, None)
     assert ended(physics, "left", "end") == "succeeded"
     assert ahead(physics) < 1.5

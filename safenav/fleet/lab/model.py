@@ -1,21 +1,18 @@
-"""The MuJoCo model of a lab: bodies of robots, walls, doors and boxes; the obstacles present now.
+"""The MuJoCo model of a lab: bodies of robots, walls, doors and boxes.
 
 Obstacles that block no robot, such as an order or an empty battery, and those with a hidden truth
-have no body. All others have bodies for the robots that they block. Obstacles appear and disappear
-at the times of the scenario.
+have no body. All others have bodies for the robots that they block.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from math import cos, inf, pi, sin
+from collections.abc import Iterable, Sequence
+from math import cos, pi, sin
 from typing import Any
 
 from msgspec import Struct, field
 
-from safenav.fleet.setpoints import Setpoints
 from safenav.fleet.transport import Places
-from safenav.motion.flyer import AxisTracker
 from safenav.scenario.model import Need, Obstacle, Robot
 from safenav.scenario.motion import resolved
 from safenav.world.map import Region
@@ -25,25 +22,46 @@ EVERY, FIRST, MOST = 1, 4, 28
 bit."""
 BELOW = -10.0
 """Height in metres of obstacles that are absent: below the floor."""
+STEP = 0.005
+"""Seconds of a step of the simulation."""
+LEAF_THICKNESS = 0.05
+"""Thickness in metres of a door leaf, on regions of one metre or more."""
+LEAF_MASS, LEAF_DAMPING, LEAF_FRICTION = 8.0, 3.0, 4.0
+"""A leaf of a door: kg, N m s/rad, N m: more than a drone's thrust moves."""
+HEIGHT, TALL = 1.8, 3.0
+"""Height in metres of a robot on the ground, unless it is wider; height of walls and doors."""
 
 
-class LabObstacle(Struct, frozen=True):
+class LabObstacle(Struct, eq=False):
     """An obstacle. ``key``: name of its shapes; ``touches``: contact bits of the robots that it
-    blocks, 0 without a body."""
+    blocks, 0 without a body; ``shapes``: each with its height and its contact bits; ``leaves``: the
+    joints of a door; ``stage``: number of fulfilled needs; ``parts``: the robots that have done
+    their part of the next one."""
 
     obstacle: Obstacle
     key: str
-    touches: int
+    touches: int = 0
+    shapes: list[tuple[Any, float, int, int]] = field(default_factory=list)
+    leaves: list[int] = field(default_factory=list)
+    stage: int = 0
+    parts: set[str] = field(default_factory=set)
 
     @property
     def is_door(self) -> bool:
         """Return whether it has leaves that a robot pushes open."""
         return bool(self.touches) and any(n.action == "push" for n in self.obstacle.needs)
 
+    @property
+    def need(self) -> Need:
+        """Return the next need."""
+        return self.obstacle.needs[min(self.stage, len(self.obstacle.needs) - 1)]
 
-def contact_bit(number: int) -> int:
-    """Return the contact bit of the robot with this number in the team."""
-    return FIRST << number if number < MOST else EVERY
+    def show(self, model: Any, *, there: bool) -> None:
+        """Put its shapes at their places in a model, or below the floor."""
+        for geom, height, contype, conaffinity in self.shapes:
+            geom.contype, geom.conaffinity = (contype, conaffinity) if there else (0, 0)
+            geom.group = 0 if there else 5
+            model.geom_pos[geom.id][2] = height if there else BELOW
 
 
 def lab_obstacles(obstacles: Iterable[Obstacle], robots: Sequence[Robot]) -> list[LabObstacle]:
@@ -61,113 +79,17 @@ def _touches(obstacle: Obstacle, robots: Sequence[Robot]) -> int:
     if obstacle.type.has_truth:
         return 0
     blocked = [number for number, robot in enumerate(robots) if obstacle.blocks(robot)]
-    if len(blocked) == len(robots):
-        return EVERY
-    bits = 0
-    for number in blocked:
-        bits |= contact_bit(number)
-    return bits
+    return EVERY if len(blocked) == len(robots) else sum({*map(contact_bit, blocked)})
 
 
-class Standing:
-    """The obstacles present now, by name, in a model with their shapes. ``stages``: number of
-    fulfilled needs of each."""
-
-    def __init__(self, model: Any, obstacles: Sequence[LabObstacle]) -> None:
-        self._model = model
-        self._waits = [o for o in obstacles if o.obstacle.appears is not None]
-        self._goes = [o for o in obstacles if o.obstacle.goes is not None]
-        self._shapes: dict[str, list[tuple[Any, int, int, float, int]]] = {}
-        self._listed = frozenset(one.obstacle.name for one in obstacles)
-        self.stages: dict[str, int] = {}
-        self.now: dict[str, LabObstacle] = {}
-        for one in obstacles:
-            self._shapes[one.key] = []
-            for geom in map(model.geom, self._names(one)):
-                bits = int(geom.contype[0]), int(geom.conaffinity[0])
-                kept = (geom, *bits, float(model.geom_pos[geom.id][2]), int(geom.group[0]))
-                self._shapes[one.key].append(kept)
-            if one.obstacle.appears is None:
-                self.now[one.obstacle.name] = one
-            else:
-                self._hide(one)
-
-    def __iter__(self) -> Iterator[Obstacle]:
-        return (one.obstacle for one in self.now.values())
-
-    def stage(self, obstacle: Obstacle) -> int:
-        """Return the number of the next need."""
-        return min(self.stages.get(obstacle.name, 0), len(obstacle.needs) - 1)
-
-    def need(self, obstacle: Obstacle) -> Need:
-        """Return the next need of an obstacle."""
-        return obstacle.needs[self.stage(obstacle)]
-
-    def stands(self, obstacle: Obstacle) -> LabObstacle | None:
-        found = self.now.get(obstacle.name)
-        return found if found is not None and found.obstacle == obstacle else None
-
-    def passes(self, seconds: float, busy: Callable[[Region], bool]) -> None:
-        """Let obstacles appear and disappear at their times. ``busy``: whether a robot is in a
-        region or in transit to it; no obstacle appears there."""
-        for one in [o for o in self._goes if (o.obstacle.goes or 0) <= seconds]:
-            self._goes.remove(one)
-            self._waits = [other for other in self._waits if other is not one]
-            if self.now.get(one.obstacle.name) is one:
-                self.remove(one.obstacle)
-        for one in [o for o in self._waits if (o.obstacle.appears or 0) <= seconds]:
-            if one.touches and busy(one.obstacle.region):
-                continue
-            self._waits.remove(one)
-            for other in [o for o in self.now.values() if o.touches and one.touches]:
-                if other.obstacle.region == one.obstacle.region:
-                    self.remove(other.obstacle)  # an open door, which the new obstacle replaces
-            self.now[one.obstacle.name] = one
-            self.stages.pop(one.obstacle.name, None)
-            for geom, contype, conaffinity, height, group in self._shapes[one.key]:
-                geom.contype, geom.conaffinity, geom.group = contype, conaffinity, group
-                self._model.geom_pos[geom.id][2] = height
-
-    def bring(self, obstacle: Obstacle) -> None:
-        """Add an unlisted obstacle without a body that the team itself has created: an operator's
-        order, or a robot with an empty battery."""
-        if obstacle.name not in self._listed and obstacle.name not in self.now:
-            self.now[obstacle.name] = LabObstacle(obstacle, obstacle.name, 0)
-            self._shapes[obstacle.name] = []
-            self.stages.pop(obstacle.name, None)
-
-    def remove(self, obstacle: Obstacle) -> None:
-        """Remove an obstacle."""
-        one = self.now.pop(obstacle.name, None)
-        if one is not None:
-            self._hide(one)
-
-    def _hide(self, one: LabObstacle) -> None:
-        for geom, *_ in self._shapes[one.key]:
-            geom.contype, geom.conaffinity, geom.group = 0, 0, 5
-            self._model.geom_pos[geom.id][2] = BELOW
-
-    def _names(self, one: LabObstacle) -> list[str]:
-        if one.is_door:
-            return [f"{one.key}.leaf0", f"{one.key}.leaf1"]
-        return [one.key] if one.touches else []
+def contact_bit(number: int) -> int:
+    """Return the contact bit of the robot with this number in the team."""
+    return FIRST << number if number < MOST else EVERY
 
 
-STEP = 0.005
-"""Seconds of a step of the simulation."""
-LEAF_THICKNESS = 0.05
-"""Thickness in metres of a door leaf, on regions of one metre or more."""
-LEAF_MASS, LEAF_DAMPING, LEAF_FRICTION = 8.0, 3.0, 4.0
-"""A leaf of a door: kg, N m s/rad, N m: more than a drone's thrust moves."""
-HEIGHT, TALL = 1.8, 3.0
-"""Height in metres of a robot on the ground, unless it is wider; height of walls and doors."""
-
-
-class SimulatedBody(Struct):
-    """One robot. ``path``: remaining goals, the present one first; ``end``: result of the last
-    goal, reported once; ``stay``: the position that it holds without a goal; ``pull``: commanded
-    accelerations, which ``thrust`` follows with a lag; ``acts``: its present action, if any;
-    ``reference``: the reference that it tracks without a goal."""
+class Dimensions(Struct, frozen=True):
+    """A robot's body: metres, metres and radians per second, kg; ``height``: its altitude,
+    ``tilt``: its highest acceleration in m/s^2 as a flyer."""
 
     name: str
     radius: float
@@ -177,32 +99,28 @@ class SimulatedBody(Struct):
     turning: float
     mass: float
     tilt: float
-    dofs: tuple[int, ...] = ()
-    path: list[tuple[float, float, float | None]] = field(default_factory=list)
-    begun: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    stay: tuple[float, float] = (0.0, 0.0)
-    trackers: tuple[AxisTracker, ...] = ()
-    pull: tuple[float, float] = (0.0, 0.0)
-    thrust: list[float] = field(default_factory=lambda: [0.0, 0.0])
-    end: str | None = None
-    acts: Handling | None = None
-    best: float = inf
-    since: float = 0.0
-    reference: Setpoints | None = None
 
 
-class Handling(Struct):
-    """An action under way on ``obstacle`` (None: nothing to act on); ``until``: time from which it
-    may end (seconds; infinite while the robot pushes a door)."""
-
-    action: str
-    obstacle: Obstacle | None
-    until: float
-    result: str | None = None
+def body_of(robot: Robot) -> Dimensions:
+    """Return the dimensions of a robot, from its model's motion."""
+    model = robot.model
+    motion = resolved(model.motion, model.size, model.speed, model.layer) or {}
+    flies = motion.get("kind") == "flyer"
+    numbers = {key: float(v) for key, v in motion.items() if isinstance(v, float | int)}
+    return Dimensions(
+        robot.name,
+        numbers.get("size", model.size or 0.5) / 2,
+        numbers.get("speed", model.speed or 0.5),
+        numbers.get("altitude", 2.2) if flies else 0.0,
+        flies,
+        numbers.get("turning", 1.5),
+        0.5 if flies else 45.0,
+        numbers.get("tilt", 3.4),
+    )
 
 
 def model_text(
-    places: Places, obstacles: Iterable[LabObstacle], bodies: Iterable[SimulatedBody]
+    places: Places, obstacles: Iterable[LabObstacle], bodies: Iterable[Dimensions]
 ) -> str:
     """Return the model of a lab in MuJoCo's format."""
     parts = [_wall(places, region) for region in sorted(places.world.walls)]
@@ -259,14 +177,14 @@ def _door(places: Places, one: LabObstacle) -> str:
             f'euler="0 0 {(across + pi) * 180 / pi}">'
             f'<joint name="{one.key}.{index}" type="hinge" axis="0 0 1" '
             f'damping="{LEAF_DAMPING}" frictionloss="{LEAF_FRICTION}" range="-100 100" '
-            f'limited="true"/><geom name="{one.key}.leaf{index}" type="box" '
+            f'limited="true"/><geom name="{one.key}.{index}" type="box" '
             f'pos="{half} 0 0" size="{half} {thick / 2} {TALL / 2}" mass="{LEAF_MASS}" '
             f'contype="2" conaffinity="{one.touches}"/></body>'
         )
     return text
 
 
-def _robot(body: SimulatedBody, bit: int) -> str:
+def _robot(body: Dimensions, bit: int) -> str:
     slides = f'<joint name="{body.name}.x" type="slide" axis="1 0 0"/>'
     slides += f'<joint name="{body.name}.y" type="slide" axis="0 1 0"/>'
     half = max(HEIGHT / 2 - body.radius, 0.01)
@@ -280,22 +198,4 @@ def _robot(body: SimulatedBody, bit: int) -> str:
         f'<geom name="{body.name}" {shape} mass="{body.mass}" friction="0.05" priority="1" '
         f'contype="{EVERY | bit}"/>'
         "</body>"
-    )
-
-
-def body_of(robot: Robot) -> SimulatedBody:
-    """Return the dimensions of a robot, from its model's motion."""
-    model = robot.model
-    motion = resolved(model.motion, model.size, model.speed, model.layer) or {}
-    flies = motion.get("kind") == "flyer"
-    numbers = {key: float(v) for key, v in motion.items() if isinstance(v, float | int)}
-    return SimulatedBody(
-        robot.name,
-        numbers.get("size", model.size or 0.5) / 2,
-        numbers.get("speed", model.speed or 0.5),
-        numbers.get("altitude", 2.2) if flies else 0.0,
-        flies,
-        numbers.get("turning", 1.5),
-        0.5 if flies else 45.0,
-        numbers.get("tilt", 3.4),
     )

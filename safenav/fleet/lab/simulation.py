@@ -61,9 +61,8 @@ class SimulationTransport:
         return []
 
     def navigate(self, robot: str, goal: transport.GoalPoint) -> None:
-        with self.physics.lock:
-            self._goals[robot] = goal.number
-            self.physics.send(robot, goal.x, goal.y, goal.yaw)
+        self._goals[robot] = goal.number
+        self.physics.send(robot, goal.x, goal.y, goal.yaw)
 
     def follow(self, robot: str, reference: transport.Setpoints) -> None:
         self.physics.follow(robot, reference)
@@ -76,9 +75,8 @@ class SimulationTransport:
         brought = Obstacle(self._types[kind], int(region), number=which)
         self.physics.bring(brought)
         actions = {service: name for name, service in self._stations[robot].act.items()}
-        with self.physics.lock:
-            self._acts[robot] = number
-            self.physics.perform(robot, actions[action])
+        self._acts[robot] = number
+        self.physics.perform(robot, actions[action])
 
     def close(self) -> None:
         """Stop all robots: the simulation does not advance from now on."""
@@ -102,7 +100,7 @@ class SimulationTransport:
             post(transport.GoalEnded(name, self._goals[name], transport.GoalEnd(state["end"])))
         if state["acted"] is not None:
             post(transport.Performed(name, self._acts[name], ActResult(state["acted"])))
-        if not looks or state["goal"] is not None:
+        if not looks or state["moves"]:
             return
         self._report(name)
         if self._stations[name].scan is not None:

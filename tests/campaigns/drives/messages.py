@@ -117,7 +117,7 @@ class LateTransport(SimulationTransport):
         if self._stations[name].scan is not None:
             _, ranges = self.physics.scan(name)
             self._send(name, transport.Scanned(name, stamp, 0.0, tau / len(ranges), ranges))
-        if state["goal"] is None and self._stations[name].report is not None:
+        if not state["moves"] and self._stations[name].report is not None:
             for found in filter(None, self.physics.noticed(name).values()):
                 self._send(name, transport.Reported(name, found))
 

@@ -48,13 +48,12 @@ class PhysicsLog:
         bodies = physics._bodies
         new = tuple(k for k, n in physics.contacts.items() if n > self._contacts.get(k, 0))
         self._contacts = dict(physics.contacts)
-        standing = physics._obstacles.now
-        stands = {n: not (one.is_door and physics._is_open(one)) for n, one in standing.items()}
+        standing = physics.standing
+        stands = {n: not physics.is_open(one) for n, one in standing.items()}
         shut = frozenset(
             name
             for name, one in standing.items()
-            if not one.is_door
-            or all(abs(float(physics._data.qpos[j])) < AJAR for j in physics._leaves[one.key])
+            if not one.is_door or all(abs(float(physics._data.qpos[j])) < AJAR for j in one.leaves)
         )
         acting = frozenset(n for n, b in bodies.items() if b.acts is not None)
         at = {name: physics._at(body) for name, body in bodies.items()}
