@@ -31,7 +31,7 @@ from safenav.motion.file import (
 )
 from safenav.motion.making import described, floor_of, header_of, movers_of
 from safenav.motion.mover import Mover
-from safenav.motion.schedule import end_of, recorded_reservations, time_of, when
+from safenav.motion.schedule import end_of, reservations, time_of, when
 from safenav.motion.timing import TimedAction, actions_of, by_command
 from safenav.trace import records
 from safenav.trace.reading import Trace
@@ -62,7 +62,7 @@ def driven_motion(
     floor = floor_of(trace)
     movers = movers_of(trace, floor)
     actions = by_command(actions_of(trace)[0])
-    lines = [*recorded_reservations(trace)]
+    lines = [*reservations(trace)]
     for act, acted in trace.acts:
         if acted is not None:
             follower = followers.get(act.robot) if len(act.robots) == 1 else None

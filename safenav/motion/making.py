@@ -10,7 +10,8 @@ from safenav.motion.file import Flight, Line, Motion, MotionHeader
 from safenav.motion.flyer import flown
 from safenav.motion.geometry import MetricFloor
 from safenav.motion.mover import Glider, Mover, Start, flown_through
-from safenav.motion.schedule import motion_at_earliest_times, motion_at_recorded_times, when
+from safenav.motion.schedule import scheduled, when
+from safenav.motion.timing import dated, ordered, paces_of
 from safenav.motion.walker import WalkerMover, fault_of
 from safenav.pace.robot import SIDE as SIDE
 from safenav.scenario.model import Scenario
@@ -26,11 +27,11 @@ def motion_of(trace: Trace, side: float | None = None, *, track: bool = False) -
     """
     floor = floor_of(trace, side)
     movers = movers_of(trace, floor)
+    robots = {name: described(trace, name, movers[name]) for name in movers}
+    header = header_of(trace, floor, robots)
     try:
-        if trace.header.clock is None:
-            lines, outcome = motion_at_earliest_times(trace, floor, movers)
-        else:
-            lines, outcome = motion_at_recorded_times(trace, floor, movers)
+        timed = ordered(trace, dated(trace, paces_of(trace, header)))
+        lines, outcome = scheduled(timed, floor, movers)
     except SafenavError:
         raise
     except Exception as error:
@@ -39,8 +40,7 @@ def motion_of(trace: Trace, side: float | None = None, *, track: bool = False) -
     for name, moved in movers.items():
         if isinstance(moved, Glider) and moved.kind == "flyer":
             lines = _flown(name, moved, lines, track)
-    robots = {name: described(trace, name, movers[name]) for name in movers}
-    return Motion(header_of(trace, floor, robots), lines, outcome)
+    return Motion(header, lines, outcome)
 
 
 def header_of(

@@ -1,23 +1,24 @@
-"""The actions of a run by its trace, in lockstep or live; and a run in lockstep as a run in time:
-each line of its trace at the second of its motion.
+"""The actions of a run with a clock, by its trace; and a run in lockstep as one with a clock: each
+line at the second at which robots of their paces carry it out.
 
-The lines of each robot keep their order, as do those of each obstacle. A story at these times
-agrees with the bodies at every instant.
+The turns of a run in lockstep are in a serial order in which no robot ever enters a region where
+another robot is. In continuous time robots move simultaneously, each at its own pace; only
+activities that depend on each other keep the serial order (Hoenig et al., RA-L 2019; section VII of
+the paper names the problem). An activity waits only for earlier ones in the trace, so there is no
+deadlock. The lines of each robot keep their order, as do those of each obstacle.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
 from math import inf
 
-from msgspec import Struct, field
+from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.motion.file import (
-    Action,
-    Motion,
-    Moving,
-)
+from safenav.motion.file import Motion, MotionHeader
+from safenav.pace.robot import Pace, acted_by, pace_of
 from safenav.trace import records
 from safenav.trace.reading import Trace
 from safenav.trace.setting import NeedHeader, ObstacleHeader, RobotHeader
@@ -25,8 +26,8 @@ from safenav.trace.vocabulary import ActResult, ChangeCause, MovedBy, MoveEnd
 
 
 class TimedAction(Struct, frozen=True):
-    """An act of robots on an obstacle in ``region``, recorded by the ``index``-th record of the
-    trace; of a live run, part of ``command``. ``takes``: they carry it from then on."""
+    """An act of robots on an obstacle in ``region``, part of ``command``, recorded by the
+    ``index``-th record of the trace. ``takes``: they carry it from then on."""
 
     index: int
     command: int
@@ -37,53 +38,61 @@ class TimedAction(Struct, frozen=True):
     takes: bool
 
 
-def actions_of(trace: Trace) -> tuple[list[TimedAction], set[tuple[str, int]]]:
-    """Return the actions in the order of the trace, and the steps that stop short of such an
-    obstacle in the region that they enter: robot, and the command or, in lockstep, the first
-    tick."""
+Fulfilling = records.Met | records.Resolved
+
+
+class Needs:
+    """The needs that the lines of a trace fulfil."""
+
+    def __init__(self, obstacles: Mapping[str, ObstacleHeader]) -> None:
+        self._obstacles = obstacles
+        self._last: set[str] = set()
+        """Obstacles whose last need has a line of its own: their resolution follows."""
+
+    def fulfilled(self, record: Fulfilling) -> int | None:
+        """Return the number of the need that the next line fulfils; None if the line before has
+        recorded that."""
+        name, last = record.obstacle, len(self._obstacles[record.obstacle].needs) - 1
+        recorded = name in self._last
+        self._last.discard(name)
+        if isinstance(record, records.Resolved):
+            return None if recorded else last
+        if record.need == last:
+            self._last.add(name)
+        return record.need
+
+
+def actions_of(trace: Trace) -> tuple[list[TimedAction], set[int]]:
+    """Return the actions of a run with a clock in the order of its trace, and the commands of steps
+    that stop short of such an obstacle in the region that they enter."""
     found: list[TimedAction] = []
-    short: set[tuple[str, int]] = set()
-    obstacles, lockstep = trace.obstacles, trace.header.clock is None
-    at = {name: robot.start for name, robot in trace.header.scenario.robots.items()}
-    begun: dict[str, int] = {}
+    short: set[int] = set()
+    obstacles, robots = trace.obstacles, trace.header.scenario.robots
+    at = {name: robot.start for name, robot in robots.items()}
     steps: dict[str, int] = {}
-    acts: dict[int, records.Act] = {}
+    acts = {act.command: act for act, _ in trace.acts}
     ended: dict[tuple[str, int], int] = {}
-    last: set[str] = set()
+    needs = Needs(obstacles)
     for index, record in enumerate(trace.records):
         match record:
-            case records.Move(toward=None):
-                step = begun.pop(record.robot, record.tick)
-                if record.to != record.from_:
-                    at[record.robot], steps[record.robot] = record.to, step
-            case records.Move():
-                begun.setdefault(record.robot, record.tick)
             case records.Arrive(result=MoveEnd.ARRIVED):
                 at[record.robot], steps[record.robot] = record.at, record.command
-            case records.Act():
-                acts[record.command] = record
-            case records.ActionEnd():
+            case records.ActionEnd() if record.command in acts:
                 for name in acts[record.command].robots:
                     ended[name, record.tick] = record.command
             case records.Met() | records.Resolved():
-                obstacle = obstacles[record.obstacle]
-                needs = obstacle.needs
-                number = record.need if isinstance(record, records.Met) else len(needs) - 1
-                resolved = isinstance(record, records.Resolved) and obstacle.name in last
-                last.discard(obstacle.name)
-                if isinstance(record, records.Met) and number == len(needs) - 1:
-                    last.add(obstacle.name)
-                command = ended.get((record.robot, record.tick), 0 if lockstep else None)
-                if resolved or command is None:
+                number = needs.fulfilled(record)
+                command = ended.get((record.robot, record.tick))
+                if number is None or command is None:
                     continue
-                takes = number + 1 < len(needs) and bool(needs[number + 1].same)
-                team = team_of(trace, record, needs[number], at)
-                what = (obstacle.name, obstacle.region, needs[number].action)
+                obstacle = obstacles[record.obstacle]
+                need, later = obstacle.needs[number], obstacle.needs[number + 1 :]
+                team = team_of(robots, record, need, at)
+                what = (obstacle.name, obstacle.region, need.action)
+                takes = bool(later and later[0].same)
                 found.append(TimedAction(index, command, *what, team, takes))
-                inside = (n for n in team if at[n] == obstacle.region and n not in begun)
-                short |= {(name, steps[name]) for name in inside if name in steps}
-            case _:
-                pass
+                inside = (name for name in team if at[name] == obstacle.region)
+                short |= {steps[name] for name in inside if name in steps}
     return found, short
 
 
@@ -96,11 +105,10 @@ def by_command(actions: list[TimedAction]) -> Mapping[int, list[TimedAction]]:
 
 
 def team_of(
-    trace: Trace, record: records.Met | records.Resolved, need: NeedHeader, at: Mapping[str, int]
+    robots: Mapping[str, RobotHeader], record: Fulfilling, need: NeedHeader, at: Mapping[str, int]
 ) -> tuple[str, ...]:
     """The robots that fulfil a need: the recorded robot, and the others that are able to, even
     without a request. ``at``: where each robot is."""
-    robots = trace.header.scenario.robots
     alone = isinstance(record, records.Met) and not need.together
     others = (n for n in record.robots or () if at[n] in need.regions and not alone)
     able = (n for n in others if need.action in robots[n].capabilities)
@@ -115,212 +123,291 @@ def in_conflict(robots: Mapping[str, RobotHeader], one: str, other: str) -> bool
     return other in mine.conflicts or one in theirs.conflicts
 
 
+MOTION = "motion"
+"""The clock of a run in lockstep whose lines have the seconds of its motion."""
+DECIMALS = 9
+"""Decimals of seconds: an arrival and the departure after it must not differ by rounding."""
+
+Dated = tuple[float, records.Record]
+
+
+def paces_of(trace: Trace, header: MotionHeader) -> dict[str, Pace]:
+    """The pace of each robot of a motion, at its start."""
+    return {
+        name: pace_of(header.robots[name], header.cols, header.side, robot.heading)
+        for name, robot in trace.header.scenario.robots.items()
+    }
+
+
+def dated(trace: Trace, paces: Mapping[str, Pace]) -> list[Dated]:
+    """Return the lines of a trace as those of a run with a clock, each with its time, in the order
+    of the trace."""
+    if trace.header.clock is not None:
+        return [(record.t or 0.0, record) for record in trace.records]
+    return _walked(trace, paces).lines
+
+
+def ordered(trace: Trace, lines: list[Dated]) -> Trace:
+    """Return the trace with these lines in the order of their times, at each instant departures
+    last; their ticks stay."""
+    if trace.header.clock is not None:
+        return trace
+    lines = sorted(lines, key=lambda line: (line[0], isinstance(line[1], records.Depart)))
+    found = (replace(record, t=t) for t, record in lines)
+    return replace(trace, header=replace(trace.header, clock=MOTION), records=tuple(found))
+
+
+def in_time(trace: Trace, motion: Motion) -> Trace:
+    """Return the trace as that of a run with a clock, ``MOTION``, whose ticks count its instants;
+    one with a clock stays unchanged."""
+    return by_instants(ordered(trace, dated(trace, paces_of(trace, motion.header))))
+
+
+def by_instants(trace: Trace) -> Trace:
+    """Return a trace in time with instants as ticks."""
+    if trace.header.clock != MOTION:
+        return trace
+    found: list[records.Record] = []
+    tick, now = 0, 0.0
+    for record in trace.records:
+        t = record.t or 0.0
+        tick, now = tick + (t > now), t
+        found.append(replace(record, tick=tick))
+    return replace(trace, records=tuple(found))
+
+
+def turns_in_time(trace: Trace, motion: Motion) -> Mapping[str, Sequence[tuple[int, float]]]:
+    """The turns of each robot of a run in lockstep: tick, and the second at which its activities
+    until then had ended, ascending."""
+    return _walked(trace, paces_of(trace, motion.header)).turns
+
+
 SHARED = (
     *(records.Request, records.Push, records.Pop, records.Told, records.KnownObstacle),
     *(records.Plan, records.PlanEnd, records.Synthesis),
 )
 """Lines of decisions that concern more than one robot."""
 
-MOTION = "motion"
-"""The clock of a run in lockstep whose lines have the seconds of its motion; the numbers in its
-lines still count ticks."""
-DECIMALS = 9
-"""Decimals of seconds: an arrival and the departure after it must not differ by rounding."""
 
-
-Dated = tuple[float, records.Record]
-
-
-def dated(trace: Trace, motion: Motion) -> list[Dated]:
-    """Return the lines of a trace as those of a run with a clock, each with its time, in the order
-    of the trace; in lockstep also its moves, as turns."""
-    if trace.header.clock is not None:
-        return [(record.t or 0.0, record) for record in trace.records]
-    return _walked(trace, motion).dated
-
-
-def in_time(trace: Trace, motion: Motion) -> Trace:
-    """Return the trace as that of a run with a clock, ``MOTION``; one with a clock stays
-    unchanged."""
-    return ordered(trace, dated(trace, motion))
-
-
-def ordered(trace: Trace, lines: list[Dated]) -> Trace:
-    """Return the trace with these lines in the order of their times."""
-    if trace.header.clock is not None:
-        return trace
-    found: list[records.Record] = []
-    tick, now = 0, 0.0
-    timed = (line for line in lines if not isinstance(line[1], records.Move))
-    for time, record in sorted(timed, key=lambda line: line[0]):
-        tick, now = tick + (time > now), time
-        found.append(replace(record, t=time, tick=tick))
-    return replace(trace, header=replace(trace.header, clock=MOTION), records=tuple(found))
-
-
-def turns_in_time(trace: Trace, motion: Motion) -> Mapping[str, Sequence[tuple[int, float]]]:
-    """The turns of each robot of a run in lockstep: tick, and the second at which its activities
-    until then had ended, ascending."""
-    return _walked(trace, motion).turns
-
-
-def _walked(trace: Trace, motion: Motion) -> _Run:
-    steps: dict[tuple[str, int], tuple[float, float]] = {}
-    for line in motion.of(Moving):
-        if line.origin != line.to:
-            begin, _ = steps.get((line.robot, line.tick), (line.t0, 0.0))
-            steps[line.robot, line.tick] = begin, line.t1
-    run = _Run(trace.obstacles, steps, motion.of(Action), motion.outcome.makespan)
+def _walked(trace: Trace, paces: Mapping[str, Pace]) -> _SerialRun:
+    run = _SerialRun(trace, paces)
     for record in trace.records:
         run.take(record)
+    run.lines = [line for line in run.lines if line[0] < inf]
     return run
 
 
-class _Run(Struct):
-    obstacles: Mapping[str, ObstacleHeader]
-    steps: Mapping[tuple[str, int], tuple[float, float]]
-    actions: list[Action]
-    makespan: float
-    dated: list[Dated] = field(default_factory=list)
-    ended: dict[str, float] = field(default_factory=dict)
-    """The end of each robot's last activity so far."""
-    turn: str = ""
-    since: dict[str, float] = field(default_factory=dict)
-    """The last time of each obstacle."""
-    due: dict[str, tuple[float, float, records.Record]] = field(default_factory=dict)
-    """Obstacles that appear or disappear: the earliest time, and the time without a later line."""
-    left: dict[int, float] = field(default_factory=dict)
-    """When each region was left last."""
-    under_way: dict[str, tuple[int, float]] = field(default_factory=dict)
-    """Command and end of a step that takes several ticks."""
-    decided: float = 0.0
-    """The time of the last decision that concerned more than one robot."""
-    commands: int = 0
-    at: dict[str, int] = field(default_factory=dict)
-    """Region in which each robot last came to rest."""
-    turns: dict[str, list[tuple[int, float]]] = field(default_factory=dict)
+class _Step(Struct):
+    """A step under way: its place among the lines, its first tick, and the decision it follows."""
+
+    place: int
+    tick: int
+    cause: float
+
+
+class _SerialRun:
+    """The ``lines`` and ``turns`` of a run in lockstep so far, in seconds."""
+
+    def __init__(self, trace: Trace, paces: Mapping[str, Pace]) -> None:
+        scenario = trace.header.scenario
+        self.lines: list[Dated] = []
+        self.turns: dict[str, list[tuple[int, float]]] = {}
+        self._robots, self._zones = scenario.robots, scenario.never_together or ()
+        self._obstacles, self._paces = trace.obstacles, paces
+        self._needs = Needs(self._obstacles)
+        self._at = {name: robot.start for name, robot in self._robots.items()}
+        self._ended: dict[str, float] = defaultdict(float)
+        """The end of each robot's last activity."""
+        self._left: dict[int, dict[str, float]] = defaultdict(dict)
+        """The last step with which each robot left a region."""
+        self._opened: dict[int, list[tuple[frozenset[str], float]]] = defaultdict(list)
+        """Actions that opened a region to the robots that an obstacle had kept out."""
+        self._charged: dict[str, float] = {}
+        """The action that replaced the battery of a robot, which has not moved since."""
+        self._since: dict[str, float] = defaultdict(float)
+        """The last line about each obstacle."""
+        self._due: dict[str, tuple[float, float, records.Record]] = {}
+        """Obstacles that appear or disappear: the earliest time, and the time without a later
+        line."""
+        self._cause: dict[str, float] = defaultdict(float)
+        """The decision that each robot follows."""
+        self._acted = self._decided = 0.0
+        """The newest action, and the newest decision that concerns more than one robot."""
+        self._planned: tuple[str, ...] = ()
+        self._begun: dict[str, _Step] = {}
+        """Steps that take several ticks."""
+        self._commands = 0
+        self._turn = ""
 
     def take(self, record: records.Record) -> None:
-        now = self.ended.get(self.turn, 0.0)
+        now = self._ended[self._turn]
         match record:
             case records.Move():
                 self._move(record)
             case records.Violation():
-                self.turn = record.robot
-                self._about(record.obstacle, self.ended.get(record.robot, 0.0), record)
+                self._turn = record.robot
+                self._about(record.obstacle, self._ended[record.robot], record)
             case records.Met() | records.Resolved():
-                self._deed(record)
+                self._fulfil(record)
             case records.Appeared(cause=ChangeCause.BATTERY):
-                region = self.obstacles[record.obstacle].region
-                there = [self.ended[name] for name, at in self.at.items() if at == region]
+                region = self._obstacles[record.obstacle].region
+                there = [self._ended[name] for name, at in self._at.items() if at == region]
                 self._about(record.obstacle, max(there, default=0.0), record)
             case records.Service(cause=ChangeCause.BATTERY):
-                region = self.at.get(record.robot, -1)
-                past = [t for o, t in self.since.items() if self.obstacles[o].region == region]
-                self._tell(max([self.ended.get(record.robot, 0.0), *past]), record)
-            case records.Appeared() if self.obstacles[record.obstacle].ordered:
-                self._about(record.obstacle, max(now, self.decided), record)  # as its request
+                self._serve(record)
+            case records.Appeared() if self._obstacles[record.obstacle].ordered:
+                self._about(record.obstacle, max(now, self._decided), record)  # as its request
             case records.Appeared():
-                left = self.left.get(self.obstacles[record.obstacle].region, 0.0)
-                self._due(record.obstacle, left, record)
+                left = self._left[self._obstacles[record.obstacle].region]
+                self._await(record.obstacle, max(left.values(), default=0.0), record)
             case records.Gone():
-                self._due(record.obstacle, 0.0, record)
+                self._await(record.obstacle, 0.0, record)
             case records.Discovered():
                 self._about(record.obstacle.name, now, record)
             case records.Truth():
                 self._about(record.obstacle, now, record)
             case records.End():
-                for obstacle in [*self.due]:
+                for obstacle in [*self._due]:
                     self._settle(obstacle, inf)
-                end = max([self.makespan, *(t for t, _ in self.dated)])
+                end = max((t for t, _ in self.lines if t < inf), default=0.0)
                 self._tell(end, replace(record, makespan=end))
+            case _ if isinstance(record, SHARED):
+                self._decide(record, now)
             case _:
-                if isinstance(record, SHARED):
-                    now = self.decided = max(now, self.decided)
                 self._tell(now, record)
 
     def _move(self, move: records.Move) -> None:
-        name, self.turn = move.robot, move.robot
-        self._tell(self.ended.get(name, 0.0), move)
-        step = None if name in self.under_way else self.steps.get((name, move.tick))
-        if step is not None:
-            self.commands += 1
-            to = move.to if move.toward is None else move.toward
-            fields = (
-                self.commands,
-                name,
-                move.from_,
-                to,
-                move.heading,
-                move.by or MovedBy.STRATEGY,
-            )
-            depart = records.Depart(move.tick, *fields, seconds=step[1] - step[0])
-            for obstacle in [o for o in self.due if self.obstacles[o].region == to]:
-                self._settle(obstacle, step[0])
-            self._tell(step[0], depart)
-            self.under_way[name] = self.commands, step[1]
-        if move.toward is None and name in self.under_way:
-            command, end = self.under_way.pop(name)
-            self.ended[name] = self.left[move.from_] = end
-            self.at[name] = move.to
-            place = (command, name, move.to, move.heading, MoveEnd.ARRIVED)
-            self._tell(end, records.Arrive(move.tick, *place))
-        self._turned(name, move.tick, self.ended.get(name, 0.0))
+        name = self._turn = move.robot
+        step = self._begun.pop(name, None)
+        if step is None:
+            step = _Step(len(self.lines), move.tick, self._cause[name])
+            self.lines.append((inf, move))
+        if move.toward is not None:
+            self._begun[name] = step
+        elif move.to != move.from_:
+            self._step(move, step)
+        self._turned(name, move.tick, self._ended[name])
+
+    def _step(self, move: records.Move, step: _Step) -> None:
+        name, origin, to = move.robot, move.from_, move.to
+        before = [self._ended[name], step.cause, self._charged.pop(name, 0.0)]
+        before += self._left_before(name, origin, to)
+        before += [end for kept, end in self._opened[to] if name in kept]
+        begin, pace = max(before), self._paces[name]
+        seconds = pace.step(begin, origin, to)
+        end = begin + seconds
+        pace.arrived(end)
+        for obstacle in [o for o in self._due if self._obstacles[o].region == to]:
+            self._settle(obstacle, begin)
+        self._commands += 1
+        what = (self._commands, name, origin, to, move.heading, move.by or MovedBy.STRATEGY)
+        depart = records.Depart(step.tick, *what, seconds=seconds)
+        self.lines[step.place] = (round(begin, DECIMALS), depart)
+        self._ended[name] = self._left[origin][name] = end
+        self._at[name] = to
+        place = (self._commands, name, to, move.heading, MoveEnd.ARRIVED)
+        self._tell(end, records.Arrive(move.tick, *place))
+
+    def _left_before(self, name: str, origin: int, to: int) -> Iterator[float]:
+        """Yield when others leave the regions that exclude them while this robot enters one: that
+        region; those of an exclusion."""
+        for other in self._robots:
+            if other == name:
+                continue
+            regions = {to} if in_conflict(self._robots, name, other) else set()
+            for zone in self._zones:
+                entered = to in zone.regions and origin not in zone.regions
+                if entered and name in zone.robots and other in zone.robots:
+                    regions |= {*zone.regions}
+            yield from (self._left[region].get(other, 0.0) for region in regions)
 
     def _turned(self, name: str, tick: int, time: float) -> None:
         turns = self.turns.setdefault(name, [])
         turns.append((tick, max(round(time, DECIMALS), turns[-1][1] if turns else 0.0)))
 
-    def _deed(self, record: records.Met | records.Resolved) -> None:
-        mine = (record.robot, record.obstacle, record.tick)
-        first = next((a for a in self.actions if (a.robot, a.obstacle, a.tick) == mine), None)
-        if first is None:  # the line of its last need has recorded it
-            self._about(record.obstacle, self.since.get(record.obstacle, 0.0), record)
+    def _decide(self, record: records.Record, now: float) -> None:
+        """Take a decision: after the turn in which it is made, and after all actions until then."""
+        self._decided = max(now, self._decided, self._acted)
+        if isinstance(record, records.Synthesis):
+            self._cause[record.robot] = self._decided
+        elif isinstance(record, records.Request):
+            self._since[record.obstacle] = max(self._since[record.obstacle], self._decided)
+        elif isinstance(record, records.Plan):
+            self._planned = tuple(record.robots)
+        if isinstance(record, records.Plan | records.PlanEnd):
+            self._cause.update(dict.fromkeys(self._planned, self._decided))
+        self._tell(self._decided, record)
+
+    def _fulfil(self, record: Fulfilling) -> None:
+        obstacle = self._obstacles[record.obstacle]
+        number = self._needs.fulfilled(record)
+        if number is not None:
+            self._act(record, obstacle, obstacle.needs[number])
+        self._about(obstacle.name, self._since[obstacle.name], record)
+        self._open(record, obstacle, self._since[obstacle.name])
+
+    def _act(self, record: Fulfilling, obstacle: ObstacleHeader, need: NeedHeader) -> None:
+        team = team_of(self._robots, record, need, self._at)
+        own = (max(self._ended[name], self._cause[name]) for name in team)
+        begin = max([self._since[obstacle.name], *own])
+        paces = [(self._paces[name], self._at[name]) for name in team]
+        end = begin + acted_by(paces, begin, obstacle.region)
+        self._commands += 1
+        who = (self._commands, record.robot)
+        self._tell(begin, records.Act(record.tick, *who, team, (obstacle.name,)))
+        done = {obstacle.name: ActResult.DONE}
+        self._tell(end, records.ActionEnd(record.tick, *who, done))
+        self._ended.update(dict.fromkeys(team, end))
+        self._acted, self._since[obstacle.name] = max(self._acted, end), end
+        for name in team:  # one that has acted in a tick of its step departs after the action
+            if name in self._begun:
+                step = self._begun[name]
+                self.lines.append(self.lines[step.place])
+                step.place = len(self.lines) - 1
+        for name in [n for n, at in self._at.items() if at == obstacle.region]:
+            self._turned(name, record.tick, end)
+
+    def _open(self, record: Fulfilling, obstacle: ObstacleHeader, end: float) -> None:
+        """Record which robots a region admits: all robots if the obstacle is resolved; if one need
+        is left, those that resolve it by entering."""
+        let_in = obstacle.blocks
+        if isinstance(record, records.Met):
+            if record.need == len(obstacle.needs) - 1:
+                return  # its resolution follows
+            let_in = frozenset(
+                name
+                for name in obstacle.blocks & self._robots.keys()
+                if obstacle.resolved_by_entering(self._robots[name], record.need + 1)
+            )
+        elif record.traversable is False:
             return
-        span = (first.obstacle, first.t0, first.t1)
-        team = [a for a in self.actions if (a.obstacle, a.t0, a.t1) == span]
-        self.actions = [a for a in self.actions if a not in team]
-        self.commands += 1
-        names = tuple(action.robot for action in team)
-        act = records.Act(record.tick, self.commands, first.robot, names, (first.obstacle,))
-        self._tell(first.t0, act)
-        done = {first.obstacle: ActResult.DONE}
-        self._tell(first.t1, records.ActionEnd(record.tick, self.commands, first.robot, done))
-        for name in names:
-            self.ended[name] = max(self.ended.get(name, 0.0), first.t1)
-        self.decided = max(self.decided, first.t1)
-        self._about(record.obstacle, first.t1, record)
-        for name in names:
-            self._departs_later(name)
-        for name in [n for n, at in self.at.items() if at == first.region]:
-            self._turned(name, record.tick, first.t1)
+        self._opened[obstacle.region].append((let_in, end))
 
-    def _departs_later(self, name: str) -> None:
-        """Let a robot that has acted in a tick of its step depart after the action."""
-        if name in self.under_way:
-            mine = (i for i, (_, record) in enumerate(self.dated) if _departs(record, name))
-            self.dated.append(self.dated.pop(max(mine)))
+    def _serve(self, record: records.Service) -> None:
+        """Take a robot out of service, as it has no charge, or back into it."""
+        region = self._at[record.robot]
+        if record.active:
+            for _, end in self._opened[region][-1:]:
+                self._charged[record.robot] = end
+        past = [t for o, t in self._since.items() if self._obstacles[o].region == region]
+        self._tell(max([self._ended[record.robot], *past]), record)
 
-    def _due(self, obstacle: str, least: float, record: records.Record) -> None:
+    def _await(self, obstacle: str, least: float, record: records.Record) -> None:
         """Let an obstacle appear or disappear once all activities until then have ended, at least
         at a time; earlier if the next line about it, or a step into its region, comes first."""
         self._settle(obstacle, inf)
-        least = max(least, self.since.get(obstacle, 0.0))
-        self.due[obstacle] = least, max([least, *self.ended.values()]), record
+        least = max(least, self._since[obstacle])
+        self._due[obstacle] = least, max([least, *self._ended.values()]), record
 
     def _settle(self, obstacle: str, latest: float) -> None:
-        if obstacle in self.due:
-            least, time, record = self.due.pop(obstacle)
+        if obstacle in self._due:
+            least, time, record = self._due.pop(obstacle)
             self._about(obstacle, max(least, min(time, latest)), record)
 
     def _about(self, obstacle: str, time: float, record: records.Record) -> None:
         self._settle(obstacle, time)
-        self.since[obstacle] = max(time, self.since.get(obstacle, 0.0))
-        self._tell(self.since[obstacle], record)
+        self._since[obstacle] = max(time, self._since[obstacle])
+        self._tell(self._since[obstacle], record)
 
     def _tell(self, time: float, record: records.Record) -> None:
-        self.dated.append((round(time, DECIMALS), record))
-
-
-def _departs(record: records.Record, name: str) -> bool:
-    return isinstance(record, records.Depart) and record.robot == name
+        self.lines.append((round(time, DECIMALS), record))

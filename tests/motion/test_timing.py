@@ -14,15 +14,14 @@ from msgspec.structs import replace
 from motion.runs import SHIPPED, live_trace, motion, played, trace_of
 from once import beside
 from safenav.errors import InputError
-from safenav.motion.check.examination import Examination, Finding
-from safenav.motion.check.order import check_order
+from safenav.motion.check.examination import Finding
+from safenav.motion.check.order import disorder
 from safenav.motion.check.verdict import check_motion
 from safenav.motion.file import Action, Motion, Moving, Release, Reserve
 from safenav.motion.geometry import MetricFloor
-from safenav.motion.making import header_of, motion_of, mover
-from safenav.motion.mover import Crossing, Glider, Mover, Start
-from safenav.motion.schedule import motion_at_earliest_times
-from safenav.motion.timing import in_time
+from safenav.motion.making import motion_of, mover
+from safenav.motion.mover import Crossing
+from safenav.motion.timing import dated, in_time, ordered, paces_of
 from safenav.pace.robot import Pace, acted_by, pace_of
 from safenav.scenario.motion import resolved
 from safenav.trace import records
@@ -32,46 +31,34 @@ from safenav.trace.records import Service
 SLOWED = int(os.environ.get("SAFENAV_MOTION_SLOWED", "10"))
 
 
-class Stroller(Glider):
-    """Takes one to three seconds for a move, by chance, and sometimes one to halt."""
+class Stroller(Pace):
+    """Takes one to three seconds for a step, by chance, and sometimes one to halt."""
 
     chance: random.Random
 
-    def move(self, crossing: Crossing) -> list[Moving]:
-        origin, self.region = self.region, crossing.to
-        self.place = self.floor.centre(crossing.to)
-        return self._stays(crossing.tick, self.chance.uniform(1, 3), origin)
+    def step(self, now: float, origin: int, to: int, slower: float = 1.0) -> float:
+        return super().step(now, origin, to, slower) - 1.0 + self.chance.uniform(1, 3)
 
-    def halt(self, tick: int) -> list[Moving]:
-        return self._stays(tick, self.chance.choice([0.0, 1.0]), self.region)
-
-    def _stays(self, tick: int, seconds: float, origin: int) -> list[Moving]:
-        (piece,) = self.rest(tick, self.time + seconds)
-        return [replace(piece, origin=origin)] if seconds else []
+    def _halting(self) -> float:
+        return self.chance.choice([0.0, 1.0])
 
 
-def disorder(trace: Trace, seed: int) -> list[Finding]:
+def disordered(trace: Trace, seed: int) -> list[Finding]:
     """What the checker finds in the order of a run by robots of any pace."""
-    world = trace.header.scenario.map
-    floor = MetricFloor(world.rows, world.cols, 2.7)
-    movers: dict[str, Mover] = {}
-    for name, robot in trace.header.scenario.robots.items():
-        mover = Stroller(Start(name, floor, robot.start, robot.heading, SLOW), "disc")
-        mover.chance = random.Random(f"{seed} {name}")
-        movers[name] = mover
-    header = header_of(trace, floor, {name: {"kind": "disc", **SLOW} for name in movers})
-    case = Examination(Motion(header, *motion_at_earliest_times(trace, floor, movers)), trace)
-    check_order(case)
-    return case.findings
-
-
-SLOW = {"size": 0.5, "speed": 0.5, "acceleration": 1.0, "action_seconds": 2.0}
+    paces = {}
+    for name in trace.header.scenario.robots:
+        paces[name] = Stroller(trace.header.scenario.map.cols, 2.7, None)
+        paces[name].chance = random.Random(f"{seed} {name}")
+    serial = dated(trace, paces)
+    moves = [r for r in trace.records if isinstance(r, records.Move) and r.to != r.from_]
+    assert len([r for _, r in serial if isinstance(r, records.Arrive)]) == len(moves)
+    return [*disorder(ordered(trace, serial), serial)]
 
 
 @pytest.mark.parametrize("name", SHIPPED)
 def test_slow_robots_never_overlap_never_enter_a_door_early_and_all_end(name: str) -> None:
     for seed in range(SLOWED):
-        assert disorder(trace_of(name), seed) == []
+        assert disordered(trace_of(name), seed) == []
 
 
 def test_a_robot_without_charge_stands_until_its_battery_is_replaced() -> None:
@@ -90,20 +77,29 @@ APART = beside(__file__, "scenarios/apart.yaml")
 
 def test_robots_of_any_pace_are_never_together_in_a_forbidden_zone() -> None:
     trace = read_bytes(played(APART))
-    assert all(disorder(trace, seed) == [] for seed in range(SLOWED))
+    assert all(disordered(trace, seed) == [] for seed in range(SLOWED))
 
 
-def test_a_motion_that_ignores_exclusions_is_refused() -> None:
-    trace = read_bytes(played(APART))
-    assert check_motion(motion_of(trace), trace) == []
-    scenario = replace(trace.header.scenario, never_together=None)
-    heedless = replace(trace, header=replace(trace.header, scenario=scenario))
-    assert {found.rule for found in check_motion(motion_of(heedless), trace)} == {"never-together"}
+def test_times_that_ignore_conflicts_or_exclusions_are_refused() -> None:
+    """As those of robots that heed less than the trace does."""
+    for trace, rule in (
+        (read_bytes(played(APART)), "never-together"),
+        (trace_of("two_digits"), "overlap"),
+    ):
+        scenario = trace.header.scenario
+        robots = {n: replace(each, conflicts=frozenset()) for n, each in scenario.robots.items()}
+        scenario = replace(scenario, robots=robots, never_together=None)
+        heedless = replace(trace, header=replace(trace.header, scenario=scenario))
+        made = motion_of(heedless)
+        serial = dated(heedless, paces_of(heedless, made.header))
+        assert {found.rule for found in disorder(ordered(trace, serial), serial)} == {rule}
+        assert "clock" in {found.rule for found in check_motion(made, trace)}
+        assert check_motion(motion_of(trace), trace) == []
 
 
 def test_a_run_in_time_stays_as_it_is() -> None:
     told = in_time(trace_of("hello"), motion("hello"))
-    assert in_time(told, motion("hello")) is told
+    assert in_time(told, motion("hello")) == told
 
 
 CLOSING = """\

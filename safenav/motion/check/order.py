@@ -7,7 +7,6 @@ obstacle before it has resolved it; a robot without charge stands still."""
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -16,9 +15,17 @@ from msgspec.structs import replace
 from safenav.judge.engine import judge
 from safenav.judge.rules import RULES
 from safenav.lines import json_line
-from safenav.motion.check.examination import NEAR, STILL, Array, Examination
+from safenav.motion.check.examination import NEAR, STILL, Array, Examination, Finding
 from safenav.motion.file import Action, GoalLine, Moving, Piece, Release, Reserve
-from safenav.motion.timing import Dated, TimedAction, actions_of, dated, ordered
+from safenav.motion.timing import (
+    Dated,
+    TimedAction,
+    actions_of,
+    by_instants,
+    dated,
+    ordered,
+    paces_of,
+)
 from safenav.scenario.settings import Clock
 from safenav.trace import records
 from safenav.trace.reading import Trace
@@ -27,7 +34,6 @@ from safenav.trace.records import (
     Arrive,
     Depart,
     Met,
-    Move,
     Resolved,
     Service,
 )
@@ -55,32 +61,40 @@ Step = tuple[Depart, Arrive | None, int]
 def check_order(case: Examination) -> None:
     """Check that the pieces, reservations and actions of a motion are those of a run that its trace
     allows."""
-    serial = dated(case.trace, case.motion)
+    serial = dated(case.trace, paces_of(case.trace, case.motion.header))
     trace = ordered(case.trace, serial)
-    _judged(case, trace)
+    case.findings += disorder(trace, serial)
     _steps(case, trace)
     _reservations(case, trace)
-    _serial(case, serial)
     _actions(case, trace)
-    _charges(case, serial)
+    _charges(case, trace)
 
 
-def _judged(case: Examination, trace: Trace) -> None:
-    """Let the judge of traces judge the lines at the times of the motion, as a live run."""
-    lines = [each for each in trace.records if not isinstance(each, ELSEWHERE)]
+def disorder(trace: Trace, serial: Sequence[Dated]) -> Iterator[Finding]:
+    """Yield the rules that the lines of a trace break at their times, by the judge of live runs.
+    ``serial``: the lines in their own order, in which robots move and act after the decision that
+    their strategy follows."""
+    lines = [each for each in by_instants(trace).records if not isinstance(each, ELSEWHERE)]
     live = (replace(trace.header, clock=Clock.LIVE), *lines)
     texts = (json_line(as_data(each)).encode() for each in live)
     for found in judge(texts, [rule for rule in RULES if rule.name in JUDGED]).findings:
         robot, t = found.robot or "", lines[found.line - 2].t or 0.0
         told = found.explanation.removeprefix(f"{robot} ")
-        case.wrong(t, robot, JUDGED[found.rule], told)
+        yield Finding(t, robot, JUDGED[found.rule], told)
+    bound: dict[str, float] = {}
+    for t, record in serial:
+        if isinstance(record, records.Synthesis):
+            bound[record.robot] = t
+        team = record.robots if isinstance(record, Act) else ()
+        for name in (record.robot,) if isinstance(record, Depart) else team:
+            if (early := bound.get(name, 0.0) - t) > NEAR:
+                what = f"begins {early:.3f} s before the event that its strategy follows"
+                yield Finding(t, name, "order", what)
 
 
 def _steps(case: Examination, trace: Trace) -> None:
     """The pieces of each robot that cross a border are its steps, one by one and at their times; a
     driven robot arrives after the end of its reference or goal, wherever that is."""
-    whole = [r for r in case.trace.records if isinstance(r, Move) and r.toward is None]
-    moved = Counter(move.robot for move in whole if move.to != move.from_)
     steps: dict[str, list[Step]] = {name: [] for name in case.trace.header.scenario.robots}
     for depart, arrive in trace.steps:
         if arrive is None or arrive.at != depart.from_:
@@ -89,11 +103,12 @@ def _steps(case: Examination, trace: Trace) -> None:
     for name, wanted in steps.items():
         pieces: Sequence[Piece] = case.pieces[name] or case.motion.of(GoalLine, name)
         mine = _merged([piece for piece in pieces if piece.origin != piece.to])
-        for (depart, arrive, to), (_, origin, left_to, begin, end) in zip(
+        for (depart, arrive, to), (tick, origin, left_to, begin, end) in zip(
             wanted, mine, strict=False
         ):
-            if (origin, left_to) != (depart.from_, to):
-                what = f"moves {origin} -> {left_to} where the trace moves {depart.from_} -> {to}"
+            if (tick, origin, left_to) != (depart.tick, depart.from_, to):
+                what = f"moves {origin} -> {left_to} in tick {tick}; the trace moves "
+                what += f"{depart.from_} -> {to} in tick {depart.tick}"
                 case.wrong(begin, name, "order", what)
                 break
             t = end if arrive is None else arrive.t or 0.0
@@ -102,10 +117,10 @@ def _steps(case: Examination, trace: Trace) -> None:
                 what = f"moves to {to} until {end:.3f} s; in the trace until {t:.3f} s"
                 case.wrong(begin, name, "clock", what)
         under_way = [depart for depart, arrive, _ in wanted if arrive is None and case.driven]
-        least = max(len(wanted) - len(under_way), moved[name])
+        least = len(wanted) - len(under_way)
         if not least <= len(mine) <= len(wanted):
             t = mine[-1][-1] if mine else 0.0
-            what = f"has {len(mine)} moves; the trace has {max(least, len(wanted))}"
+            what = f"has {len(mine)} moves; the trace has {len(wanted)}"
             case.wrong(t, name, "order", what)
 
 
@@ -147,47 +162,13 @@ def _reservations(case: Examination, trace: Trace) -> None:
             case.wrong(t, name, "clock", what)
 
 
-def _serial(case: Examination, serial: Sequence[Dated]) -> None:
-    """A region is entered after the robots that were there before have left; robots move and act
-    after the event that their strategy follows."""
-    left: dict[int, dict[str, float]] = {}
-    ended: dict[str, float] = {}
-    bound: dict[str, float] = {}
-    turn: str | None = None
-    acts: dict[int, Act] = {}
-    under_way: dict[str, Depart] = {}
-    for t, record in serial:
-        mine: tuple[str, ...] = ()
-        match record:
-            case Move():
-                turn = record.robot
-            case Depart():
-                mine, under_way[record.robot] = (record.robot,), record
-                for other, end in left.get(record.to, {}).items():
-                    if end - t > NEAR and case.in_conflict(other, record.robot):
-                        what = f"enters region {record.to} {end - t:.3f} s before {other} has left"
-                        case.wrong(t, record.robot, "order", what)
-            case Arrive() if (depart := under_way.pop(record.robot, None)) is not None:
-                left.setdefault(depart.from_, {})[record.robot] = ended[record.robot] = t
-            case Act():
-                mine, acts[record.command] = record.robots, record
-            case records.ActionEnd() if record.command in acts:
-                ended |= dict.fromkeys(acts.pop(record.command).robots, t)
-            case records.Synthesis():  # in lockstep it follows the turn in which it is made
-                bound[record.robot] = t if turn is None else ended.get(turn, 0.0)
-        for name in mine:
-            if (early := bound.get(name, 0.0) - t) > NEAR:
-                what = f"begins {early:.3f} s before the event that its strategy follows"
-                case.wrong(t, name, "order", what)
-
-
 def _actions(case: Examination, trace: Trace) -> None:
     """All participants of each action of the trace act, at its time, and simultaneously if there
     are several."""
     waiting = list(case.actions)
     acts = [({*a.robots}, a.t or 0.0, end.t or 0.0) for a, end in trace.acts if end is not None]
-    for wanted in actions_of(case.trace)[0]:
-        done = [*_done(case, wanted, waiting)]
+    for wanted in actions_of(trace)[0]:
+        done = [*_done(case, wanted, trace.records[wanted.index], waiting)]
         times = {(action.t0, action.t1) for action in done}
         if len(times) > 1:
             what = f"acts on {wanted.obstacle}, but not at the same time as the others"
@@ -203,14 +184,15 @@ def _actions(case: Examination, trace: Trace) -> None:
         case.wrong(action.t0, action.robot, "action", what)
 
 
-def _done(case: Examination, wanted: TimedAction, waiting: list[Action]) -> Iterator[Action]:
+def _done(
+    case: Examination, wanted: TimedAction, record: records.Record, waiting: list[Action]
+) -> Iterator[Action]:
     """Take the lines of an action of some robots; each acts where it is, for long enough."""
-    record = case.trace.records[wanted.index]
     assert isinstance(record, Met | Resolved)
     for robot in wanted.robots:
         mine = (a for a in waiting if (a.robot, a.obstacle) == (robot, wanted.obstacle))
         if (done := next(mine, None)) is None:
-            what = f"never acts on {wanted.obstacle} (tick {record.tick})"
+            what = f"never acts on {wanted.obstacle}"
             case.wrong(record.t or 0.0, robot, "action", what)
             continue
         waiting.remove(done)
@@ -267,13 +249,14 @@ def _past(case: Examination, at: int, action: Action) -> float:
     return float(((path - middle) @ ahead).max())
 
 
-def _charges(case: Examination, serial: Sequence[Dated]) -> None:
+def _charges(case: Examination, trace: Trace) -> None:
     """A robot without charge does not move, after it has come to rest, until its battery is
     replaced."""
     arrived: dict[str, float] = {}
     since: dict[str, float] = {}
     spans: list[tuple[str, float, float]] = []
-    for t, record in serial:
+    for record in trace.records:
+        t = record.t or 0.0
         match record:
             case Arrive():
                 arrived[record.robot] = t
