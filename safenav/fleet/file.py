@@ -143,7 +143,7 @@ class FollowUse(Struct, frozen=True):
 class Station(Struct, frozen=True):
     """One robot. ``tolerance``: distance from the centre of a region, in metres, that counts as
     arrival; ``speed``: metres per second, for the time limit of a goal, which is ``timeout`` times
-    the expected time; ``retries``: number of times that a failed goal is sent again; ``scan`` and
+    the expected time; ``scan`` and
     ``report``: its sensors; ``tf``: None for a robot whose odometry is in the frame of the map;
     ``follow``: None for a robot that navigates to goals by itself;
     ``act``: the service that performs each action."""
@@ -152,7 +152,6 @@ class Station(Struct, frozen=True):
     tolerance: float = 0.3
     speed: float = 0.5
     timeout: float = 3.0
-    retries: int = 2
     scan: ScanUse | None = None
     report: str | None = None
     tf: TfUse | None = None
@@ -243,7 +242,6 @@ class StationKeys(Item, frozen=True):
     timeout: float = key(
         "Time limit of a goal, as a multiple of the expected time.", above=0, default=3.0
     )
-    retries: int = key("Number of times that a failed goal is sent again.", most=20, default=2)
     scan: ScanUse | None = None
     report: RosName | None = key("A text topic: 'door@47' is present, '-door@47' is gone.")
     tf: TfUse | None = None
@@ -354,7 +352,7 @@ def _station(
         return None if by is None else getattr(by, field)
 
     base, side = Station(f"/{name}"), side_of(findings.world)
-    numbers = {field: given(field) for field in ("speed", "timeout", "retries")}
+    numbers = {field: given(field) for field in ("speed", "timeout")}
     return replace(
         base,
         **{field: value for field, value in numbers.items() if value is not None},
@@ -392,7 +390,6 @@ def template_text(scenario: Scenario) -> str:
         "defaults:",
         f"  tolerance: {_tolerance(scenario):<11g} # metres from the centre of a region: arrived",
         "  timeout: 3             # times the expected time, then the goal is cancelled",
-        "  retries: 2             # number of times that a failed goal is sent again",
         f"  # follow: {{topic: reference, tolerance: {follow:g}}}  # references instead of goals",
         "robots:",
     ]

@@ -41,9 +41,9 @@ SETTLING = 5.0
 """Seconds that every goal may take beyond its distance: to accept it, to turn, to brake."""
 STOPPING = 5.0
 """Seconds within which a cancelled goal must end."""
-PAUSE = 1.0
-"""Seconds before a failed goal is sent again: a robot whose emergency stop is pressed, or whose
-navigation restarts, rejects every goal immediately."""
+PAUSE, RETURNING = 1.0, 20.0
+"""Seconds before a failed return is sent again, and for which that is repeated: a robot whose
+emergency stop is pressed, or whose navigation restarts, rejects every goal immediately."""
 
 
 class FleetClock(Struct, frozen=True):
@@ -153,27 +153,19 @@ class Goals:
         if moving and message.end is GoalEnd.SUCCEEDED:  # perhaps the goal ended before the stop
             self._look(body, task)
         elif task.phase is Phase.GOING:
-            self._again_or_back(body, task, message.reason or message.end.value)
+            self._go_back(body, task, message.reason or message.end.value)
         elif task.phase is Phase.STOPPING:
-            self._go_back(body, task)
+            self._go_back(body, task, task.reason)
         elif task.phase is Phase.RETURNING:
-            if task.left:
-                self._pause(task)
-            else:
-                why = f"its return ended: {message.reason or message.end.value}"
-                self.lose(body, task, f"{task.reason}; {why}")
+            self._return_failed(body, task, message.reason or message.end.value)
 
-    def _again_or_back(self, body: DrivenRobot, task: FleetTask, reason: str) -> None:
-        task.reason = reason
-        if task.left and self.sensing.at(task.to.region) is None:
-            self._pause(task)
+    def _return_failed(self, body: DrivenRobot, task: FleetTask, why: str) -> None:
+        """Schedule the goal of a return to be sent again, unless that has been repeated for too
+        long."""
+        if self.now() < task.since + RETURNING:
+            task.goal, task.due = 0, self.now() + PAUSE
         else:
-            self._go_back(body, task)
-
-    def _pause(self, task: FleetTask) -> None:
-        """Schedule the goal of a robot to be sent again after ``PAUSE``."""
-        task.left -= 1
-        task.goal, task.due = 0, self.now() + PAUSE
+            self.lose(body, task, f"{task.reason}; its return ended: {why}")
 
     def overdue(self, body: DrivenRobot, task: FleetTask) -> None:
         """Continue a step whose present phase has reached its time limit."""
@@ -181,27 +173,17 @@ class Goals:
         if task.phase is Phase.LOOKING:
             self.looked(body, task)
         elif task.phase is Phase.STOPPING:
-            self._go_back(body, task)
+            self._go_back(body, task, task.reason)
         elif not task.goal:
-            self._end_pause(body, task)
+            self.send(body, task, task.start)
         elif task.phase is Phase.GOING:
             self.stop(body, task, f"the goal {late}")
         else:
             self.transport.cancel(body.robot.name)
             self.lose(body, task, f"{task.reason}; its return {late}")
 
-    def _end_pause(self, body: DrivenRobot, task: FleetTask) -> None:
-        """End the pause and send the goal."""
-        if not task.back and self.sensing.at(task.to.region) is not None:
-            self._go_back(body, task)
-        else:
-            self.send(body, task, task.start if task.back else task.to)
-
     def stop(self, body: DrivenRobot, task: FleetTask, reason: str) -> None:
         task.reason, task.phase = reason, Phase.STOPPING
-        if not task.goal:
-            self._go_back(body, task)
-            return
         task.due = self.now() + STOPPING + self._seconds_left(body)
         self.transport.cancel(body.robot.name)
 
@@ -220,8 +202,10 @@ class Goals:
             self.transport.cancel(body.robot.name)
             self.lose(body, task, f"{off:.2f} m outside the regions of its step")
 
-    def _go_back(self, body: DrivenRobot, task: FleetTask) -> None:
-        task.phase, task.back, task.left = Phase.RETURNING, True, body.station.retries
+    def _go_back(self, body: DrivenRobot, task: FleetTask, reason: str) -> None:
+        if not task.back:
+            task.back, task.since = True, self.now()
+        task.phase, task.reason = Phase.RETURNING, reason
         self.send(body, task, task.start)
 
     def _came_back(self, body: DrivenRobot, task: FleetTask) -> None:
@@ -274,8 +258,7 @@ class Goals:
         else:
             off = self._metres_to(body, task.to.region)
             far = f"it reported its arrival {off:.2f} m from the centre of {task.to.region}"
-            task.phase = Phase.GOING
-            self._again_or_back(body, task, far)
+            self._go_back(body, task, far)
 
     def _near(self, body: DrivenRobot, region: Region, least: float = 0.0) -> bool:
         """Return whether a robot is within its tolerance, or ``least`` metres, of the centre of a

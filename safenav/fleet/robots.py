@@ -64,17 +64,15 @@ class Phase(Enum):
 
 
 class FleetTask(Struct):
-    """A command under way. ``left``: number of times that its goal may still be sent; ``sent``:
-    when it was last sent, and ``due``: time limit of its present phase, on the world's clock;
-    ``back``: it failed, and the robot was sent back to its departure region; ``there``: odometry
-    has confirmed the arrival, at time ``since``; ``over``: the results of an action and the reason
-    of a failure, reported once odometry has the robot back in its region; ``known``: the obstacle
-    known at the destination."""
+    """A command under way. ``sent``: when its goal was last sent, and ``due``: time limit of its
+    present phase, on the world's clock; ``back``: it failed, and the robot was sent back to its
+    departure region, first at time ``since``; ``there``: odometry has confirmed the arrival, at
+    time ``since``; ``over``: the results of an action and the reason of a failure, reported once
+    odometry has the robot back in its region; ``known``: the obstacle known at the destination."""
 
     command: int
     start: Pose
     to: Pose
-    left: int
     phase: Phase
     goal: int = 0
     sent: float = 0.0

@@ -104,9 +104,7 @@ class FleetWorld:
         if found is not None and found.region != body.pose.region:  # moved by something else
             body.lost = frozenset((body.pose.region, found.region))
             return Lost(self.now(), robot.name, body.lost, self._moved(found), command=command)
-        task = FleetTask(
-            command, body.pose, pose, body.station.retries, Phase.INSPECTING, known=known
-        )
+        task = FleetTask(command, body.pose, pose, Phase.INSPECTING, known=known)
         body.task = self._untold[robot.name] = task
         return None
 
@@ -174,7 +172,7 @@ class FleetWorld:
         if not every:
             return Acted(self.now(), robot.name, (), command=command)
         team_action, here = TeamAction(robot, every, self._progress), body.pose
-        task = FleetTask(command, here, here, 0, Phase.ACTING, team_action=team_action)
+        task = FleetTask(command, here, here, Phase.ACTING, team_action=team_action)
         body.task, body.view = task, {}
         self._sensing.acted_on |= {obstacle.region for obstacle in every}
         self._act_on_next(body, task, team_action)

@@ -18,6 +18,7 @@ def short_limits(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
         "LATE": 0.05,
         "STALE": 0.2,
         "PAUSE": 0.02,
+        "RETURNING": 0.05,
     }
     for name, seconds in limits.items():
         monkeypatch.setattr(goals, name, seconds)

@@ -90,7 +90,7 @@ class Robots:
         self.closed = True
 
 
-GIVEN: dict[str, Any] = {"speed": 10.0, "retries": 1, "act": {"push": "push"}}
+GIVEN: dict[str, Any] = {"speed": 10.0, "act": {"push": "push"}}
 
 
 def started(side: float = 1.0, **station: Any) -> tuple[FleetWorld, Robots, Any]:

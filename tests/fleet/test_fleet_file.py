@@ -36,7 +36,7 @@ def test_own_keys_win_over_defaults(tmp_path: Path) -> None:
         + """\
 network: {domain: 7, interface: wlan0, peers: [10.0.0.7]}
 failures: {retries: 0, timeout: 9}
-defaults: {speed: 0.4, retries: 0, scan: {obstacle: door}}
+defaults: {speed: 0.4, scan: {obstacle: door}}
 robots:
   digit: {namespace: /d/, speed: 0.8, act: {push: open_door}, report: seen,
           tf: {topic: /tf, frame: digit/base_link}}
@@ -48,9 +48,9 @@ robots:
     assert fleet.failures == Failures(retries=0, timeout=9.0)
     scan = fleet_file.ScanUse("door")
     assert fleet.stations == {
-        "quad": fleet_file.Station("/quad", speed=0.4, retries=0, scan=scan),
+        "quad": fleet_file.Station("/quad", speed=0.4, scan=scan),
         "digit": fleet_file.Station(
-            *("/d", 0.3, 0.8, 3.0, 0, scan, "seen", fleet_file.TfUse("/tf", "digit/base_link")),
+            *("/d", 0.3, 0.8, 3.0, scan, "seen", fleet_file.TfUse("/tf", "digit/base_link")),
             act={"push": "open_door"},
         ),
     }
@@ -162,7 +162,6 @@ MISTAKES = [
     (HEAD + "robots: {digit: {namespace: r}, quad: {namespace: /r/}}\n", "namespace, '/r'"),
     (HEAD + "defaults: {namespace: /}\n", "quad and digit have the same namespace, '/'"),
     (HEAD + "robots: {digit: {speed: 0}}\n", "'speed' of robot 'digit'"),
-    (HEAD + "robots: {digit: {retries: 99}}\n", "must be at most 20"),
     (HEAD + "robots: {digit: {scan: {}}}\n", "the key 'obstacle' is missing"),
     (HEAD + "robots: {digit: {scan: {obstacle: dor}}}\n", "no type of obstacle 'dor'"),
     (HEAD + "robots: {digit: {follow: {tolerance: 0}}}\n", "'tolerance' of follow"),
@@ -206,7 +205,6 @@ FULL: dict[str, Any] = {
         "quad": {
             "namespace": "/q",
             "tolerance": 0.2,
-            "retries": 3,
             "report": "seen",
             "tf": {"topic": "/tf", "frame": "q/base_link"},
         }

@@ -166,7 +166,7 @@ def test_a_scan_waits_for_the_odometry_of_its_moment() -> None:
 
 def test_lidar_hits_on_a_lost_robot_are_not_an_obstacle() -> None:
     """Its odometry has ended in the region that it has left; its body is in the next one."""
-    world, robots, scenario = started(scan=ScanUse("door"), retries=0)
+    world, robots, scenario = started(scan=ScanUse("door"))
     robots.script = [(None, 2.4), (None, None)]
     world.start(scenario.robots[1], Pose(16), 1)
     assert [told(event)[0] for event in world.wait(5.0)] == ["Lost"]
