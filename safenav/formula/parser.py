@@ -11,12 +11,12 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from functools import reduce
-from typing import Any
 
 from msgspec import Struct
 
 from safenav.errors import ExitCode, SafenavError
 from safenav.formula import syntax
+from safenav.formula.syntax import Operation, Operator
 
 MAX_DEPTH = 100
 """Deepest nesting of parentheses, negations and implication chains."""
@@ -100,14 +100,14 @@ _TEMPORAL = {
     "W": "GR(1) has no weak until: use a memory variable under 'safety'",
 }
 
-_OPERATORS: Mapping[str, Any] = {
-    "iff": syntax.Iff,
-    "implies": syntax.Implies,
-    "xor": syntax.Xor,
-    "or": syntax.Or,
-    "and": syntax.And,
+_OPERATORS = {
+    "iff": Operator.IFF,
+    "implies": Operator.IMPLIES,
+    "xor": Operator.XOR,
+    "or": Operator.OR,
+    "and": Operator.AND,
 }
-_PRECEDENCE = {kind: syntax.PRECEDENCE[node] for kind, node in _OPERATORS.items()}
+"""Operators by the kind of their token."""
 
 
 def tokens_of(text: str, pattern: re.Pattern[str], hints: Mapping[str, str]) -> list[Token]:
@@ -155,8 +155,10 @@ class _Parser:
     def _binary(self, lowest: int) -> syntax.Formula:
         """Operators of precedence ``lowest`` and higher, with all that binds tighter."""
         left = self._unary()
-        while lowest <= (rank := _PRECEDENCE.get(self._peek().kind, 0)):
-            kind = self._peek().kind
+        while (kind := self._peek().kind) in _OPERATORS:
+            node = _OPERATORS[kind]
+            if (rank := syntax.PRECEDENCE[node]) < lowest:
+                break
             operands = [left]
             height = self._height
             chained = kind in ("implies", "iff")
@@ -166,8 +168,10 @@ class _Parser:
                 height = max(height, self._height)
                 if chained:
                     height = self._bounded(height + 1, operator)
-            node = _OPERATORS[kind]
-            left = reduce(node, operands) if chained else node(tuple(operands))
+            if chained:
+                left = reduce(lambda one, other: Operation(node, (one, other)), operands)
+            else:
+                left = Operation(node, tuple(operands))
             self._height = height if chained else height + 1
             self._bounded(self._height, self._peek())
         return left
@@ -180,7 +184,7 @@ class _Parser:
             operand = self._unary()
             self._depth -= 1
             self._height = self._bounded(self._height + 1, token)
-            return syntax.Not(operand)
+            return Operation(Operator.NOT, (operand,))
         if token.kind == "name" and token.text in ("next", "X") and self._opens_next():
             return self._next_formula()
         return self._comparison()
@@ -203,7 +207,7 @@ class _Parser:
                 found = f"the primed variable {name.name}' inside {word.text}(...)"
                 raise FormulaError(name.column, found, _ONE_STEP)
         self._height = self._bounded(self._height + 1, word)
-        return syntax.Next(operand)
+        return Operation(Operator.NEXT, (operand,))
 
     def _parenthesized(self) -> syntax.Formula:
         opening = self._take()
@@ -342,52 +346,39 @@ def check(
     ``declared`` maps the variables to their range, or None for Booleans. ``next_allowed`` is False
     for initial conditions.
     """
-    found = _formula(formula, declared, next_allowed)
+    found = _flaws(formula, declared, next_allowed)
     return tuple(sorted(dict.fromkeys(found), key=lambda problem: problem.column))
-
-
-def _formula(
-    formula: syntax.Formula,
-    declared: Mapping[str, Bounds],
-    primes: bool,
-) -> Iterator[FormulaFlaw]:
-    match formula:
-        case syntax.Name(name, _, column):
-            yield from _name(formula, declared, primes)
-            if declared.get(name) is not None:
-                yield FormulaFlaw(column, f"the number {name} stands alone", f"write {name} = ...")
-        case syntax.Comparison(relation, left, right):
-            yield from _term(left, declared, primes)
-            yield from _term(right, declared, primes)
-            if relation in (syntax.Relation.EQUAL, syntax.Relation.UNEQUAL):
-                yield from _range(left, right, declared)
-                yield from _range(right, left, declared)
-        case syntax.Next(operand) if not primes:
-            # Its column is not recorded: that of its first name is near.
-            column = next((name.column for name in syntax.names_of(operand)), 1)
-            yield FormulaFlaw(column, "next(...) in an initial condition", _NO_NEXT)
-    for operand in syntax.operands_of(formula):
-        yield from _formula(operand, declared, primes or isinstance(formula, syntax.Next))
 
 
 _NO_NEXT = "an initial condition refers to the first state only"
 
 
-def _name(name: syntax.Name, declared: Mapping[str, Bounds], primes: bool) -> Iterator[FormulaFlaw]:
-    if name.name not in declared:
-        found = f"unknown variable {name.name!r}"
-        yield FormulaFlaw(name.column, found, unknown=name.name)
-    if name.primed and not primes:
-        yield FormulaFlaw(name.column, f"the next value {name.name}' here", _NO_NEXT)
-
-
-def _term(term: syntax.Term, declared: Mapping[str, Bounds], primes: bool) -> Iterator[FormulaFlaw]:
-    for part in syntax.atoms_of(term):
-        if isinstance(part, syntax.Name):
-            yield from _name(part, declared, primes)
-            if part.name in declared and declared[part.name] is None:
-                found = f"{part.name} is Boolean and cannot be compared"
-                yield FormulaFlaw(part.column, found, f"write {part.name} or !{part.name}")
+def _flaws(
+    formula: syntax.Formula, declared: Mapping[str, Bounds], primes: bool
+) -> Iterator[FormulaFlaw]:
+    compared = isinstance(formula, syntax.Comparison)
+    for name in () if isinstance(formula, Operation) else syntax.names_of(formula):
+        column, bounds = name.column, declared.get(name.name)
+        if name.name not in declared:
+            yield FormulaFlaw(column, f"unknown variable {name.name!r}", unknown=name.name)
+        elif compared and bounds is None:
+            found = f"{name.name} is Boolean and cannot be compared"
+            yield FormulaFlaw(column, found, f"write {name.name} or !{name.name}")
+        elif not compared and bounds is not None:
+            found = f"the number {name.name} stands alone"
+            yield FormulaFlaw(column, found, f"write {name.name} = ...")
+        if name.primed and not primes:
+            yield FormulaFlaw(column, f"the next value {name.name}' here", _NO_NEXT)
+    match formula:
+        case syntax.Comparison(syntax.Relation.EQUAL | syntax.Relation.UNEQUAL, left, right):
+            yield from _range(left, right, declared)
+            yield from _range(right, left, declared)
+        case Operation(Operator.NEXT, (operand,)) if not primes:
+            # Its column is not recorded: that of its first name is near.
+            column = next((name.column for name in syntax.names_of(operand)), 1)
+            yield FormulaFlaw(column, "next(...) in an initial condition", _NO_NEXT)
+    for operand in syntax.operands_of(formula):
+        yield from _flaws(operand, declared, primes or syntax.is_next(formula))
 
 
 def _range(

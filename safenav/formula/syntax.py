@@ -73,58 +73,41 @@ class Comparison(Struct, frozen=True):
     right: Term
 
 
-class Not(Struct, frozen=True):
-    operand: Formula
+class Operator(StrEnum):
+    NOT = "!"
+    NEXT = "next"
+    AND = "&"
+    OR = "|"
+    XOR = "^"
+    IMPLIES = "->"
+    IFF = "<->"
 
 
-class Next(Struct, frozen=True):
-    """``next(...)``: the formula over the next state; it holds no primes itself."""
+class Operation(Struct, frozen=True):
+    """Formulas joined by an operator: one for ``!`` and ``next(...)`` (about the next state,
+    without primes), two for ``->`` and ``<->``, any number for the others; ``^`` is true if an odd
+    number of them is."""
 
-    operand: Formula
-
-
-class And(Struct, frozen=True):
+    operator: Operator
     operands: tuple[Formula, ...]
 
 
-class Or(Struct, frozen=True):
-    operands: tuple[Formula, ...]
-
-
-class Xor(Struct, frozen=True):
-    """True if an odd number of operands is."""
-
-    operands: tuple[Formula, ...]
-
-
-class Implies(Struct, frozen=True):
-    left: Formula
-    right: Formula
-
-
-class Iff(Struct, frozen=True):
-    left: Formula
-    right: Formula
-
-
-PRECEDENCE: Mapping[type, int] = {Iff: 1, Implies: 2, Xor: 3, Or: 4, And: 5, Not: 6}
+_TIGHTEST = (Operator.IFF, Operator.IMPLIES, Operator.XOR, Operator.OR, Operator.AND, Operator.NOT)
+PRECEDENCE: Mapping[Operator, int] = {operator: n for n, operator in enumerate(_TIGHTEST, 1)}
 """Precedence of each operator; comparisons bind more tightly."""
 
 Term = Name | Number | Sum
-Formula = Constant | Name | Comparison | Not | Next | And | Or | Xor | Implies | Iff
+Formula = Constant | Name | Comparison | Operation
 
 
 def operands_of(formula: Formula) -> tuple[Formula, ...]:
     """Return the formulas that an operator joins, from left to right; none of an atom."""
-    match formula:
-        case Not(operand) | Next(operand):
-            return (operand,)
-        case And(operands) | Or(operands) | Xor(operands):
-            return operands
-        case Implies(left, right) | Iff(left, right):
-            return (left, right)
-        case _:
-            return ()
+    return formula.operands if isinstance(formula, Operation) else ()
+
+
+def is_next(formula: Formula) -> bool:
+    """Return whether a formula is ``next(...)``."""
+    return isinstance(formula, Operation) and formula.operator is Operator.NEXT
 
 
 def atoms_of(term: Term) -> tuple[Name | Number, ...]:
@@ -146,7 +129,7 @@ def names_of(formula: Formula) -> Iterator[Name]:
 def reads_next(formula: Formula) -> bool:
     """Return whether a formula also refers to the next state."""
     deeper = any(map(reads_next, operands_of(formula)))
-    return isinstance(formula, Next) or deeper or any(name.primed for name in names_of(formula))
+    return is_next(formula) or deeper or any(name.primed for name in names_of(formula))
 
 
 def variables(formula: Formula) -> frozenset[str]:
@@ -179,8 +162,8 @@ def resolve_constants(
             if isinstance(name, Name) and numbers is not None:
                 parts = [Number(number, name.column) for number in sorted(numbers)]
                 each = tuple(walk(Comparison(node.relation, other, part)) for part in parts)
-                joined = Or(each) if node.relation is Relation.EQUAL else And(each)
-                return each[0] if len(each) == 1 else joined
+                join = Operator.OR if node.relation is Relation.EQUAL else Operator.AND
+                return each[0] if len(each) == 1 else Operation(join, each)
         return None
 
     def walk(node: Formula) -> Formula:
@@ -189,20 +172,12 @@ def resolve_constants(
                 return whole
             case Comparison(_, left, right):
                 return replace(node, left=term(left, node), right=term(right, node))
-            case Not(operand) | Next(operand):
-                return replace(node, operand=walk(operand))
-            case And(operands) | Or(operands) | Xor(operands):
-                return replace(node, operands=tuple(walk(operand) for operand in operands))
-            case Implies(left, right) | Iff(left, right):
-                return replace(node, left=walk(left), right=walk(right))
+            case Operation(operator, operands):
+                return Operation(operator, tuple(map(walk, operands)))
             case _:
                 return node
 
     return walk(formula)
-
-
-_ATOM = 7
-_SYMBOL = {Xor: " ^ ", Or: " | ", And: " & ", Implies: " -> ", Iff: " <-> "}
 
 
 def to_text(formula: Formula) -> str:
@@ -214,29 +189,23 @@ def to_text(formula: Formula) -> str:
             return _term(formula)
         case Comparison(relation, left, right):
             return f"{_term(left)} {relation.value} {_term(right)}"
-        case Not(operand):
-            return "!" + _not_operand(operand)
-        case Next(operand):
+        case Operation(Operator.NEXT, (operand,)):
             return f"next({to_text(operand)})"
-        case And(operands) | Or(operands) | Xor(operands):
-            rank = PRECEDENCE[type(formula)]
-            return _SYMBOL[type(formula)].join(_within(operand, rank + 1) for operand in operands)
-        case Implies(left, right) | Iff(left, right):
-            rank = PRECEDENCE[type(formula)]
-            return _within(left, rank) + _SYMBOL[type(formula)] + _within(right, rank + 1)
+        case Operation(Operator.NOT, (operand,)):
+            # "!x = 3" would parse as meant, but a reader should not have to know that.
+            return "!" + _within(operand, PRECEDENCE[Operator.NOT], isinstance(operand, Comparison))
+        case Operation(operator, operands):
+            rank, pairs = PRECEDENCE[operator], operator in (Operator.IMPLIES, Operator.IFF)
+            first = _within(operands[0], rank if pairs else rank + 1)
+            rest = (_within(operand, rank + 1) for operand in operands[1:])
+            return f" {operator.value} ".join((first, *rest))
 
 
-def _within(formula: Formula, lowest: int) -> str:
+def _within(formula: Formula, lowest: int, parentheses: bool = False) -> str:
     """Return the formula, in parentheses if its precedence is below ``lowest``."""
+    rank = PRECEDENCE.get(formula.operator) if isinstance(formula, Operation) else None
     text = to_text(formula)
-    return text if PRECEDENCE.get(type(formula), _ATOM) >= lowest else f"({text})"
-
-
-def _not_operand(operand: Formula) -> str:
-    # "!x = 3" would parse as meant, but a reader should not have to know that.
-    if isinstance(operand, Comparison):
-        return f"({to_text(operand)})"
-    return _within(operand, PRECEDENCE[Not])
+    return f"({text})" if parentheses or (rank is not None and rank < lowest) else text
 
 
 def _term(term: Term) -> str:
@@ -282,26 +251,24 @@ def predicate(formula: Formula) -> Predicate:
         case Comparison(relation, left, right):
             compare, low, high = _RELATIONS[relation], _value(left), _value(right)
             return lambda now, then: compare(low(now, then), high(now, then))
-        case Not(operand):
-            part = predicate(operand)
-            return lambda now, then: not part(now, then)
-        case Next(operand):
+        case Operation(Operator.NEXT, (operand,)):
             part = predicate(operand)
             return lambda _, then: part(_next_state(then), then)
-        case And(operands):
-            parts = [predicate(operand) for operand in operands]
-            return lambda now, then: all(part(now, then) for part in parts)
-        case Or(operands):
+        case Operation(Operator.OR, operands):
             return _some_of(operands)
-        case Xor(operands):
-            parts = [predicate(operand) for operand in operands]
-            return lambda now, then: sum(part(now, then) for part in parts) % 2 == 1
-        case Implies(left, right):
-            one, other = predicate(left), predicate(right)
-            return lambda now, then: not one(now, then) or other(now, then)
-        case Iff(left, right):
-            one, other = predicate(left), predicate(right)
-            return lambda now, then: one(now, then) == other(now, then)
+        case Operation(operator, operands):
+            parts, joined = [predicate(operand) for operand in operands], _TRUTH[operator]
+            return lambda now, then: joined(part(now, then) for part in parts)
+
+
+_TRUTH: Mapping[Operator, Callable[[Iterator[bool]], bool]] = {
+    Operator.NOT: lambda values: not next(values),
+    Operator.AND: all,
+    Operator.XOR: lambda values: sum(values) % 2 == 1,
+    Operator.IMPLIES: lambda values: not next(values) or next(values),
+    Operator.IFF: lambda values: next(values) == next(values),
+}
+"""Whether an operation holds, from the truth of its operands."""
 
 
 def _some_of(operands: tuple[Formula, ...]) -> Predicate:

@@ -22,6 +22,7 @@ from msgspec import Struct
 from safenav.components import components
 from safenav.errors import ResourceLimitError
 from safenav.formula import syntax
+from safenav.formula.syntax import Operation, Operator
 from safenav.spec.specification import Constraint, Variable
 
 Vector = Sequence[int]
@@ -46,21 +47,22 @@ class Evaluator:
                 return self._number(name, primed or own_prime)[0]
             case syntax.Comparison():
                 return self._compare(formula, primed)
-            case syntax.And(operands):
-                planes = (self.holds(operand, primed) for operand in operands)
-                return reduce(and_, planes, self.everywhere)
-            case syntax.Or(operands):
-                return reduce(or_, (self.holds(operand, primed) for operand in operands), 0)
-            case syntax.Not(operand):
-                return self.everywhere ^ self.holds(operand, primed)
-            case syntax.Implies(left, right):
-                return (self.everywhere ^ self.holds(left, primed)) | self.holds(right, primed)
-            case syntax.Iff(left, right):
-                return self.everywhere ^ self.holds(left, primed) ^ self.holds(right, primed)
-            case syntax.Xor(operands):
-                return reduce(xor, (self.holds(operand, primed) for operand in operands), 0)
-            case syntax.Next(operand):
+            case Operation(Operator.NEXT, (operand,)):
                 return self.holds(operand, True)
+            case Operation(operator, operands):
+                planes, every = [self.holds(part, primed) for part in operands], self.everywhere
+                match operator:
+                    case Operator.AND:
+                        return reduce(and_, planes)
+                    case Operator.OR:
+                        return reduce(or_, planes)
+                    case Operator.NOT:
+                        return every ^ planes[0]
+                    case Operator.IMPLIES:
+                        return (every ^ planes[0]) | planes[1]
+                    case Operator.IFF:
+                        return every ^ planes[0] ^ planes[1]
+                return reduce(xor, planes)
             case syntax.Constant(value):
                 return self.everywhere if value else 0
 
@@ -355,4 +357,4 @@ def _keys(formula: syntax.Formula, primed: bool) -> Iterator[Key]:
     if isinstance(formula, syntax.Name | syntax.Comparison):
         yield from ((name.name, primed or name.primed) for name in syntax.names_of(formula))
     for operand in syntax.operands_of(formula):
-        yield from _keys(operand, primed or isinstance(formula, syntax.Next))
+        yield from _keys(operand, primed or syntax.is_next(formula))

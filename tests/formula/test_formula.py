@@ -11,7 +11,7 @@ from once import beside
 from safenav.formula import syntax
 from safenav.formula.parser import MAX_DEPTH, FormulaError, check, parse
 from safenav.formula.prefix import to_infix
-from safenav.formula.syntax import evaluate, to_text
+from safenav.formula.syntax import Operation, Operator, evaluate, to_text
 
 BOOLEANS = ("a", "b", "next_one", "Xs")
 INTEGERS = ("x", "y")
@@ -27,12 +27,6 @@ comparisons = st.builds(
 leaves = booleans | comparisons | st.builds(syntax.Constant, st.booleans())
 
 
-def _several(
-    children: st.SearchStrategy[syntax.Formula],
-) -> st.SearchStrategy[tuple[syntax.Formula, ...]]:
-    return st.lists(children, min_size=2, max_size=3).map(tuple)
-
-
 def _unprimed(formula: syntax.Formula) -> syntax.Formula:
     """The formula as it may stand inside next(...)."""
     match formula:
@@ -40,20 +34,10 @@ def _unprimed(formula: syntax.Formula) -> syntax.Formula:
             return syntax.Name(name)
         case syntax.Comparison(relation, left, right):
             return syntax.Comparison(relation, _unprimed_term(left), _unprimed_term(right))
-        case syntax.Next(operand):
+        case Operation(Operator.NEXT, (operand,)):
             return _unprimed(operand)
-        case syntax.Not(operand):
-            return syntax.Not(_unprimed(operand))
-        case syntax.And(operands):
-            return syntax.And(tuple(map(_unprimed, operands)))
-        case syntax.Or(operands):
-            return syntax.Or(tuple(map(_unprimed, operands)))
-        case syntax.Xor(operands):
-            return syntax.Xor(tuple(map(_unprimed, operands)))
-        case syntax.Implies(left, right):
-            return syntax.Implies(_unprimed(left), _unprimed(right))
-        case syntax.Iff(left, right):
-            return syntax.Iff(_unprimed(left), _unprimed(right))
+        case Operation(operator, operands):
+            return Operation(operator, tuple(map(_unprimed, operands)))
     return formula
 
 
@@ -66,14 +50,13 @@ def _unprimed_term(term: syntax.Term) -> syntax.Term:
 
 
 def _larger(children: st.SearchStrategy[syntax.Formula]) -> st.SearchStrategy[syntax.Formula]:
+    one, two = children.map(lambda each: (each,)), st.tuples(children, children)
+    several = st.lists(children, min_size=2, max_size=3).map(tuple)
     return st.one_of(
-        st.builds(syntax.Not, children),
-        st.builds(syntax.Next, children.map(_unprimed)),
-        st.builds(syntax.And, _several(children)),
-        st.builds(syntax.Or, _several(children)),
-        st.builds(syntax.Xor, _several(children)),
-        st.builds(syntax.Implies, children, children),
-        st.builds(syntax.Iff, children, children),
+        st.builds(Operation, st.just(Operator.NOT), one),
+        st.builds(Operation, st.just(Operator.NEXT), one.map(lambda each: (_unprimed(*each),))),
+        st.builds(Operation, st.sampled_from([Operator.AND, Operator.OR, Operator.XOR]), several),
+        st.builds(Operation, st.sampled_from([Operator.IMPLIES, Operator.IFF]), two),
     )
 
 

@@ -3,6 +3,7 @@ as the oracle reads them."""
 
 from __future__ import annotations
 
+from functools import partial, reduce
 from random import Random
 from typing import Any
 
@@ -93,19 +94,14 @@ def _turned(formula: syntax.Formula) -> oracle.Formula:
             return oracle.Atom(name, primed)
         case syntax.Comparison(relation, left, right):
             return oracle.Compare(relation.value, _terms(left), _terms(right))
-        case syntax.Not(operand):
-            return oracle.Not(_turned(operand))
-        case syntax.Next(operand):
-            return oracle.Next(_turned(operand))
-        case syntax.Implies(left, right):
-            return oracle.Binary("->", _turned(left), _turned(right))
-        case syntax.Iff(left, right):
-            return oracle.Binary("<->", _turned(left), _turned(right))
-    signs: dict[type, oracle.Connective] = {syntax.And: "&", syntax.Or: "|", syntax.Xor: "^"}
-    first, *rest = map(_turned, formula.operands)
-    for operand in rest:
-        first = oracle.Binary(signs[type(formula)], first, operand)
-    return first
+        case syntax.Operation(operator, operands):
+            parts = [*map(_turned, operands)]
+            match operator:
+                case syntax.Operator.NOT:
+                    return oracle.Not(parts[0])
+                case syntax.Operator.NEXT:
+                    return oracle.Next(parts[0])
+            return reduce(partial(oracle.Binary, operator.value), parts)
 
 
 def _terms(term: syntax.Term) -> tuple[oracle.Number, ...]:
