@@ -233,7 +233,7 @@ def _places(where: Raw | None, reading: Reading) -> ResolveAt | frozenset[Region
 def _blocks(item: language.TypeKeys, known: Catalogue, reading: Reading) -> frozenset[str] | None:
     words = {*known.layers, *known.robots, *reading.named}
     # A separate catalogue may name any robot, and an unreadable model may have any layer.
-    checked = reading.robots_known and not (reading.alone or known.broken)
+    checked = reading.named and not known.broken
     for word in item.blocks or ():
         if checked and word.text not in words:
             found = (

@@ -205,7 +205,7 @@ def resolve_expect(item: language.ExpectKeys | None, reading: Reading) -> Expect
         helpers=_helpers(item, reading),
         ticks=item.ticks,
         rounds=_rounds(item, reading),
-        late=_names(item.late, item.named("late"), reading, others),
+        late=_names(item.late, item.named("late"), reading, others) if reading.named else None,
     )
 
 

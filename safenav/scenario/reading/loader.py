@@ -65,14 +65,10 @@ def load_scenario_text(
 
     Raises InputError.
     """
-    reading = Reading(file, reach, reachable=reachable)
-    root = parsed(text, reading)
-    if root is not None:
-        root = root if change is None else change(root, reading)
-        scenario = _scenario(root, reading)
-    reading.raise_if_any()
-    assert scenario is not None, "what cannot be read is reported"
-    return scenario
+    draft = load_draft(text, file, reach, change, reachable=reachable)
+    if draft.scenario is None:
+        raise InputError(draft.diagnostics)
+    return draft.scenario
 
 
 class Draft(Struct, frozen=True):
@@ -86,12 +82,19 @@ class Draft(Struct, frozen=True):
 
 
 def load_draft(
-    text: str, file: str, reach: ReadableFolder | None = None, *, reachable: bool = True
+    text: str,
+    file: str,
+    reach: ReadableFolder | None = None,
+    change: Change | None = None,
+    *,
+    reachable: bool = True,
 ) -> Draft:
     """Return the scenario in a text that is still being edited. Raises nothing."""
     reading = Reading(file, reach, reachable=reachable)
     reading.catalogue = catalogue.built_in()
     root = parsed(text, reading)
+    if root is not None and change is not None:
+        root = change(root, reading)
     scenario = None if root is None else _scenario(root, reading)
     try:
         reading.raise_if_any()
@@ -131,31 +134,30 @@ def schema_text() -> str:
 
 def _scenario(root: Node, reading: Reading) -> Scenario | None:
     """Return the scenario, which is valid only if nothing was reported."""
-    reading.catalogue = catalogue.built_in()
     item: language.ScenarioKeys | None = read(language.ScenarioKeys, root, "the scenario", reading)
     if item is None:
         return None
     reading.names_known = item.map is not None
     resolve_map(item.map, reading)
     resolve_areas(item.areas or {}, reading)
-    reading.alone = False
     reading.named = tuple(key.text for key, _ in entries_of(item.at("robots")))
-    reading.robots_known = isinstance(item.at("robots"), document.Mapping)
-    before = len(reading)
-    _resolve_catalogue(item, reading)
-    types_known = len(reading) == before and not _flawed(item.catalogue)
+    if isinstance(item.catalogue, str):
+        path = reading.folder / item.catalogue
+        catalogue.read_catalogue_file(path, reading, str(path), item.at("catalogue"))
+    elif item.at("catalogue") is not None:
+        catalogue.resolve_catalogue(item.catalogue, reading, reading.file)
     reading.inputs = tuple(key.text for key, _ in entries_of(item.at("inputs")))
     inputs = events.resolve_inputs(item.inputs or {}, reading)
     if item.robots == {} and not reading.named:
         reading.add(item.at("robots"), "there are no robots", "a scenario has at least one")
     reading.team = resolve_robots(item.robots or {}, reading)
-    before = len(reading)
     obstacles = (
         *events.resolve_obstacles(item.obstacles, reading),
         *events.resolve_orders(item.orders, reading),
     )
-    known = types_known and reading.robots_known and reading.world is not None
-    if known and len(reading) == before and _all_given(item):
+    listed = [node for key in ("obstacles", "orders") if (node := item.at(key)) is not None]
+    lists = all(isinstance(node, document.Sequence) for node in listed)
+    if reading.world and lists and len(obstacles) == sum(len(items_of(node)) for node in listed):
         reading.obstacles = obstacles
     changes = events.resolve_changes(item.changes, reading)
     reading.flat = _flat(item, reading)
@@ -193,28 +195,6 @@ def _scenario(root: Node, reading: Reading) -> Scenario | None:
     if len(reading) == 0:
         check_deadlines(scenario, item.node, reading)
     return scenario
-
-
-def _all_given(item: language.ScenarioKeys) -> bool:
-    """Return whether all obstacles and orders could be read."""
-    for key, read_items in (("obstacles", item.obstacles), ("orders", item.orders)):
-        node = item.at(key)
-        listed = node is None or isinstance(node, document.Sequence)
-        if not listed or len(read_items) < len(items_of(node)):
-            return False
-    return not any(each.flawed for each in (*item.obstacles, *item.orders))
-
-
-def _flawed(part: language.CatalogueKeys | str | None) -> bool:
-    return isinstance(part, language.CatalogueKeys) and part.flawed
-
-
-def _resolve_catalogue(item: language.ScenarioKeys, reading: Reading) -> None:
-    if isinstance(item.catalogue, str):
-        path = reading.folder / item.catalogue
-        catalogue.read_catalogue_file(path, reading, str(path), item.at("catalogue"))
-    elif item.at("catalogue") is not None:
-        catalogue.resolve_catalogue(item.catalogue, reading, reading.file)
 
 
 def _flat(item: language.ScenarioKeys, reading: Reading) -> ObstacleType | None:

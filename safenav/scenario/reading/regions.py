@@ -70,12 +70,11 @@ class Reading(Findings):
     the form of regions is checked.
 
     ``names`` maps declared names to regions and ``areas`` to sets of them, or to None if the
-    declaration was invalid. ``alone``: it belongs to no scenario. ``named``: all robots, ``team``:
-    the readable ones. ``names_known``, ``robots_known``: whether the map and the robots are
-    readable; if not, their names are not checked. ``inputs`` of the environment. ``obstacles``:
-    None if some were reported; ``flat``: the obstacle type that represents a robot without charge.
-    ``reachable``: report targets that a robot cannot reach. ``folder``: the folder of files that it
-    names.
+    declaration was invalid. ``named``: all robots, ``team``: the readable ones. ``names_known``:
+    whether the map is readable; if not, its names are not checked, nor are those of robots if there
+    are none. ``inputs`` of the environment. ``obstacles``: None if some were reported; ``flat``:
+    the obstacle type that represents a robot without charge. ``reachable``: report targets that a
+    robot cannot reach. ``folder``: the folder of files that it names.
     """
 
     def __init__(
@@ -90,8 +89,7 @@ class Reading(Findings):
         self.world = world
         self.names: Names[str, Region | None] = world.names if world else {}
         self.areas: Names[str, Target | None] = world.areas if world else {}
-        self.alone = True
-        self.names_known = self.robots_known = True
+        self.names_known = True
         self.named: tuple[str, ...] = ()
         self.team: tuple[Robot, ...] = ()
         self.inputs: tuple[str, ...] = ()
@@ -202,7 +200,7 @@ class Reading(Findings):
     ) -> bool:
         """Return whether a name is that of a robot; report it if not. ``column``: that of the name
         in a text."""
-        if name not in self.named and self.robots_known:
+        if name not in self.named and self.named:
             found = f"{what}: no robot is named" if what else "no robot is named"
             self.unknown(node, found, name, self.named, column=column)
         return name in self.named
