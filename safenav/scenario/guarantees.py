@@ -3,8 +3,8 @@
 A step is a move from one pose to another; a robot that stands still takes none. Formulas are
 about the pose and the objective's memory before and after a step. Searches for paths use poses
 alone: a step is open to them if the formulas allow it with some memory, and a goal may be met if
-it is met with some memory. So a path that they exclude is impossible. ``remembered`` checks each
-move with the robot's real memory before the robot makes it.
+it is met with some memory. So a path that they exclude is impossible. ``allows_with``
+checks each move with the robot's real memory before the robot makes it.
 """
 
 from __future__ import annotations
@@ -104,26 +104,6 @@ class Guarantees:
             rule.holds(one | old, other | new) for old, new in product(self.memories, repeat=2)
         )
 
-    def remembered(
-        self, memory: Values, before: Pose, after: Pose, inputs: tuple[Values, Values] = ({}, {})
-    ) -> Values | None:
-        """Return the first memory of ``after``; None if the guarantees forbid the step with the
-        robot's present ``memory``. ``inputs``: before and after the step."""
-        return next(self.after(memory, before, after, inputs), None)
-
-    def after(
-        self, memory: Values, before: Pose, after: Pose, inputs: tuple[Values, Values] = ({}, {})
-    ) -> Iterator[dict[str, int]]:
-        """Yield each memory that a robot may have after a step, the least change first."""
-        one, other = values_of(before) | dict(inputs[0]), values_of(after) | dict(inputs[1])
-        known = {name: value for name, value in memory.items() if name in self._ranges}
-        free = {n: r for n, r in self._ranges.items() if n not in known}
-        for fresh in _valuations(free):
-            old = known | fresh
-            for new in self._nearest(old):
-                if all(rule.holds(one | old, other | new) for rule in (*self._plain, *self._rest)):
-                    yield new
-
     def begins(self, memory: Values, pose: Pose) -> bool:
         """Return whether the robot may begin in a pose with a memory."""
         values = values_of(pose) | dict(memory)
@@ -138,14 +118,6 @@ class Guarantees:
         """Return whether a step, or a stay, meets a goal with the memory before and after it."""
         one, other = values_of(before) | dict(old), values_of(after) | dict(new)
         return self._liveness[goal].holds(one, other)
-
-    def _nearest(self, memory: Mapping[str, int]) -> Iterator[dict[str, int]]:
-        """Return all values of the memory, those like the present one first."""
-        orders = {
-            name: sorted(values, key=lambda value: value != memory[name])
-            for name, values in self._ranges.items()
-        }
-        return _valuations(orders)
 
     def _speaks_of_memory(self, rule: GuaranteeRule) -> bool:
         return any(name in self._ranges for name in rule.names)

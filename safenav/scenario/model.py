@@ -6,7 +6,7 @@ needs to check it again.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from itertools import takewhile
 from typing import Annotated
@@ -351,16 +351,6 @@ class Scenario(Struct, frozen=True):
         or never together in some regions."""
         names = {one.name, other.name}
         return one.conflicts(other) or any(names <= each.robots for each in self.never_together)
-
-    def held(self, robot: str, at: Mapping[str, Collection[Region]]) -> frozenset[Region]:
-        """Return the regions of ``never_together`` that a robot must not enter now, because another
-        of their robots is in them. ``at``: the regions that each robot occupies."""
-        found: set[Region] = set()
-        for each in self.never_together:
-            others = each.robots - {robot}
-            if robot in each.robots and any(not each.regions.isdisjoint(at[o]) for o in others):
-                found |= each.regions
-        return frozenset(found)
 
     def restarts_rounds(self, obstacle: str) -> bool:
         """Return whether resolving the named obstacle restarts rounds: a flat battery does not."""

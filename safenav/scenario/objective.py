@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import json
 from abc import ABC
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import combinations, groupby
 from typing import TYPE_CHECKING, ClassVar, NamedTuple, TypeVar
 
@@ -190,16 +190,6 @@ class TargetObjective(Struct, frozen=True):
         """Return whether a robot that is in ``region`` may no longer leave it."""
         return self.settles and len(self.targets) - 1 in self.met(memory, region)
 
-    def awaited(self, memory: int) -> Target:
-        """Return the regions, one of which the robot must reach next."""
-        targets = self.targets
-        return frozenset().union(*(targets[i] for i in bits(self.pursuit.awaited(memory))))
-
-    def ends_round(self, seen: Collection[int]) -> bool:
-        """Return whether meeting these targets completes a round."""
-        count = len(self.targets)
-        return count - 1 in seen if self.settles else len(seen) == count
-
 
 class Patrol(TargetObjective, frozen=True):
     """Visit the targets in turn, forever, leave each with the next step, and touch none out of
@@ -347,14 +337,6 @@ class Ltl(Struct, frozen=True):
     def stays(self, memory: int, region: Region) -> bool:
         del memory, region
         return False
-
-    def met(self, memory: int, region: Region) -> tuple[int, ...]:
-        del memory, region
-        return ()
-
-    def ends_round(self, seen: Collection[int]) -> bool:
-        """Return whether meeting these goals completes a round; without goals, each step does."""
-        return len(seen) == max(1, len(self.liveness))
 
 
 if TYPE_CHECKING:

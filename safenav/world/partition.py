@@ -41,13 +41,6 @@ class Partition(Struct, frozen=True):
         """Return the partition with these cells."""
         return cls(tuple(sorted(map(frozenset, cells), key=min)))
 
-    def cell(self, region: Region) -> int:
-        """The number of the cell that a free region belongs to. Raises KeyError for a wall."""
-        for index, cell in enumerate(self.cells):
-            if region in cell:
-                return index
-        raise KeyError(region)
-
     def coarsened(self, most: int, world: RegionMap) -> Partition:
         """The partition with the smallest cell joined to its smallest neighbour (to any cell if
         it has none) until there are at most ``most``.

@@ -28,7 +28,7 @@ from functools import cache, cached_property, lru_cache
 
 from safenav.cached_method import cached_method
 from safenav.world.map import Region, RegionMap
-from safenav.world.poses import Mask, bits
+from safenav.world.poses import Mask
 
 Offset = tuple[int, int]
 
@@ -62,13 +62,9 @@ class Visibility:
         """Whether ``target`` is visible from ``source`` (and the other way round)."""
         return bool(self.mask(source) >> target & 1)
 
-    def from_(self, source: Region) -> frozenset[Region]:
-        """Return all regions visible from ``source``, itself included; none from a wall."""
-        return frozenset(bits(self.mask(source)))
-
     @cached_method
     def mask(self, source: Region) -> Mask:
-        """The same regions as a mask."""
+        """Return all regions visible from ``source``, itself included; none from a wall."""
         world, width = self.world, self._width
         if not world.is_free(source):
             return 0

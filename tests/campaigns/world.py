@@ -305,7 +305,10 @@ class Nature(LiveSimulation):
             if other != robot.name and until >= self._now:
                 taken |= regions
                 at[other] |= regions
-        taken |= self._scenario.held(robot.name, at)
+        for each in self._scenario.never_together:
+            others = each.robots - {robot.name} if robot.name in each.robots else ()
+            if any(not each.regions.isdisjoint(at[other]) for other in others):
+                taken |= each.regions
         poses = moves(robot.model.mobility, here, self._scenario.map)
         return [pose for pose in poses if pose.region not in taken]
 

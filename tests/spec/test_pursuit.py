@@ -20,7 +20,7 @@ from safenav.spec.task import Task
 from safenav.synthesis.slugs import Synthesizer
 from safenav.verify.verification import first_failure
 from safenav.world.map import Heading, RegionMap
-from safenav.world.poses import Mobility, Pose, plain_graph
+from safenav.world.poses import Mobility, Pose, bits, plain_graph
 
 REGIONS = range(9)
 
@@ -93,9 +93,9 @@ def test_it_starts_as_the_formulas_require(objective: Patrol | Visit) -> None:
 def test_a_cover_ends_its_round_when_all_targets_were_met() -> None:
     pursuit = Cover((at(0), at(8), at(4)))
     memory = 0
-    for region, left in ((8, {0, 4}), (8, {0, 4}), (3, {0, 4}), (0, {4}), (4, {0, 4, 8})):
+    for region, left in ((8, [0, 2]), (8, [0, 2]), (3, [0, 2]), (0, [2]), (4, [0, 1, 2])):
         memory = pursuit.turned(memory, region)
-        assert pursuit.awaited(memory) == left
+        assert [*bits(pursuit.pursuit.awaited(memory))] == left
 
 
 @pytest.mark.parametrize("seed", range(12))
