@@ -65,9 +65,7 @@ def driven_motion(
     lines = [*reservations(trace)]
     for act, acted in trace.acts:
         if acted is not None:
-            follower = followers.get(act.robot) if len(act.robots) == 1 else None
-            acts = [(t0 - begun, t1 - begun) for t0, t1 in follower.acts] if follower else []
-            lines += _actions(act, acted, actions.get(act.command, ()), acts)
+            lines += _actions(act, acted, actions.get(act.command, ()))
     over, steps = end_of(trace), trace.steps
     for name, body in movers.items():
         turns = _Turns(name, steps)
@@ -132,20 +130,13 @@ class _Turns:
 
 
 def _actions(
-    act: records.Act,
-    acted: records.ActionEnd,
-    deeds: Sequence[TimedAction],
-    acts: Sequence[tuple[float, float]],
+    act: records.Act, acted: records.ActionEnd, deeds: Sequence[TimedAction]
 ) -> Iterator[Line]:
-    """Yield the lines of an action's robots in sequence. ``acts``: begin and end of each action of
-    a follower that acts alone; it also moves before and after them."""
+    """Yield the lines of an action's robots in sequence."""
     begin, end = time_of(act), time_of(acted)
     span = (end - begin) / max(1, len(deeds))
-    own = [times for times in acts if begin <= times[0] + ROUNDING and times[1] <= end + ROUNDING]
     for number, deed in enumerate(deeds):
         times = (begin + number * span, begin + (number + 1) * span)
-        if len(own) == len(deeds):
-            times = own[number]
         for robot in act.robots:
             if robot in deed.robots:
                 what = (deed.action, deed.obstacle, deed.region)

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from copy import copy
-from enum import Enum, auto
 from math import hypot
 from threading import RLock
 
@@ -37,9 +36,8 @@ from safenav.motion.geometry import MetricFloor, turn
 from safenav.motion.making import mover
 from safenav.motion.mover import Crossing, Glider, Mover
 from safenav.motion.walker import WalkerMover, cut_off
-from safenav.scenario.model import Robot, name_parts
+from safenav.scenario.model import Robot
 from safenav.scenario.motion import resolved
-from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
 
 LEAD = 0.1
@@ -47,32 +45,11 @@ LEAD = 0.1
 advance."""
 
 
-class Doing(Enum):
-    """A phase of a follower's order."""
-
-    GOING = auto()
-    FACING = auto()
-    ACTING = auto()
-    RESUMING = auto()
-
-
-class FollowerOrder(Struct):
-    """Goal or action of a follower, by its number. ``begun``: time at which an action began;
-    ``result``: of an action that has ended."""
-
-    doing: Doing
-    number: int
-    action: str = ""
-    obstacle: str = ""
-    begun: float = 0.0
-    result: Performed | None = None
-
-
 class Follower(Struct):
     """A robot that follows references. ``plan``: all sent pieces that were not cut off, on the
     clock of the world and in the frame of the map, without gaps; ``resets``: where the plan jumps
-    to the measured position, or ends (``gone``): nothing more was sent; ``acts``: start and end of
-    its actions, without the motion to them and from them."""
+    to the measured position, or ends (``gone``): nothing more was sent; ``goal``: the number of its
+    goal, and ``action`` of its action, if any."""
 
     name: str
     mover: Mover
@@ -80,14 +57,10 @@ class Follower(Struct):
     plan: list[Moving] = field(default_factory=list)
     resets: list[Reset] = field(default_factory=list)
     reference: Setpoints | None = None
-    order: FollowerOrder | None = None
+    goal: int | None = None
+    action: int | None = None
     gone: bool = False
     place: Located | None = None
-    acts: list[tuple[float, float]] = field(default_factory=list)
-
-    @property
-    def walks(self) -> bool:
-        return isinstance(self.mover, WalkerMover)
 
     def until(self, piece: Moving, now: float) -> Moving:
         """Return a piece of motion, cut off at an instant within it."""
@@ -143,19 +116,12 @@ class Following:
         self._inner.follow(robot, reference)
 
     def perform(self, robot: str, action: str, obstacle: str, number: int) -> None:
-        follower = self.followers.get(robot)
-        if follower is None:
-            self._inner.perform(robot, action, obstacle, number)
-            return
-        with self._lock:
-            follower.order = FollowerOrder(Doing.FACING, number, action, obstacle)
-            self._rest(follower)
-            pieces = follower.mover.face(0, int(name_parts(obstacle)[1]))
-            self._send(follower, pieces) if pieces else self._over(follower)
+        if robot in self.followers:
+            self.followers[robot].action = number
+        self._inner.perform(robot, action, obstacle, number)
 
     def cancel(self, robot: str) -> None:
-        follower = self.followers.get(robot)
-        if follower is None:
+        if robot not in self.followers:
             self._inner.cancel(robot)
 
     def close(self) -> None:
@@ -194,7 +160,7 @@ class Following:
             reason = refused or f"no motion leads from region {follower.mover.region} to {to}"
             self._post(GoalEnded(follower.name, goal.number, GoalEnd.ABORTED, reason))
             return
-        follower.order = FollowerOrder(Doing.GOING, goal.number)
+        follower.goal = goal.number
         self._send(follower, pieces)
 
     def _moved(self, follower: Follower, to: Region, *, short: bool) -> list[Moving]:
@@ -208,7 +174,7 @@ class Following:
             heading = floor.heading(body.region, to)
         except StopIteration:
             return []
-        if follower.walks and body.heading is not None and turn(body.heading, heading) == 2:
+        if isinstance(body, WalkerMover) and turn(body.heading or heading, heading) == 2:
             return []  # it turns by walking
         rover = isinstance(body, Glider) and body.kind == "rover"
         first = body.resume(0) if rover else []  # it drives straight on
@@ -274,28 +240,29 @@ class Following:
             self._post(message)
             return
         with self._lock:
-            if isinstance(message, Performed):
-                self._performed(follower, message)
-                return
             self._post(message)
+            if isinstance(message, Performed) and message.number == follower.action:
+                follower.action = None
             if isinstance(message, Located):
                 follower.place = message
                 self._judge(follower, message)
 
     def _judge(self, follower: Follower, at: Located) -> None:
-        order, reference, now = follower.order, follower.reference, self._clock()
-        if reference is None or (order is not None and order.doing is Doing.ACTING):
-            return
-        if order is None:  # rest would pull it back through regions that others may enter
+        reference, now = follower.reference, self._clock()
+        if reference is None or follower.action is not None:
+            return  # while it acts, its own controller moves it
+        if follower.goal is None:  # rest would pull it back through regions that others may enter
             out = self._places.outside(follower.mover.region, at.x, at.y)
             if not follower.gone and out > follower.tolerance:
                 self._hold(follower, at, f"{out:.2f} m outside the region in which it rests")
             return
         off = _off(reference.at(now).tolist(), at)
         if off > follower.tolerance:
-            self._lose(follower, order, at, f"{off:.2f} m off its reference")
+            reason = f"{off:.2f} m off its reference"
+            reason = self._hold(follower, at, reason) or reason
+            self._end(follower, GoalEnd.ABORTED, reason)
         elif now >= reference.end:
-            self._over(follower)
+            self._end(follower, GoalEnd.SUCCEEDED)
 
     def _hold(self, follower: Follower, at: Located, reason: str) -> str:
         """Stop a robot at its measured position; return why its plan cannot continue there."""
@@ -307,42 +274,10 @@ class Following:
             self._send(follower, body.rest(0, body.time + LEAD))
         return refused
 
-    def _lose(self, follower: Follower, order: FollowerOrder, at: Located, reason: str) -> None:
-        refused = self._hold(follower, at, reason)
-        follower.order = None
-        if order.doing is Doing.RESUMING and order.result is not None:
-            self._post(order.result)
-        elif order.doing is Doing.FACING:
-            self._post(Performed(follower.name, order.number, ActResult.FAILED, reason))
-        else:
-            ended = GoalEnded(follower.name, order.number, GoalEnd.ABORTED, refused or reason)
-            self._post(ended)
-
-    def _over(self, follower: Follower) -> None:
-        """Complete an order: its reference has ended, and the robot is there."""
-        order, name = follower.order, follower.name
-        assert order is not None
-        if order.doing is Doing.FACING:
-            order.doing, order.begun = Doing.ACTING, self._clock()
-            self._inner.perform(name, order.action, order.obstacle, order.number)
-            return
-        follower.order = None
-        if order.doing is Doing.RESUMING:
-            assert order.result is not None
-            self._post(order.result)
-        else:
-            self._post(GoalEnded(name, order.number, GoalEnd.SUCCEEDED))
-
-    def _performed(self, follower: Follower, message: Performed) -> None:
-        order = follower.order
-        if order is None or order.doing is not Doing.ACTING or order.number != message.number:
-            self._post(message)
-            return
-        follower.acts.append((order.begun, self._clock()))
-        self._rest(follower)
-        pieces = follower.mover.resume(0)
-        order.doing, order.result = Doing.RESUMING, message
-        self._send(follower, pieces) if pieces else self._over(follower)
+    def _end(self, follower: Follower, end: GoalEnd, reason: str = "") -> None:
+        assert follower.goal is not None
+        number, follower.goal = follower.goal, None
+        self._post(GoalEnded(follower.name, number, end, reason))
 
 
 def mover_of(robot: Robot, places: Places) -> Mover:

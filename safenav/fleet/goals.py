@@ -89,7 +89,7 @@ class Goals:
             robot.name: DrivenRobot(robot, stations[robot.name], robot.start)
             for robot in scenario.robots
         }
-        self.sensing = Sensing(scenario, self.places)
+        self.sensing = Sensing(scenario, self.places, self.bodies)
         self.events: list[WorldEvent] = []
         self._goals = 0
 
@@ -191,10 +191,9 @@ class Goals:
         """Stop a robot that leaves the regions of its step: its own planner may lead it around an
         obstacle, through regions that other robots may enter. A robot near the middle of another
         region is lost; a follower's reference is monitored instead."""
-        task, at = body.task, body.place
-        if task is None or at is None or body.robot.name in self.followers:
+        task, off = body.task, self.sensing.off(body)
+        if task is None or body.robot.name in self.followers:
             return
-        off = min(self.places.outside(region, at.x, at.y) for region in body.regions)
         if task.phase is Phase.GOING and off > body.station.tolerance:
             self.stop(body, task, f"{off:.2f} m outside the regions of its step")
         midst = min(self.places.frame.resolution) / 2

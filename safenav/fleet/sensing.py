@@ -6,8 +6,7 @@ restore it: only stamps of the same robot are compared.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from functools import partial
+from collections.abc import Iterable, Iterator, Mapping
 from math import cos, hypot, inf, isfinite, isnan, pi, sin
 
 from msgspec import Struct
@@ -40,19 +39,16 @@ class Sighting(Struct, frozen=True):
     there: bool
 
 
-class ScanResult(Struct, frozen=True):
-    """The meaning of one scan: new sightings, and a view of each region beside the robot."""
-
-    found: tuple[Sighting, ...]
-    view: Mapping[Region, View]
-
-
 class Sensing:
-    """The obstacles known to be present now, by region."""
+    """The obstacles known to be present now, by region, and robots in regions to which they were
+    not sent."""
 
-    def __init__(self, scenario: Scenario, places: Places) -> None:
-        self._scenario = scenario
-        self._places = places
+    def __init__(
+        self, scenario: Scenario, places: Places, bodies: Mapping[str, DrivenRobot]
+    ) -> None:
+        self._scenario, self._places, self._bodies = scenario, places, bodies
+        self._side = min(places.frame.resolution)
+        self._strays: dict[str, Obstacle] = {}
         self._seen: dict[Region, Obstacle] = {}
         self._resolved_at: dict[Region, dict[str, float]] = {}
         self._resolved: dict[Region, float] = {}
@@ -98,57 +94,123 @@ class Sensing:
             return self._saw(message.robot, region, kind, stamp)
         return self._missing(message.robot, region, stamp, now, source)
 
-    def scan(
+    def off(self, body: DrivenRobot) -> float:
+        """Return the metres by which a robot is outside the regions that it occupies; 0 without
+        odometry."""
+        at = body.place
+        if at is None:
+            return 0.0
+        return min(self._places.outside(region, at.x, at.y) for region in body.regions)
+
+    def is_astray(self, body: DrivenRobot) -> bool:
+        return self.off(body) > body.station.tolerance
+
+    def stray(self, robot: Robot, region: Region) -> Obstacle | None:
+        """Return the obstacle that represents another robot in a region to which it was not sent:
+        it has left its path, or a person has moved it."""
+        for body in self._bodies.values():
+            at = body.place
+            if at is None or not robot.conflicts(body.robot):
+                continue
+            if self.is_astray(body) and self._places.region(at.x, at.y) == region:
+                team = self._scenario.robots
+                rivals = [o.name for o in team if o.conflicts(body.robot)]
+                found = lost(body.robot, frozenset(rivals), region)
+                return self._strays.setdefault(body.robot.name, found)
+        return None
+
+    def stray_left(self, body: DrivenRobot) -> Obstacle | None:
+        """Return the obstacle that represented this robot in a region that it has left; None if
+        there is none."""
+        at, found = body.place, self._strays.get(body.robot.name)
+        if found is None or at is None or self._places.region(at.x, at.y) == found.region:
+            return None
+        return self._strays.pop(body.robot.name)
+
+    def placed(self, robot: str) -> None:
+        """Record that an operator has placed a robot in the region where the team expects it."""
+        self._strays.pop(robot, None)
+
+    def is_shared(self, body: DrivenRobot, region: Region) -> bool:
+        """Return whether another robot in a region does not conflict with this one, such as a flyer
+        above it."""
+        return any(
+            region in other.regions and not body.robot.conflicts(other.robot)
+            for other in self._bodies.values()
+            if other is not body
+        )
+
+    def keep(self, body: DrivenRobot, scan: Scanned, heard: float) -> None:
+        """Keep a scan until odometry shows where it was taken: either may be late."""
+        if body.station.scan is None or heard < body.deaf or scan.stamp <= body.newest:
+            return  # this also drops scans of a clock that was set back, until odometry shows it
+        body.newest = scan.stamp
+        body.unread.append((heard, scan))
+
+    def read(self, body: DrivenRobot, now: float) -> Iterator[list[Sighting]]:
+        """Evaluate the scans whose poses are known from odometry by now: those taken at rest, at
+        the robot's present pose, update its view. Yield the sightings of each."""
+        while body.unread and body.place is not None:
+            heard, scan = body.unread[0]
+            if now - heard <= STALE and scan.stamp > body.place.stamp:
+                return
+            body.unread.popleft()
+            use, here, at = body.station.scan, body.stands, body.stood(scan.stamp)
+            fresh = now - heard <= STALE and scan.stamp > max(body.looked, body.arrived)
+            if use is None or here is None or at is None or not fresh:
+                continue
+            if self._places.region(at.x, at.y) != here:
+                continue
+            body.looked, body.viewed = scan.stamp, heard
+            found: list[Sighting] = []
+            body.view = {
+                region: self._view(body, use, scan, at, region, heard, found)
+                for region in self._scenario.map.neighbours(here)
+            }
+            yield found
+
+    def _view(
         self,
+        body: DrivenRobot,
         use: ScanUse,
         scan: Scanned,
         at: Located,
-        here: Region,
-        whose: Callable[[Region, float, float], View | None],
-        now: float,
-    ) -> ScanResult:
-        """Evaluate the regions adjacent to ``here`` by a scan taken at ``at`` and received at
-        ``now`` (seconds). ``whose``: whether a ray into a region that ended at x and y (metres) may
-        have hit another robot. An obstacle that another sensor still detects is not gone."""
-        found: list[Sighting] = []
-        view: dict[Region, View] = {}
-        side = min(self._places.frame.resolution)
-        beyond = use.metres(side)
-        for region in self._scenario.map.neighbours(here):
-            hit, known = self._nearest(scan, at, region), self._seen.get(region)
-            if hit is None:
-                view[region] = View.UNSEEN
-                continue
-            far = self._places.distance(region, at.x, at.y) + beyond
-            if hit > far:
-                view[region] = View.FREE
-                wide = self._nearest(scan, at, region, WIDE)
-                ajar = wide is not None and wide <= far
-                if known is not None and known.type.name == use.obstacle and not ajar:
-                    found += self._missing(scan.robot, region, scan.stamp, now, scan.robot)
-                continue
-            view[region] = View.HIT
-            if known is not None:
-                self._hit[region, scan.robot] = now
-                continue
-            bearing = self._places.bearing(region, at.x, at.y)
-            x, y = at.x + hit * cos(bearing), at.y + hit * sin(bearing)
-            margin = BEFORE * side
-            behind = hit - (far - beyond)
-            before = behind < 0 and self._places.outside(region, x, y) > margin
-            robot = whose(region, x, y)
-            if robot is View.ROBOT and behind > margin:
-                view[region] = View.FREE  # the ray has passed the middle before it hit the robot
-                continue
-            if robot is not None or before or self._is_past(region, now):
-                view[region] = robot or (View.BEFORE if before else View.DOUBT)
-                continue
-            self._hit[region, scan.robot] = now
-            new = self._saw(scan.robot, region, use.obstacle, scan.stamp)
-            found += new
-            if not new:
-                view[region] = View.DOUBT
-        return ScanResult(tuple(found), view)
+        region: Region,
+        heard: float,
+        found: list[Sighting],
+    ) -> View:
+        """Return the meaning of a scan taken at ``at`` for an adjacent region, and add the sighting
+        of an obstacle to ``found``. One that another sensor still detects is not gone."""
+        hit, known = self._nearest(scan, at, region), self._seen.get(region)
+        if hit is None:
+            return View.UNSEEN
+        middle = self._places.distance(region, at.x, at.y)
+        far = middle + use.metres(self._side)
+        if hit > far:
+            wide = self._nearest(scan, at, region, WIDE)
+            ajar = wide is not None and wide <= far
+            if known is not None and known.type.name == use.obstacle and not ajar:
+                found += self._missing(scan.robot, region, scan.stamp, heard, scan.robot)
+            return View.FREE
+        if known is not None:
+            self._hit[region, scan.robot] = heard
+            return View.HIT
+        bearing = self._places.bearing(region, at.x, at.y)
+        x, y = at.x + hit * cos(bearing), at.y + hit * sin(bearing)
+        margin = BEFORE * self._side
+        robot = self._whose(body, heard, region, x, y)
+        if robot is View.ROBOT and hit - middle > margin:
+            return View.FREE  # the ray has passed the middle before it hit the robot
+        if robot is not None:
+            return robot
+        if hit < middle and self._places.outside(region, x, y) > margin:
+            return View.BEFORE
+        if self._is_past(region, heard):
+            return View.DOUBT
+        self._hit[region, scan.robot] = heard
+        new = self._saw(scan.robot, region, use.obstacle, scan.stamp)
+        found += new
+        return View.HIT if new else View.DOUBT
 
     def _missing(
         self, robot: str, region: Region, stamp: float, now: float, source: str
@@ -189,7 +251,7 @@ class Sensing:
         metres; None if there is none. ``share``: maximum distance from the line as a share of a
         region's side."""
         bearing = self._places.bearing(region, at.x, at.y) - at.yaw
-        width = share * min(self._places.frame.resolution)
+        width = share * self._side
         metres_to = self._places.distance(region, at.x, at.y)
         found: float | None = None
         for index, metres in enumerate(scan.ranges):
@@ -201,92 +263,6 @@ class Sensing:
                 ahead = metres * cos(off) if isfinite(metres) else inf
                 found = ahead if found is None else min(found, ahead)
         return found
-
-
-class Lookout:
-    """Evaluates robots' scans, and detects robots in regions to which they were not sent."""
-
-    def __init__(
-        self,
-        scenario: Scenario,
-        places: Places,
-        bodies: Mapping[str, DrivenRobot],
-        sensing: Sensing,
-    ) -> None:
-        self._scenario = scenario
-        self._places = places
-        self._bodies = bodies
-        self._sensing = sensing
-        self._strays: dict[str, Obstacle] = {}
-
-    def stray(self, robot: Robot, region: Region) -> Obstacle | None:
-        """Return the obstacle that represents another robot in a region to which it was not sent:
-        it has left its path, or a person has moved it."""
-        for body in self._bodies.values():
-            at = body.place
-            if at is None or not robot.conflicts(body.robot):
-                continue
-            held = body.regions
-            off = min(self._places.outside(one, at.x, at.y) for one in held)
-            if off > body.station.tolerance and self._places.region(at.x, at.y) == region:
-                team = self._scenario.robots
-                rivals = [o.name for o in team if o.conflicts(body.robot)]
-                found = lost(body.robot, frozenset(rivals), region)
-                return self._strays.setdefault(body.robot.name, found)
-        return None
-
-    def stray_left(self, body: DrivenRobot) -> Obstacle | None:
-        """Return the obstacle that represented this robot in a region that it has left; None if
-        there is none."""
-        at, found = body.place, self._strays.get(body.robot.name)
-        if found is None or at is None or self._places.region(at.x, at.y) == found.region:
-            return None
-        return self._strays.pop(body.robot.name)
-
-    def placed(self, robot: str) -> None:
-        """Record that an operator has placed a robot in the region where the team expects it."""
-        self._strays.pop(robot, None)
-
-    def is_shared(self, body: DrivenRobot, region: Region) -> bool:
-        """Return whether another robot in a region does not conflict with this one, such as a flyer
-        above it."""
-        return any(
-            region in other.regions and not body.robot.conflicts(other.robot)
-            for other in self._bodies.values()
-            if other is not body
-        )
-
-    def keep(self, body: DrivenRobot, scan: Scanned, heard: float) -> None:
-        """Keep a scan until odometry shows where it was taken: either may be late."""
-        if body.station.scan is None or heard < body.deaf or scan.stamp <= body.newest:
-            return  # this also drops scans of a clock that was set back, until odometry shows it
-        body.newest = scan.stamp
-        body.unread.append((heard, scan))
-
-    def read(self, body: DrivenRobot, now: float) -> Iterator[ScanResult]:
-        """Evaluate the scans whose poses are known from odometry by now."""
-        while body.unread and body.place is not None:
-            heard, scan = body.unread[0]
-            if now - heard <= STALE and scan.stamp > body.place.stamp:
-                return
-            body.unread.popleft()
-            found = self._scan(body, scan, heard) if now - heard <= STALE else None
-            if found is not None:
-                yield found
-
-    def _scan(self, body: DrivenRobot, scan: Scanned, heard: float) -> ScanResult | None:
-        """Evaluate the regions beside the robot from a scan taken at rest at its present pose;
-        return None for any other scan."""
-        use, here = body.station.scan, body.stands
-        if use is None or here is None or scan.stamp <= max(body.looked, body.arrived):
-            return None
-        at = body.stood(scan.stamp)
-        if at is None or self._places.region(at.x, at.y) != here:
-            return None
-        body.looked = scan.stamp
-        look = self._sensing.scan(use, scan, at, here, partial(self._whose, body, heard), heard)
-        body.view, body.viewed = look.view, heard
-        return look
 
     def _whose(
         self, body: DrivenRobot, heard: float, region: Region, x: float, y: float
@@ -311,6 +287,6 @@ class Lookout:
     def _touches(self, body: DrivenRobot, place: Located | None, x: float, y: float) -> bool:
         """Return whether a robot's body may extend to a point from a place."""
         size = body.robot.model.size
-        half = min(self._places.frame.resolution) / 2
+        half = self._side / 2
         reach = half if size is None else size / 2
         return place is not None and hypot(place.x - x, place.y - y) < reach + half

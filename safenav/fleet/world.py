@@ -38,7 +38,7 @@ from safenav.fleet.robots import (
     TrailPoint,
     View,
 )
-from safenav.fleet.sensing import Lookout, Sighting
+from safenav.fleet.sensing import Sighting
 from safenav.fleet.transport import (
     DriveRecording,
     GoalEnded,
@@ -75,7 +75,6 @@ class FleetWorld:
         self._bodies, self._sensing = self.goals.bodies, self.goals.sensing
         self._clock, self._places = clock, self.goals.places
         self._messages: queue.SimpleQueue[tuple[float, Message]] = queue.SimpleQueue()
-        self._lookout = Lookout(scenario, self._places, self._bodies, self._sensing)
         self._progress = FleetProgress(scenario)
         self._untold: dict[str, FleetTask] = {}
         self._inputs: dict[str, bool] = {}
@@ -94,7 +93,7 @@ class FleetWorld:
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
         self._take_all()
         seen = self._sensing.at(region)  # shared by all robots
-        return self._lookout.stray(robot, region) if seen is None else seen
+        return self._sensing.stray(robot, region) if seen is None else seen
 
     def start(self, robot: Robot, pose: Pose, command: int) -> WorldEvent | None:
         known = self._sensing.at(pose.region)  # obstacles that ``sense`` has reported to the team
@@ -145,8 +144,8 @@ class FleetWorld:
             return
         if pose is None or view in (None, View.DOUBT, View.BEFORE):
             return
-        known = known or self._lookout.stray(body.robot, region)
-        if known is None and view is View.ROBOT and not self._lookout.is_shared(body, region):
+        known = known or self._sensing.stray(body.robot, region)
+        if known is None and view is View.ROBOT and not self._sensing.is_shared(body, region):
             return
         if known is not None and known is not task.known:
             self.goals.end(body, Blocked, task.start, known)
@@ -194,7 +193,7 @@ class FleetWorld:
         """Record that an operator has placed a robot; ``start`` compares that with its odometry."""
         body = self._bodies[robot.name]
         body.pose, body.lost, body.view = pose, frozenset(), {}
-        self._lookout.placed(robot.name)
+        self._sensing.placed(robot.name)
 
     def cleared(self, obstacle: Obstacle) -> None:
         """Record that an operator has resolved an obstacle."""
@@ -287,7 +286,7 @@ class FleetWorld:
             case Located():
                 self._located(body, message, heard)
             case Scanned():
-                self._lookout.keep(body, message, heard)
+                self._sensing.keep(body, message, heard)
                 self._read(body, heard)
             case Reported() if body.place is not None:
                 found = self._sensing.report(message, body.place.stamp, heard)
@@ -319,17 +318,14 @@ class FleetWorld:
             self._send_if_clear(body, task)
         self._read(body, heard)
         self.goals.watch(body)
-        if (left := self._lookout.stray_left(body)) is not None:
+        if (left := self._sensing.stray_left(body)) is not None:
             self.goals.events.append(Sensed(self.now(), left, there=False))
         self._keep_clear(body)
 
     def _keep_clear(self, body: DrivenRobot) -> None:
         """Stop robots in transit to a region into which a person has moved another one."""
         at = body.place
-        if body.task is not None or at is None:
-            return
-        off = min(self._places.outside(region, at.x, at.y) for region in body.regions)
-        if off <= body.station.tolerance:
+        if body.task is not None or at is None or not self._sensing.is_astray(body):
             return
         region, name = self._places.region(at.x, at.y), body.robot.name
         for other in self._bodies.values():
@@ -428,11 +424,11 @@ class FleetWorld:
 
     def _read(self, body: DrivenRobot, now: float) -> None:
         """Evaluate the scans whose poses are known from odometry by now."""
-        for look in self._lookout.read(body, now):
-            self._sighted(body, look.found)
+        for found in self._sensing.read(body, now):
+            self._sighted(body, found)
             task = body.task
             if task is not None and task.phase is Phase.LOOKING and task.there:
-                if View.DOUBT not in look.view.values():
+                if View.DOUBT not in body.view.values():
                     self.goals.looked(body, task)
                 else:  # the robot or obstacle that a ray has hit may have left: scan again
                     task.due = max(task.due, task.since + PASSED + FRESH)

@@ -187,18 +187,19 @@ def test_a_walker_does_not_turn_around_and_steps_are_single() -> None:
 
 
 @pytest.mark.parametrize("obstacle", ["uncertainty@19", "parcel@19#2"])
-def test_an_action_waits_until_the_robot_faces_the_obstacle(obstacle: str) -> None:
-    follows, bodies, _, _ = prepared()
+def test_the_own_controller_of_a_robot_moves_it_during_an_action(obstacle: str) -> None:
+    follows, bodies, places, _ = prepared()
+    follows.navigate("jackal", goal(places, 11))
+    bodies.pass_by("jackal", 15.0)
     follows.perform("jackal", "sense", obstacle, 7)
-    assert bodies.sent == []
-    seconds = bodies.references["jackal"].end - bodies.now
-    bodies.pass_by("jackal", seconds + PERIOD)
     assert bodies.sent == [("jackal", ("sense", obstacle, 7))]
-    bodies.off["jackal"] = 0.5  # its own controller moves it meanwhile
+    bodies.off["jackal"] = 1.5
     assert bodies.pass_by("jackal", 1.0) == []
     done = Performed("jackal", 7, ActResult.DONE)
     bodies.post(done)
-    assert bodies.told[-1] == done
+    assert bodies.told[-1] == done and not follows.followers["jackal"].resets
+    bodies.pass_by("jackal", PERIOD)
+    assert follows.followers["jackal"].resets
 
 
 def test_cancelled_robots_end_their_step_and_others_get_goals() -> None:
