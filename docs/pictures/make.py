@@ -130,7 +130,7 @@ def _studio(browser: Browser) -> None:
         _keep(browser, HERE / "studio_draw.png")
         browser.one("button.run").click()
         browser.wait(lambda: browser.all(".controls.live"), 60)
-        Select(browser.one(".controls.live .speed select")).select_by_value("2")
+        Select(browser.one("select[aria-label=Speed]")).select_by_value("2")
         browser.wait(lambda: browser.tick >= 3, 60)
         close_with(browser, "door")
         _click(browser, "svg.floor .numbers text:nth-child(24)")

@@ -131,7 +131,7 @@ def _page3d(lines: Trace, trace: Path, file: Path | None) -> str:
     for a trace that breaks a rule."""
     from safenav.motion.check.verdict import read_motion_of
     from safenav.motion.making import motion_of, refuse_broken
-    from safenav.report.view3d.html import page3d_of
+    from safenav.report.page.motion import page3d_of
 
     refuse_broken(lines)
     motion = motion_of(lines) if file is None else read_motion_of(file, lines, trace)

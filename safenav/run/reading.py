@@ -6,7 +6,7 @@ off is shown up to its last complete tick."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 
 from msgspec import Struct, convert
@@ -25,7 +25,6 @@ from safenav.run.values import (
     RobotBelief,
     RobotProgress,
     RobotTrack,
-    Slack,
     StackRow,
     StoryKind,
     SynthesisOutcome,
@@ -226,7 +225,8 @@ class RunReader:
             case records.Inputs():
                 self._switched(line)
             case records.Deadline():
-                kind = self._deadline(line)
+                lost = line.verdict in (DeadlineVerdict.LATE, DeadlineVerdict.LOST)
+                kind = StoryKind.DEADLINE if lost else StoryKind.NOTE
             case records.Waiting(until=float()):
                 kind = StoryKind.PAUSED
             case records.Operator(robot=str() as robot, region=int() as region):
@@ -405,24 +405,6 @@ class RunReader:
             text = self._wording.goal(shown, formulas=isinstance(objective, Ltl))
         self._event(line, StoryKind.GOAL, text)
         self._reword(round=new)
-
-    def _deadline(self, line: records.Deadline) -> StoryKind:
-        """Add a deadline. Its bar begins when it is set; that of a round begins ``within`` ticks
-        before it is due."""
-        promises, run = self.header.promises, self.run
-        within: Mapping[str, int] = {} if promises is None else promises.within
-        of = self._wording.obstacle(line.of)
-        begun = (one.begin for one in reversed(run.deadlines) if one.of == of)
-        if line.verdict is DeadlineVerdict.SET:
-            begin = line.tick
-        elif line.of in run.progress:
-            begin = max(0, line.due - within.get(line.of, line.due))
-        else:
-            begin = next(begun, 0)
-        verdict = (line.verdict.value, line.due - line.tick)
-        run.deadlines.append(Slack(line.tick, of, begin, line.due, *verdict))
-        lost = line.verdict in (DeadlineVerdict.LATE, DeadlineVerdict.LOST)
-        return StoryKind.DEADLINE if lost else StoryKind.NOTE
 
     def _switched(self, line: records.Inputs) -> None:
         """Rounds restart where an input gives a robot another objective, or its own again."""

@@ -25,7 +25,6 @@ from safenav.run.values import (
     RobotProgress,
     RobotTrack,
     Scene,
-    Slack,
     StackRow,
     StoryKind,
     SynthesisOutcome,
@@ -85,7 +84,6 @@ class Run(Struct):
     """The objectives with which robots have waited for help."""
     beliefs: dict[tuple[str, str], Changes[RobotBelief | None]] = field(default_factory=dict)
     """Knowledge of a robot (first name) about another one (second); None until recorded."""
-    deadlines: list[Slack] = field(default_factory=list)
     charges: Mapping[str, Changes[int]] = field(default_factory=dict)
     """The charge of each robot with a battery, in percent of its capacity."""
     inputs: dict[str, bool] = field(default_factory=dict)

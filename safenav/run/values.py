@@ -260,19 +260,6 @@ class RobotProgress(Struct, frozen=True):
     reached: Region | None = None
 
 
-class Slack(Struct, frozen=True):
-    """A verdict on a deadline: ``of`` a robot (its round), an obstacle or the mission, from tick
-    ``begin`` to ``due``; in ``tick``, ``left`` ticks before it is due, it is set, lost, kept, late
-    or excused."""
-
-    tick: int
-    of: str
-    begin: int
-    due: int
-    verdict: str
-    left: int
-
-
 class Ending(Struct, frozen=True):
     """The end of a run. ``seconds``: its wall time; ``makespan``: of a run with a clock, the end of
     its last command."""

@@ -218,7 +218,7 @@ class Server:
         if path == "":
             return Answer(200, page(self.studio.title).encode(), "text/html")
         if path in FILES:
-            text = schema_text() if path == "schema.json" else asset(path, __package__)
+            text = schema_text() if path == "schema.json" else asset(path)
             return Answer(200, text.encode(), FILES[path])
         if path == "events":
             full = len(self.studio.pages) >= PAGES
@@ -306,16 +306,18 @@ def listening(port: int | None) -> socket.socket:
 
 
 FILES = {
+    "page.js": "text/javascript",
     "studio.js": "text/javascript",
-    "studio.css": "text/css",
+    "page.css": "text/css",
     "schema.json": "application/json",
 }
 
 
 def page(title: str) -> str:
     """Return the document that loads the page's program and style."""
-    style = '<link rel="stylesheet" href="studio.css">'
-    return framed(title, style, '<script src="studio.js"></script>')
+    style = '<link rel="stylesheet" href="page.css">'
+    programs = ("page.js", "studio.js")
+    return framed(title, style, *(f'<script src="{name}"></script>' for name in programs))
 
 
 def start_studio(

@@ -40,7 +40,7 @@ def page_3d(trace: bytes, name: str) -> bytes:
         from safenav.motion.making import motion_of
     except ModuleNotFoundError as error:
         raise missing("the 3D page", str(error.name), "motion") from error
-    from safenav.report.view3d.html import page3d_of
+    from safenav.report.page.motion import page3d_of
 
     read = read_bytes(trace, name)
     return page3d_of(read, name, motion_of(read)).encode()

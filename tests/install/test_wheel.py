@@ -82,8 +82,8 @@ def test_one_wheel_serves_every_python_and_is_complete(wheel: Path) -> None:
         "safenav/py.typed",
         "safenav/__init__.pyi",
         "safenav/scenario/templates/door.yaml",
-        "safenav/report/page/assets/replay.js",
-        "safenav/studio/assets/studio.js",
+        "safenav/report/page/assets/page.js",
+        "safenav/report/page/assets/studio.js",
         "safenav/report/picture/fonts/DejaVuSans.ttf",
     ):
         assert needed in names

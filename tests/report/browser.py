@@ -109,7 +109,7 @@ class Browser:
 
     def slow(self) -> None:
         """Play slowly: a busy machine needs time to ask what the page shows."""
-        Select(self.one(".speed select")).select_by_value("2")
+        Select(self.one("select[aria-label='Speed']")).select_by_value("2")
         self.run("document.activeElement.blur()")  # keys are for the page again
 
     def wait(

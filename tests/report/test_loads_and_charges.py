@@ -12,7 +12,7 @@ from safenav.cli import group
 from safenav.motion.making import motion_of
 from safenav.motion.timing import in_time
 from safenav.report.page.html import page_of
-from safenav.report.view3d.html import page3d_of
+from safenav.report.page.motion import page3d_of
 from safenav.run.reading import read_run, run_of
 from safenav.run.run import Run
 from safenav.trace import records
@@ -40,7 +40,9 @@ def test_the_page_shows_loads(browser: Browser, replay: Run, tmp_path: Path) -> 
         sign = browser.one('[data-robot="carrier"] .load')
         assert sign.get_attribute("visibility") == shown
         assert ("carries pallet@shelf" in browser.one(".robots").text) == (shown == "visible")
-        assert bool(browser.all('[data-obstacle="pallet@71"].carried')) == (shown == "visible")
+        assert bool(browser.all('[data-obstacle="pallet@71"] rect[fill="none"]')) == (
+            shown == "visible"
+        )
     assert browser.errors() == []
 
 

@@ -16,10 +16,7 @@ from safenav.run.run import Run
 REPORT = Path(__file__).parents[2] / "safenav" / "report"
 PAGE = REPORT / "page"
 FRONT = PAGE / "front"
-ASSETS = ("replay.js", "replay.css")
-BUILT = [*(PAGE / "assets" / name for name in ASSETS)]
-BUILT += [REPORT / "view3d" / "assets" / name for name in ("view3d.js", "view3d.css")]
-BUILT += [REPORT.parent / "studio" / "assets" / name for name in ("studio.js", "studio.css")]
+BUILT = sorted((PAGE / "assets").iterdir())
 
 
 @pytest.mark.parametrize("built", BUILT, ids=lambda path: path.name)

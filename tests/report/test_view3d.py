@@ -13,7 +13,7 @@ from safenav.cli import group
 from safenav.motion.columns import columns_of
 from safenav.motion.file import Action
 from safenav.motion.making import motion_of
-from safenav.report.view3d.html import RATE, encoded_motion
+from safenav.report.page.motion import RATE, encoded_motion
 from safenav.trace.reading import read_trace
 
 SCENARIO = Path(__file__).parents[2] / "scenarios" / "case_study_1.yaml"
@@ -85,16 +85,16 @@ def test_the_page_opens_and_moves_without_an_error(page: Path, browser: Browser)
     browser.wait(lambda: browser.seconds > 200)
     assert browser.run(PICTURE) != before
     browser.press("r")
-    assert browser.run('return document.querySelector(".cameras select").value') == "0"
+    assert browser.run('return document.querySelector(".cameras").value') == "0"
     browser.press("f")
-    assert browser.run('return document.querySelector(".cameras select").value') == "orbit"
+    assert browser.run('return document.querySelector(".cameras").value') == "orbit"
 
     def corner() -> int:
         return sum(map(int, browser.run(PICTURE).split(",")[:3]))
 
     light = corner()
-    browser.press("t")
-    browser.press("t")  # from automatic to light to dark
+    browser.open(page, "#t=20.5", scheme="dark")
+    browser.wait(lambda: browser.all(".stage3d canvas"))
     browser.wait(lambda: corner() < light)
     assert browser.errors() == []
 
@@ -119,14 +119,15 @@ def ward_page(ward: Path) -> Path:
 
 def test_all_places_are_named(ward_page: Path, browser: Browser) -> None:
     browser.open(ward_page, width=1440, height=900)
-    browser.wait(lambda: browser.run("return document.querySelector('canvas').dataset.names"))
-    shown = browser.run("return document.querySelector('canvas').dataset.names").split()
+    browser.wait(lambda: browser.all(".stage3d canvas"))
+    names = (
+        "return [...document.querySelectorAll('.floor-map .names text')].map(e => e.dataset.name)"
+    )
+    shown = browser.run(names)
     assert len(shown) == clinic.NAMES
     assert {"dock", "laboratory_door", "ward_a", "corridor"} <= set(shown)
     browser.run("document.querySelectorAll('.choices input')[1].click()")
-    browser.wait(
-        lambda: not browser.run("return document.querySelectorAll('.choices input')[1].checked")
-    )
+    browser.wait(lambda: not browser.run(names))
     assert browser.errors() == []
 
 

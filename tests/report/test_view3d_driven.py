@@ -16,7 +16,7 @@ from fleet.drives import Drive, driven
 from report.browser import Browser
 from safenav.motion.columns import columns_of
 from safenav.motion.file import GoalLine, Measured, Motion
-from safenav.report.view3d.html import RATE, encoded_motion
+from safenav.report.page.motion import RATE, encoded_motion
 
 EAST = 0.6
 """Metres by which every measurement is moved."""

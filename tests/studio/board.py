@@ -90,7 +90,7 @@ class Board:
 
     def fast(self) -> None:
         """Let the run continue as fast as the page offers."""
-        Select(self.browser.one(".speed select")).select_by_value("64")
+        Select(self.browser.one("select[aria-label='Speed']")).select_by_value("64")
 
     @property
     def text(self) -> str:

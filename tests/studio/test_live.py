@@ -182,7 +182,7 @@ def _join(page: dict[str, Any], news: dict[str, Any]) -> None:
         obstacles[told["name"]] = told | {key: [*old[key], *told[key]] for key in SERIES}
     page["obstacles"] = [*obstacles.values()]
     page["last"] = news["last"]
-    _append(page, news, ("times", "events", "stack", "deadlines"))
+    _append(page, news, ("times", "events", "stack"))
 
 
 SERIES = ("status", "met", "carried")
@@ -211,7 +211,7 @@ def _settled(run: dict[str, Any]) -> list[Any]:
         full = ([*entry, -1 if place < 0 else run["sets"][place]] for *entry, place in changes)
         return last([*full]) or []
 
-    found = [run[key] for key in ("last", "times", "events", "deadlines")] + [last(run["stack"])]
+    found = [run[key] for key in ("last", "times", "events")] + [last(run["stack"])]
     for robot in run["robots"]:
         found += [robot["path"], robot["headings"], robot["steps"]]
         found += [last(robot[key]) for key in ("tasks", "progress", "charge")]

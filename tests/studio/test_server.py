@@ -36,7 +36,7 @@ def answer(served: Served, path: str, method: str = "GET", **headers: str) -> tu
 
 
 def test_the_page_comes_with_its_files_and_forbids_everything_else(served: Served) -> None:
-    for name in ("", "studio.js", "studio.css", "schema.json"):
+    for name in ("", "page.js", "studio.js", "page.css", "schema.json"):
         with urlopen(served.address + name, timeout=MINUTES) as response:
             assert response.headers["Cross-Origin-Resource-Policy"] == "same-origin"
             assert "frame-ancestors 'none'" in response.headers["Content-Security-Policy"]

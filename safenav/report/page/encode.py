@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import Any, TypeVar
 
-from msgspec.structs import asdict, astuple
+from msgspec.structs import asdict
 
 from safenav.report.picture.glyphs import (
     EVENT_MARKS,
@@ -153,7 +153,6 @@ def grown(run: Run, known: PageKnowledge) -> dict[str, Any]:
         "obstacles": [*filter(None, map(growth.obstacle, run.hidden.values()))],
         "stack": growth.changes(run.stack, growth.rows, "stack"),
         "events": [growth.event(event) for event in events],
-        "deadlines": [[*astuple(slack)] for slack in known.new(run.deadlines, "deadlines")],
     }
 
 

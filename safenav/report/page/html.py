@@ -43,7 +43,7 @@ def curves_of(trace: Trace) -> list[dict[str, object]]:
 
 _DOCUMENT = """\
 <!doctype html>
-<html lang="en" data-theme="auto">
+<html lang="en">
 <head>
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
@@ -71,9 +71,7 @@ def page_of(run: Run, source: str, curves: Sequence[Mapping[str, object]] = ()) 
     of its requirements (``curves_of``)."""
     return document(
         f"{run.name}: replay",
-        asset("replay.css"),
         data_element("run", encoded(run, source) | {"curves": list(curves)}),
-        f"<script>\n{asset('replay.js')}</script>",
     )
 
 
@@ -82,10 +80,10 @@ def page_of_trace(trace: Trace, source: str) -> str:
     return page_of(run_of(trace), source, curves_of(trace))
 
 
-def document(title: str, style: str, *scripts: str) -> str:
-    """Return a self-contained page: policy and style, an element ``app`` for the program's output,
-    and script elements."""
-    return framed(title, _ALONE.format(style=style), *scripts)
+def document(title: str, *data: str) -> str:
+    """Return a self-contained page with its policy and elements with its data."""
+    head = _ALONE.format(style=asset("page.css"))
+    return framed(title, head, *data, f"<script>\n{asset('page.js')}</script>")
 
 
 def framed(title: str, head: str, *scripts: str) -> str:
@@ -108,6 +106,6 @@ def embedded(data: object) -> str:
 
 
 @cache
-def asset(name: str, package: str = "safenav.report.page") -> str:
+def asset(name: str) -> str:
     """Return the text of a built file of a page."""
-    return files(package).joinpath("assets", name).read_text(encoding="utf-8")
+    return files(__package__).joinpath("assets", name).read_text(encoding="utf-8")

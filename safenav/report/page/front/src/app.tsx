@@ -1,20 +1,16 @@
 /** The page as a whole. */
 
 import type { ComponentChildren } from "preact";
-import { useCallback, useLayoutEffect, useMemo, useReducer, useRef, useState } from "preact/hooks";
-import { Playback } from "./panels/controls";
-import { Popup } from "./panels/button";
-import { Events } from "./panels/events";
-import { Header, useShell, withKeys, type Keys } from "./panels/header";
-import { actionsOf, KEYS, listenToKeys } from "./keyboard";
+import { useLayoutEffect, useMemo, useReducer, useRef, useState } from "preact/hooks";
+import { Playback } from "./panels/timeline";
+import { actionsOf, Header, type Keys, KEYS, listenToKeys, Popup, withKeys } from "./panels/shell";
+import { Events, Obstacles, Robots, Stack } from "./panels/sidebar";
 import { Legend } from "./panels/legend";
-import { Obstacles, Robots, Stack } from "./panels/sidebar";
 import type { Player } from "./run/player";
-import { EVENTS, eventsAfter, eventsAt, placeOf, when, type Ending, type Run, type RunEvent } from "./run/run";
-import { ALL, EVERYONE, type Shown } from "./settings";
-import { viewersOf } from "./map/shading";
+import { ALL, type Ending, EVENTS, eventsAfter, eventsAt, EVERYONE, type Run, type RunEvent, type Shown, when } from "./run/run";
+import { viewersOf } from "./map/knowledge";
 import type { Hand } from "./map/cursor";
-import type { Choice, Stage } from "./map/stage";
+import type { Stage } from "./map/map";
 
 function isTold([, kind]: RunEvent): boolean {
   return EVENTS[kind][0] === "story" || kind === "plan" || kind === "plan_end";
@@ -50,26 +46,16 @@ export interface Extras {
 
 export function App({ run, player, stage, extras = {} }: AppProps) {
   const [, redraw] = useReducer((count: number) => count + 1, 0);
-  const shell = useShell();
+  const help = useRef<HTMLDialogElement>(null);
   const [shown, setShown] = useState<Shown>({
     ...ALL,
     viewer: run.robots.findIndex((robot) => robot.view !== null),
   });
   const { eye } = stage;
-  const [pointed, setPointed] = useState<number | null>(null);
-  const point = useCallback(
-    (region: number): void => {
-      if (region < 0) return;
-      if (eye.followed === null) eye.show(...placeOf(run, region));
-      setPointed(region);
-      setTimeout(() => setPointed((now) => (now === region ? null : now)), 1600);
-    },
-    [eye, run],
-  );
   useLayoutEffect(() => player.onTick(() => redraw(0)), [player]);
   // Before the page shows: a reader who sees it may press a key.
   useLayoutEffect(
-    () => listenToKeys({ ...actionsOf(run, player, eye), t: shell.turn, T: shell.turn, "?": shell.help }),
+    () => listenToKeys({ ...actionsOf(run, player, eye), "?": () => help.current!.showModal() }),
     [run, player, eye],
   );
   const followed = useRef(eye.followed);
@@ -87,7 +73,7 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
   return (
     <>
       <Header
-        shell={shell}
+        help={help}
         name={run.name}
         state={extras.title ?? (run.ending ? <OutcomeBadge {...run.ending} /> : <p class="badge cut">cut off</p>)}
         keys={withKeys(KEYS, extras.keys ?? [])}
@@ -110,17 +96,15 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
             player={player}
             tick={tick}
             shown={shown}
-            pointed={pointed}
             spoken={spokenOf(run, tick)}
-            theme={shell.theme}
             hand={extras.hand}
           />
           <div class="strip">
             <Story run={run} tick={tick} playing={player.playing} />
             {stage.Tools && <stage.Tools />}
-            <Legend run={run} Marks={stage.Marks} />
+            <Legend run={run} marks={stage.marks} />
             <Popup name="Show" kind="show">
-              <Choices run={run} shown={shown} choices={stage.choices} onChange={setShown} />
+              <Choices run={run} shown={shown} onChange={setShown} />
             </Popup>
           </div>
         </section>
@@ -128,11 +112,11 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
         {extras.beside}
         <aside aria-label="State of the run">
           <div class="state">
-            <Robots run={run} tick={tick} eye={eye} player={player} where={stage.where} />
+            <Robots run={run} tick={tick} eye={eye} />
             <Stack run={run} tick={tick} />
             <Obstacles run={run} tick={tick} />
           </div>
-          <Events run={run} player={player} tick={tick} point={point} />
+          <Events run={run} player={player} tick={tick} eye={eye} />
         </aside>
       </main>
     </>
@@ -178,15 +162,23 @@ function spokenOf(run: Run, tick: number): number {
 
 interface ChoicesProps {
   run: Run;
-  choices: Choice[];
   shown: Shown;
   onChange(shown: Shown): void;
 }
 
-function Choices({ run, shown, choices, onChange }: ChoicesProps) {
+/** The parts of the picture that can be hidden, and their labels. */
+const CHOICES: [key: Exclude<keyof Shown, "viewer">, words: string][] = [
+  ["numbers", "region numbers"],
+  ["names", "names"],
+  ["trails", "trails"],
+  ["targets", "targets"],
+  ["hidden", "hidden obstacles"],
+];
+
+function Choices({ run, shown, onChange }: ChoicesProps) {
   const viewers = viewersOf(run);
   const named = Object.keys({ ...run.names, ...run.areas }).length > 0;
-  const offered = choices.filter(([key]) => key !== "names" || named).concat(
+  const offered = CHOICES.filter(([key]) => key !== "names" || named).concat(
     viewers.some((robot) => robot.view!.sight.length > 0) ? [["sight", "sight"]] : [],
     viewers.some((robot) => robot.view!.beliefs.length > 0) ? [["beliefs", "beliefs"]] : [],
   );

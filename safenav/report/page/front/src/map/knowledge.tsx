@@ -1,11 +1,9 @@
 /** Knowledge at a tick: obstacles, targets, occupied regions, refused steps. */
 
 import { memo } from "preact/compat";
+import { aimAt, at, type BeliefChange, eventsAt, EVERYONE, placeOf, regionsOf, type Robot, type Run, type Shown, transitAt } from "../run/run";
 import { CELL } from "./camera";
-import { INK } from "./ink";
-import { centreOf, outline } from "./shapes";
-import { aimAt, at, eventsAt, placeOf, transitAt, type Robot, type Run } from "../run/run";
-import type { Shown } from "../settings";
+import { centreOf, filled, INK, outline } from "./shapes";
 
 /** From the nose of a robot to the sign in the next region. */
 export const ARROW = "M20.5 0H29M24.5 -4.5L29.5 0L24.5 4.5";
@@ -34,24 +32,24 @@ export const Knowledge = memo(({ run, tick, shown, grown }: KnowledgeProps) => (
       return (
         <g
           key={obstacle.name}
-          class={`obstacle status-${status} ${carried ? "carried" : ""}`}
+          class={`obstacle status-${status}`}
           style={{ color: `var(--${status})` }}
           data-obstacle={obstacle.name}
           data-status={status}
           transform={`translate(${col * CELL} ${row * CELL})`}
         >
-          <rect x={1.2} y={1.2} width={CELL - 2.4} height={CELL - 2.4} rx={3.5} />
+          <rect {...INK.boxes[status]} {...(carried && { fill: "none" })} x={1.2} y={1.2} width={CELL - 2.4} height={CELL - 2.4} rx={3.5} />
           {shape && !carried && (
-            <path class="shape" transform={`translate(${CELL / 2} ${CELL / 2}) scale(${CELL * 0.27})`} d={shape} fill-rule="evenodd" />
+            <path {...(status === "resolved" ? INK.opened : INK.sign)} transform={`translate(${CELL / 2} ${CELL / 2}) scale(${CELL * 0.27})`} d={shape} />
           )}
           <path
+            {...INK.sign}
             transform={
               shape
                 ? `translate(${CELL * 0.83} ${CELL * 0.17}) scale(${CELL * 0.11 * grown})`
                 : `translate(${CELL / 2} ${CELL / 2}) scale(${(status === "hidden" ? 6 : 8.8) * grown})`
             }
             d={run.marks.status[status].path}
-            fill-rule="evenodd"
           />
         </g>
       );
@@ -180,3 +178,110 @@ function Violations({ run, tick, grown }: Omit<KnowledgeProps, "shown">) {
   );
 }
 
+/** Directions of the hatches, one per believed robot. */
+const ANGLES = [45, -45, 15, -75, 75, -15];
+/** Distance of the lines. */
+const PITCH = 6.5;
+
+/** Return the robots that have sight or beliefs to shade. */
+export function viewersOf(run: Run): Robot[] {
+  return run.robots.filter((robot) => robot.view !== null);
+}
+
+export function Hatch({ run, of, id }: { run: Run; of: number; id: string }) {
+  const angle = ANGLES[of % ANGLES.length]!;
+  return (
+    <pattern
+      id={id}
+      width={PITCH}
+      height={PITCH}
+      patternUnits="userSpaceOnUse"
+      patternTransform={`rotate(${angle})`}
+    >
+      <rect {...INK.hatch} width={1.7} height={PITCH} style={{ "--colour": run.robots[of]!.look.colour }} />
+    </pattern>
+  );
+}
+
+interface ShadingProps {
+  run: Run;
+  tick: number;
+  shown: Shown;
+  /** The selected robot: what others believe of it, and what it believes, is hatched. */
+  selected: number | null;
+}
+
+export const Shading = memo(({ run, tick, shown, selected }: ShadingProps) => {
+  const viewers = viewersOf(run).filter((robot) => watched(run, robot, shown));
+  return (
+    <>
+      <defs>
+        {run.robots.map((_, i) => (
+          <Hatch run={run} of={i} id={`hatch-${i}`} />
+        ))}
+      </defs>
+      {shown.sight && viewers.map((robot) => <Sight run={run} robot={robot} tick={tick} />)}
+      {shown.beliefs &&
+        viewers.flatMap((robot) =>
+          robot.view!.beliefs.map(([of, told]) => (
+            <Believed run={run} robot={robot} of={of} told={at(told, tick)} hatched={[of, run.robots.indexOf(robot)].includes(selected ?? -1)} />
+          )),
+        )}
+    </>
+  );
+});
+
+function watched(run: Run, robot: Robot, shown: Shown): boolean {
+  return shown.viewer === EVERYONE || run.robots[shown.viewer] === robot;
+}
+
+/** The area of a set, and the border around it. */
+function shapeOf(run: Run, set: number): { area: string; border: string } {
+  const text = run.sets[set]!;
+  let shape = drawn.get(text);
+  if (shape === undefined) {
+    const regions = regionsOf(run, set);
+    drawn.set(text, (shape = { area: filled(run, regions), border: outline(run, regions) }));
+  }
+  return shape;
+}
+
+const drawn = new Map<string, { area: string; border: string }>();
+
+function Sight({ run, robot, tick }: { run: Run; robot: Robot; tick: number }) {
+  if (robot.view!.sight.length === 0) return null;
+  const { area, border } = shapeOf(run, at(robot.view!.sight, tick)[1]);
+  return (
+    <g class="sight" data-viewer={robot.name} style={{ "--colour": robot.look.colour }}>
+      <path {...INK.sight} d={area} />
+      <path {...INK.sightEdge} d={border} />
+    </g>
+  );
+}
+
+interface BelievedProps {
+  run: Run;
+  robot: Robot;
+  of: number;
+  told: BeliefChange;
+  hatched: boolean;
+}
+
+function Believed({ run, robot, of, told, hatched }: BelievedProps) {
+  const [tick, seen, set] = told;
+  if (set < 0 || tick < 0) return null;
+  const { area, border } = shapeOf(run, set);
+  const other = run.robots[of]!;
+  return (
+    <g
+      class={seen ? "belief seen" : "belief"}
+      data-viewer={robot.name}
+      data-of={other.name}
+      style={{ "--colour": other.look.colour }}
+    >
+      {!seen && <path {...INK.belief} d={area} />}
+      {!seen && hatched && <path d={area} fill={`url(#hatch-${of})`} />}
+      <path {...(seen ? INK.seenEdge : INK.beliefEdge)} d={border} />
+    </g>
+  );
+}

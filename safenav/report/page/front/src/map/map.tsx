@@ -5,22 +5,17 @@
  * the component tree.
  */
 
+import type { ComponentChildren, ComponentType } from "preact";
 import { useLayoutEffect, useReducer, useRef } from "preact/hooks";
-import { CELL, type Camera } from "./camera";
-import { listenToPointers } from "./gestures";
-import { resized } from "../listening";
-import { useCursor } from "./cursor";
-import { Floor } from "./floor";
-import { INK } from "./ink";
-import { Knowledge } from "./knowledge";
-import { centreOf } from "./shapes";
-import { Names, useNames } from "./names";
-import { growth, Robots, Trails } from "./motion";
+import { Button, resized } from "../panels/shell";
 import type { Player } from "../run/player";
-import { at, clamp, isWall, label, placeOf, poseAt, transitAt, when, type Run } from "../run/run";
-import type { Shown } from "../settings";
-import type { Hand } from "./cursor";
-import { shadesAt, Shading, viewersOf } from "./shading";
+import { at, clamp, isWall, label, placeOf, poseAt, type Run, type Shown, transitAt, when } from "../run/run";
+import { Camera, CELL, type Extent, type Eye } from "./camera";
+import { type Hand, listenToPointers, useCursor } from "./cursor";
+import { Floor, Names, useNames } from "./floor";
+import { Knowledge, Shading, viewersOf } from "./knowledge";
+import { growth, Robots, Trails } from "./motion";
+import { INK } from "./shapes";
 
 /** The least and the largest width of a trail, in pixels. */
 const LEAST_TRAIL = 1.4;
@@ -34,14 +29,12 @@ interface MapProps {
   camera: Camera;
   tick: number;
   shown: Shown;
-  /** A recently highlighted region. */
-  pointed: number | null;
   /** The region that the words below the map are about, -1 for none. */
   spoken?: number;
   hand?: Hand | undefined;
 }
 
-export function MapView({ run, player, camera, tick, shown, pointed, spoken = -1, hand }: MapProps) {
+export function MapView({ run, player, camera, tick, shown, spoken = -1, hand }: MapProps) {
   const [, redraw] = useReducer((count: number) => count + 1, 0);
   const room = useRef<HTMLDivElement>(null);
   const shades = viewersOf(run).length > 0;
@@ -92,7 +85,6 @@ export function MapView({ run, player, camera, tick, shown, pointed, spoken = -1
         <svg class="knowledge">
           <Knowledge run={run} tick={tick} shown={shown} grown={growth(camera, 8.8, 6)} />
           {spoken >= 0 && <Spoken run={run} region={spoken} />}
-          {pointed !== null && <Pointed key={`${pointed}`} run={run} region={pointed} />}
         </svg>
         <svg class="words">
           <Names names={names} scale={camera.scale} />
@@ -108,22 +100,16 @@ export function MapView({ run, player, camera, tick, shown, pointed, spoken = -1
         )}
       </div>
       <p class="readout" aria-live={cursor.mark ? "polite" : "off"}>
-        {cursor.pointed >= 0 && describeRegion(run, cursor.pointed, tick, shown)}
+        {cursor.pointed >= 0 && describeRegion(run, cursor.pointed, tick)}
       </p>
     </div>
   );
 }
 
 /** A frame around the region that the words below the map are about. */
-function Spoken({ run, region }: { run: Run; region: number }) {
+export function Spoken({ run, region }: { run: Run; region: number }) {
   const [col, row] = placeOf(run, region);
   return <rect {...INK.spoken} data-spoken={region} x={col * CELL + 2.5} y={row * CELL + 2.5} width={CELL - 5} height={CELL - 5} rx={2} />;
-}
-
-/** Rings that highlight a region briefly. */
-function Pointed({ run, region }: { run: Run; region: number }) {
-  const [x, y] = centreOf(run, region);
-  return <circle class="pointed" {...INK.pointed} cx={x} cy={y} r={CELL * 0.75} />;
 }
 
 /** Return the nearest robot that is drawn at a point. */
@@ -144,7 +130,7 @@ function describeMap(run: Run, tick: number): string {
   return `Map of ${run.rows} by ${run.cols} regions at ${when(run, tick)}. ${robots.join(", ")}. ${obstacles.join(", ")}`;
 }
 
-function describeRegion(run: Run, region: number, tick: number, shown: Shown): string {
+function describeRegion(run: Run, region: number, tick: number): string {
   const parts = [`region ${label(run, region)}`];
   if (isWall(run, region)) parts.push("wall");
   for (const robot of run.robots) {
@@ -156,6 +142,45 @@ function describeRegion(run: Run, region: number, tick: number, shown: Shown): s
     const status = at(o.status, tick)[1];
     if (o.region === region && status !== "absent") parts.push(`${o.label}, ${status}`);
   }
-  parts.push(...shadesAt(run, region, tick, shown));
   return parts.join(" · ");
+}
+
+export interface StageProps {
+  run: Run;
+  player: Player;
+  tick: number;
+  shown: Shown;
+  /** The region that the story is about now, -1 for none. */
+  spoken: number;
+  /** The hand that takes presses on the map instead of moving it. */
+  hand?: Hand | undefined;
+}
+
+export interface Stage {
+  View: ComponentType<StageProps>;
+  /** Its buttons, unless they stand in the view. */
+  Tools?: ComponentType;
+  /** Rows of the legend for what it alone draws. */
+  marks?: ComponentChildren;
+  eye: Eye;
+}
+
+/** The flat map with its tools. */
+export function flatStage(extent: Extent): Stage {
+  const camera = new Camera(extent);
+  return { View: (props) => <MapView {...props} camera={camera} />, Tools: () => <Zoom camera={camera} />, eye: camera };
+}
+
+/** The zoom of the map. */
+export function Zoom({ camera }: { camera: Camera }) {
+  const [, redraw] = useReducer((count: number) => count + 1, 0);
+  useLayoutEffect(() => camera.onChange(() => redraw(0)), [camera]);
+  const off = camera.isWhole && "the whole map is shown";
+  return (
+    <div class="tools row" role="group" aria-label="View of the map">
+      <Button icon="minus" label="Zoom out" off={off} act={() => camera.zoom(1 / 1.5)} />
+      <Button icon="plus" label="Zoom in" act={() => camera.zoom(1.5)} />
+      <Button icon="fit" label="Whole map" off={off} act={() => camera.fit()} />
+    </div>
+  );
 }

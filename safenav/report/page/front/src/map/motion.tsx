@@ -2,10 +2,9 @@
 
 import { useLayoutEffect, useRef } from "preact/hooks";
 import { CELL, type Camera } from "./camera";
-import { INK } from "./ink";
+import { INK } from "./shapes";
 import type { Player } from "../run/player";
-import { loadsOf, placeOf, poseAt, separate, tickAt, type Obstacle, type Pose, type Robot, type Run } from "../run/run";
-import { calm } from "../settings";
+import { calm, loadsOf, type Obstacle, placeOf, type Pose, poseAt, type Robot, type Run, separate, tickAt } from "../run/run";
 
 const BODY = 0.28 * CELL;
 /** The silhouette of the model beside the body: the place and the radius of its plate. */
@@ -56,7 +55,7 @@ export function Robots({ run, player, camera }: MotionProps) {
         <g class="robot" key={name} data-robot={name}>
           {headings !== null && <path class="nose" {...INK.nose} d={run.nose} />}
           <path class="body" {...INK.body} d={look.path} fill={look.colour} transform={`scale(${BODY})`} />
-          <text class="letters" y={look.drop * BODY} font-size={look.size * BODY} fill={look.ink}>
+          <text {...INK.letters} y={look.drop * BODY} font-size={look.size * BODY} fill={look.ink}>
             {look.letters}
           </text>
           {shape && (

@@ -2,11 +2,12 @@
 
 import type { ComponentChildren } from "preact";
 import { memo } from "preact/compat";
-import { Popup } from "./button";
-import { EventSign, StatusSign } from "./icons";
-import { bar, DOINGS } from "./lanes";
-import { EVENTS, STATUSES, UNORDERED, type EventKind, type Run } from "../run/run";
-import type { Stage } from "../map/stage";
+import { INK } from "../map/shapes";
+import { ARROW, Hatch, ringOf, viewersOf } from "../map/knowledge";
+import { ANY_LOAD } from "../map/motion";
+import { type EventKind, EVENTS, type Run, STATUSES, UNORDERED } from "../run/run";
+import { EventSign, Popup, StatusSign } from "./shell";
+import { LaneMarks } from "./timeline";
 
 interface RowProps {
   words: ComponentChildren;
@@ -46,10 +47,11 @@ export function Statuses({ run }: { run: Run }) {
   ));
 }
 
-export const Legend = memo(({ run, Marks }: { run: Run; Marks: Stage["Marks"] }) => (
+export const Legend = memo(({ run, marks }: { run: Run; marks: ComponentChildren }) => (
   <Popup name="Legend" kind="legend">
     <ul style={{ "--colour": run.robots[0]!.look.colour }}>
-      <Marks run={run} />
+      <MapMarks run={run} />
+      {marks}
       {Object.entries(EVENTS).map(([kind, [, , meaning]]) =>
         meaning && run.events.some((event) => event[1] === kind) ? (
           <li key={kind} class="row">
@@ -58,17 +60,96 @@ export const Legend = memo(({ run, Marks }: { run: Run; Marks: Stage["Marks"] })
           </li>
         ) : null,
       )}
-      {DOINGS.map(([kind, meaning]) => (
-        <Row key={kind} words={`${meaning}, in its lane`} width={22} height={10} viewBox="0 -0.3 22 4.6" preserveAspectRatio="none">
-          <path class={`doing ${kind}`} d={bar(kind, "1", "21")} />
-        </Row>
-      ))}
-      <Row words="synthesis, in its lane" width={22} height={10}>
-        <path class="doing synthesis" d="M11 0v10" />
-      </Row>
-      <Row words="goals, below the timeline" width={10} height={14} class="goals">
-        <path d="M5 4v6" />
-      </Row>
+      <LaneMarks />
     </ul>
   </Popup>
 ));
+
+export function MapMarks({ run }: { run: Run }) {
+  const { look } = run.robots[0]!;
+  const load = run.obstacles.find((obstacle) => obstacle.carried.length > 1);
+  return (
+    <>
+      <Row words="wall">
+        <rect {...INK.walls} x="1" y="1" width="16" height="16" />
+      </Row>
+      <Statuses run={run} />
+      <Row words="target of the robot with this shape and colour; the next one is filled" width={20} height={20} viewBox="-2 -2 24 24">
+        <path {...INK.aim} {...INK.current} d={ringOf(10, 10, 9)} />
+        <path {...INK.target} transform="translate(16 4) scale(3.6)" d={look.path} fill={look.colour} />
+      </Row>
+      <Row words="its next steps" width={30}>
+        <path {...INK.intention} d="M1 9h28" />
+      </Row>
+      <Row words="path of a robot, newest part strongest" width={30}>
+        <g {...INK.trail}>
+          <path d="M1 9h9" opacity="0.25" />
+          <path d="M10 9h9" opacity="0.45" />
+          <path d="M19 9h10" opacity="0.75" />
+        </g>
+      </Row>
+      <Row
+        words="regions that the robot of this colour avoids"
+        shown={run.robots.some((robot) => robot.tasks.some((task) => task[3].length > 0))}
+        width={20}
+        height={20}
+        viewBox="-2 -2 24 24"
+      >
+        <path {...INK.aim} {...INK.avoided} d="M1 1h18v18h-18z" />
+      </Row>
+      <Row words="where a robot faces" shown={run.robots.some((robot) => robot.headings !== null)} viewBox="-0.9 -2 1.8 1.2">
+        <path {...INK.nose} d={run.nose} />
+      </Row>
+      <ShadingLegend run={run} />
+      <Row words="load that the robot carries" shown={load !== undefined} viewBox="-1.2 -1.2 2.4 2.4">
+        <rect x={-1.1} y={-1.1} width={2.2} height={2.2} {...INK.plate} stroke-width={0.1} />
+        <path d={load?.shape || ANY_LOAD} {...INK.shape} />
+      </Row>
+      {run.exclusions.map(([robots], i) => (
+        <Row key={i} words={`at most one of ${robots.join(", ")} at a time`}>
+          <path {...INK.exclusion} d="M2 2h14v14h-14z" />
+        </Row>
+      ))}
+      <Row words="charger" shown={run.chargers.length > 0} viewBox="-1.2 -1.2 2.4 2.4">
+        <path {...INK.charger} d={run.charger} />
+      </Row>
+      <Row words="refused step" width={26} viewBox="14 -9 24 18">
+        <path {...INK.refused} d={ARROW} />
+      </Row>
+      <Row words="area" shown={Object.keys(run.areas).length > 0}>
+        <path {...INK.areaLine} d="M2 2h14v14h-14z" />
+      </Row>
+    </>
+  );
+}
+
+/** Legend of the shadings in this run: robots in transit, sight, beliefs. */
+function ShadingLegend({ run }: { run: Run }) {
+  const viewers = viewersOf(run);
+  const moving = run.robots.find((robot) => robot.steps.length > 0);
+  const seeing = viewers.find((robot) => robot.view!.sight.length > 0);
+  const believing = viewers.find((robot) => robot.view!.beliefs.length > 0);
+  const of = believing?.view!.beliefs[0]![0] ?? 0;
+  const sought = run.robots[of]!.look.colour;
+  return (
+    <>
+      <Row words="in transit: occupies both regions" shown={moving !== undefined} width={34} colour={moving?.look.colour}>
+        <rect {...INK.taken} x="1.5" y="1.5" width="31" height="15" rx="4" />
+      </Row>
+      <Row words={`what ${viewers.length > 1 ? "the robot of that colour" : seeing?.name} sees`} shown={seeing !== undefined} colour={seeing?.look.colour}>
+        <path {...INK.sight} d="M1 1h16v16h-16z" />
+        <path {...INK.sightEdge} d="M1 1h16v16h-16z" />
+      </Row>
+      <Row words="where the robot of that colour may be, by the last observation" shown={believing !== undefined} colour={sought}>
+        <defs>
+          <Hatch run={run} of={of} id="hatch-legend" />
+        </defs>
+        <path d="M1 1h16v16h-16z" fill="url(#hatch-legend)" />
+        <path {...INK.beliefEdge} d="M1 1h16v16h-16z" />
+      </Row>
+      <Row words="where it was seen" shown={believing !== undefined} colour={sought}>
+        <path {...INK.seenEdge} d="M2 2h14v14h-14z" />
+      </Row>
+    </>
+  );
+}

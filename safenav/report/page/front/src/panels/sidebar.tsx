@@ -1,12 +1,11 @@
 /** The side of the page: robots with their objectives, the stack, the obstacles. */
 
-import { useLayoutEffect, useReducer } from "preact/hooks";
+import { memo } from "preact/compat";
+import { useLayoutEffect, useMemo, useRef } from "preact/hooks";
 import type { Eye } from "../map/camera";
-import type { Stage } from "../map/stage";
 import type { Player } from "../run/player";
-import { RobotSign, StatusSign } from "./icons";
-import { areaOf, at, label, loadsOf, roleOf, transitAt, UNORDERED, type Run } from "../run/run";
-import { knowledgeOf } from "../map/shading";
+import { areaOf, at, label, loadsOf, moment, placeOf, roleOf, type Run, type RunEvent, transitAt, UNORDERED } from "../run/run";
+import { EventSign, RobotSign, StatusSign } from "./shell";
 
 interface PanelProps {
   run: Run;
@@ -17,30 +16,9 @@ const DIRECTIONS: Record<string, string> = { N: "north", E: "east", S: "south", 
 
 interface RobotsProps extends PanelProps {
   eye: Eye;
-  player: Player;
-  where: Stage["where"];
 }
 
-/** Milliseconds between updates of the positions while a motion plays. */
-const PAUSE = 250;
-
-export function Robots({ run, tick, eye, player, where }: RobotsProps) {
-  const [, redraw] = useReducer((count: number) => count + 1, 0);
-  useLayoutEffect(() => {
-    if (!where) return;
-    let drawn = 0;
-    let late = 0;
-    const stop = player.onFrame(() => {
-      clearTimeout(late);
-      const now = performance.now();
-      if (now - drawn > PAUSE) redraw((drawn = now));
-      else late = setTimeout(() => redraw(0), PAUSE); // the last frame before a pause counts
-    });
-    return () => {
-      clearTimeout(late);
-      stop();
-    };
-  }, [player, where]);
+export function Robots({ run, tick, eye }: RobotsProps) {
   const frames = at(run.stack, tick)[1];
   return (
     <section class="panel robots" aria-labelledby="robots-title">
@@ -49,11 +27,10 @@ export function Robots({ run, tick, eye, player, where }: RobotsProps) {
         {run.robots.map((robot, i) => {
           const [, words] = at(robot.tasks, tick);
           const [, rounds, reached] = at(robot.progress, tick);
-          const heading = robot.headings?.[tick] ?? null;
-          const here = where?.(i, player.time) ?? { region: robot.path[tick]!, heading };
-          const facing = here.heading ? `, facing ${DIRECTIONS[here.heading]}` : "";
+          const heading = robot.headings?.[tick];
+          const facing = heading ? `, facing ${DIRECTIONS[heading]}` : "";
           const role = roleOf(robot.name, frames);
-          const transit = where ? null : transitAt(robot, tick);
+          const transit = transitAt(robot, tick);
           const loads = loadsOf(run, i, tick);
           const charge = robot.charge ? at(robot.charge, tick)[1] : null;
           const onItsWay = transit ? `, in transit to ${label(run, transit[2])}` : "";
@@ -88,14 +65,11 @@ export function Robots({ run, tick, eye, player, where }: RobotsProps) {
                   </span>
                 </p>
                 <p class="quiet">
-                  at {label(run, here.region).replace(", ", ",\u00a0")}
+                  at {label(run, robot.path[tick]!).replace(", ", ",\u00a0")}
                   {onItsWay}
                   {facing}
                   {loads.length > 0 && ` · carries ${loads.map((load) => load.label).join(", ")}`}
                 </p>
-                {knowledgeOf(run, robot, tick).map((words) => (
-                  <p class="quiet knowledge-of">{words}</p>
-                ))}
               </div>
             </li>
           );
@@ -160,4 +134,87 @@ export function Obstacles({ run, tick }: PanelProps) {
       </ul>
     </section>
   );
+}
+
+/** The most goals that are listed; a lane and the timeline have all of them. */
+const MANY_GOALS = 60;
+
+interface EventsProps {
+  run: Run;
+  player: Player;
+  tick: number;
+  eye: Eye;
+}
+
+export function Events({ run, player, tick, eye }: EventsProps) {
+  const events = useMemo(() => {
+    const goals = run.events.filter((event) => event[1] === "goal").length;
+    return folded(goals <= MANY_GOALS ? run.events : run.events.filter((event) => event[1] !== "goal"));
+  }, [run]);
+  const list = useRef<HTMLOListElement>(null);
+  useLayoutEffect(() => mark(list.current!, events, tick), [events, tick]);
+  return (
+    <section class="panel events" aria-labelledby="events-title">
+      <h2 id="events-title">
+        Events <span class="count">{events.length}</span>
+      </h2>
+      <ol class="list" ref={list} tabIndex={-1} style={{ "--digits": moment(run, run.last).length }}>
+        <Rows run={run} player={player} events={events} eye={eye} />
+      </ol>
+    </section>
+  );
+}
+
+/** The syntheses of a tick in one row. */
+function folded(events: RunEvent[]): RunEvent[] {
+  const rows: RunEvent[] = [];
+  let count = 1;
+  for (const event of events) {
+    const last = rows[rows.length - 1];
+    if (event[1] !== "synthesis" || last?.[1] !== "synthesis" || last[0] !== event[0]) {
+      rows.push(event);
+      count = 1;
+    } else rows[rows.length - 1] = [event[0], "synthesis", `${++count} syntheses`, -1, -1];
+  }
+  return rows;
+}
+
+type RowsProps = Omit<EventsProps, "tick"> & { events: RunEvent[] };
+
+const Rows = memo(({ run, player, events, eye }: RowsProps) => (
+  <>
+    {events.map((event, i) => (
+      <li key={i}>
+        <button
+          type="button"
+          class="event"
+          data-tick={event[0]}
+          data-kind={event[1]}
+          onClick={() => {
+            player.pause();
+            player.seek(event[0]);
+            const region = event[4] >= 0 ? event[4] : (run.robots[event[3]]?.path[event[0]] ?? -1);
+            if (region >= 0 && eye.followed === null) eye.show(...placeOf(run, region));
+          }}
+        >
+          <span class="tick">{moment(run, event[0])}</span>
+          <EventSign run={run} kind={event[1]} />
+          <span>{event[2]}</span>
+        </button>
+      </li>
+    ))}
+  </>
+));
+
+/** Mark the rows of a tick and those to come, and scroll the list, never the page, to the first of them. */
+function mark(list: HTMLOListElement, events: RunEvent[], tick: number): void {
+  let now: Element | undefined;
+  events.forEach((event, i) => {
+    const row = list.children[i]!;
+    row.classList.toggle("coming", event[0] > tick);
+    if (event[0] === tick) row.firstElementChild!.setAttribute("aria-current", "step");
+    else row.firstElementChild!.removeAttribute("aria-current");
+    if (event[0] <= tick && (now === undefined || event[0] > events[i - 1]![0])) now = row;
+  });
+  if (now) list.scrollTop = (now as HTMLElement).offsetTop - list.clientHeight / 4;
 }

@@ -4,6 +4,8 @@
  * rising order; each holds until the next.
  */
 
+
+
 export const STATUSES = ["hidden", "found", "requested", "resolved", "blocked"] as const;
 
 /** `absent`: it has not appeared yet, or has disappeared. */
@@ -133,16 +135,6 @@ export type Frame = [about: string, roles: string, requester: string | null, hel
 /** [tick, kind, text, index of the robot or -1, region or -1] */
 export type RunEvent = [tick: number, kind: EventKind, text: string, robot: number, region: number];
 
-/** A change of a deadline in a tick: its start, the tick at whose end it is due, and the ticks left until then. */
-export type Slack = [
-  tick: number,
-  of: string,
-  begin: number,
-  due: number,
-  verdict: "set" | "lost" | "kept" | "late" | "excused",
-  left: number,
-];
-
 export interface Ending {
   outcome: string;
   explanation: string;
@@ -177,10 +169,9 @@ export interface Run {
   robots: Robot[];
   obstacles: Obstacle[];
   stack: [tick: number, frames: Frame[]][];
-  /** Sets of regions, as `sets.ts` reads them. */
+  /** Sets of regions, as `regionsOf` reads them. */
   sets: string[];
   events: RunEvent[];
-  deadlines: Slack[];
   ending: Ending | null;
   /** The tick at which the page opens: the last one of a run that failed. */
   opens: number;
@@ -359,3 +350,35 @@ export function placeOf({ cols }: Pick<Run, "cols">, region: number): [col: numb
 export function regionAt({ cols, rows }: Pick<Run, "cols" | "rows">, x: number, y: number): number {
   return x >= 0 && y >= 0 && x < cols && y < rows ? Math.floor(y) * cols + Math.floor(x) : -1;
 }
+
+const readSets = new Map<string, number[]>();
+
+/** The regions of a set, read on first use: gaps and lengths of runs of consecutive regions. */
+export function regionsOf(run: Run, set: number): number[] {
+  const text = run.sets[set]!;
+  let regions = readSets.get(text);
+  if (regions === undefined) {
+    readSets.set(text, (regions = []));
+    let end = 0;
+    text.split(",").map(Number).forEach((length, i) => {
+      if (i % 2) for (let region = end; region < end + length; region++) regions!.push(region);
+      end += length;
+    });
+  }
+  return regions;
+}
+
+/** Text that was deflated, as base64. */
+export async function inflated(text: string): Promise<string> {
+  const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"))).text();
+}
+
+/** All contents of the map; `viewer` is the robot whose sight and beliefs are shown: its index, or `EVERYONE`. */
+export const ALL = { numbers: true, names: true, trails: true, targets: true, hidden: true, sight: true, beliefs: true, viewer: -1 };
+export type Shown = typeof ALL;
+
+export const EVERYONE = -1;
+
+export const dark = matchMedia("(prefers-color-scheme: dark)");
+export const calm = matchMedia("(prefers-reduced-motion: reduce)");

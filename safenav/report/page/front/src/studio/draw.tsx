@@ -1,22 +1,16 @@
 /** The drawing board: map and text of a scenario, side by side. */
 
-import { listenToKeys } from "../keyboard";
 import type { ComponentChildren } from "preact";
-import { useLayoutEffect, useMemo, useState } from "preact/hooks";
-import { Header, useShell, type Keys } from "../panels/header";
-import { Press } from "../panels/button";
+import { useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 import type { Say } from "../live/player";
-import { MapView } from "../map/map";
 import { Camera } from "../map/camera";
-import { Zoom } from "../map/stage";
+import { MapView, Zoom } from "../map/map";
+import { Header, type Keys, listenToKeys, Press } from "../panels/shell";
 import { Player } from "../run/player";
-import { ALL } from "../settings";
+import { ALL, label } from "../run/run";
 import { useDrawingHand } from "./hand";
-import type { Chosen, Doc, Drawing, Pen, Verdict } from "./model";
-import { Selection } from "./selection";
+import { chooseTarget, type Chosen, type Doc, type Drawing, type DrawnRobot, type Pen, type Problem, resolving, type Verdict } from "./model";
 import { Text, type Writing } from "./text";
-import { Tools, type Drawn } from "./tools";
-import { Problems } from "./verdicts";
 
 interface DrawProps {
   doc: Doc;
@@ -50,7 +44,7 @@ export function Draw({ doc, writing, verdicts, say, save, menus, run }: DrawProp
   const { drawing, problems } = doc;
   const [pen, setPen] = useState<Pen>({ does: "select" });
   const [chosen, choose] = useState<Chosen>(null);
-  const shell = useShell();
+  const help = useRef<HTMLDialogElement>(null);
   useLayoutEffect(() => {
     const chosenItem = chosen && ("robot" in chosen ? { op: "remove_robot", robot: chosen.robot } : { op: "remove_obstacle", index: chosen.obstacle });
     const remove = (): void => {
@@ -60,7 +54,7 @@ export function Draw({ doc, writing, verdicts, say, save, menus, run }: DrawProp
     const select = (): void => setPen({ does: "select" });
     return listenToKeys({
       ...{ "Ctrl+s": save, "Ctrl+z": (shift) => void (shift ? writing.redo() : writing.undo()), "Ctrl+y": () => void writing.redo() },
-      ...{ v: select, Escape: select, Delete: remove, Backspace: remove, "?": shell.help },
+      ...{ v: select, Escape: select, Delete: remove, Backspace: remove, "?": () => help.current!.showModal() },
       ...(drawing?.grid && { 1: () => setPen({ does: "wall" }), 2: () => setPen({ does: "floor" }) }),
     });
   }, [say, save, chosen, drawing, writing]);
@@ -71,7 +65,7 @@ export function Draw({ doc, writing, verdicts, say, save, menus, run }: DrawProp
   return (
     <>
       <Header
-        shell={shell}
+        help={help}
         name={drawing?.name ?? doc.file ?? "scenario"}
         state={<span class="quiet">{doc.file ?? "not saved yet"}</span>}
         keys={KEYS}
@@ -104,7 +98,7 @@ export function Draw({ doc, writing, verdicts, say, save, menus, run }: DrawProp
           </>
         ) : (
           <section class="stage" aria-label="Drawing">
-            <h2 class="no-map">This map cannot be drawn yet</h2>
+            <h2>This map cannot be drawn yet</h2>
           </section>
         )}
         <aside class="writing" aria-label="Text">
@@ -123,11 +117,11 @@ export function Draw({ doc, writing, verdicts, say, save, menus, run }: DrawProp
   );
 }
 
-interface StageProps extends Drawn {
+interface StageProps extends Omit<Drawn, "doc"> {
   verdict: Verdict | null;
 }
 
-function Stage({ doc, drawing, pen, setPen, chosen, choose, say, verdict }: StageProps) {
+function Stage({ drawing, pen, setPen, chosen, choose, say, verdict }: StageProps) {
   const { rows, cols } = drawing.run;
   const camera = useMemo(() => new Camera({ left: 0, top: 0, right: cols, bottom: rows }), [cols, rows]);
   const player = useMemo(() => new Player(0), []);
@@ -138,17 +132,18 @@ function Stage({ doc, drawing, pen, setPen, chosen, choose, say, verdict }: Stag
     chosen,
     choose,
     say,
-    problems: doc.problems,
     verdict: verdict?.verdict === "unrealizable" ? verdict : null,
   });
   return (
     <section class="stage" aria-label="Drawing">
-      <MapView key={`${cols}x${rows}`} run={drawing.run} player={player} camera={camera} tick={0} shown={SHOWN} pointed={null} hand={hand} />
+      <MapView key={`${cols}x${rows}`} run={drawing.run} player={player} camera={camera} tick={0} shown={SHOWN} hand={hand} />
       <div class="tool-line row" aria-live="polite">
         <p class="hint quiet">{hintOf(pen, drawing)}</p>
-        <Press class={pen.does === "select" ? "unused" : ""} title="Back to Select (Esc)" act={() => setPen({ does: "select" })}>
-          Done
-        </Press>
+        {pen.does !== "select" && (
+          <Press title="Back to Select (Esc)" act={() => setPen({ does: "select" })}>
+            Done
+          </Press>
+        )}
         <Zoom camera={camera} />
       </div>
     </section>
@@ -176,4 +171,201 @@ function hintOf(pen: Pen, drawing: Drawing): string {
         ? "Choose a robot in the palette and click where it starts."
         : "Click a robot to give it an objective; drag robots, obstacles and targets.";
   }
+}
+
+export interface Drawn {
+  doc: Doc;
+  drawing: Drawing;
+  pen: Pen;
+  setPen(pen: Pen): void;
+  chosen: Chosen;
+  choose(chosen: Chosen): void;
+  say: Say;
+}
+
+export function Tools({ doc, drawing, pen, setPen }: Drawn) {
+  const tool = (key: string, pressed: boolean, words: string, next: Pen, hint: string, shape = "") => (
+    <button type="button" key={key} class={`pen ${key.split(" ")[0]}`} aria-pressed={pressed} title={hint} onClick={() => setPen(next)}>
+      {shape && (
+        <svg class="shape" viewBox="-1.1 -1.1 2.2 2.2" aria-hidden="true">
+          <path d={shape} fill-rule="evenodd" />
+        </svg>
+      )}
+      {words}
+    </button>
+  );
+  return (
+    <div class="tools-of-map">
+      <section class="panel" aria-label="Tools">
+        <h2>
+          Draw{" "}
+          <span class="quiet">
+            {drawing.run.rows} x {drawing.run.cols}
+          </span>
+        </h2>
+        <div class="pens">
+          {tool("select", pen.does === "select", "Select", { does: "select" }, "Select and drag items (V)")}
+          {drawing.grid && tool("wall", pen.does === "wall", "Wall", { does: "wall" }, "Paint walls (1)")}
+          {drawing.grid && tool("floor", pen.does === "floor", "Floor", { does: "floor" }, "Paint floor (2)")}
+        </div>
+        {!drawing.grid && <p class="quiet">The walls come from a file.</p>}
+        <h3>Robots</h3>
+        <div class="pens">
+          {doc.palette.robots.map(({ name, shape, turns, layer, can }) =>
+            tool(
+              `robot ${name}`,
+              pen.does === "robot" && pen.model === name,
+              name,
+              { does: "robot", model: name, turns },
+              `${layer}; can ${can.join(", ") || "nothing special"}${turns ? "; has a heading" : ""}`,
+              shape,
+            ),
+          )}
+        </div>
+        <h3>Hidden obstacles</h3>
+        <div class="pens">
+          {doc.palette.obstacles
+            .filter((type) => type.blocks)
+            .map((type) =>
+              tool(
+                `obstacle ${type.name}`,
+                pen.does === "obstacle" && pen.type === type.name,
+                type.name,
+                { does: "obstacle", type: type.name },
+                `unknown to the robots; ${resolving(type)} resolves it`,
+                type.shape,
+              ),
+            )}
+        </div>
+      </section>
+    </div>
+  );
+}
+
+export function Selection({ doc, drawing, pen, setPen, chosen, choose, say }: Drawn) {
+  const remove = (op: string, data: object) => (
+    <Press
+      act={() => {
+        say("edit", { op, ...data });
+        choose(null);
+      }}
+    >
+      Remove
+    </Press>
+  );
+  if (chosen && "robot" in chosen) {
+    const robot = drawing.robots.find((r) => r.name === chosen.robot);
+    if (!robot) return null;
+    const drawn = drawing.run.robots.find((each) => each.name === robot.name);
+    const drawingObjective = pen.does === "objective" && pen.robot === robot.name;
+    return (
+      <section key={`robot ${robot.name}`} class="panel chosen" aria-label="The chosen robot">
+        <h2>
+          <span>
+            {robot.name} <span class="quiet">{robot.model}</span>
+          </span>
+          {remove("remove_robot", { robot: robot.name })}
+        </h2>
+        <p>{drawn?.tasks[0]![1] ?? "no objective"}</p>
+        <div class="pens">
+          {doc.palette.objectives.map((kind) => (
+            <Press
+              key={kind.kind}
+              title={kind.meaning}
+              aria-pressed={drawingObjective && pen.kind.kind === kind.kind}
+              act={() => setPen({ does: "objective", robot: robot.name, kind, targets: [] })}
+            >
+              {kind.label}
+            </Press>
+          ))}
+        </div>
+        {Object.keys(drawing.areas).length > 0 && (
+          <div class="pens areas" role="group" aria-label="Areas as targets">
+            {Object.keys(drawing.areas).map((area) => (
+              <Press
+                key={area}
+                off={!drawingObjective && "choose a kind of objective first: then this area can be a target"}
+                act={() => drawingObjective && chooseTarget(pen, area, setPen, say)}
+              >
+                {area}
+              </Press>
+            ))}
+          </div>
+        )}
+      </section>
+    );
+  }
+  if (chosen && "obstacle" in chosen) {
+    const obstacle = drawing.obstacles.find(({ index }) => index === chosen.obstacle);
+    if (!obstacle) return null;
+    const kind = doc.palette.obstacles.find((type) => type.name === obstacle.type);
+    return (
+      <section key={chosen.obstacle} class="panel chosen" aria-label="The chosen obstacle">
+        <h2>
+          <span>
+            Hidden {obstacle.type} <span class="quiet">{label(drawing.run, obstacle.region)}</span>
+          </span>
+          {remove("remove_obstacle", { index: obstacle.index })}
+        </h2>
+        <p class="quiet">{kind ? `${resolving(kind)} resolves it` : "unknown type"}</p>
+      </section>
+    );
+  }
+  return null;
+}
+
+function Repairs({ verdict, say }: { verdict: Verdict; say: Say }) {
+  return (verdict.repairs ?? []).slice(0, 5).map(({ change }) => (
+    <button type="button" class="repair" onClick={() => say("edit", { op: "repair", change })}>
+      {change.map(([item, value]) => wordsOf(item, value)).join("; ")}
+    </button>
+  ));
+}
+
+function wordsOf(item: string, value: string): string {
+  if (item === "map" || item === "partition") return value;
+  if (item === "obstacles") return `an obstacle there: ${value.replace(/[{}]/g, "")}`;
+  return `${item.split(".").slice(1).join(" ")}: ${value}`;
+}
+
+interface ProblemsProps {
+  problems: Problem[];
+  verdicts: Record<string, Verdict>;
+  robots: DrawnRobot[];
+  go(line: number): void;
+  choose(chosen: Chosen): void;
+  say: Say;
+}
+
+export function Problems({ problems, verdicts, robots, go, choose, say }: ProblemsProps) {
+  const judged = robots.map((robot) => verdicts[robot.name]).filter((v): v is Verdict => v !== undefined);
+  return (
+    <section class="panel problems" aria-labelledby="problems-title">
+      <h2 id="problems-title">
+        {problems.length === 0 ? "No problems" : "Problems"} {problems.length > 0 && <span class="count">{problems.length}</span>}
+      </h2>
+      <ul>
+        {problems.map((problem) => (
+          <li class="problem">
+            <button type="button" class="event" onClick={() => go(problem.line)}>
+              <span class="tick">{problem.line || ""}</span>
+              <span>
+                {problem.found}
+                {problem.hint && <small class="quiet">{problem.hint}</small>}
+              </span>
+            </button>
+          </li>
+        ))}
+        {judged.map((verdict) => (
+          <li class={`verdict ${verdict.verdict}`} data-robot={verdict.robot} data-verdict={verdict.verdict}>
+            <button type="button" class="event" onClick={() => choose({ robot: verdict.robot })}>
+              <b>{verdict.robot}</b>
+              <span>{verdict.verdict === "realizable" ? `realizable${verdict.allows ? ` (${verdict.allows})` : ""}` : verdict.because}</span>
+            </button>
+            {verdict.verdict === "unrealizable" && <Repairs verdict={verdict} say={say} />}
+          </li>
+        ))}
+      </ul>
+    </section>
+  );
 }

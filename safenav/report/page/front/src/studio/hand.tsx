@@ -2,16 +2,14 @@
 
 import { useEffect, useRef, useState } from "preact/hooks";
 import { CELL } from "../map/camera";
-import { INK, type MARKS } from "../map/ink";
-import { centreOf, ordered, square as squareOf } from "../map/shapes";
+import { centreOf, INK, type MARKS, ordered, square as squareOf } from "../map/shapes";
 import type { Hand } from "../map/cursor";
-import { notice } from "../panels/button";
+import { notice } from "../panels/shell";
 import { isWall, label, placeOf, regionAt as regionOf } from "../run/run";
-import { chooseTarget, targetsOf, type DrawnObstacle, type DrawnRobot, type Drawing, type Problem, type Target, type Verdict } from "./model";
-import type { Drawn } from "./tools";
+import { chooseTarget, targetsOf, type DrawnObstacle, type DrawnRobot, type Target, type Verdict } from "./model";
+import type { Drawn } from "./draw";
 
 interface HandArgs extends Omit<Drawn, "doc"> {
-  problems: Problem[];
   verdict: Verdict | null;
 }
 
@@ -31,7 +29,7 @@ type Held =
   | { what: "heading"; robot: string; at: number; to: string };
 
 export function useDrawingHand(args: HandArgs): Hand {
-  const { drawing, pen, setPen, chosen, choose, say, problems, verdict } = args;
+  const { drawing, pen, setPen, chosen, choose, say, verdict } = args;
   const held = useRef<Held | null>(null);
   const [hovered, hover] = useState(-1);
   const [, redraw] = useState(0);
@@ -194,28 +192,10 @@ export function useDrawingHand(args: HandArgs): Hand {
             <circle {...INK.handle} data-handle={picked.name} cx={ahead[0]} cy={ahead[1]} r={5} />
           </g>
         )}
-        {wrongPlaces(drawing, problems).map((region) => {
-          const [x, y] = centreOf(drawing.run, region);
-          return (
-            <g key={`w${region}`} class="wrong" transform={`translate(${x + CELL / 2 - 9} ${y - CELL / 2 + 9})`}>
-              <circle r={7} {...INK.wrong} />
-              <text y={4} {...INK.wrongSign}>
-                !
-              </text>
-            </g>
-          );
-        })}
         {hovered >= 0 && hovered < rows * cols && (pen.does !== "select" || dragged) && square(hovered, "hover", "hover")}
       </>
     ),
   };
-}
-
-/** The regions of the items on whose lines something is wrong. */
-function wrongPlaces(drawing: Drawing, problems: Problem[]): number[] {
-  const lines = new Set(problems.map((problem) => problem.line));
-  const items = [...drawing.robots, ...drawing.obstacles].filter((item) => lines.has(item.line));
-  return [...new Set(items.map((item) => ("start" in item ? item.start : item.region)))];
 }
 
 /** The regions between two places of a stroke. */

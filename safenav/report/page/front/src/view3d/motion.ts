@@ -1,7 +1,10 @@
 /**
- * The motion that a 3D page carries (`safenav/report/view3d/html.py`), and the positions of robots
+ * The motion that a 3D page carries (`safenav/report/page/motion.py`), and the positions of robots
  * at a moment. Metres, seconds, radians; x east, y north, z up, from the map's south-western corner.
  */
+
+import { BoxGeometry, BufferAttribute, BufferGeometry, Color, DynamicDrawUsage, Group, InstancedMesh, Line, LineBasicMaterial, Matrix4, MeshBasicMaterial } from "three";
+import { inflated, placeOf, type Run } from "../run/run";
 
 export type Kind = "walker" | "flyer" | "rover" | "disc";
 
@@ -21,12 +24,10 @@ export interface Track {
 
 export interface Motion {
   side: number;
-  seconds: number;
   /** Samples per second. */
   rate: number;
   samples: number;
   tracks: Track[];
-  reserved: [robot: number, region: number, from: number, to: number][];
   actions: [robot: number, obstacle: string, action: string, from: number, to: number][];
 }
 
@@ -41,12 +42,6 @@ export interface Sampled {
 
 const THOUSANDTHS = 1000;
 
-async function inflated(text: string): Promise<number[][]> {
-  const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
-  return JSON.parse(await new Response(stream).text()) as number[][];
-}
-
 /** The columns of all robots. */
 export async function decoded(motion: Motion): Promise<Sampled[]> {
   return Promise.all(
@@ -59,7 +54,7 @@ export async function decoded(motion: Motion): Promise<Sampled[]> {
 }
 
 async function columnsOf(samples: number, names: string[], data: string): Promise<Map<string, Float32Array>> {
-  const steps = await inflated(data);
+  const steps = JSON.parse(await inflated(data)) as number[][];
   const columns = new Map<string, Float32Array>();
   names.forEach((name, c) => {
     const column = new Float32Array(samples);
@@ -84,4 +79,88 @@ export function sampleAt(motion: Motion, robot: { columns: Map<string, Float32Ar
     found[name] = column[before]! + (column[after]! - column[before]!) * part;
   }
   return found;
+}
+
+/** The centre of a region on the ground, in metres. */
+export function centreOf(run: Run, side: number, region: number): [x: number, y: number] {
+  const [col, row] = placeOf(run, region);
+  return [(col + 0.5) * side, (run.rows - row - 0.5) * side];
+}
+
+const SECONDS = 14;
+const PRINTS = 28;
+
+/** The last and the next planned footholds of a walker. */
+class Footprints {
+  readonly mesh: InstancedMesh;
+  private readonly downs: number[];
+  private drawn = -1;
+
+  constructor(
+    private readonly track: Track,
+    colour: string,
+  ) {
+    const material = new MeshBasicMaterial({ color: new Color(colour), transparent: true, opacity: 0.4, depthWrite: false });
+    this.mesh = new InstancedMesh(new BoxGeometry(0.2, 0.09, 0.004), material, PRINTS);
+    this.mesh.frustumCulled = false;
+    this.mesh.count = 0;
+    this.downs = track.feet.map((foot) => foot[4]);
+  }
+
+  update(seconds: number): void {
+    let end = 0;
+    while (end < this.downs.length && this.downs[end]! <= seconds * 1000) end++;
+    if (end === this.drawn) return;
+    this.drawn = end;
+    const shown = this.track.feet.slice(Math.max(0, end - PRINTS), end);
+    const place = new Matrix4();
+    shown.forEach(([x, y, yaw], i) => {
+      place.makeRotationZ(yaw / 1000).setPosition(x / 1000, y / 1000, 0.006);
+      this.mesh.setMatrixAt(i, place);
+    });
+    this.mesh.count = shown.length;
+    this.mesh.instanceMatrix.needsUpdate = true;
+  }
+}
+
+export class Trails {
+  readonly group = new Group();
+  private readonly lines: { line: Line; positions: BufferAttribute; robot: Sampled }[] = [];
+  private readonly prints: Footprints[] = [];
+
+  constructor(
+    private readonly motion: Motion,
+    robots: Sampled[],
+    colours: string[],
+  ) {
+    robots.forEach((robot, i) => {
+      const count = Math.ceil(SECONDS * motion.rate) + 2;
+      const positions = new BufferAttribute(new Float32Array(count * 3), 3).setUsage(DynamicDrawUsage);
+      const geometry = new BufferGeometry().setAttribute("position", positions);
+      const line = new Line(geometry, new LineBasicMaterial({ color: new Color(colours[i]) }));
+      line.frustumCulled = false;
+      this.lines.push({ line, positions, robot });
+      this.group.add(line);
+      if (robot.track.feet.length > 0) {
+        const prints = new Footprints(robot.track, colours[i]!);
+        this.prints.push(prints);
+        this.group.add(prints.mesh);
+      }
+    });
+  }
+
+  update(seconds: number): void {
+    for (const prints of this.prints) prints.update(seconds);
+    const last = Math.max(0, Math.min(this.motion.samples - 1, Math.floor(seconds * this.motion.rate)));
+    const first = Math.max(0, last - SECONDS * this.motion.rate);
+    for (const { line, positions, robot } of this.lines) {
+      const [x, y, z] = ["x", "y", "z"].map((name) => robot.columns.get(name));
+      const ground = robot.track.kind !== "flyer";
+      for (let i = first; i <= last; i++) {
+        positions.setXYZ(i - first, x![i]!, y![i]!, ground ? 0.02 : (z?.[i] ?? 0.3));
+      }
+      positions.needsUpdate = true;
+      line.geometry.setDrawRange(0, last - first + 1);
+    }
+  }
 }

@@ -1,10 +1,129 @@
-/** The obstacles of a run in the scene, at any moment. */
+/**
+ * The obstacles of a run in the scene, at any moment: a door whose leaf swings open as it is pushed, fog that lifts when
+ * it is sensed, and a box with a pictogram for all other types. A hidden one is drawn on the floor only.
+ */
 
-import { Group } from "three";
+import { Color, DoubleSide, Group, IcosahedronGeometry, MeshLambertMaterial } from "three";
 import { at, isWall, loadsOf, tickAt, type Obstacle, type Run, type Status } from "../run/run";
-import { centreOf } from "./floor";
-import { sampleAt, type Motion, type Sampled } from "./motion";
-import { Block, Door, Fog, type Held, type Thing } from "./things";
+import { box, paint, pictogram, solid, themeColour } from "./bodies";
+import { centreOf, sampleAt, type Motion, type Sampled } from "./motion";
+
+const HEIGHT = 1.5;
+
+
+/** The position of a load while robots carry it: metres from its region, and its scale. */
+interface Held {
+  x: number;
+  y: number;
+  z: number;
+  yaw: number;
+  scale: number;
+}
+
+/** One obstacle; `gone` runs from 0 to 1 while it is being resolved. */
+abstract class Thing {
+  readonly group = new Group();
+  protected readonly solid = new Group();
+
+  constructor() {
+    this.group.add(this.solid);
+  }
+
+  /** Place it where robots hold it, until it is shown again. */
+  carry({ x, y, z, yaw, scale }: Held): void {
+    this.solid.scale.setScalar(scale);
+    this.solid.position.set(x, y, z);
+    this.solid.rotation.z = yaw;
+  }
+
+  /** The orientation of the obstacle in its region. */
+  protected turned = 0;
+
+  show(status: Status, gone: number): void {
+    this.solid.position.set(0, 0, 0);
+    this.solid.rotation.z = this.turned;
+    this.solid.scale.setScalar(1);
+    this.solid.visible = status !== "absent" && status !== "hidden" && (gone < 1 || this.stays);
+    this.become(status, gone);
+  }
+
+  /** Whether a part of it remains when it is resolved. */
+  protected readonly stays: boolean = false;
+
+  protected abstract become(status: Status, gone: number): void;
+}
+
+function statusColour(status: Status): Color {
+  return themeColour(status === "absent" ? "hidden" : status);
+}
+
+/** A leaf between two posts, across the gap. */
+class Door extends Thing {
+  protected override readonly stays = true;
+  private readonly hinge = new Group();
+  private readonly leaf = new MeshLambertMaterial({ side: DoubleSide });
+
+  /** `opens`: 1 or -1, so that the leaf swings away from the robot that pushes it. */
+  constructor(
+    side: number,
+    northSouth: boolean,
+    private readonly opens: 1 | -1,
+  ) {
+    super();
+    const width = side * 0.92;
+    const frame = paint(0x7b828c);
+    for (const x of [-1, 1]) {
+      this.solid.add(box(0.12, 0.12, HEIGHT, frame, (x * width) / 2, 0, HEIGHT / 2));
+    }
+    this.hinge.add(box(width - 0.14, 0.07, HEIGHT * 0.94, this.leaf, (width - 0.14) / 2, 0, HEIGHT * 0.48));
+    this.hinge.position.set(-(width - 0.14) / 2, 0, 0);
+    this.hinge.add(box(0.07, 0.2, 0.07, frame, width - 0.34, 0, HEIGHT * 0.5));
+    this.solid.add(this.hinge);
+    this.turned = northSouth ? 0 : Math.PI / 2;
+  }
+
+  protected become(status: Status, gone: number): void {
+    this.hinge.rotation.z = gone * 1.5 * this.opens;
+    this.leaf.color = gone >= 1 ? new Color(0xb08a5a) : statusColour(status);
+  }
+}
+
+/** A box with the pictogram of its type; it shrinks as it is resolved. */
+class Block extends Thing {
+  private readonly material = new MeshLambertMaterial();
+
+  constructor(side: number, shape: string) {
+    super();
+    const size = 0.5 * side;
+    this.solid.add(box(size, size, size, this.material, 0, 0, size / 2));
+    if (shape) this.solid.add(pictogram(shape, 0.85 * size, size + 0.01));
+  }
+
+  protected become(status: Status, gone: number): void {
+    this.material.color = statusColour(status);
+    this.solid.scale.multiplyScalar(Math.max(0.001, 1 - gone));
+  }
+}
+
+/** Puffs over the region; they thin out and rise as it is sensed. */
+class Fog extends Thing {
+  private readonly material = new MeshLambertMaterial({ transparent: true, depthWrite: false });
+
+  constructor(side: number) {
+    super();
+    for (let i = 0; i < 9; i++) {
+      const [x, y] = [((i % 3) - 1) * side * 0.26, (Math.floor(i / 3) - 1) * side * 0.26];
+      const puff = new IcosahedronGeometry(side * (0.15 + 0.04 * (i % 3)), 2);
+      this.solid.add(solid(puff, this.material, x, y, 0.28 + 0.1 * ((i * 7) % 4)));
+    }
+  }
+
+  protected become(status: Status, gone: number): void {
+    this.material.opacity = 0.62 * (1 - gone);
+    this.material.color = statusColour(status);
+    this.solid.position.z = gone * 0.6;
+  }
+}
 
 /** The properties of the carriers that place a load. */
 export interface Holder {
@@ -32,13 +151,13 @@ export class Obstacles {
     });
   }
 
-  update(tick: number, seconds: number, hidden: boolean): void {
+  update(tick: number, seconds: number): void {
     this.tick = tick;
     this.run.obstacles.forEach((obstacle, i) => {
       const status = at(obstacle.status, tick)[1];
       const thing = this.things[i]!;
       const carriers = at(obstacle.carried, tick)[1];
-      thing.show(status, carriers.length > 0 ? 0 : this.resolved(obstacle, status, seconds), hidden);
+      thing.show(status, carriers.length > 0 ? 0 : this.resolved(obstacle, status, seconds));
       if (carriers.length > 0) thing.carry(this.held(obstacle, carriers, seconds));
     });
   }

@@ -1,21 +1,55 @@
-/** The scene of a run; `update` draws a moment. */
+/**
+ * The scene of a run; `update` draws a moment. Its floor is the flat map as a picture, so that both show the same
+ * regions, names, obstacles and targets. The scene is the eye of its page.
+ */
 
-import { BufferGeometry, Color, DirectionalLight, Group, HemisphereLight, Line, LineBasicMaterial, Mesh, MeshBasicMaterial, PerspectiveCamera } from "three";
-import { PlaneGeometry, Scene, Sprite, Vector3, WebGLRenderer, type Material } from "three";
+import { BoxGeometry, BufferGeometry, CanvasTexture, Color, DirectionalLight, Group, HemisphereLight, InstancedMesh, Line, LineBasicMaterial, type Material, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial, PerspectiveCamera, PlaneGeometry, Scene, Sprite, SpriteMaterial, SRGBColorSpace, Texture, Vector3, WebGLRenderer } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
-import { at, roleOf, type Run } from "../run/run";
-import type { Shown } from "../settings";
-import { bodyOf } from "./bodies";
-import { focusAt, type Lens, type View } from "./eye";
-import { centreOf, Floor } from "./floor";
-import { sampleAt, type Motion, type Sampled } from "./motion";
+import { CELL, type Eye } from "../map/camera";
+import { overlap, type Box } from "../map/floor";
+import { at, clamp, dark, type EventKind, isWall, roleOf, type Run, type Shown } from "../run/run";
+import { bodyOf, themeColour, type Body } from "./bodies";
+import { centreOf, type Motion, sampleAt, type Sampled, Trails } from "./motion";
 import { Obstacles } from "./obstacles";
-import { Places, tidy } from "./places";
-import { FIELD_ANGLE, Notice, sign } from "./signs";
-import { themeColour, type Body } from "./solids";
-import { Trails } from "./trails";
 
+/** Around the map, from above, following the story, or following the robot with that index. */
+export type View = "orbit" | "top" | "story" | number;
+
+/** Vertical angle of view of the camera in degrees, and the height of the picture at one metre. */
+const FIELD_ANGLE = 38;
+const FIELD = 2 * Math.tan((FIELD_ANGLE * Math.PI) / 360);
+const WALL = 0.18;
+/** Directions of the camera from above, and at 50 degrees from the horizon. */
+const TOP = new Vector3(0, -0.001, 1);
+const SLANTED = new Vector3(0, -0.643, 0.766);
 const FADED = 0.3;
+/** The rate at which the camera turns to the action, per second. */
+const STORY_PACE = 0.9;
+/** Seconds by which the camera turns to an event before it happens. */
+const AHEAD = 2;
+const TURNING: ReadonlySet<EventKind> = new Set(["violation", "request", "resolved", "blocked", "outcome"]);
+/** Most pixels of a side of the floor's picture. */
+const MOST_PIXELS = 4096;
+
+type Point = [x: number, y: number];
+
+/** Low walls, so that nothing hides behind them. */
+function wallsOf(run: Run, side: number): InstancedMesh<BoxGeometry, MeshLambertMaterial> {
+  const regions = [...Array(run.rows * run.cols).keys()].filter((region) => isWall(run, region));
+  const walls = new InstancedMesh(new BoxGeometry(side, side, WALL), new MeshLambertMaterial(), regions.length);
+  regions.forEach((region, i) => walls.setMatrixAt(i, new Matrix4().makeTranslation(...centreOf(run, side, region), WALL / 2)));
+  return walls;
+}
+
+/** The positions of robots and obstacles during the run, in metres. */
+function placesOf(run: Run, side: number, robots: Sampled[]): Point[] {
+  const ends = (values: Float32Array): [number, number] => [values.reduce((a, b) => Math.min(a, b)), values.reduce((a, b) => Math.max(a, b))];
+  const moved = robots.flatMap(({ columns }): Point[] => {
+    const [[west, east], [south, north]] = [ends(columns.get("x")!), ends(columns.get("y")!)];
+    return [[west, south], [east, north]];
+  });
+  return [...moved, ...run.obstacles.map(({ region }) => centreOf(run, side, region))];
+}
 
 /** Makes a body a ghost. */
 function fade(group: Group): void {
@@ -35,55 +69,127 @@ function stem(colour: string): Line {
   return new Line(new BufferGeometry().setFromPoints(points), new LineBasicMaterial({ color: new Color(colour) }));
 }
 
-/** The rate at which the camera turns to the action, per second. */
-const STORY_PACE = 0.9;
+const SIGN = 64;
 
-export class RunScene implements Lens {
+/** A sprite with a word on a rounded plate; `height`: a part of the picture's height, `anchor`: the part of the sign at its position. */
+function sign(text: string, ink: string, paper: string, height: number, anchor: number): Sprite {
+  const canvas = document.createElement("canvas");
+  const brush = canvas.getContext("2d")!;
+  const font = `600 ${SIGN * 0.62}px system-ui, "DejaVu Sans", sans-serif`;
+  brush.font = font;
+  const width = Math.ceil(brush.measureText(text).width + SIGN * 0.6);
+  [canvas.width, canvas.height] = [width, SIGN];
+  Object.assign(brush, { font, textAlign: "center", textBaseline: "middle", fillStyle: paper });
+  brush.beginPath();
+  brush.roundRect(0, 0, width, SIGN, SIGN * 0.3);
+  brush.fill();
+  brush.fillStyle = ink;
+  brush.fillText(text, width / 2, SIGN * 0.54);
+  const map = new CanvasTexture(canvas);
+  map.colorSpace = SRGBColorSpace;
+  const sprite = new Sprite(new SpriteMaterial({ map, depthTest: false, transparent: true, sizeAttenuation: false }));
+  sprite.scale.set((height * FIELD * width) / SIGN, height * FIELD, 1);
+  sprite.center.set(0.5, anchor);
+  sprite.renderOrder = 10;
+  return sprite;
+}
+
+/** The name of a robot, and a notice above it that is drawn again only when its words change. */
+class Signs {
+  readonly anchor = new Group();
+  private words = "";
+  private notice: Sprite | null = null;
+
+  constructor(
+    name: string,
+    private readonly height: number,
+    private readonly ink: string,
+    private readonly paper: string,
+  ) {
+    this.add(sign(name, "#fff", "rgba(20,24,30,0.72)", 0.032, 0));
+  }
+
+  get sprites(): Sprite[] {
+    return this.anchor.children.filter((found) => found instanceof Sprite);
+  }
+
+  show(words: string): void {
+    if (words === this.words) return;
+    this.words = words;
+    this.notice?.material.map?.dispose();
+    this.notice?.material.dispose();
+    this.notice?.removeFromParent();
+    this.notice = words === "" ? null : this.add(sign(words, this.ink, this.paper, 0.038, -0.9));
+  }
+
+  private add(sprite: Sprite): Sprite {
+    sprite.position.z = this.height;
+    this.anchor.add(sprite);
+    return sprite;
+  }
+}
+
+/** Shift a sign sideways into the canvas if its anchor is visible, and return its box; null behind the camera. */
+function boxOn(found: Sprite, camera: PerspectiveCamera, canvas: HTMLCanvasElement): Box | null {
+  const [width, height] = [canvas.clientWidth, canvas.clientHeight];
+  const where = found.getWorldPosition(new Vector3()).project(camera);
+  if (where.z >= 1) return null;
+  const [x, y] = [((where.x + 1) / 2) * width, ((1 - where.y) / 2) * height];
+  const [w, h] = [(found.scale.x / FIELD) * height, (found.scale.y / FIELD) * height];
+  found.center.x = x < 0 || x > width ? 0.5 : clamp(0.5, 1 - (width - x) / w, x / w);
+  const [left, bottom] = [x - found.center.x * w, y + found.center.y * h];
+  return { left, right: left + w, top: bottom - h, bottom };
+}
+
+export class RunScene implements Eye {
   readonly renderer: WebGLRenderer;
+  view: View = "orbit";
   private readonly scene = new Scene();
   private readonly camera = new PerspectiveCamera(FIELD_ANGLE, 1, 0.1, 800);
   private readonly orbit: OrbitControls;
-  private readonly floor: Floor;
+  private readonly places: Point[];
+  private readonly walls: InstancedMesh<BoxGeometry, MeshLambertMaterial>;
+  private readonly floor: Mesh<PlaneGeometry, MeshBasicMaterial>;
   private readonly obstacles: Obstacles;
   private readonly trails: Trails;
   private readonly bodies: Body[];
   /** Translucent bodies at the planned positions of measured robots. */
   private readonly ghosts: (Body | null)[];
-  private readonly notices: Notice[];
-  private readonly places: Places;
-  private readonly plates = new Group();
-  private readonly reserved: Mesh<PlaneGeometry, MeshBasicMaterial>[] = [];
-  private readonly targets = new Group();
-  private targetsKey = "";
-  private readonly anchors: Group[];
+  private readonly signs: Signs[];
   /** A line of length 1 below each flyer, to the floor. */
   private readonly stems: (Line | null)[];
-  private view: View = "orbit";
   /** The height of the highest flight in metres. */
   private readonly altitude: number;
-  /** Whether the reader has moved the camera by hand since it was last placed. */
+  private readonly listeners = new Set<() => void>();
+  /** Whether the reader has moved the camera since it was last placed. */
   private touched = false;
   /** The time that was drawn last, in seconds. */
   private moment = 0;
+  /** The next picture of the floor, while one is being read. */
+  private pending: string | null = null;
+  private reading = false;
 
   constructor(
-    canvas: HTMLCanvasElement,
     private readonly run: Run,
     private readonly motion: Motion,
     private readonly robots: Sampled[],
   ) {
+    const canvas = document.createElement("canvas");
     this.renderer = new WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
     this.camera.up.set(0, 0, 1);
     this.orbit = new OrbitControls(this.camera, canvas);
     this.orbit.maxPolarAngle = Math.PI * 0.49;
     this.orbit.addEventListener("start", () => (this.touched = true));
-    const flights = robots.filter(({ track }) => track.kind === "flyer").map(({ columns }) => columns.get("z")!);
-    this.altitude = Math.max(0, ...flights.map((heights) => heights.reduce((most, z) => Math.max(most, z))));
-    const colours = run.robots.map((robot) => robot.look.colour);
-    this.floor = new Floor(run, motion.side);
-    this.trails = new Trails(motion, robots, colours);
-    const made = ({ track }: Sampled, i: number): Body =>
-      bodyOf(track.kind, track.size, run.robots[i]!);
+    this.orbit.addEventListener("change", () => this.changed());
+    const { side } = motion;
+    const heights = robots.filter(({ track }) => track.kind === "flyer").map(({ columns }) => columns.get("z")!);
+    this.altitude = Math.max(0, ...heights.map((flight) => flight.reduce((most, z) => Math.max(most, z))));
+    this.places = placesOf(run, side, robots);
+    this.walls = wallsOf(run, side);
+    this.floor = new Mesh(new PlaneGeometry(run.cols * side, run.rows * side), new MeshBasicMaterial());
+    this.floor.position.set((run.cols * side) / 2, (run.rows * side) / 2, 0);
+    this.trails = new Trails(motion, robots, run.robots.map((robot) => robot.look.colour));
+    const made = ({ track }: Sampled, i: number): Body => bodyOf(track.kind, track.size, run.robots[i]!);
     this.bodies = robots.map(made);
     this.obstacles = new Obstacles(run, motion, robots, this.bodies);
     this.ghosts = robots.map((robot, i) => {
@@ -93,47 +199,56 @@ export class RunScene implements Lens {
       this.scene.add(body.group);
       return body;
     });
-    this.places = new Places(run, motion.side);
-    this.anchors = this.bodies.map(() => new Group());
+    this.signs = run.robots.map(({ name, look }, i) => new Signs(name, this.bodies[i]!.top, look.ink, look.colour));
     this.stems = robots.map(({ track }, i) => (track.kind === "flyer" ? stem(run.robots[i]!.look.colour) : null));
-    this.stems.forEach((line, i) => line && this.anchors[i]!.add(line));
-    this.notices = run.robots.map(
-      (robot, i) =>
-        new Notice(
-          (sprite) => {
-            sprite.position.z = this.bodies[i]!.top;
-            this.anchors[i]!.add(sprite);
-          },
-          () => ({ ink: robot.look.ink, paper: robot.look.colour, height: 0.038, anchor: -0.9 }),
-        ),
-    );
-    run.robots.forEach((robot, i) => {
-      const name = sign(robot.name, { ink: "#fff", paper: "rgba(20,24,30,0.72)", height: 0.032, anchor: 0 });
-      name.position.z = this.bodies[i]!.top;
-      this.anchors[i]!.add(name);
-    });
-    for (const colour of colours) {
-      const material = new MeshBasicMaterial({ color: new Color(colour), transparent: true, opacity: 0.2, depthWrite: false });
-      for (let i = 0; i < 3; i++) {
-        const plate = new Mesh(new PlaneGeometry(motion.side * 0.97, motion.side * 0.97), material);
-        plate.position.z = 0.004;
-        this.reserved.push(plate);
-        this.plates.add(plate);
-      }
-    }
+    this.stems.forEach((line, i) => line && this.signs[i]!.anchor.add(line));
     const sun = new DirectionalLight(0xffffff, 1.7);
     sun.position.set(-4, -7, 12);
-    this.scene.add(new HemisphereLight(0xffffff, 0x8a8f98, 1.7), sun);
-    this.scene.add(this.floor.group, this.places.group, this.plates, this.targets, this.obstacles.group, this.trails.group);
-    this.scene.add(...this.bodies.map((body) => body.group), ...this.anchors);
-    this.home();
+    this.scene.add(new HemisphereLight(0xffffff, 0x8a8f98, 1.7), sun, this.floor, this.walls, this.obstacles.group, this.trails.group);
+    this.scene.add(...this.bodies.map((body) => body.group), ...this.signs.map(({ anchor }) => anchor));
     this.recolour();
+    dark.addEventListener("change", () => this.recolour());
+    this.home();
   }
 
-  recolour(): void {
+  private recolour(): void {
     this.scene.background = themeColour("page");
-    this.floor.recolour();
-    this.places.recolour();
+    this.walls.material.color = themeColour("wall");
+    this.changed();
+  }
+
+  /** Show a drawing of the flat map on the floor; `scale`: pixels of a region. */
+  paint(map: SVGSVGElement, scale: number): void {
+    const { rows, cols } = this.run;
+    const pixels = Math.min(2 * scale, MOST_PIXELS / Math.max(rows, cols));
+    const copy = map.cloneNode(true) as SVGSVGElement;
+    const style = [...document.styleSheets].flatMap((sheet) => [...sheet.cssRules]).map((rule) => rule.cssText);
+    copy.prepend(Object.assign(document.createElementNS(copy.namespaceURI, "style"), { textContent: style.join("") }));
+    copy.removeAttribute("class"); // it hides the drawing on the page
+    copy.setAttribute("style", `color-scheme: ${dark.matches ? "dark" : "light"}; font-family: ${getComputedStyle(document.body).fontFamily}`);
+    copy.setAttribute("viewBox", `0 0 ${cols * CELL} ${rows * CELL}`);
+    copy.setAttribute("width", String(Math.round(cols * pixels)));
+    copy.setAttribute("height", String(Math.round(rows * pixels)));
+    this.pending = `data:image/svg+xml,${encodeURIComponent(new XMLSerializer().serializeToString(copy))}`;
+    if (!this.reading) void this.read();
+  }
+
+  /** Read the newest picture of the floor; a busy machine leaves out those before it. */
+  private async read(): Promise<void> {
+    this.reading = true;
+    while (this.pending !== null) {
+      const image = new Image();
+      image.src = this.pending;
+      this.pending = null;
+      await image.decode();
+      this.floor.material.map?.dispose();
+      const map = (this.floor.material.map = new Texture(image));
+      map.colorSpace = SRGBColorSpace;
+      map.anisotropy = this.renderer.capabilities.getMaxAnisotropy();
+      map.needsUpdate = this.floor.material.needsUpdate = true;
+      this.changed();
+    }
+    this.reading = false;
   }
 
   resize(width: number, height: number): void {
@@ -141,35 +256,81 @@ export class RunScene implements Lens {
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
-    if (!this.touched) this.look(this.view);
+    if (!this.touched) this.home();
   }
 
-  look(view: View): void {
+  // The eye of the page.
+
+  get followed(): number | null {
+    return typeof this.view === "number" ? this.view : null;
+  }
+
+  get isWhole(): boolean {
+    return this.followed === null && this.view !== "story" && !this.touched;
+  }
+
+  onChange(listener: () => void): () => void {
+    this.listeners.add(listener);
+    return () => this.listeners.delete(listener);
+  }
+
+  private changed(): void {
+    for (const listener of this.listeners) listener();
+  }
+
+  choose(view: View): void {
     this.view = view;
     this.touched = false;
     this.home();
+    this.changed();
+  }
+
+  fit(): void {
+    this.choose(this.view === "top" ? "top" : "orbit");
+  }
+
+  follow(robot: number | null): void {
+    this.choose(robot ?? "orbit");
+  }
+
+  zoom(factor: number): void {
+    const { target } = this.orbit;
+    this.camera.position.sub(target).divideScalar(factor).add(target);
+    this.shift(0, 0);
+  }
+
+  pan(dx: number, dy: number): void {
+    const away = this.camera.position.distanceTo(this.orbit.target);
+    const metres = (away * FIELD) / this.renderer.domElement.clientHeight;
+    this.shift(-dx * metres, dy * metres);
+  }
+
+  show(x: number, y: number): void {
+    if (this.view === "story") return;
+    const [east, north] = [(x + 0.5) * this.motion.side, (this.run.rows - y - 0.5) * this.motion.side];
+    this.shift(east - this.orbit.target.x, north - this.orbit.target.y);
+  }
+
+  /** Move the camera along the ground, in metres. */
+  private shift(dx: number, dy: number): void {
+    this.touched = true;
+    this.carry(dx, dy);
+    this.changed();
+  }
+
+  private carry(dx: number, dy: number): void {
+    for (const point of [this.orbit.target, this.camera.position]) {
+      point.x += dx;
+      point.y += dy;
+    }
   }
 
   /** The initial position of the camera in the present view. */
   private home(): void {
-    const [west, south, east, north] = this.floor.extent;
-    const [width, depth] = [east - west, north - south];
-    const high = this.altitude;
-    const target: [number, number, number] = [(west + east) / 2, (south + north) / 2, high / 2];
-    const angle = (this.camera.fov * Math.PI) / 360;
-    const aspect = this.camera.aspect;
-    if (this.view === "top") {
-      const away = Math.max(depth / 2, width / 2 / aspect) / Math.tan(angle) + high;
-      this.orbit.target.set(...target);
-      this.camera.position.set(target[0], target[1] - 0.001, away * 1.04);
-    } else if (this.view === "orbit") {
-      // Seen at 50 degrees from the horizon; the near edge is wider than the middle.
-      const away = Math.max(depth * 0.4 + high * 0.4, (width * 0.5) / aspect) / Math.tan(angle) + depth * 0.32 + high * 0.4;
-      this.orbit.target.set(target[0], target[1] - depth * 0.03, target[2]);
-      this.camera.position.set(target[0], target[1] - away * 0.643, target[2] + away * 0.766);
-    } else if (this.view === "story") {
-      this.frameStory(1);
-    } else {
+    if (this.view === "top") this.frame(this.places, TOP);
+    else if (this.view === "orbit") this.frame(this.places, SLANTED);
+    else if (this.view === "story") this.frame(this.subject(), SLANTED);
+    else {
       const { x, y, z } = this.sample(this.view, this.moment);
       const high = this.robots[this.view]!.track.kind === "flyer" ? z! : 0.8;
       this.orbit.target.set(x!, y!, high);
@@ -178,19 +339,45 @@ export class RunScene implements Lens {
     this.orbit.update();
   }
 
-  /** Move the camera by a part (0 to 1) of its path to a view of the story's subject. */
-  private frameStory(part: number): void {
-    const points = focusAt(this.run, this.motion, this.moment, (robot) => {
+  /** Move the camera by a part (0 to 1) of its path to where places and the regions around them fill the picture. */
+  private frame(places: Point[], direction: Vector3, part = 1): void {
+    const margin = 0.85 * this.motion.side;
+    const [xs, ys] = [places.map(([x]) => x), places.map(([, y]) => y)];
+    const [west, east, south, north] = [Math.min(...xs) - margin, Math.max(...xs) + margin, Math.min(...ys) - margin, Math.max(...ys) + margin];
+    const corners = [west, east].flatMap((x) => [new Vector3(x, south, 0), new Vector3(x, north, 0), new Vector3(x, north, this.altitude)]);
+    const target = new Vector3((west + east) / 2, (south + north) / 2, 0);
+    const eye = this.camera.clone();
+    let away = 2 * Math.hypot(east - west, north - south);
+    for (let i = 0; i < 20; i++) {
+      eye.position.copy(target).addScaledVector(direction, away);
+      eye.lookAt(target);
+      eye.updateMatrixWorld();
+      const seen = corners.map((corner) => corner.clone().project(eye));
+      const [low, high] = [Math.min(...seen.map(({ y }) => y)), Math.max(...seen.map(({ y }) => y))];
+      target.y += ((low + high) / 4) * away * FIELD * 0.5;
+      away *= Math.max((high - low) / 2, ...seen.map(({ x }) => Math.abs(x))) ** 0.7;
+    }
+    this.orbit.target.lerp(target, part);
+    this.camera.position.lerp(target.addScaledVector(direction, away), part);
+  }
+
+  /**
+   * Return the subject of the story now, as points in metres: the robots and obstacle of an open request, else the
+   * place and robot of the last important event, else all robots.
+   */
+  private subject(): Point[] {
+    const { run } = this;
+    const robotAt = (_: unknown, robot: number): Point => {
       const { x, y } = this.sample(robot, this.moment);
       return [x!, y!];
-    });
-    const [xs, ys] = [points.map(([x]) => x), points.map(([, y]) => y)];
-    const [west, east, south, north] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
-    const reach = Math.max(east - west, (north - south) * this.camera.aspect, 5 * this.motion.side) + 2 * this.motion.side;
-    const away = reach / 2 / this.camera.aspect / Math.tan((this.camera.fov * Math.PI) / 360) + reach * 0.15;
-    const target = new Vector3((west + east) / 2, (south + north) / 2, 0);
-    this.orbit.target.lerp(target, part);
-    this.camera.position.lerp(target.clone().add(new Vector3(0, -0.6 * away, 0.8 * away)), part);
+    };
+    const told = run.events.filter((event) => TURNING.has(event[1]) && run.times![event[0]]! <= this.moment + AHEAD);
+    const last = told[told.length - 1];
+    if (last === undefined || last[1] === "outcome") return run.robots.map(robotAt);
+    const involved = new Set(at(run.stack, last[0])[1].flatMap(([, , requester, helpers]) => [requester ?? "", ...helpers]));
+    const points = run.robots.flatMap((robot, i) => (i === last[3] || involved.has(robot.name) ? [robotAt(robot, i)] : []));
+    if (last[4] >= 0) points.push(centreOf(run, this.motion.side, last[4]));
+    return points.length > 0 ? points : run.robots.map(robotAt);
   }
 
   private sample(robot: number, seconds: number): Record<string, number> {
@@ -199,63 +386,41 @@ export class RunScene implements Lens {
 
   /** Draw a moment; the robots' knowledge is that of the tick. */
   update(seconds: number, tick: number, shown: Shown): void {
-    const before = this.view;
-    if (typeof before === "number") {
-      const from = this.sample(before, this.moment);
-      const to = this.sample(before, seconds);
-      const [dx, dy] = [to.x! - from.x!, to.y! - from.y!];
-      this.orbit.target.x += dx;
-      this.orbit.target.y += dy;
-      this.camera.position.x += dx;
-      this.camera.position.y += dy;
+    if (typeof this.view === "number") {
+      const [from, to] = [this.sample(this.view, this.moment), this.sample(this.view, seconds)];
+      this.carry(to.x! - from.x!, to.y! - from.y!);
     }
     const passed = Math.abs(seconds - this.moment);
     this.moment = seconds;
-    if (before === "story") this.frameStory(passed > 3 ? 1 : 1 - Math.exp(-STORY_PACE * passed));
-    this.run.robots.forEach((_, i) => {
+    if (this.view === "story") this.frame(this.subject(), SLANTED, passed > 3 ? 1 : 1 - Math.exp(-STORY_PACE * passed));
+    this.robots.forEach(({ ghost, track }, i) => {
       const sample = this.sample(i, seconds);
-      const body = this.bodies[i]!;
-      body.pose(sample, seconds);
-      const { ghost } = this.robots[i]!;
+      this.bodies[i]!.pose(sample, seconds);
       if (ghost !== null) this.ghosts[i]!.pose(sampleAt(this.motion, { columns: ghost }, seconds), seconds);
-      const base = this.robots[i]!.track.kind === "flyer" ? sample.z! : 0;
-      this.anchors[i]!.position.set(sample.x!, sample.y!, base);
+      const base = track.kind === "flyer" ? sample.z! : 0;
+      this.signs[i]!.anchor.position.set(sample.x!, sample.y!, base);
       this.stems[i]?.scale.setZ(Math.max(1e-3, base));
     });
-    this.obstacles.update(tick, seconds, shown.hidden);
+    this.obstacles.update(tick, seconds);
     this.trails.group.visible = shown.trails;
     if (shown.trails) this.trails.update(seconds);
-    this.showReserved(seconds, shown.numbers);
     this.showNotices(tick, seconds);
-    this.showTargets(tick, shown.targets);
     this.orbit.update();
     this.scene.updateMatrixWorld();
-    this.places.group.visible = shown.names;
-    tidy([...this.signs(), ...(shown.names ? this.places.nearest(this.camera) : [])], this.camera, this.renderer.domElement);
+    this.tidy();
     this.renderer.render(this.scene, this.camera);
   }
 
-  /** Return the signs by priority: names of robots (the followed one, then the nearest), their activities, targets. */
-  private signs(): Sprite[] {
-    const away = (anchor: Group): number =>
-      anchor === this.anchors[Number(this.view)] ? 0 : anchor.position.distanceTo(this.camera.position);
-    const anchors = [...this.anchors].sort((a, b) => away(a) - away(b));
-    const rows = anchors.map((anchor) => anchor.children.filter((found) => found instanceof Sprite));
-    const flags = this.targets.visible ? this.targets.children.filter((found) => found instanceof Sprite) : [];
-    return [...rows.map(([name]) => name!), ...rows.flatMap(([, notice]) => notice ?? []), ...flags];
-  }
-
-  /** Tint the reserved regions: those that robots leave and enter. */
-  private showReserved(seconds: number, shown: boolean): void {
-    for (const plate of this.reserved) plate.visible = false;
-    if (!shown) return;
-    const used = new Array<number>(this.run.robots.length).fill(0);
-    for (const [robot, region, from, to] of this.motion.reserved) {
-      if (seconds < from || seconds >= to || used[robot]! >= 3) continue;
-      const plate = this.reserved[robot * 3 + used[robot]!++]!;
-      const [x, y] = centreOf(this.run, this.motion.side, region);
-      plate.position.set(x, y, 0.004 + robot * 0.0005);
-      plate.visible = true;
+  /** Hide each sign that would cover an earlier one: names come before notices, the followed robot before the nearest. */
+  private tidy(): void {
+    const away = (of: Signs): number =>
+      of === this.signs[Number(this.view)] ? 0 : of.anchor.position.distanceTo(this.camera.position);
+    const rows = [...this.signs].sort((a, b) => away(a) - away(b)).map(({ sprites }) => sprites);
+    const placed: Box[] = [];
+    for (const found of [...rows.map(([name]) => name!), ...rows.flatMap(([, notice]) => notice ?? [])]) {
+      const box = boxOn(found, this.camera, this.renderer.domElement);
+      found.visible = box !== null && !placed.some((other) => overlap(box, other));
+      if (found.visible) placed.push(box!);
     }
   }
 
@@ -267,71 +432,6 @@ export class RunScene implements Lens {
       if (seconds < from || seconds >= to) continue;
       words[robot] = `${action}: ${this.run.obstacles.find((one) => one.name === obstacle)?.label ?? obstacle}`;
     }
-    words.forEach((text, i) => this.notices[i]!.show(text));
-  }
-
-  private showTargets(tick: number, shown: boolean): void {
-    this.targets.visible = shown;
-    const wanted = this.run.robots.map((robot) => at(robot.tasks, tick)[2]);
-    const key = JSON.stringify(wanted);
-    if (key === this.targetsKey) return;
-    this.targetsKey = key;
-    this.targets.clear();
-    const slots = new Map<number, number>();
-    wanted.forEach((regions, i) => {
-      const look = this.run.robots[i]!.look;
-      const areas = Object.values(this.run.areas).filter((area) => area.every((region) => regions.includes(region)));
-      const alone = regions.filter((region) => areas.every((area) => !area.includes(region)));
-      for (const region of [...areas.map((area) => area[0]!), ...alone.slice(0, 40)]) {
-        const slot = slots.get(region) ?? 0;
-        slots.set(region, slot + 1);
-        const flag = sign(look.letters, { ink: look.ink, paper: look.colour, height: 0.034 });
-        const [x, y] = centreOf(this.run, this.motion.side, region);
-        const { side } = this.motion;
-        flag.position.set(x + side * (0.34 - 0.2 * slot), y - side * 0.36, 0.22);
-        this.targets.add(flag);
-      }
-    });
-  }
-
-  /** Call back whenever the user moves the camera. */
-  onTouch(listener: () => void): () => void {
-    this.orbit.addEventListener("change", listener);
-    return () => this.orbit.removeEventListener("change", listener);
-  }
-
-  /** Nearer or farther by a factor. */
-  dolly(factor: number): void {
-    this.touched = true;
-    const { target } = this.orbit;
-    this.camera.position.sub(target).multiplyScalar(factor).add(target);
-  }
-
-  /** Moves the map by dx and dy pixels, along the ground. */
-  slide(dx: number, dy: number): void {
-    this.touched = true;
-    const away = this.camera.position.distanceTo(this.orbit.target);
-    const metres = (2 * away * Math.tan((FIELD_ANGLE * Math.PI) / 360)) / this.renderer.domElement.clientHeight;
-    for (const point of [this.orbit.target, this.camera.position]) {
-      point.x -= dx * metres;
-      point.y += dy * metres;
-    }
-  }
-
-  /** Turn the camera to a column and row. */
-  aim(x: number, y: number): void {
-    const { side } = this.motion;
-    const [east, north] = [(x + 0.5) * side, (this.run.rows - y - 0.5) * side];
-    const [dx, dy] = [east - this.orbit.target.x, north - this.orbit.target.y];
-    this.touched = true;
-    for (const point of [this.orbit.target, this.camera.position]) {
-      point.x += dx;
-      point.y += dy;
-    }
-  }
-
-  dispose(): void {
-    this.orbit.dispose();
-    this.renderer.dispose();
+    words.forEach((text, i) => this.signs[i]!.show(text));
   }
 }

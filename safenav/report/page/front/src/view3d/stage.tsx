@@ -1,116 +1,112 @@
-/** The stage of the 3D page: the scene on a canvas, and the controls of the camera and the walls. */
+/** The stage of a run with its motion: the scene, and the drawing of the flat map that lies on its floor. */
 
 import { useLayoutEffect, useReducer, useRef, useState } from "preact/hooks";
-import { when, type Run } from "../run/run";
-import { resized } from "../listening";
-import { calm } from "../settings";
-import type { Choice, Stage, StageProps, Whereabouts } from "../map/stage";
-import { OrbitEye } from "./eye";
-import { SolidMarks } from "./legend";
-import { sampleAt, type Motion, type Sampled } from "./motion";
+import { calm, dark, type Run, when } from "../run/run";
+import { resized } from "../panels/shell";
+import { CELL } from "../map/camera";
+import { Floor, Names, useNames } from "../map/floor";
+import { Knowledge, Shading } from "../map/knowledge";
+import { Spoken, type Stage, type StageProps } from "../map/map";
+import { Row } from "../panels/legend";
+import { decoded, type Motion } from "./motion";
 import { RunScene } from "./scene";
 
-const CHOICES: Choice[] = [
-  ["numbers", "reserved regions"],
-  ["names", "names"],
-  ["trails", "footprints and paths"],
-  ["targets", "targets"],
-  ["hidden", "hidden obstacles"],
-];
-
+/** The part of a region that a wall in front of it hides. */
+const BEHIND = 0.1;
 /** Half seconds, if the user prefers reduced motion. */
 const CALM_STEPS = 2;
 
-export function stage3d(run: Run, motion: Motion, robots: Sampled[]): Stage {
-  const eye = new OrbitEye();
-  const View = (props: StageProps) => <Scene {...props} motion={motion} robots={robots} eye={eye} />;
-  const where = (robot: number, seconds: number): Whereabouts => {
-    const { x, y, yaw } = sampleAt(motion, robots[robot]!, seconds);
-    const [col, row] = [Math.floor(x! / motion.side), run.rows - 1 - Math.floor(y! / motion.side)];
-    const heading = run.robots[robot]!.headings === null ? null : "ENWS"[Math.round((yaw ?? 0) / (Math.PI / 2)) & 3]!;
-    return { region: row * run.cols + col, heading };
+/** The stage; an error where the browser has no WebGL. */
+export async function stage3d(run: Run, motion: Motion): Promise<Stage> {
+  const robots = await decoded(motion);
+  const scene = new RunScene(run, motion, robots);
+  const { colour } = run.robots[0]!.look;
+  return {
+    View: (props) => <SceneView {...props} scene={scene} />,
+    Tools: () => <Cameras run={run} scene={scene} />,
+    eye: scene,
+    marks: (
+      <>
+        <Row words="footprints" shown={robots.some(({ track }) => track.feet.length > 0)} width={30}>
+          <path fill={colour} opacity="0.5" d="M1 3h8v4h-8zM11 11h8v4h-8zM21 3h8v4h-8z" />
+        </Row>
+        <Row words="translucent: planned position of a measured robot" shown={robots.some(({ ghost }) => ghost !== null)}>
+          <circle cx="9" cy="9" r="7" fill={colour} opacity="0.3" />
+        </Row>
+      </>
+    ),
   };
-  const Marks = ({ run }: { run: Run }) => <SolidMarks run={run} robots={robots} />;
-  return { View, Marks, eye, choices: CHOICES, where };
 }
 
-interface SceneProps extends StageProps {
-  motion: Motion;
-  robots: Sampled[];
-  eye: OrbitEye;
-}
-
-function Scene({ run, player, tick, shown, theme, motion, robots, eye }: SceneProps) {
-  const canvas = useRef<HTMLCanvasElement>(null);
-  const scene = useRef<RunScene | null>(null);
+function SceneView({ run, player, tick, shown, spoken, scene }: StageProps & { scene: RunScene }) {
+  const [, redraw] = useReducer((count: number) => count + 1, 0);
+  const room = useRef<HTMLDivElement>(null);
+  const map = useRef<SVGSVGElement>(null);
   const latest = useRef(shown);
   latest.current = shown;
-  const [failed, setFailed] = useState(false);
-  const draw = (): void => {
-    const seconds = calm.matches ? Math.floor(player.time * CALM_STEPS) / CALM_STEPS : player.time;
-    scene.current?.update(seconds, player.tick, latest.current);
-  };
+  const scale = (room.current?.clientWidth ?? 800) / run.cols;
+  const placed = useNames(run, scale);
+  const names = shown.names ? placed : [];
   useLayoutEffect(() => {
-    let made: RunScene;
-    try {
-      made = scene.current = new RunScene(canvas.current!, run, motion, robots);
-    } catch {
-      setFailed(true);
-      return;
-    }
-    eye.attach(made);
-    const room = canvas.current!.parentElement!;
+    const canvas = scene.renderer.domElement;
+    room.current!.prepend(canvas);
+    const draw = (): void => {
+      const seconds = calm.matches ? Math.floor(player.time * CALM_STEPS) / CALM_STEPS : player.time;
+      scene.update(seconds, player.tick, latest.current);
+    };
     const fit = (): void => {
-      made.resize(room.clientWidth, room.clientHeight);
+      scene.resize(room.current!.clientWidth, room.current!.clientHeight);
+      redraw(0);
       draw();
     };
-    // Dragging the camera redraws the scene also while the run is paused, once per frame.
+    // Once per frame: a dragged camera redraws the scene also while the run is paused.
     let frame = 0;
-    const touched = (): void => {
+    const changed = (): void => {
       cancelAnimationFrame(frame);
       frame = requestAnimationFrame(draw);
     };
-    const stops = [resized(room, fit), player.onFrame(draw), eye.onChange(touched), made.onTouch(touched)];
+    const paint = (): void => scene.paint(map.current!, scale);
+    dark.addEventListener("change", paint);
+    const stops = [resized(room.current!, fit), player.onFrame(draw), scene.onChange(changed)];
     return () => {
-      eye.attach(null);
-      for (const stop of stops) stop();
-      cancelAnimationFrame(frame);
-      made.dispose();
+      dark.removeEventListener("change", paint);
+      stops.forEach((stop) => stop());
     };
-  }, [run, player, eye]);
-  useLayoutEffect(() => {
-    scene.current?.recolour();
-    draw();
-  }, [theme]);
-  useLayoutEffect(draw, [shown, tick]);
+  }, [run, player, scene]);
+  useLayoutEffect(() => scene.paint(map.current!, scale), [run, tick, shown, scale]);
   return (
-    <div class="stage3d">
-      <canvas ref={canvas} role="img" aria-label={`The run in three dimensions, ${when(run, tick)}`} />
-      {failed && <p class="failure">This browser shows no 3D graphics (WebGL). The flat page shows the same run.</p>}
-      <Tools run={run} eye={eye} />
+    <div class="stage3d" ref={room} role="img" aria-label={`The run in three dimensions, ${when(run, tick)}`}>
+      <svg class="floor-map" ref={map}>
+        <Floor run={run} numbers={shown.numbers} names={names} scale={scale} />
+        <Shading run={run} tick={tick} shown={shown} selected={scene.followed} />
+        <Knowledge run={run} tick={tick} shown={shown} grown={1} />
+        {spoken >= 0 && <Spoken run={run} region={spoken} />}
+        <g transform={`translate(0 ${-BEHIND * CELL})`}>
+          <Names names={names} scale={scale} />
+        </g>
+      </svg>
     </div>
   );
 }
 
-function Tools({ run, eye }: { run: Run; eye: OrbitEye }) {
-  const [, redraw] = useReducer((count: number) => count + 1, 0);
-  useLayoutEffect(() => eye.onChange(() => redraw(0)), [eye]);
+function Cameras({ run, scene }: { run: Run; scene: RunScene }) {
+  const [view, show] = useState(scene.view);
+  useLayoutEffect(() => scene.onChange(() => show(scene.view)), [scene]);
   return (
-    <div class="cameras card row" role="group" aria-label="View of the scene">
-      <select
-        aria-label="Camera"
-        value={String(eye.view)}
-        onChange={({ currentTarget: { value } }) =>
-          eye.choose(value === "orbit" || value === "top" || value === "story" ? value : Number(value))
-        }
-      >
-        <option value="orbit">around the map</option>
-        <option value="top">from above</option>
-        <option value="story">follow the story</option>
-        {run.robots.map((robot, i) => (
-          <option value={String(i)}>follow {robot.name}</option>
-        ))}
-      </select>
-    </div>
+    <select
+      aria-label="Camera"
+      class="cameras"
+      value={String(view)}
+      onChange={({ currentTarget: { value } }) =>
+        scene.choose(value === "orbit" || value === "top" || value === "story" ? value : Number(value))
+      }
+    >
+      <option value="orbit">around the map</option>
+      <option value="top">from above</option>
+      <option value="story">follow the story</option>
+      {run.robots.map((robot, i) => (
+        <option value={String(i)}>follow {robot.name}</option>
+      ))}
+    </select>
   );
 }

@@ -1,8 +1,7 @@
-"""The 3D page: one self-contained HTML file, like the 2D page, with the program of the 3D scene.
+"""The 3D page: the replay page with the motion of a run, and the chunk that shows it.
 
-The program is large (three.js), so it is embedded deflated and unpacked by the browser. It shares
-the sources of the 2D page (``report/page/front``) except for the scene. Motions are sampled
-``RATE`` times per second, in the frame of the map, in thousandths of a metre or radian, as
+The chunk is large (three.js), so it is embedded deflated and unpacked by the page. Motions are
+sampled ``RATE`` times per second, in the frame of the map, in thousandths of a metre or radian, as
 differences column by column: a minute of a walker takes about ten kilobytes (types:
 front/src/view3d/motion.ts).
 """
@@ -53,14 +52,9 @@ def encoded_motion(motion: records.Motion) -> dict[str, Any]:
     tracks = [_track(motion, name) for name in names]
     return {
         "side": motion.header.side,
-        "seconds": motion.outcome.makespan,
         "rate": RATE,
         "samples": tracks[0]["samples"] if tracks else 0,
         "tracks": tracks,
-        "reserved": [
-            [names.index(robot), region, round(begin, 3), round(end, 3)]
-            for robot, region, begin, end in _reserved(motion)
-        ],
         "actions": [
             [names.index(a.robot), a.obstacle, a.action, round(a.t0, 3), round(a.t1, 3)]
             for a in motion.of(records.Action)
@@ -143,20 +137,6 @@ def _feet(motion: records.Motion, robot: str) -> Iterator[tuple[int, ...]]:
                 yield (*place, round(foot.yaw * 1000), foot.side, down, up)
 
 
-def _reserved(motion: records.Motion) -> Iterator[tuple[str, int, float, float]]:
-    """Yield each reservation: robot, region, start and end time."""
-    since: dict[tuple[str, int], float] = {}
-    for line in motion.lines:
-        if isinstance(line, records.Reserve):
-            since.setdefault((line.robot, line.region), line.t)
-        elif isinstance(line, records.Release):
-            begin = since.pop((line.robot, line.region), None)
-            if begin is not None:
-                yield line.robot, line.region, begin, line.t
-    for (robot, region), begin in since.items():
-        yield robot, region, begin, motion.outcome.makespan + 1
-
-
 def packed(columns: Iterable[Array]) -> str:
     """Return columns in thousandths, each as its first value and then differences: JSON, deflated,
     in base64."""
@@ -168,18 +148,6 @@ def deflated(data: bytes) -> str:
     return b64encode(zlib.compress(data, 9)).decode()
 
 
-_LOADER = """\
-(async () => {
-  const packed = document.getElementById("program").textContent;
-  const bytes = Uint8Array.from(atob(packed), (letter) => letter.charCodeAt(0));
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
-  const script = document.createElement("script");
-  script.textContent = await new Response(stream).text();
-  document.body.append(script);
-})();
-"""
-
-
 def page3d_of(trace: Trace, source: str, motion: records.Motion) -> str:
     """Return the run of a trace in 3D as an HTML document, on the clock of its motion. ``source``:
     the name of the trace."""
@@ -187,38 +155,28 @@ def page3d_of(trace: Trace, source: str, motion: records.Motion) -> str:
     run = run_of(timed)
     if timed is not trace:
         run = _timed(run, trace, motion)
-    program = asset("view3d.js", __package__)
+    scene = deflated(asset("scene.js").encode())
     return document(
         f"{run.name}: replay in 3D",
-        asset("view3d.css", __package__),
         data_element("run", encoded(run, source) | {"curves": curves(motion, timed)}),
         data_element("motion", encoded_motion(motion)),
-        f'<script type="text/plain" id="program">{deflated(program.encode())}</script>',
-        f"<script>\n{_LOADER}</script>",
+        f'<script type="text/plain" id="scene">{scene}</script>',
     )
 
 
 def _timed(run: Run, trace: Trace, motion: records.Motion) -> Run:
-    """Move the charges and deadlines of a lockstep run from its ticks to the instants of its
-    motion. A tick has ended with the last of its turns."""
+    """Move the charges of a lockstep run from its ticks to the instants of its motion. A tick of a
+    robot has ended with its turn."""
     turns = turns_in_time(trace, motion)
-    ticked = run_of(trace)
 
-    def instant(tick: int, *robots: str) -> int:
-        each = (turns.get(name, ()) for name in robots)
-        past = (turn[: bisect_right(turn, tick, key=itemgetter(0))] for turn in each)
-        ends = (turn[-1][1] for turn in past if turn)
-        return bisect_right(run.seconds or (), max(ends, default=0.0) + SAME) - 1
-
-    def at_end(tick: int) -> int:
-        return instant(tick, *turns) if tick < ticked.last else run.last
+    def instant(tick: int, robot: str) -> int:
+        turn = turns.get(robot, ())
+        past = turn[: bisect_right(turn, tick, key=itemgetter(0))]
+        end = past[-1][1] if past else 0.0
+        return max(0, bisect_right(run.seconds or (), end + SAME) - 1)
 
     charges = {
-        name: Changes((max(0, instant(tick, name)), percent) for tick, percent in charge)
-        for name, charge in ticked.charges.items()
+        name: Changes((instant(tick, name), percent) for tick, percent in charge)
+        for name, charge in run_of(trace).charges.items()
     }
-    deadlines = [
-        replace(one, tick=at_end(one.tick), begin=at_end(one.begin), due=at_end(one.due))
-        for one in ticked.deadlines
-    ]
-    return replace(run, charges=charges, deadlines=deadlines)
+    return replace(run, charges=charges)

@@ -1,12 +1,17 @@
 /** Changes to the world of a run: the tools, their effects on the map, and the line that explains them. */
 
-import { useState } from "preact/hooks";
-import { ordered, square } from "../map/shapes";
-import { notice, Press } from "../panels/button";
-import { at, isWall, label, regionAt, type EventKind, type Obstacle, type Run } from "../run/run";
+import type { ComponentChildren } from "preact";
+import { useLayoutEffect, useMemo, useState } from "preact/hooks";
+import { App, OutcomeBadge } from "../app";
+import type { Eye } from "../map/camera";
 import type { Hand } from "../map/cursor";
-import { isOrder, resolving, type ObjectiveKind, type Palette } from "../studio/model";
-import type { Say } from "./player";
+import { flatStage } from "../map/map";
+import { ordered, square } from "../map/shapes";
+import { Button, heard, type Keys, notice, Popup, Press } from "../panels/shell";
+import { Controls } from "../panels/timeline";
+import { at, type EventKind, isWall, label, type Obstacle, regionAt, type Run } from "../run/run";
+import { isOrder, type ObjectiveKind, type Palette, resolving } from "../studio/model";
+import type { LivePlayer, Say, Wire } from "./player";
 
 /** The effect of the next click on the map. */
 export type Tool =
@@ -118,7 +123,7 @@ export function World({ run, tick, palette, out, inputs, tool, choose, say, over
               (headings === null ? [null] : HEADINGS).map((heading) =>
                 choice(heading ? `Put facing ${heading}` : "Put back", { does: "put", robot: name, heading }, "Then click its region"),
               )}
-            <Press class="service" off={off} act={change("service", { robot: name, active: out.has(name) })}>
+            <Press off={off} act={change("service", { robot: name, active: out.has(name) })}>
               {out.has(name) ? "Back in service" : "Out of service"}
             </Press>
           </li>
@@ -253,4 +258,178 @@ export function useWorldHand(run: Run | null, tool: Tool, choose: (next: Tool | 
       </>
     ),
   };
+}
+
+interface LiveControlsProps {
+  run: Run;
+  player: LivePlayer;
+  tick: number;
+  eye: Eye;
+  /** Null where a program drives the run. */
+  say: Say | null;
+}
+
+export function LiveControls({ say, ...props }: LiveControlsProps) {
+  const { run, player, tick } = props;
+  const running = player.state.phase === "running";
+  const ended = player.state.phase === "ended";
+  return (
+    <Controls name="The run" kind="live" paced={say !== null} end={say && <Again player={player} say={say} />} {...props}>
+      {say && (
+        <Button icon={running ? "pause" : "play"} label={running ? "Pause the run" : "Run"} primary off={ended && OVER} act={() => player.toggle()} />
+      )}
+      <Button icon="on" label="Next tick" off={(ended || !say) && tick >= run.last && OVER} act={() => player.step(1)} />
+      <Press aria-pressed={player.following} off={player.following && "this is the newest tick"} title="Follow the run" act={() => player.follow()}>
+        Live
+      </Press>
+    </Controls>
+  );
+}
+
+/** Another run of the same scenario, with another seed if one is given. */
+function Again({ player, say }: { player: LivePlayer; say: Say }) {
+  const [seed, setSeed] = useState("");
+  const again = (): void => {
+    player.following = true;
+    say("restart", { play: true, ...(seed !== "" && { seed: Number(seed) }) });
+  };
+  return (
+    <div class="group again row">
+      <label>
+        seed
+        <input
+          type="number"
+          min={0}
+          placeholder={String(player.state.seed ?? "own")}
+          value={seed}
+          onInput={(event) => setSeed(event.currentTarget.value)}
+        />
+      </label>
+      <Press title="Restart the run" act={again}>
+        Restart
+      </Press>
+      <Press off={player.state.phase === "ended" && OVER} title="End the run" act={() => say("end")}>
+        End
+      </Press>
+    </div>
+  );
+}
+
+interface LiveViewProps {
+  run: Run | null;
+  player: LivePlayer;
+  wire: Wire;
+  palette: Palette;
+  /** Whether a program drives the run, so that pages only show it. */
+  watches?: boolean;
+  bar?: ComponentChildren;
+  saving?: ComponentChildren;
+}
+
+const KEYS: Keys = [
+  ["Space", "run or pause"],
+  ["← →", "previous or next tick; at the newest, → runs one more"],
+  ["Home End", "first tick, or the newest, and follow the run"],
+  ["Tab", "to the map, where the arrows move and Enter clicks, once a change is chosen"],
+  ["Esc", "cancel a change; close a menu"],
+];
+
+export function LiveView({ run, player, wire, palette, watches, bar, saving }: LiveViewProps) {
+  const [tool, choose] = useState<Tool>({ does: "look" });
+  const { cols, rows } = run ?? { cols: 0, rows: 0 };
+  const stage = useMemo(() => flatStage({ left: 0, top: 0, right: cols, bottom: rows }), [cols, rows]);
+  const over = player.state.phase === "ended";
+  const hand = useWorldHand(run, over || watches ? { does: "look" } : tool, choose, wire.say);
+  useLayoutEffect(() => {
+    const pressed = (event: KeyboardEvent): void => {
+      if (event.key !== "Escape" || event.defaultPrevented) return;
+      choose({ does: "look" });
+      (document.activeElement as HTMLElement | null)?.blur(); // Space runs again
+    };
+    return heard(window, { keydown: pressed });
+  }, []);
+  if (run === null) return <Begin player={player} wire={wire} bar={bar} />;
+  const tick = player.tick;
+  return (
+    <App
+      key={`${cols}x${rows}`}
+      run={run}
+      player={player}
+      stage={stage}
+      extras={{
+        title: <Badge player={player} run={run} />,
+        bar: (
+          <>
+            {bar}
+            {saving || <Saving />}
+          </>
+        ),
+        above: !watches && <ToolLine run={run} tool={tool} choose={choose} say={wire.say} over={over} objectives={palette.objectives} />,
+        beside: !watches && (
+          <World
+            run={run}
+            tick={tick}
+            palette={palette}
+            out={outOfService(run, run.last)}
+            inputs={player.state.inputs}
+            tool={tool}
+            choose={choose}
+            say={wire.say}
+            over={over}
+          />
+        ),
+        controls: (now) => <LiveControls run={run} player={player} tick={now} eye={stage.eye} say={watches ? null : wire.say} />,
+        hand: watches ? undefined : hand,
+        keys: KEYS,
+        about: <p>Click a robot to follow it, an event or a mark on the timeline to see that tick while the run continues.</p>,
+      }}
+    />
+  );
+}
+
+function Badge({ player, run }: { player: LivePlayer; run: Run }) {
+  const { phase, outcome, failure, busy } = player.state;
+  if (failure !== null) return <p class="badge bad" title={failure}>failed: {failure.split("\n")[0]}</p>;
+  if (outcome !== null) return <OutcomeBadge outcome={outcome} explanation={run.ending?.explanation ?? ""} />;
+  if (waitsFor(run) !== null) {
+    const show = (): void => document.querySelector(".operator")?.scrollIntoView({ block: "center" });
+    return <button type="button" class="badge bad" title="Show why, and the remedies" onClick={show}>waits for an operator</button>;
+  }
+  return <p class="badge cut">{busy ? "thinking" : phase}</p>;
+}
+
+/** Downloads of the run so far. */
+export function RunDownloads() {
+  return (
+    <>
+      <a href="save/trace" download>Trace of the run</a>
+      <a href="save/replay" download>Replay (HTML page)</a>
+      <a href="save/3d" target="_blank" rel="noopener">Show in 3D</a>
+      <a href="save/bundle" download>Bundle with proofs</a>
+    </>
+  );
+}
+
+function Saving() {
+  return (
+    <Popup kind="menu" name="Save">
+      <RunDownloads />
+    </Popup>
+  );
+}
+
+function Begin({ player, wire, bar }: Pick<LiveViewProps, "player" | "wire" | "bar">) {
+  const { phase, failure } = player.state;
+  const starting = phase === "starting";
+  return (
+    <div class="begin">
+      <div class="group row">{bar}</div>
+      <h1>{document.title.split(": safenav")[0]}</h1>
+      {failure !== null && <pre class="failure">{failure}</pre>}
+      <p>{starting ? "Synthesizing the first controllers …" : "No run yet."}</p>
+      <button type="button" class="primary" disabled={starting} onClick={() => wire.say("restart", { play: true })}>
+        {failure !== null ? "Try again" : "Run"}
+      </button>
+    </div>
+  );
 }

@@ -1,1 +1,0 @@
-"""The 3D page: a run in metres and seconds."""
