@@ -31,7 +31,7 @@ from safenav.motion.file import (
     Segment,
     Swing,
 )
-from safenav.motion.geometry import MetricFloor, between, derivative, mass, values
+from safenav.motion.geometry import MetricFloor, between, mass, path, values
 
 Array = NDArray[np.float64]
 
@@ -156,12 +156,12 @@ def _walking(segment: Segment, times: Array, limits: Mapping[str, object]) -> Ar
     omega, height, clearance = (
         float(str(limits[name])) for name in ("omega", "height", "clearance")
     )
-    path = mass(segment.phases, segment.start, segment.goal, times, omega)
+    moved = mass(segment.phases, segment.start, segment.goal, times, omega)
     table = np.zeros((len(times), len(WALKER)))
-    table[:, 0:2], table[:, 2] = path.states[:, :2], height
-    table[:, 3:5] = path.states[:, 2:]
-    table[:, 6:8] = omega**2 * (path.states[:, :2] - path.pressures)
-    table[:, 9:11] = path.pressures
+    table[:, 0:2], table[:, 2] = moved.states[:, :2], height
+    table[:, 3:5] = moved.states[:, 2:]
+    table[:, 6:8] = omega**2 * (moved.states[:, :2] - moved.pressures)
+    table[:, 9:11] = moved.pressures
     table[:, 11] = _body_yaw(segment, times)
     for side, at in ((LEFT, 12), (RIGHT, 16)):
         for foot in segment.feet:
@@ -179,7 +179,7 @@ def swing_poses(swing: Swing, times: Array, clearance: float) -> Array:
     """x, y, z and yaw of a foot in the air (times, 4), at times since the segment's begin."""
     seconds = swing.t1 - swing.t0
     since = times - swing.t0
-    x, y, yaw = (values(path, since) for path in between(seconds, swing.start, swing.goal))
+    x, y, yaw = (values(axis, since) for axis in between(seconds, swing.start, swing.goal))
     u = swing.u0 + (swing.u1 - swing.u0) * since / seconds
     return np.stack([x, y, 64 * clearance * u**3 * (1 - u) ** 3, yaw], axis=1)
 
@@ -194,12 +194,8 @@ def _body_yaw(segment: Segment, times: Array) -> Array:
 
 
 def _flying(curve: Curve, times: Array) -> Array:
-    table = np.zeros((len(times), len(BODY)))
-    for axis, path in enumerate((curve.x, curve.y, curve.z)):
-        for order in (0, 1, 2):
-            table[:, 3 * order + axis] = values(derivative(path, order), times)
-    table[:, 9] = values(curve.yaw, times)
-    return table
+    found = path(curve, times)
+    return np.concatenate([found[:, :3].reshape(9, -1), found[0, 3:]]).T
 
 
 def _tracked(track: FlownTrack, times: Array, reference: Mapping[str, Array]) -> dict[str, Array]:

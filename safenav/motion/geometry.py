@@ -15,7 +15,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from safenav.motion.file import PressurePhase, State
+from safenav.motion.file import Curve, PressurePhase, State
 from safenav.pace.robot import PEAK as PEAK
 
 Array = NDArray[np.float64]
@@ -75,6 +75,20 @@ def derivative(coefficients: Sequence[float], order: int = 1) -> tuple[float, ..
     for _ in range(order):
         coefficients = tuple(k * c for k, c in enumerate(coefficients))[1:]
     return tuple(coefficients) or (0.0,)
+
+
+def path(curve: Curve, times: Array) -> Array:
+    """Positions, velocities and accelerations (3, 4, times) of x, y, z and yaw along a curve."""
+    axes = (curve.x, curve.y, curve.z, curve.yaw)
+    table = np.zeros((4, max(1, *map(len, axes))))
+    for row, axis in zip(table, axes, strict=True):
+        row[: len(axis)] = axis
+    powers = np.vander(times, table.shape[1], increasing=True).T
+    found = np.zeros((3, 4, len(times)))
+    for order in range(3):
+        found[order] = table @ powers[: table.shape[1]]
+        table = table[:, 1:] * np.arange(1, table.shape[1])
+    return found
 
 
 HEADINGS = ("east", "north", "west", "south")

@@ -109,17 +109,27 @@ class _Schedule:
         step = Crossing(depart.tick, depart.from_, depart.to, heading, short)
         mover = self._movers[depart.robot]
         self._rest(mover, step.tick, time_of(depart))
-        if end is not None and end > _step_end(mover, step)[0] + SLACK:
-            self._lines += mover.halt(step.tick)
-            natural, walks = _step_end(mover, step)
-            if walks and end > natural + SLACK:
-                self._lines += mover.rest(step.tick, mover.time + end - natural)
-        begun = mover.time
+        before = copy(mover)
         moved = mover.move(step)
         natural = mover.time
         if end is not None and end > natural + SLACK:
-            factor = (end - begun) / (natural - begun)
-            moved = [_slower(piece, begun, factor) for piece in moved]
+            vars(mover).update(vars(before))
+            return self._step_slowly(mover, step, end)
+        self._lines += moved
+        return natural
+
+    def _step_slowly(self, mover: Mover, step: Crossing, end: float) -> float:
+        """Carry out a step that has more time than it needs."""
+        self._lines += mover.halt(step.tick)
+        ahead = copy(mover)
+        walks = any(isinstance(piece, Segment) for piece in ahead.move(step))
+        if walks and end > ahead.time + SLACK:
+            self._lines += mover.rest(step.tick, mover.time + end - ahead.time)
+        begun = mover.time
+        moved = mover.move(step)
+        natural = mover.time
+        if end > natural + SLACK:
+            moved = [_slower(piece, begun, (end - begun) / (natural - begun)) for piece in moved]
             mover.time = end
         self._lines += moved
         return natural
@@ -140,11 +150,14 @@ class _Schedule:
             late = f"{name} acts until {end:.2f} s, but comes to rest only at {ready:.2f} s"
             raise self._refused(acted, late)
         lasting = max(mover.values.get("action_seconds", 2.0) for mover in team.values())
-        ahead = {name: copy(mover) for name, mover in team.items()}
-        _, natural = _done(ahead, actions, tick, lasting, 0.0, end)
+        for faces in (True, False):  # without, if it has no time to turn from one to the next
+            ahead = {name: copy(mover) for name, mover in team.items()}
+            _, natural = _done(ahead, actions, tick, lasting, 0.0, end, faces)
+            if natural - lasting * len(actions) <= end + SLACK:
+                break
         if actions and natural > end:
             lasting = max(0.0, lasting - (natural - end) / len(actions))
-        self._lines += _done(team, actions, tick, lasting, max(0.0, end - natural), end)[0]
+        self._lines += _done(team, actions, tick, lasting, max(0.0, end - natural), end, faces)[0]
         for name, mover in team.items():
             if any(name in one.robots and one.region == mover.region for one in actions):
                 self._due.add(name)
@@ -196,15 +209,16 @@ def _done(
     lasting: float,
     pause: float,
     end: float,
+    faces: bool,
 ) -> tuple[list[Line], float]:
     """Return the lines of robots that carry out actions one after the other, the first after a
     ``pause``, each for ``lasting`` seconds, the last until ``end`` but for rounding; and when all
-    are done."""
+    are done. ``faces``: they turn towards each."""
     lines: list[Line] = []
     over = max((mover.time for mover in team.values()), default=0.0)
     for number, act in enumerate(actions):
         group = [mover for name, mover in team.items() if name in act.robots]
-        for mover in group:
+        for mover in group if faces else ():
             if number and actions[number - 1].region == mover.region != act.region:
                 lines += mover.resume(tick)
             lines += mover.face(tick, act.region)
@@ -218,13 +232,6 @@ def _done(
             what = (act.action, act.obstacle, act.region)
             lines.append(Action(mover.robot, tick, *what, *times))
     return lines, over
-
-
-def _step_end(mover: Mover, step: Crossing) -> tuple[float, bool]:
-    """Return the end of a step that would begin now, and whether it includes walking."""
-    ahead = copy(mover)
-    moved = ahead.move(step)
-    return ahead.time, any(isinstance(piece, Segment) for piece in moved)
 
 
 def _slower(piece: Moving, begin: float, factor: float) -> Moving:

@@ -38,8 +38,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from safenav.errors import UsageError
-from safenav.motion.check.examination import swing_states
-from safenav.motion.check.examination import walk as mass_of
+from safenav.motion.check.examination import walked
 from safenav.motion.check.pieces import check_segment
 from safenav.motion.file import (
     BUILD,
@@ -483,6 +482,6 @@ def fault_of(gait: Gait) -> str | None:
         return "the mass would fall back on an arc"
     for each in made:
         segment = place.segment(Piece("", 0, each.name, 0, 0, 0.0, each.seconds), each)
-        walked = mass_of(segment, gait.omega), swing_states(segment.swings)
-        check_segment(segment, limits, walked, lambda *wrong: found.append(wrong[2]))
+        moved = walked(segment, gait.omega)
+        check_segment(segment, limits, moved, lambda *wrong: found.append(wrong[2]))
     return found[0] if found else None

@@ -27,7 +27,7 @@ from safenav.fleet.transport import (
     Performed,
     Places,
 )
-from safenav.motion.check.examination import walk
+from safenav.motion.check.examination import walked
 from safenav.motion.check.execution import trackings
 from safenav.motion.file import Reset, Segment
 from safenav.scenario.model import Scenario
@@ -122,7 +122,7 @@ def test_the_stream_has_the_next_second_and_the_next_steps() -> None:
     segments = [piece for piece in follows.followers["digit"].plan if isinstance(piece, Segment)]
     omega = (9.81 / 0.8) ** 0.5
     for segment in segments:
-        path = walk(segment, omega)
+        path = walked(segment, omega).mass
         for t, state in zip(path.times[::9], path.states[::9], strict=True):
             row = reference.at(segment.t0 + t)
             if segment.t0 + t > reference.begin:

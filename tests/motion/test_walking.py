@@ -11,7 +11,7 @@ import pytest
 
 from safenav.errors import UsageError
 from safenav.motion import walker as primitives
-from safenav.motion.check.examination import swing_states, walk
+from safenav.motion.check.examination import walked
 from safenav.motion.check.pieces import check_segment, joined
 from safenav.motion.columns import sample
 from safenav.motion.file import Segment
@@ -91,15 +91,12 @@ def test_walker_keeps_to_its_limits_on_regions_of(side: float) -> None:
     where = centres(side)
     found = wandering(walker(side), 200, seed=2)
     for segment in [*every_primitive(side), *found[:20]]:
-        path, (_, swinging, _) = walked = (
-            walk(segment, limits["omega"]),
-            swing_states(segment.swings),
-        )
-        check_segment(segment, limits, walked, case.wrong)
+        moved = walked(segment, limits["omega"])
+        check_segment(segment, limits, moved, case.wrong)
         feet = np.array([[foot.x, foot.y] for foot in segment.feet])
         ends = np.array([where[segment.origin], where[segment.to]])
         low, high = ends.min(axis=0) - side / 2, ends.max(axis=0) + side / 2
-        for points, room in ((path.states[:, :2], 0.3), (feet, 0.25), (swinging, 0.25)):
+        for points, room in ((moved.mass.states[:, :2], 0.3), (feet, 0.25), (moved.places, 0.25)):
             if points.size:
                 assert min((points - low).min(), (high - points).min()) >= room - 1e-9
     for before, after in pairwise(found):

@@ -5,7 +5,8 @@ of regions, bodies inside reserved regions, and distances.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from itertools import combinations
 from math import ceil, floor, hypot, inf
 
@@ -21,19 +22,16 @@ from safenav.motion.file import (
     FlownTrack,
     Motion,
     Moving,
-    Numbers,
     Release,
     Reserve,
     Reset,
     Segment,
-    Swing,
 )
-from safenav.motion.geometry import Mass, mass, values
+from safenav.motion.geometry import Mass, mass, path
 from safenav.motion.timing import in_conflict
 from safenav.trace.reading import Trace
 
 Array = NDArray[np.float64]
-Swinging = tuple[Array, Array, Array]
 
 STEP = 0.02
 """Seconds between samples of a body."""
@@ -63,55 +61,36 @@ def grid(seconds: float, step: float = STEP) -> Array:
     return np.arange(count + 1, dtype=np.float64) * (seconds / count)
 
 
-def discs(
-    piece: Moving, radius: float, foot: float, walked: tuple[Mass, Swinging] | None
-) -> list[Disc]:
-    """The discs that a piece moves: the body, and of a walker its feet, of radius ``foot``, on the
-    ground and in the air."""
-    if isinstance(piece, Segment) and walked is not None:
-        return _walking(piece, radius, foot, *walked)
-    times, centres = [], []
-    begin = piece.t0
-    assert isinstance(piece, Flight)
-    for part in piece.parts:
-        t = grid(part.seconds, _step(part.x, part.y))
-        times.append(begin + t)
-        centres.append(np.stack([values(part.x, t), values(part.y, t)], axis=1))
-        begin += part.seconds
-    return [Disc("body", radius, np.concatenate(times), np.concatenate(centres))]
+class Walked(Struct, frozen=True):
+    """A walker during a segment, at most ``STEP`` apart: its ``mass``, also at the ends of its
+    phases; of its feet in the air times since the segment's start (swings, n), ``places`` (swings,
+    n, 2) and ``speeds`` (swings, n)."""
+
+    mass: Mass
+    times: Array
+    places: Array
+    speeds: Array
 
 
-def _step(*coefficients: Numbers) -> float:
-    """Return the seconds between samples; a body at rest needs only two."""
-    return STEP if any(len(axis) > 1 for axis in coefficients) else float("inf")
-
-
-def walk(segment: Segment, omega: float) -> Mass:
-    """The centre of mass of a segment, at most ``STEP`` apart and at the ends of its phases."""
+def walked(segment: Segment, omega: float) -> Walked:
+    """Solve the pendulum of a segment, and the quintics of its feet by their Hermite form."""
     ends = np.cumsum([phase.seconds for phase in segment.phases])
     still = segment.start == segment.goal and len(segment.phases) == 1
     times = np.sort(np.append(grid(float(ends[-1]), inf if still else STEP), ends[:-1]))
-    return mass(segment.phases, segment.start, segment.goal, times, omega)
-
-
-def swing_states(swings: Sequence[Swing]) -> Swinging:
-    """Feet in the air, at most ``STEP`` apart: times since the segment's start (swings, n),
-    positions (swings, n, 2) and speeds (swings, n): quintics by their Hermite form."""
+    moved = mass(segment.phases, segment.start, segment.goal, times, omega)
+    swings = segment.swings
     begin, end = np.array([[swing.t0, swing.t1] for swing in swings]).reshape(-1, 2).T
     seconds = end - begin
     longest = float(seconds.max(initial=STEP))
     u = grid(longest) / longest
     scale = np.stack([np.ones_like(seconds), seconds, seconds**2] * 2, axis=1)
     states = np.array([(*swing.start, *swing.goal) for swing in swings]).reshape(-1, 6, 3)
-    ends = states[:, :, :2] * scale[:, :, None]
-    place, speed = np.zeros((2, len(swings), len(u), 2))
-    for coefficient in np.moveaxis(_HERMITE.T[::-1] @ ends, 1, 0)[:, :, None]:
-        speed *= u[:, None]
-        speed += place
-        place *= u[:, None]
-        place += coefficient
-    times = begin[:, None] + seconds[:, None] * u
-    return times, place, np.hypot(speed[:, :, 0], speed[:, :, 1]) / seconds[:, None]
+    shapes = _HERMITE.T @ (states[:, :, :2] * scale[:, :, None])
+    powers = np.vander(u, 6, increasing=True)
+    places = powers @ shapes
+    speeds = powers[:, :5] @ (shapes[:, 1:] * np.arange(1, 6)[:, None])
+    fast = np.hypot(speeds[:, :, 0], speeds[:, :, 1]) / seconds[:, None]
+    return Walked(moved, begin[:, None] + seconds[:, None] * u, places, fast)
 
 
 _HERMITE = np.array(
@@ -126,20 +105,6 @@ _HERMITE = np.array(
 )
 """Rows: contribution of each boundary value of a quintic (position, speed, acceleration; start,
 goal) to its coefficients, over a unit of time."""
-
-
-def _walking(
-    segment: Segment, radius: float, foot: float, path: Mass, swinging: Swinging
-) -> list[Disc]:
-    found = [Disc("body", radius, segment.t0 + path.times, path.states[:, :2])]
-    if segment.feet:
-        ends = [(t, hold.x, hold.y) for hold in segment.feet for t in (hold.down, hold.up)]
-        feet = np.array(ends)
-        found.append(Disc("foot", foot, segment.t0 + feet[:, 0], feet[:, 1:]))
-    if segment.swings:
-        times, places, _ = swinging
-        found.append(Disc("swinging foot", foot, segment.t0 + times.ravel(), places.reshape(-1, 2)))
-    return found
 
 
 NEAR = 1e-7
@@ -233,12 +198,22 @@ class Examination:
         self.makespan = motion.outcome.makespan
         self.grid = Grid(header.rows, header.cols, header.side)
         self.held: list[Holding] = []
-        self._walks: dict[int, tuple[Mass, Swinging]] = {}
+        self._walks: dict[int, Walked] = {}
+        self._flights: dict[int, list[tuple[Array, Array]]] = {}
         self._discs: dict[int, list[Disc]] = {}
 
     def wrong(self, t: float, robot: str, rule: str, found: str) -> None:
         """Report that a rule is broken."""
         self.findings.append(Finding(t, robot, rule, found))
+
+    def limit(
+        self, robot: str, times: Array, found: Array, most: float, rule: str, words: str
+    ) -> None:
+        """Report that a rule is broken if values at some times exceed ``most``, the largest one in
+        ``words``."""
+        worst = int(found.argmax())
+        if found[worst] > most:
+            self.wrong(float(times[worst]), robot, rule, words.format(found[worst], most))
 
     def in_conflict(self, one: str, other: str) -> bool:
         return in_conflict(self.trace.header.scenario.robots, one, other)
@@ -247,30 +222,58 @@ class Examination:
         """The radius of the disc that its body fits in, in metres."""
         return self.numbers[robot].get("size", 0.0) / 2
 
-    def walk(self, segment: Segment) -> tuple[Mass, Swinging]:
-        """The centre of mass of a walker and its feet in the air, computed once."""
+    def walked(self, segment: Segment) -> Walked:
+        """A walker during a segment, computed once."""
         if id(segment) not in self._walks:
-            moved = walk(segment, self.numbers[segment.robot]["omega"])
-            self._walks[id(segment)] = moved, swing_states(segment.swings)
+            self._walks[id(segment)] = walked(segment, self.numbers[segment.robot]["omega"])
         return self._walks[id(segment)]
 
+    def flown(self, piece: Flight) -> list[tuple[Array, Array]]:
+        """Times and path of each part of a flight, computed once. A body at rest needs only two
+        samples."""
+        if id(piece) not in self._flights:
+            found, begin = [], piece.t0
+            for part in piece.parts:
+                still = max(len(axis) for axis in (part.x, part.y, part.z, part.yaw)) < 2
+                times = grid(part.seconds, inf if still else STEP)
+                found.append((begin + times, path(part, times)))
+                begin += part.seconds
+            self._flights[id(piece)] = found
+        return self._flights[id(piece)]
+
     def discs(self, piece: Moving) -> list[Disc]:
-        """The discs that a piece moves, computed once."""
+        """The discs that a piece moves, computed once: the body, and of a walker its feet, on the
+        ground and in the air."""
         if id(piece) not in self._discs:
-            walked = self.walk(piece) if isinstance(piece, Segment) else None
-            own = self.numbers[piece.robot]
-            foot = hypot(own.get("sole_length", 0.0), own.get("sole_width", 0.0)) / 2
-            self._discs[id(piece)] = discs(piece, self.radius(piece.robot), foot, walked)
+            self._discs[id(piece)] = [*self._made(piece)]
         return self._discs[id(piece)]
+
+    def _made(self, piece: Moving) -> Iterator[Disc]:
+        radius, own = self.radius(piece.robot), self.numbers[piece.robot]
+        if isinstance(piece, Flight):
+            parts = self.flown(piece)
+            centres = np.concatenate([found[0, :2].T for _, found in parts])
+            yield Disc("body", radius, np.concatenate([times for times, _ in parts]), centres)
+        elif isinstance(piece, Segment):
+            moved, begin = self.walked(piece), piece.t0
+            yield Disc("body", radius, begin + moved.mass.times, moved.mass.states[:, :2])
+            foot = hypot(own.get("sole_length", 0.0), own.get("sole_width", 0.0)) / 2
+            if piece.feet:
+                ends = [(t, hold.x, hold.y) for hold in piece.feet for t in (hold.down, hold.up)]
+                feet = np.array(ends)
+                yield Disc("foot", foot, begin + feet[:, 0], feet[:, 1:])
+            if piece.swings:
+                times, places = begin + moved.times.ravel(), moved.places.reshape(-1, 2)
+                yield Disc("swinging foot", foot, times, places)
 
     def body(self, robot: str, begin: float, end: float) -> Array:
         """The centres of a body (n, 2) between two times, by the pieces of motion between them."""
         found = [np.empty((0, 2))]
         for piece in self.pieces[robot]:
             if piece.t0 < end - NEAR and piece.t1 > begin + NEAR:
-                path = self.discs(piece)[0]
-                inside = (path.times >= begin - NEAR) & (path.times <= end + NEAR)
-                found.append(path.centres[inside])
+                body = self.discs(piece)[0]
+                inside = (body.times >= begin - NEAR) & (body.times <= end + NEAR)
+                found.append(body.centres[inside])
         return np.concatenate(found)
 
     def places(self, robot: str, times: Array) -> Array:
@@ -391,11 +394,7 @@ def check_tracks(case: Examination) -> None:
 
 
 def _flown(case: Examination, track: FlownTrack, rows: Array, times: Array) -> None:
-    def limited(found: Array, most: float, rule: str, words: str) -> None:
-        worst = int(found.argmax())
-        if found[worst] > most:
-            case.wrong(float(times[worst]), track.robot, rule, words.format(found[worst]))
-
+    limited = partial(case.limit, track.robot, times)
     velocity, axis = rows[:, 3:6], _up(rows)
     spin = np.abs(np.hypot.reduce(rows[:, 6:10], axis=1) - 1)
     limited(spin, 1e-4, "attitude", "a quaternion whose length is not 1")

@@ -4,6 +4,7 @@ flights and drives; pieces that follow each other without gap, jump or jerk of v
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from itertools import pairwise
 from math import cos, hypot, sin
 
@@ -13,8 +14,7 @@ from safenav.motion.check.examination import (
     NEAR,
     Array,
     Examination,
-    Swinging,
-    grid,
+    Walked,
 )
 from safenav.motion.file import Curve, Flight, Foothold, Moving, Reset, Segment
 from safenav.motion.geometry import Mass, derivative, values
@@ -29,14 +29,13 @@ Wrong = Callable[[float, str, str], None]
 def check_segment(
     segment: Segment,
     limits: Mapping[str, float],
-    walked: tuple[Mass, Swinging],
+    walked: Walked,
     wrong: Wrong,
     *,
     cut: bool = False,
 ) -> None:
-    """Report each broken rule with its time since the segment's start. ``walked``: its mass and its
-    feet in the air; ``cut``: it was cut off."""
-    path, (_, _, speeds) = walked
+    """Report each broken rule with its time since the segment's start. ``cut``: it was cut off."""
+    path = walked.mass
     omega, height = limits["omega"], limits["height"]
     gravity = omega**2 * height
     if abs(gravity - GRAVITY) > 1e-6:
@@ -60,7 +59,7 @@ def check_segment(
         _double(segment, limits, wrong)
     _stance(segment, path, limits, wrong)
     _steps(segment, limits, wrong)
-    _swings(segment, speeds, limits, wrong)
+    _swings(segment, walked.speeds, limits, wrong)
 
 
 def _support(segment: Segment, limits: Mapping[str, float], wrong: Wrong) -> bool:
@@ -133,22 +132,22 @@ def _off(feet: list[Foothold], x: float, y: float, sole: tuple[float, float]) ->
 def _steps(segment: Segment, limits: Mapping[str, float], wrong: Wrong) -> None:
     for before, after in pairwise(segment.feet):
         dx, dy = after.x - before.x, after.y - before.y
-        length = float(np.hypot(dx, dy))
+        length = hypot(dx, dy)
         if length > limits["step"] + NEAR:
             wrong(after.down, "step", f"a step of {length:.3f} m, more than {limits['step']:g}")
         if before.side == after.side:
             continue
         yaw = (before.yaw + after.yaw) / 2
-        aside = float(after.side * (dy * np.cos(yaw) - dx * np.sin(yaw)))
+        aside = after.side * (dy * cos(yaw) - dx * sin(yaw))
         if aside < limits["aside"] - NEAR:
             what = f"a foot lands {aside:.3f} m beside the other, less than {limits['aside']:g}"
             wrong(after.down, "feet", what)
 
 
 def _swings(segment: Segment, fastest: Array, limits: Mapping[str, float], wrong: Wrong) -> None:
-    for swing, speeds in zip(segment.swings, fastest, strict=True):
-        if speeds.max() > limits["swing"] + NEAR:
-            what = f"a foot swings at {speeds.max():.2f} m/s, more than {limits['swing']:g}"
+    for swing, speed in zip(segment.swings, fastest.max(axis=1).tolist(), strict=True):
+        if speed > limits["swing"] + NEAR:
+            what = f"a foot swings at {speed:.2f} m/s, more than {limits['swing']:g}"
             wrong(swing.t0, "swing", what)
         into, out = swing.t0 < NEAR, swing.t1 > segment.t1 - segment.t0 - NEAR
         low, high = (0.0 if into else swing.u0), (1.0 if out else swing.u1)
@@ -163,9 +162,9 @@ def _swings(segment: Segment, fastest: Array, limits: Mapping[str, float], wrong
         ):
             if abs(u) > NEAR:
                 continue  # half-way at a walking pose: the next segment continues it
-            apart = min((np.hypot(f.x - state[0], f.y - state[1]) for f in feet), default=None)
+            apart = min((hypot(f.x - state[0], f.y - state[1]) for f in feet), default=None)
             turned = min((abs(f.yaw - state[2]) for f in feet), default=0.0)
-            if turned > NEAR or np.abs(state[3:6]).max() > NEAR:
+            if turned > NEAR or max(map(abs, state[3:6])) > NEAR:
                 what = f"a foot {word} the ground as it moves, or {turned:.3f} rad off its foothold"
                 wrong(swing.t0, "feet", what)
             if apart is None:
@@ -205,61 +204,46 @@ def check_path(case: Examination, piece: Flight) -> None:
     if abs(sum(seconds) - lasting) > NEAR or min(seconds, default=0) < 0:
         found = f"its pieces last {sum(seconds):.4f} s in all, not {lasting:.4f} s"
         case.wrong(piece.t0, piece.robot, "time", found)
-    begin = piece.t0
-    for part in piece.parts:
-        _moved(case, piece, part, begin)
-        begin += part.seconds
+        return
+    for times, states in case.flown(piece):
+        _moved(case, piece, times, states)
     for before, after in pairwise(piece.parts):
         jump = _apart(_part_state(before, before.seconds), _part_state(after, 0.0))
         if jump > NEAR:
             case.wrong(piece.t0, piece.robot, "continuity", f"it jumps by {jump:.4f} m")
 
 
-def _moved(case: Examination, piece: Flight, curve: Curve, begin: float) -> None:
-    t = grid(curve.seconds)
-    (east, north), pulls = (
-        [values(derivative(axis, order), t) for axis in (curve.x, curve.y)] for order in (1, 2)
-    )
-    pull = np.hypot(*pulls)
-    _limited(case, piece, begin + t, np.hypot(east, north), "speed", "m/s")
-    _limited(case, piece, begin + t, pull, "tilt", "m/s^2")
-    _limited(case, piece, begin + t, pull, "acceleration", "m/s^2")
-    turning = np.abs(values(derivative(curve.yaw), t))
-    _limited(case, piece, begin + t, turning, "turning", "rad/s")
+def _moved(case: Examination, piece: Flight, times: Array, states: Array) -> None:
+    place, speed, pull = states
+    own, limited = case.numbers[piece.robot], partial(case.limit, piece.robot, times)
+    pulled = np.hypot(pull[0], pull[1])
+    for limit, unit, measured in (
+        ("speed", "m/s", np.hypot(speed[0], speed[1])),
+        *(("tilt", "m/s^2", pulled), ("acceleration", "m/s^2", pulled)),
+        ("turning", "rad/s", np.abs(speed[3])),
+    ):
+        if limit in own:
+            words = f"{{:.3f}} {unit}, more than {own[limit]:g}"
+            limited(measured, own[limit] + NEAR, limit, words)
     if case.motion.header.robots[piece.robot]["kind"] == "rover":
-        yaw = values(curve.yaw, t)
-        slip = np.abs(east * np.sin(yaw) - north * np.cos(yaw))
-        if slip.max() > NEAR:
-            found = f"it moves sideways at {slip.max():.3f} m/s"
-            case.wrong(float(begin + t[slip.argmax()]), piece.robot, "slip", found)
-    height = case.numbers[piece.robot].get("altitude")
-    off = np.abs(values(curve.z, t) - height) if height is not None else np.zeros(1)
-    if off.max() > NEAR:
-        found = f"{off.max():.3f} m off its altitude"
-        case.wrong(float(begin + t[off.argmax()]), piece.robot, "altitude", found)
+        slip = np.abs(speed[0] * np.sin(place[3]) - speed[1] * np.cos(place[3]))
+        limited(slip, NEAR, "slip", "it moves sideways at {:.3f} m/s")
+    if "altitude" in own:
+        off = np.abs(place[2] - own["altitude"])
+        limited(off, NEAR, "altitude", "{:.3f} m off its altitude")
 
 
 def _part_state(part: Curve, t: float) -> State:
     """Return x, y, their speeds, and other values that must not jump, at a time of a part."""
-    x, y, z, yaw = (values(axis, t) for axis in (part.x, part.y, part.z, part.yaw))
-    axes = (part.x, part.y, part.yaw, part.z)
-    speeds = tuple(values(derivative(axis), t) for axis in axes)
-    return (x, y, *speeds[:2], cos(yaw), sin(yaw), speeds[2], z, speeds[3])
+    axes = (part.x, part.y, part.z, part.yaw)
+    x, y, z, yaw = (values(axis, t) for axis in axes)
+    east, north, up, turning = (values(derivative(axis), t) for axis in axes)
+    return (x, y, east, north, cos(yaw), sin(yaw), turning, z, up)
 
 
 def _apart(one: State, other: State) -> float:
     """Return the largest difference of two states."""
     return max(abs(a - b) for a, b in zip(one, other, strict=True))
-
-
-def _limited(
-    case: Examination, piece: Flight, times: Array, found: Array, limit: str, unit: str
-) -> None:
-    """Check values of a piece against one of its robot's limits, if it has that."""
-    most, worst = case.numbers[piece.robot].get(limit), int(found.argmax())
-    if most is not None and found[worst] > most + NEAR:
-        what = f"{found[worst]:.3f} {unit}, more than {most:g}"
-        case.wrong(float(times[worst]), piece.robot, limit, what)
 
 
 def check_joins(case: Examination, robot: str) -> None:

@@ -170,7 +170,7 @@ def _dynamics(case: Examination, piece: Moving) -> None:
         check_segment(
             piece,
             case.numbers[piece.robot],
-            case.walk(piece),
+            case.walked(piece),
             lambda t, *found: case.wrong(piece.t0 + t, piece.robot, *found),
             cut=(piece.robot, piece.t1) in case.resets,
         )
