@@ -210,7 +210,7 @@ def draw(
     """Draw SCENARIO before its run: region numbers, starts, objectives, hidden obstacles.
     Without -o it is drawn as text. SCENARIO may be a map file alone."""
     from safenav.report.picture.scene import scene_of
-    from safenav.report.terminal.map import scenario_text
+    from safenav.report.terminal.story import scenario_text
     from safenav.scenario.model import Scenario
     from safenav.scenario.reading.loader import load_scenario
     from safenav.scenario.reading.map import Division, form_of, load_map

@@ -20,10 +20,9 @@ from msgspec import Struct
 from safenav.extras import missing
 from safenav.fleet.ros2.interfaces import INTERFACES
 from safenav.report.picture.floor import INK
-from safenav.report.picture.glyphs import STATUS_MARKS
-from safenav.run.looks import looks
+from safenav.report.picture.svg import STATUS_MARKS
 from safenav.run.run import CLOSED, Run
-from safenav.run.values import Event, ObstacleStatus, StoryKind
+from safenav.run.values import Event, ObstacleStatus, StoryKind, looks
 from safenav.scenario.motion import AIR
 from safenav.scenario.objective import Objective, target_regions
 from safenav.world.map import Frame, Region

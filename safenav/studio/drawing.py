@@ -11,8 +11,8 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from safenav.report.page.encode import encoded
-from safenav.report.picture.glyphs import obstacle_pictogram, robot_pictogram
+from safenav.report.page.html import encoded
+from safenav.report.picture.svg import obstacle_pictogram, robot_pictogram
 from safenav.run.run import Run
 from safenav.run.values import Changes, Hidden, ObstacleStatus, RobotProgress, RobotTrack
 from safenav.scenario.model import Catalogue

@@ -18,7 +18,7 @@ from typing import IO, Any
 
 from safenav.errors import UsageError
 from safenav.lines import json_line
-from safenav.report.page.encode import LiveRun
+from safenav.report.page.html import LiveRun
 from safenav.studio.process import DONE, FAILED, REFUSED, RunOrder, kill, started
 from safenav.trace.fields import convert
 from safenav.trace.records import KINDS, Header, Inputs, Move, Record

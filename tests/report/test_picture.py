@@ -8,15 +8,14 @@ import pytest
 
 from once import SCENARIOS, beside
 from safenav.cli import group
-from safenav.report.page.encode import encoded
+from safenav.report.page.html import encoded
 from safenav.report.picture.floor import cell_size, placed_names, window
-from safenav.report.picture.glyphs import separated
 from safenav.report.picture.scene import EXCLUSION, scene_of, svg_of
-from safenav.report.picture.svg import text_width
-from safenav.report.terminal.map import scenario_text
-from safenav.run.looks import looks
+from safenav.report.picture.svg import separated, text_width
+from safenav.report.terminal.story import scenario_text
 from safenav.run.reading import read_run
 from safenav.run.run import Run
+from safenav.run.values import looks
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.studio.drawing import drawing_of
 from safenav.world.map import RegionMap

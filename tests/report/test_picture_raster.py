@@ -13,8 +13,8 @@ from safenav.report.picture import film
 from safenav.report.picture.film import Film, write_gif
 from safenav.report.picture.scene import svg_of
 from safenav.report.picture.svg import png_of
-from safenav.run.looks import BLUE, ORANGE
 from safenav.run.run import Run
+from safenav.run.values import BLUE, ORANGE
 
 resvg_py = pytest.importorskip("resvg_py", reason="PNG needs the extra `pictures` (resvg-py)")
 Image = pytest.importorskip("PIL.Image", reason="GIF needs the extra `pictures` (pillow)")

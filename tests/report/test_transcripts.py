@@ -14,7 +14,7 @@ import pytest
 from once import SCENARIOS, beside
 from report import made_traces
 from runtime.played import loaded, play
-from safenav.report.page.encode import encoded
+from safenav.report.page.html import encoded
 from safenav.report.picture.scene import svg_of
 from safenav.report.terminal.story import Story
 from safenav.run.reading import run_of

@@ -11,7 +11,7 @@ from motion.runs import played
 from safenav.checked_trace import check_trace
 from safenav.motion.check.verdict import check_motion
 from safenav.motion.making import motion_of
-from safenav.report.picture.glyphs import obstacle_pictogram, robot_pictogram
+from safenav.report.picture.svg import obstacle_pictogram, robot_pictogram
 from safenav.scenario.model import Catalogue
 from safenav.scenario.reading.catalogue import built_in
 from safenav.trace.reading import read_bytes

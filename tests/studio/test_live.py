@@ -15,7 +15,7 @@ import pytest
 from motion.runs import live_trace
 from once import trace_of_shipped
 from safenav.checked_trace import check_trace
-from safenav.report.page.encode import LiveRun, encoded
+from safenav.report.page.html import LiveRun, encoded
 from safenav.run.reading import run_of
 from safenav.studio import live
 from safenav.studio.live import StudioRun
@@ -160,7 +160,7 @@ def test_a_page_shows_the_last_tick_while_a_program_does_nothing() -> None:
 
 
 def _join(page: dict[str, Any], news: dict[str, Any]) -> None:
-    """As front/src/live/merge.ts does."""
+    """As front/src/live/player.ts does."""
     for robot, more in zip(page["robots"], news["robots"], strict=True):
         _append(robot, more, ("path", "tasks", "progress", "charge"))
         kept, steps = more["steps"]

@@ -2,21 +2,50 @@
 
 The program is built from ``front/`` (TypeScript, Preact, esbuild) and committed, since users of
 safenav have no Node. A content security policy in the page forbids every request.
-The robustness of requirements is shown as curves on the timeline."""
+
+The run is compact data (its types: front/src/run/run.ts). Values over time are lists of
+[tick, value...]; paths are lists of regions and a letter for each heading: a thousand ticks of a
+robot take about five kilobytes. ``grown`` alone writes the parts that grow during a run: all
+entries, or those that a page lacks. A set of regions is written once, as runs of consecutive
+regions: the gap before each run and its length, as in ``14,3,7,2``. The page merges the news of a
+live run (front/src/live/player.ts).
+"""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
-from functools import cache
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cache, partial
 from html import escape
 from importlib.resources import files
+from typing import Any, TypeVar
+
+from msgspec.structs import asdict
 
 from safenav.errors import SafenavError
-from safenav.report.page.encode import encoded
-from safenav.run.reading import run_of
-from safenav.run.run import Run
+from safenav.report.picture.svg import (
+    EVENT_MARKS,
+    GLYPHS,
+    obstacle_pictogram,
+    opened_pictogram,
+    robot_pictogram,
+)
+from safenav.run.reading import Beginning, RunReader, run_of
+from safenav.run.run import Run, SightCache, viewers
+from safenav.run.values import (
+    Changes,
+    Event,
+    Hidden,
+    RobotBelief,
+    RobotProgress,
+    RobotTrack,
+    StackRow,
+    looks,
+)
+from safenav.scenario.objective import Objective, target_regions
 from safenav.trace.reading import Trace
+from safenav.trace.words import seconds_words
+from safenav.world.map import Region, RegionMap
 
 
 def curves_of(trace: Trace) -> list[dict[str, object]]:
@@ -109,3 +138,252 @@ def embedded(data: object) -> str:
 def asset(name: str) -> str:
     """Return the text of a built file of a page."""
     return files(__package__).joinpath("assets", name).read_text(encoding="utf-8")
+
+
+T = TypeVar("T")
+
+
+class PageKnowledge:
+    """The entries that pages have; at first none. ``numbered``: sets of regions are numbers in
+    ``texts``, else their texts."""
+
+    def __init__(self, world: RegionMap, *, numbered: bool) -> None:
+        self.texts: dict[str, int] = {}
+        self._numbered = numbered
+        self._counts: dict[tuple[str, ...], int] = {}
+        self._views: dict[str, list[Region]] = {}
+        self._sight = SightCache(world)
+
+    def new(self, entries: Sequence[T], *key: str) -> Sequence[T]:
+        """Return the entries of a series that pages lack; ``key`` identifies the series."""
+        begin = self._counts.get(key, 0)
+        self._counts[key] = len(entries)
+        return entries[begin:]
+
+    def steps(self, track: RobotTrack) -> list[Any]:
+        """Return the number of the first step that pages lack, and the steps from it on; the last
+        one may still continue."""
+        begin = max(0, self._counts.get(("steps", track.name), 0) - 1)
+        self._counts["steps", track.name] = len(track.steps)
+        new = track.steps[begin:]
+        times = [[s.first, s.last, s.toward, round(s.begin, 3), round(s.end, 3)] for s in new]
+        return [begin, times]
+
+    def sight(self, run: Run, viewer: str) -> Iterable[tuple[int, list[Region]]]:
+        """Yield the changes of a robot's sight that pages lack: the tick, and the regions seen."""
+        for tick in range(self._counts.get(("sight", viewer), 0), run.last + 1):
+            view = self._sight.after(run, viewer, tick)
+            if view is not None and view != self._views.get(viewer):
+                self._views[viewer] = view
+                yield tick, view
+        self._counts["sight", viewer] = run.last  # more lines of this tick may follow
+
+    def placed(self, regions: Iterable[Region]) -> int | str:
+        """Return the number or the text of a set of regions (ascending)."""
+        text = written(regions)
+        return self.texts.setdefault(text, len(self.texts)) if self._numbered else text
+
+
+def written(regions: Iterable[Region]) -> str:
+    """Return regions, ascending, as gaps and lengths of runs."""
+    numbers: list[int] = []
+    end = 0
+    for region in regions:
+        if numbers and region == end:
+            numbers[-1] += 1
+        else:
+            numbers += [region - end, 1]
+        end = region + 1
+    return ",".join(map(str, numbers))
+
+
+def encoded(run: Run, source: str) -> dict[str, Any]:
+    """Return the data of the page. ``source``: the name of the trace."""
+    ending, known = run.ending, PageKnowledge(run.map, numbered=True)
+    now = grown(run, known)
+    style = looks([track.name for track in run.robots])
+    now["robots"] = [
+        {**_robot(track), **new, "steps": new["steps"][1], "look": asdict(look)}
+        for track, new, look in zip(run.robots, now["robots"], style, strict=True)
+    ]
+    return {
+        "name": run.name,
+        "source": source,
+        "version": run.version,
+        "rows": run.map.rows,
+        "cols": run.map.cols,
+        "grid": run.map.grid_rows(),
+        "names": run.map.named,
+        "areas": {name: sorted(area) for name, area in run.map.areas.items()},
+        "chargers": list(run.chargers),
+        "exclusions": [[sorted(each.robots), sorted(each.regions)] for each in run.exclusions],
+        "charger": GLYPHS.charger,
+        "within": run.within,
+        "opens": run.last if run.failed else 0,
+        **now,
+        "sets": [*known.texts],
+        "ending": ending
+        and {
+            "outcome": ending.outcome,
+            "explanation": ending.explanation,
+            "seconds": seconds_words(ending.seconds),
+            "syntheses": ending.syntheses,
+            "synthesisSeconds": seconds_words(ending.synthesis_seconds),
+        },
+        "nose": GLYPHS.nose,
+        "marks": {
+            "status": {
+                status.value: {"path": mark.path, "meaning": status.meaning}
+                for status, mark in GLYPHS.status.items()
+            },
+            "event": {kind.value: mark.path for kind, mark in GLYPHS.events.items()},
+        },
+    }
+
+
+def grown(run: Run, known: PageKnowledge) -> dict[str, Any]:
+    """Return the entries that grow with the ticks of a run and are not ``known``; obstacles without
+    new entries are left out."""
+    growth = _Growth(run, known)
+    times = run.seconds and [round(time, 3) for time in known.new(run.seconds, "times")]
+    events = (event for event in known.new(run.events, "events") if event.kind in EVENT_MARKS)
+    return {
+        "last": run.last,
+        "times": times,
+        "robots": [growth.robot(track) for track in run.robots],
+        "obstacles": [*filter(None, map(growth.obstacle, run.hidden.values()))],
+        "stack": growth.changes(run.stack, growth.rows, "stack"),
+        "events": [growth.event(event) for event in events],
+    }
+
+
+class _Growth:
+    def __init__(self, run: Run, known: PageKnowledge) -> None:
+        self._run, self._known = run, known
+        self._index = {track.name: i for i, track in enumerate(run.robots)}
+        self._viewers = viewers(run)
+
+    def changes(
+        self, changes: Changes[T], value: Callable[[T], list[Any]], *key: str
+    ) -> list[list[Any]]:
+        """Return new ticks with the value that holds from each on; the last of a tick counts."""
+        latest = dict(self._known.new(changes, *key))
+        return [[max(0, tick), *value(held)] for tick, held in latest.items()]
+
+    def robot(self, track: RobotTrack) -> dict[str, Any]:
+        run, name, charge = self._run, track.name, self._run.charges.get(track.name)
+        path = self._known.new(track.regions, "path", name)
+        headings = self._known.new(track.headings, "headings", name)
+        facing = [heading.name[0] for heading in headings if heading is not None]
+        return {
+            "path": [*path],
+            "steps": self._known.steps(track),
+            "headings": "".join(facing) if len(facing) == len(path) else None,
+            "tasks": self.changes(
+                run.objectives[name], partial(task_data, run, name), "tasks", name
+            ),
+            "progress": self.changes(run.progress[name], self._progress, "progress", name),
+            "charge": charge and self.changes(charge, lambda percent: [percent], "charge", name),
+            "view": self._view(track) if name in self._viewers else None,
+        }
+
+    def _view(self, track: RobotTrack) -> dict[str, Any]:
+        """Return a robot's sight and beliefs."""
+        sight = self._known.sight(self._run, track.name)
+        return {
+            "vision": track.vision,
+            "sight": [[tick, self._known.placed(view)] for tick, view in sight],
+            "beliefs": [
+                [self._index[of], self.changes(beliefs, self._belief, "belief", viewer, of)]
+                for (viewer, of), beliefs in self._run.beliefs.items()
+                if viewer == track.name
+            ],
+        }
+
+    def _belief(self, held: RobotBelief | None) -> list[Any]:
+        if held is None:
+            return [0, -1]
+        return [int(held.seen), self._known.placed(sorted(held.regions))]
+
+    def obstacle(self, hidden: Hidden) -> dict[str, Any]:
+        run, name = self._run, hidden.name
+        new = {
+            "status": self.changes(run.statuses[name], lambda s: [s.value], "status", name),
+            "met": self.changes(run.met[name], lambda needs: [needs], "met", name),
+            "carried": self.changes(run.loads[name], self._carriers, "carried", name),
+        }
+        return {**_obstacle(hidden, run.map), **new} if any(new.values()) else {}
+
+    def _carriers(self, robots: Sequence[str]) -> list[Any]:
+        return [[self._index[robot] for robot in robots]]
+
+    def rows(self, stack: Sequence[StackRow]) -> list[Any]:
+        word = self._run.map.word
+        return [[[row.about(word), row.roles, row.requester, [*row.helpers]] for row in stack]]
+
+    @staticmethod
+    def _progress(done: RobotProgress) -> list[Any]:
+        return [done.rounds, -1 if done.reached is None else done.reached]
+
+    def event(self, event: Event) -> list[Any]:
+        return [
+            min(event.tick, self._run.last),
+            event.kind.value,
+            event.told,
+            self._index.get(event.robot or "", -1),
+            -1 if event.region is None else event.region,
+        ]
+
+
+def _obstacle(hidden: Hidden, world: RegionMap) -> dict[str, Any]:
+    return {
+        "name": hidden.name,
+        "label": hidden.label(world),
+        "type": hidden.type,
+        "shape": obstacle_pictogram(hidden.type),
+        "opened": opened_pictogram(hidden.type),
+        "region": hidden.region,
+        "action": hidden.actions[0],
+        "needs": [*map(hidden.open_needs, range(len(hidden.actions)))],
+        "ordered": hidden.ordered,
+    }
+
+
+def _robot(track: RobotTrack) -> dict[str, Any]:
+    return {
+        "name": track.name,
+        "model": track.model,
+        "shape": robot_pictogram(track.model),
+        "can": track.capabilities,
+    }
+
+
+def task_data(run: Run, robot: str, objective: Objective | None) -> list[Any]:
+    avoid = () if objective is None else objective.avoid
+    return [run.doing(robot, objective), sorted(target_regions(objective)), sorted(avoid)]
+
+
+class LiveRun:
+    """A live run. ``source``: its name on the page, in place of a trace file."""
+
+    def __init__(self, header: Beginning, source: str) -> None:
+        self._source = source
+        reader = RunReader(header)
+        self.run, self.append = reader.run, reader.append
+        self._sent = PageKnowledge(self.run.map, numbered=False)
+        self.news()
+
+    @property
+    def time(self) -> float:
+        """The last tick, or the seconds on the clock of the run."""
+        return self.run.time(self.run.last)
+
+    def whole(self) -> dict[str, Any]:
+        """Return the data of a page that shows the run so far."""
+        return encoded(self.run, self._source)
+
+    def news(self) -> dict[str, Any]:
+        """Return the entries since the last call, in the form of ``whole``, to be appended. Two
+        differ: ``steps`` of a robot are [number, steps], which replace those from that number on,
+        and sets of regions are texts instead of references."""
+        return grown(self.run, self._sent)

@@ -24,8 +24,7 @@ from safenav.motion import file as records
 from safenav.motion.columns import columns_of
 from safenav.motion.requirements import curves
 from safenav.motion.timing import in_time, turns_in_time
-from safenav.report.page.encode import encoded
-from safenav.report.page.html import asset, data_element, document
+from safenav.report.page.html import asset, data_element, document, encoded
 from safenav.run.paths import SAME
 from safenav.run.reading import run_of
 from safenav.run.run import Run

@@ -14,9 +14,8 @@ from msgspec.structs import replace
 from safenav.errors import UsageError
 from safenav.extras import missing
 from safenav.report.picture.floor import cell_size, window
-from safenav.report.picture.glyphs import separated
 from safenav.report.picture.scene import Layer, Options, svg_of
-from safenav.report.picture.svg import png_of, size_of
+from safenav.report.picture.svg import png_of, separated, size_of
 from safenav.run.run import Run
 from safenav.run.values import Placed, Scene, StoryKind
 

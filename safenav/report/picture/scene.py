@@ -23,22 +23,24 @@ from safenav.report.picture.floor import (
     draw_floor,
     draw_names,
     draw_numbers,
+    key_of,
+    legend_of,
     outline,
     placed_names,
     window,
 )
-from safenav.report.picture.glyphs import (
+from safenav.report.picture.svg import (
     GLYPHS,
     STATUS_MARKS,
+    SvgWriter,
     obstacle_pictogram,
     opened_pictogram,
+    polyline,
     separated,
+    wrapped,
 )
-from safenav.report.picture.legend import key_of, legend_of
-from safenav.report.picture.svg import SvgWriter, polyline, wrapped
-from safenav.run.looks import Look, looks
 from safenav.run.reading import run_of
-from safenav.run.values import Event, Hidden, ObstacleStatus, Placed, Scene, StoryKind
+from safenav.run.values import Event, Hidden, Look, ObstacleStatus, Placed, Scene, StoryKind, looks
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import target_regions
 from safenav.trace.reading import unstarted

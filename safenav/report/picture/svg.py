@@ -1,4 +1,5 @@
-"""A writer of SVG elements, and text widths for the layout of legends.
+"""A writer of SVG elements, text widths for the layout of legends, and glyphs: marks of states and
+events, silhouettes of robots and obstacles, also of the pages.
 
 The advance widths are those of DejaVu Sans, the font of PNG and GIF, which is wider than the
 fallback fonts of other renderers: text that fits here fits everywhere."""
@@ -6,11 +7,15 @@ fallback fonts of other renderers: text that fits here fits everywhere."""
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from xml.sax.saxutils import escape, quoteattr
 
+from msgspec import Struct, json
+
 from safenav.errors import UsageError
 from safenav.extras import missing
+from safenav.run.values import ObstacleStatus, StoryKind
 
 FONTS = Path(__file__).parent / "fonts"
 """DejaVu Sans, regular and bold (subsets), so that pixels are the same on every machine."""
@@ -168,3 +173,69 @@ def size_of(svg: str) -> tuple[float, float]:
     found = _SIZE.search(svg)
     assert found is not None
     return float(found[1]), float(found[2])
+
+
+class Mark(Struct, frozen=True):
+    """A glyph with its colour."""
+
+    path: str
+    colour: str
+
+
+class Glyphs(Struct, frozen=True):
+    """SVG paths in [-1, 1] squared, y downwards, filled by the even-odd rule; shapes repeat what
+    colours show. ``nose`` shows a heading, pointing north, outside the body; ``charger`` a region
+    where batteries are charged; ``plate`` is the background of a robot's silhouette; ``robots`` are
+    silhouettes by model, ``obstacles`` by type, ``opened`` those of doors that are resolved."""
+
+    nose: str
+    charger: str
+    plate: str
+    robots: Mapping[str, str]
+    obstacles: Mapping[str, str]
+    opened: Mapping[str, str]
+    status: Mapping[ObstacleStatus, Mark]
+    events: Mapping[StoryKind, Mark]
+
+
+GLYPHS = json.decode(Path(__file__).with_name("glyphs.json").read_bytes(), type=Glyphs)
+STATUS_MARKS, EVENT_MARKS = GLYPHS.status, GLYPHS.events
+
+
+def robot_pictogram(model: str) -> str:
+    """Return the silhouette of a robot model; empty if none fits."""
+    return _found(GLYPHS.robots, model)
+
+
+def obstacle_pictogram(kind: str) -> str:
+    """Return the silhouette of an obstacle type; empty if none fits."""
+    return _found(GLYPHS.obstacles, kind)
+
+
+def opened_pictogram(kind: str) -> str:
+    """Return the silhouette of an obstacle type when it is resolved."""
+    return _found(GLYPHS.opened, kind) or obstacle_pictogram(kind)
+
+
+def _found(paths: Mapping[str, str], name: str) -> str:
+    """Return the path of the longest known name that equals ``name``, or ends it after ``_`` or
+    ``-`` (``fire_door``: that of ``door``); empty if there is none."""
+    plain = name.replace("-", "_")
+    fits = [known for known in paths if plain == known or plain.endswith(f"_{known}")]
+    return paths[max(fits, key=len)] if fits else ""
+
+
+def separated(places: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Return offsets for each (row, col) so that robots over one another are drawn side by side.
+
+    Grows smoothly as two robots come closer than one region, so that nothing jumps."""
+    shifts = [(0.0, 0.0)] * len(places)
+    for i, (row_a, col_a) in enumerate(places):
+        for j in range(i + 1, len(places)):
+            row_b, col_b = places[j]
+            near = 1.0 - ((row_a - row_b) ** 2 + (col_a - col_b) ** 2) ** 0.5
+            if near > 0:
+                push = 0.21 * near
+                shifts[i] = (shifts[i][0] + push, shifts[i][1] - push)
+                shifts[j] = (shifts[j][0] - push, shifts[j][1] + push)
+    return [(max(-0.24, min(0.24, r)), max(-0.24, min(0.24, c))) for r, c in shifts]

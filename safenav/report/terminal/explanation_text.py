@@ -24,9 +24,9 @@ from safenav.explain.explanation import (
     why_words,
 )
 from safenav.outcome import Outcome
-from safenav.report.terminal.map import MapPicture, Marker, draw
+from safenav.report.terminal.story import MapPicture, Marker, draw
 from safenav.review.postmortem import Missing, Postmortem
-from safenav.run.looks import labels
+from safenav.run.values import labels
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Word, describe
 from safenav.solve.reasons import need_words

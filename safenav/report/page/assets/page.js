@@ -1,4 +1,4 @@
-/* sources 7df6d8d7690369c4c5cfa94f39e3cd1ba3e1827d37d510666989a330e08bfe22 */
+/* sources 083f35b4ec4a6ae4c9cec112589ec70ca9588be6a802f2094139a182f8aae99c */
 /* Contains preact:
 The MIT License (MIT)
 

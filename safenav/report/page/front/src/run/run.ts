@@ -1,5 +1,5 @@
 /**
- * The data of the page, written by `safenav/report/page/encode.py`, and queries for the state
+ * The data of the page, written by `safenav/report/page/html.py`, and queries for the state
  * at a tick. Changing values are lists of [tick, value...] in
  * rising order; each holds until the next.
  */
@@ -277,7 +277,7 @@ export function when(run: Run, tick: number): string {
 
 /**
  * Separate robots above one another (in different layers), smoothly as they come
- * closer than one cell. The same rule as `separated` in picture/glyphs.py.
+ * closer than one cell. The same rule as `separated` in picture/svg.py.
  */
 export function separate(poses: Pose[]): Pose[] {
   const moved = poses.map((pose) => ({ ...pose }));
