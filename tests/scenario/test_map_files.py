@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 import yaml
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from once import beside
@@ -16,6 +16,7 @@ from safenav.errors import Diagnostic, InputError
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.world.images import MapFileError, read_image, read_movingai
 from safenav.world.map import Frame, RegionMap
+from support.examples import campaign
 
 MAPS = Path(__file__).parents[1] / "maps"
 
@@ -222,7 +223,7 @@ IMAGES = [
 ]
 
 
-@settings(max_examples=400)
+@campaign(150)
 @given(st.sampled_from(IMAGES).flatmap(damaged) | st.binary(max_size=60))
 def test_any_bytes_give_an_image_or_an_error(data: bytes) -> None:
     try:
@@ -234,7 +235,7 @@ def test_any_bytes_give_an_image_or_an_error(data: bytes) -> None:
         assert int(image.brightness.max()) <= image.white
 
 
-@settings(max_examples=300)
+@campaign(100)
 @given(
     damaged((MAPS / "rooms.map").read_bytes()).map(lambda data: data.decode("latin-1"))
     | st.text(max_size=60)

@@ -7,7 +7,7 @@ from copy import deepcopy
 from typing import Any
 
 import yaml
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from safenav.errors import InputError
@@ -17,6 +17,7 @@ from safenav.scenario.yaml.document import plain, read_document
 from safenav.trace import fields
 from scenario.mistakes import places
 from scenario.test_schema import FULL
+from support.examples import campaign
 
 words = st.text(alphabet=string.ascii_letters + "ü -", min_size=1, max_size=8).filter(
     lambda word: word.strip() == word
@@ -24,7 +25,7 @@ words = st.text(alphabet=string.ascii_letters + "ü -", min_size=1, max_size=8).
 data = st.recursive(
     st.none() | st.booleans() | st.integers(-99, 99) | words,
     lambda inner: st.lists(inner, max_size=4) | st.dictionaries(words, inner, max_size=4),
-    max_leaves=12,
+    max_leaves=5,
 )
 
 
@@ -62,7 +63,7 @@ edits = st.lists(
 )
 
 
-@settings(max_examples=600)
+@campaign(300)
 @given(edits)
 def test_any_damage_to_the_text_gives_a_scenario_or_an_input_error(
     changes: list[tuple[int, int, str]],
@@ -74,10 +75,9 @@ def test_any_damage_to_the_text_gives_a_scenario_or_an_input_error(
 
 
 PLAIN = plain(read_document(FULL).root)
-DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
 
-@settings(max_examples=400)
+@campaign(200)
 @given(st.lists(st.tuples(st.sampled_from([*places(PLAIN)]), data), min_size=1, max_size=3))
 def test_any_value_of_any_key_gives_a_scenario_or_an_input_error(
     changes: list[tuple[tuple[Any, ...], Any]],
@@ -89,10 +89,10 @@ def test_any_value_of_any_key_gives_a_scenario_or_an_input_error(
             for key in path[:-1]:
                 parent = parent[key]
             parent[path[-1]] = value
-    load_or_refuse(yaml.dump(scenario, Dumper=DUMPER, sort_keys=False, allow_unicode=True))
+    load_or_refuse(json.dumps(scenario, ensure_ascii=False))
 
 
-@settings(max_examples=200)
+@campaign(100)
 @given(st.text(max_size=200))
 def test_any_text_at_all_gives_a_scenario_or_an_input_error(text: str) -> None:
     load_or_refuse(text)
