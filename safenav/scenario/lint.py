@@ -1,14 +1,13 @@
 """Probable mistakes in a valid scenario: warnings of ``safenav check``.
 
-An obstacle whose action no robot or too few robots have, or that blocks no robot; a capability that
-no obstacle needs; robots that must stay in fewer regions than they are; a robot larger than a
-region, or without room to turn there; a seed without effect.
+An obstacle whose action no robot or too few robots have, or that blocks no robot; robots that must
+stay in fewer regions than they are; a robot larger than a region, or without room to turn there; a
+misspelt layer.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from itertools import combinations, starmap
 from math import floor
 from typing import Any
 
@@ -25,13 +24,11 @@ _SLIP = 0.8
 
 def lint(scenario: Scenario) -> tuple[str, ...]:
     """Return the warnings, one sentence each, in the scenario's terms."""
-    found = [*scenario.map.notes, *_misnamed(scenario), *_needless(scenario), *_crowded(scenario)]
+    found = [*scenario.map.notes, *_misnamed(scenario), *_crowded(scenario)]
     for obstacle in scenario.obstacles:
         found += _unable(obstacle, scenario) if obstacle.goes is None else ()
         found += _unnoticed(obstacle, scenario)
     found += [*oversized(scenario), *cramped(scenario)]
-    if scenario.seed and not _draws(scenario):
-        found.append(f"seed {scenario.seed} has no effect: no robots share a floor")
     return tuple(dict.fromkeys(found))
 
 
@@ -140,48 +137,14 @@ def _crowded(scenario: Scenario) -> Iterator[str]:
         yield room_words(group, scenario.map)
 
 
-def _needless(scenario: Scenario) -> Iterator[str]:
-    """Capabilities of the scenario's own models that no obstacle needs: neither a listed one nor
-    one of the scenario's own types, which real robots may encounter."""
-    needs = [obstacle.needs for obstacle in scenario.obstacles]
-    usual = built_in().obstacles
-    own = (kind for name, kind in scenario.catalogue.obstacles.items() if kind != usual.get(name))
-    needs += [kind.needs for kind in own]
-    needs += [] if scenario.flat is None else [scenario.flat.needs]
-    needed = {need.action for listed in needs for need in listed}
-    for robot in scenario.robots:
-        model = robot.model
-        given = built_in().robots.get(model.name)
-        more = model.capabilities - (given.capabilities if given is not None else frozenset())
-        for action in sorted(more - needed):
-            meant = _meant(action, needed)
-            yield f"{model.name} can '{action}', which no obstacle needs{meant}"
-
-
 def _meant(word: str, known: Collection[str]) -> str:
     return "".join(f"; did you mean '{close}'?" for close in closest(word, known))
 
 
 def _misnamed(scenario: Scenario) -> Iterator[str]:
-    """Names that are legal and probably slips: a built-in model or type is used in place of the
-    scenario's own, or a robot is alone on its layer."""
-    usual, own, team = built_in(), scenario.catalogue, scenario.robots
-    types = {each.type.name for each in scenario.obstacles}
-    used = [
-        ("robot model", own.robots, usual.robots, {robot.model.name for robot in team}),
-        ("obstacle type", own.obstacles, usual.obstacles, types),
-    ]
-    for what, given, shipped, names in used:
-        for name in sorted(given.keys() - shipped.keys() - names):
-            for meant in closest(name, names & shipped.keys(), _SLIP):
-                yield f"{what} '{name}' is not used, '{meant}' of the built-in catalogue is"
-    layers = {model.layer for model in usual.robots.values()}
-    for model in dict.fromkeys(robot.model for robot in team):
+    """Layers that are probably slips: those who are alone on one avoid no robot."""
+    layers = built_in().layers
+    for model in dict.fromkeys(robot.model for robot in scenario.robots):
         slip = model.layer.isalpha() and model.layer not in layers
         for meant in closest(model.layer, layers, _SLIP) if slip else ():
             yield f"layer '{model.layer}' of {model.name}; did you mean '{meant}'?"
-
-
-def _draws(scenario: Scenario) -> bool:
-    """Return whether anything in a run depends on the seed."""
-    return any(starmap(scenario.interfere, combinations(scenario.robots, 2)))

@@ -346,12 +346,6 @@ class Scenario(Struct, frozen=True):
         """Return the other robots that must never share a region with this one."""
         return [other for other in self.robots if other is not robot and robot.conflicts(other)]
 
-    def interfere(self, one: Robot, other: Robot) -> bool:
-        """Return whether one of these robots may have to wait for the other: they are in conflict,
-        or never together in some regions."""
-        names = {one.name, other.name}
-        return one.conflicts(other) or any(names <= each.robots for each in self.never_together)
-
     def restarts_rounds(self, obstacle: str) -> bool:
         """Return whether resolving the named obstacle restarts rounds: a flat battery does not."""
         return self.flat is None or name_parts(obstacle)[0] != self.flat.name

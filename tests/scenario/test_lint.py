@@ -17,25 +17,21 @@ map: {{grid: ["########", "#......#", "#......#", "########"], names: {names}}}
 catalogue:
   robots:
     porter: {{mobility: free, layer: {layer}, capabilities: [{can}]}}
-{more}  obstacles:
+  obstacles:
     beam: {{needs: [{{action: lift, robots: {robots}, at: neighbours}}]}}
     leak: {{action: lift, blocks: []}}
 robots:
   a: {{model: porter, start: 9, objective: {{visit: [14, 9]}}}}
   b: {{model: {other}, start: 17, objective: {{visit: [22, 17]}}, avoids: {avoids}}}
 obstacles: {obstacles}
-seed: {seed}
 """
 PLAIN = {
     "can": "lift",
     "layer": "ground",
-    "more": "",
-    "timing": "",
     "robots": "1",
     "other": "quadcopter",
     "avoids": "[]",
     "obstacles": "[{type: beam, region: 11}]",
-    "seed": "0",
     "names": "{}",
 }
 

@@ -66,7 +66,7 @@ def test_the_assumptions_allow_exactly_the_possible_observations(scene: Scene) -
     assert {(own, known) for known, owns in model.owns.items() for own in bits(owns)} == found
 
 
-@campaign(100)
+@campaign(60)
 @given(scenes(), st.data())
 def test_the_other_robot_is_always_in_its_believed_region(
     scene: Scene, data: st.DataObject

@@ -421,16 +421,16 @@ def _number(node: Node, what: str, findings: Findings, key: Key) -> Any:
     if not math.isfinite(number):
         wrong_type(node, what, "a finite number", findings)
         return None
-    least, most, above = key.least, key.most, key.above
-    limits = f"at least {least:g}" if least is not None and number < least else ""
-    if most is not None and (limits or number > most):
-        limits = f"from {least or 0:g} to {most:g}"
-    if above is not None and number <= above:
-        limits = f"more than {above:g}"
+    least = -math.inf if key.least is None else key.least
+    most = math.inf if key.most is None else key.most
+    limits = "" if least <= number <= most else f"from {max(least, 0):g} to {most:g}"
+    if limits and key.most is None:
+        limits = f"at least {least:g}"
+    if key.above is not None and number <= key.above:
+        limits = f"more than {key.above:g}"
     if limits:
         findings.add(node, f"{what} is {number:g}, and must be {limits}", key.why)
-        return None
-    return number
+    return None if limits else number
 
 
 def _integer(node: Node, what: str, findings: Findings, key: Key) -> Any:
@@ -439,11 +439,10 @@ def _integer(node: Node, what: str, findings: Findings, key: Key) -> Any:
         wrong_type(node, what, "a whole number", findings)
         return None
     least, most = whole_range(key)
-    if not least <= value <= most:
-        limits = f"at least {least}" if value < least else f"at most {most}"
+    limits = f"at least {least}" if value < least else f"at most {most}" if value > most else ""
+    if limits:
         findings.add(node, f"{what} is {clipped(str(value))}, and must be {limits}", key.why)
-        return None
-    return value
+    return None if limits else value
 
 
 def whole_range(key: Key) -> tuple[int, int]:
