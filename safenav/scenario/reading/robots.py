@@ -244,22 +244,27 @@ def resolve_objective(
     reported. ``mobility``: of its robot, if that is known."""
     if item is None:
         return None
-    what, given = f"objective {item.of}", [key for key in (*KINDS, "ltl") if item.at(key)]
-    keys = {key.text for key, _ in item.node.entries}
-    if not given and (not keys or keys & {FORM, *RULES}):
+    what, keys = f"objective {item.of}", [key.text for key, _ in item.node.entries]
+    given = [key for key in keys if key in KINDS or key == "ltl"]
+    if not given and (not keys or {FORM, *RULES}.intersection(keys)):
         reading.add(item.node, f"{what} is empty", f"give it one, for example {EXAMPLE}")
     if len(given) > 1:
-        stated = [key.text for key, _ in item.node.entries if key.text in given]
-        kinds = " and ".join(f"'{kind}'" for kind in stated)
+        kinds = " and ".join(f"'{kind}'" for kind in given)
         reading.add(item.node, f"{what}: both {kinds}", "choose one of them")
     if len(given) != 1:
         return None
     (kind,) = given
-    if kind == "ltl":
-        found: Objective | None = _ltl(item.ltl, mobility, reading)
-    else:
-        found = _about_targets(KINDS[kind], getattr(item, kind), reading)
-    return _ruled(_formed(found, kind, item, reading), item, mobility, reading)
+    found: Objective | None = (
+        _ltl(item.ltl, mobility, reading)
+        if kind == "ltl"
+        else _about_targets(KINDS[kind], getattr(item, kind), reading)
+    )
+    if item.form is not None and kind not in STRICT:
+        hint = f"leave it out: it is for {one_of(STRICT, chr(39))}"
+        reading.add(item.at(FORM), f"{item.named(FORM)}: '{kind}' has one form only", hint)
+    elif item.form is not None and isinstance(found, TargetObjective):
+        found = replace(found, literal=True)
+    return _ruled(found, item, mobility, reading)
 
 
 def within_of(
@@ -273,20 +278,6 @@ def within_of(
         message = f"{item.named(WITHIN)}: rounds of '{kind}' cannot have a deadline"
         findings.add(item.at(WITHIN), message, f"use it with {one_of(TIMED)}")
     return item.within
-
-
-def _formed(
-    objective: Objective | None, kind: str, item: language.ObjectiveKeys, findings: Findings
-) -> Objective | None:
-    """Return the objective, ``literal`` if its ``form`` requires that."""
-    if item.form is None:
-        return objective
-    if kind not in STRICT:
-        found = f"{item.named(FORM)}: '{kind}' has one form only"
-        findings.add(item.at(FORM), found, f"leave it out: it is for {one_of(STRICT, chr(39))}")
-    elif isinstance(objective, TargetObjective):
-        return replace(objective, literal=True)
-    return objective
 
 
 def _ruled(
