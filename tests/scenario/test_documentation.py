@@ -79,15 +79,15 @@ def described(kind: type[Struct]) -> str:
     """The table of the keys of a class."""
     rows = []
     for entry in entries(kind).values():
-        about = entry.about or entry.described.required
+        about = entry.described or entry.required
         if not about:
             parts = (entry.annotation, *get_args(entry.annotation))
             part = next(p for p in parts if isinstance(p, type) and issubclass(p, Struct))
             about = cleandoc(part.__doc__ or "").partition("\n\n")[0].replace("\n", " ")
-        needed = " Required." if entry.described.required else ""
+        needed = " Required." if entry.required else ""
         about = about if re.match(r"\w+:", about) else f"{about[0].upper()}{about[1:]}"
         about = f"{about.rstrip('.')}.{needed}".replace("|", "\\|")
-        rows.append(f"| `{entry.key}` | {about} |\n")
+        rows.append(f"| `{entry.word}` | {about} |\n")
     return "".join(["| key | meaning |\n", "|---|---|\n", *rows])
 
 

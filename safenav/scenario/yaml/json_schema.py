@@ -84,11 +84,11 @@ def _defined(kind: type[Struct], definitions: dict[str, Any]) -> dict[str, Any]:
         about = cleandoc(kind.__doc__ or "").partition("\n\n")[0].replace("\n", " ")
         described = {"description": about.replace("``", "")} if about else {}
         properties = {}
-        for entry in entries(kind).values():
-            own = {"description": entry.about} if entry.about else {}
-            part = schema(entry.annotation, definitions, entry.described)
-            properties[entry.key] = {**own, **part, **entry.described.schema}
-        needed = [entry.key for entry in entries(kind).values() if entry.described.required]
+        for key in entries(kind).values():
+            own = {"description": key.described} if key.described else {}
+            part = schema(key.annotation, definitions, key)
+            properties[key.word] = {**own, **part, **key.schema}
+        needed = [key.word for key in entries(kind).values() if key.required]
         definitions[name] = {
             **described,
             "type": "object",

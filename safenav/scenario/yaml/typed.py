@@ -52,6 +52,9 @@ class Key(Struct, frozen=True, eq=False):
     ``entries``: the least number of items; ``expected``: in messages; ``example``: of a mapping;
     ``check``: a further check, ``schema``: what it adds to the JSON Schema; ``form``: the form of a
     raw value, an annotation or a JSON Schema; ``default``: the value if it is missing.
+
+    ``entries`` fills the rest for a key of a class: its ``field``, its spelling (``word``), its
+    annotation, whether its value is a ``part`` of the document: an item or several.
     """
 
     about: str = ""
@@ -67,6 +70,19 @@ class Key(Struct, frozen=True, eq=False):
     schema: Mapping[str, object] = {}
     form: Any = None
     default: Any = None
+    field: str = ""
+    word: str = ""
+    annotation: Any = None
+    part: bool = False
+
+    @property
+    def described(self) -> str:
+        """Its meaning, with its default."""
+        value = self.default
+        shown = {True: "true", False: "false"}.get(value, value) if type(value) is bool else value
+        plain = isinstance(value, str | int | float) and value != ""
+        default = f"Default: {f'{shown:g}' if isinstance(shown, float) else shown}."
+        return " ".join(filter(None, (self.about, default if plain else "")))
 
     @property
     def hint(self) -> str:
@@ -160,29 +176,8 @@ class Item(Struct, frozen=True, kw_only=True):
         return f"'{key}' {self.of}".rstrip()
 
 
-class Entry(Struct, frozen=True):
-    """A key of a class: its field, its spelling, its annotation, its default, whether its value is
-    an item or several."""
-
-    field: str
-    key: str
-    annotation: Any
-    default: Any
-    described: Key
-    part: bool
-
-    @property
-    def about(self) -> str:
-        """Its description, with its default."""
-        value = self.default
-        shown = {True: "true", False: "false"}.get(value, value) if type(value) is bool else value
-        plain = isinstance(value, str | int | float) and value != ""
-        default = f"Default: {f'{shown:g}' if isinstance(shown, float) else shown}."
-        return " ".join(filter(None, (self.described.about, default if plain else "")))
-
-
 @cache
-def entries(kind: type[Struct]) -> Mapping[str, Entry]:
+def entries(kind: type[Struct]) -> Mapping[str, Key]:
     """Return the keys of a class, by their spelling."""
     hints = get_type_hints(kind, include_extras=True)
     fields = [f for f in kind.__struct_fields__ if not (issubclass(kind, Item) and f in _OWN)]
@@ -193,11 +188,10 @@ def entries(kind: type[Struct]) -> Mapping[str, Entry]:
     found = {}
     for name in fields:
         annotation, default = hints[name], given.get(name, NODEFAULT)
-        described = default if isinstance(default, Key) else key_of(annotation)
-        default = default.default if isinstance(default, Key) else default
+        key = default if isinstance(default, Key) else replace(key_of(annotation), default=default)
         word = getattr(kind, "spelled", {}).get(name, name.rstrip("_"))
         part = any(map(_is_item, _inside(annotation)))
-        found[word] = Entry(name, word, annotation, default, described, part)
+        found[word] = replace(key, field=name, word=word, annotation=annotation, part=part)
     return found
 
 
@@ -277,24 +271,23 @@ def _item(kind: type[Struct], node: Node, what: str, findings: Findings) -> Any:
         node, meant = as_meant(node, what, known, hints, findings)
     of = _filled(getattr(kind, "label", Item.label), what, node)
     values: dict[str, Any] = {}
-    for entry in known.values():
-        inner = node.get(entry.key)
+    for key in known.values():
+        inner = node.get(key.word)
         if inner is None:
-            if entry.described.required and entry.key not in meant:
-                missing = f"{what}: the key '{entry.key}' is missing"
-                findings.add(node, missing, entry.described.hint)
+            if key.required and key.word not in meant:
+                findings.add(node, f"{what}: the key '{key.word}' is missing", key.hint)
             continue
-        title = f"{entry.key if entry.part else repr(entry.key)} {of}".rstrip()
-        value = read(entry.annotation, inner, title, findings, entry.described)
-        if value is not None and entry.described.check is not None:
-            value = entry.described.check(value, inner, title, findings)
+        title = f"{key.word if key.part else repr(key.word)} {of}".rstrip()
+        value = read(key.annotation, inner, title, findings, key)
+        if value is not None and key.check is not None:
+            value = key.check(value, inner, title, findings)
         if value is not None:
-            values[entry.field] = value
+            values[key.field] = value
     if issubclass(kind, Item):
-        defaults = {entry.field: entry.default for entry in known.values()}
+        defaults = {key.field: key.default for key in known.values()}
         flawed = len(findings) > before
         return kind(node=node, of=of, flawed=flawed, **{**defaults, **values})
-    needed = {entry.field for entry in known.values() if entry.default is NODEFAULT}
+    needed = {key.field for key in known.values() if key.default is NODEFAULT}
     return kind(**values) if needed <= values.keys() else None
 
 
