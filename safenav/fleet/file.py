@@ -15,11 +15,11 @@ from typing import Annotated, Any, ClassVar
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from safenav.scenario.language import RegionValue
 from safenav.scenario.lint import arrival_room
 from safenav.scenario.model import Obstacle, ObstacleType, Scenario
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.settings import Failures
+from safenav.scenario.values import RegionValue
 from safenav.scenario.yaml.document import Node, Scalar, clipped
 from safenav.scenario.yaml.findings import Findings, parsed, read_source
 from safenav.scenario.yaml.json_schema import schema_text as schema_of

@@ -11,7 +11,7 @@ from safenav.report.terminal.layout import table
 from safenav.run.run import Run
 from safenav.run.values import StoryKind
 from safenav.scenario.model import Catalogue, Need, ResolveAt, RobotModel
-from safenav.scenario.reading.catalogue import UNLIMITED
+from safenav.scenario.values import UNLIMITED
 
 Row = Iterable[object]
 

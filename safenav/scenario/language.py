@@ -1,148 +1,22 @@
 """The scenario language: a class for each mapping of a file, an annotated line for each key.
 
 ``scenario.yaml.typed`` reads the classes and writes their JSON Schema; the modules of ``reading``
-turn their values into the model (``scenario.model``). A class of values that need more than their
-form (a region of the map, a formula) is ``Raw``. docs/scenario.md explains each key.
+turn their values into the model (``scenario.model``); ``values`` has the forms of values.
+docs/scenario.md explains each key.
 """
 
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
-from safenav.formula.syntax import RESERVED_WORDS
-from safenav.scenario.model import FAILURES, OPERATOR_ACTION, ResolveAt
+from safenav.scenario import values
 from safenav.scenario.motion import KINDS as MOTIONS
 from safenav.scenario.objective import EXAMPLE, KINDS, STAYING, kinds_that, one_of
 from safenav.scenario.settings import Clock, Coordination, LatePolicy, Limits, Until
-from safenav.scenario.yaml.document import Node, Scalar
-from safenav.scenario.yaml.findings import Findings
-from safenav.scenario.yaml.typed import MOST, NAME, Item, Key, NameForm, Raw, key, version
+from safenav.scenario.yaml.document import Scalar
+from safenav.scenario.yaml.typed import Item, Key, key, version
 from safenav.world.poses import Mobility
 
-OWN_VARIABLES = frozenset({"region", "heading"})
-RESERVED = RESERVED_WORDS | OWN_VARIABLES | {"move", "scout", "goal", "request", "wait", "assigned"}
-"""Words of formulas, and variables that specifications declare themselves, with those of the
-following prefixes."""
-PREFIXES = ("busy_", "at_")
-
-RegionName = Annotated[Scalar, NameForm("a region")]
-AreaName = Annotated[Scalar, NameForm("an area")]
-ModelName = Annotated[Scalar, NameForm("a robot model")]
-_CLOSED = "is reserved for regions that robots report as closed"
-TypeName = Annotated[Scalar, NameForm("an obstacle type", prefixes=FAILURES, reserved=_CLOSED)]
-RobotName = Annotated[
-    Scalar,
-    NameForm(
-        "a robot",
-        identifier=True,
-        taken=RESERVED_WORDS | OWN_VARIABLES,
-        reserved="is reserved and cannot name a robot",
-        why="use another name: robots become variables of specifications",
-    ),
-]
-InputName = Annotated[Scalar, NameForm("an input", True, RESERVED, PREFIXES)]
-Variable = Annotated[Scalar, NameForm("a variable", True, RESERVED, PREFIXES)]
-RequirementName = Annotated[Scalar, NameForm("a requirement")]
-
-
-SPAN = r"(\d{1,9})(?:\s*-\s*(\d{1,9}))?"
-"""A whole number, or a range of them."""
-
-
-def matching(pattern: str) -> dict[str, object]:
-    """Return the schema of a text that matches a pattern as a whole."""
-    return {"type": "string", "pattern": f"^(?:{pattern})$"}
-
-
-_COUNT = {"type": "integer", "minimum": 0}
-_CELL = {"type": "array", "prefixItems": [_COUNT, _COUNT], "items": False, "minItems": 2}
-_NAMED = matching(NAME)
-_GRID = r"\s*[#.]+[ \t]*(\r?\n[#.]+[ \t]*)*\s*"
-_ROWS = {"type": "array", "minItems": 1, "items": matching(r"[#.]+\s*")}
-
-Position = Annotated[Raw, Key(form={"anyOf": [_COUNT, _CELL]})]
-"""The number of a region, in reading order from 0 in the north-west, or [row, column]."""
-RegionValue = Annotated[Raw, Key(form={"anyOf": [_COUNT, _CELL, _NAMED]})]
-"""A region: its number, [row, column] or name; or an area, if several regions are allowed."""
-
-
-class AnyOf(Item, frozen=True):
-    """Any one of several regions."""
-
-    any: tuple[RegionValue, ...] | None = key(
-        "Any one of these regions.",
-        "a target of several regions is written {any: [47, [3, 8]]}; rows and columns get "
-        "a name under 'areas'",
-        entries=1,
-        why="name at least one region",
-    )
-
-
-TargetValue = Annotated[Raw, Key(form=RegionValue | AnyOf)]
-TargetList = Annotated[Raw, Key(form=tuple[TargetValue, ...])]
-ZoneValue = Annotated[Raw, Key(form=TargetValue | tuple[TargetValue, ...])]
-"""A target, or a list of targets that all count."""
-Span = Annotated[Raw, Key(form={"anyOf": [_COUNT, matching(r"(\d{1,9})\s*-\s*(\d{1,9})")]})]
-"""A row or column, or a range of them."""
-FormulaList = Annotated[Raw, Key(form=str | tuple[str, ...])]
-"""A formula, or a list of formulas."""
-GridRows = Annotated[Raw, Key(form={"anyOf": [matching(_GRID), _ROWS]})]
-MapOrigin = Annotated[
-    tuple[float, float] | tuple[float, float, float], Key(expected="[x, y] or [x, y, yaw]")
-]
-
-
-def _capability(word: Scalar, node: Node, what: str, findings: Findings) -> Scalar:
-    if word.value == OPERATOR_ACTION:
-        found = f"{what}: '{word.value}' is reserved for human operators"
-        findings.add(node, found, "use another word")
-    return word
-
-
-Action = Annotated[Scalar, Key(check=_capability, schema={"not": {"const": OPERATOR_ACTION}})]
-"""An action of robots: any word but that of the operator's."""
-
-Where = Annotated[Raw, Key(form=ResolveAt | tuple[RegionValue, ...], entries=1)]
-
-
-def _ascending(value: Any, node: Node, what: str, findings: Findings) -> Any:
-    if isinstance(value, tuple) and value[0] > value[1]:
-        found = f"{what}: the range [{value[0]}, {value[1]}] is empty"
-        findings.add(node, found, "the lowest value comes first")
-        return None
-    return value
-
-
-Range = Annotated[
-    Literal["bool"] | tuple[int, int],
-    Key(expected="'bool' or a range [lowest, highest]", check=_ascending),
-]
-
-
-_TICK = {"type": "integer", "minimum": 1, "maximum": MOST}
-_TICKS = {"anyOf": [_TICK, matching(SPAN)]}
-Spans = Annotated[Raw, Key(form={"anyOf": [_TICKS, {"type": "array", "items": _TICKS}]})]
-
-_NAMED_FORMULAS = dict[RequirementName, str]
-Requirements = Annotated[Raw, Key(form=_NAMED_FORMULAS | tuple[str | _NAMED_FORMULAS, ...])]
-
-
 VERSION = 1
-UNLIMITED = "unlimited"
-MOST_CHARGE = 1_000_000
-
-
-class RectangleKeys(Item, frozen=True):
-    """The free regions of these rows and columns, from 0 in the north-west."""
-
-    rules: ClassVar = {"minProperties": 1}
-    elsewhere: ClassVar = {"any": "an area lists its regions: [[1, 1], [1, 2]]"}
-    rows: Span | None = key("Default: all rows.")
-    columns: Span | None = key("Default: all columns.")
-
-
-AreaValue = Annotated[
-    Raw, Key(form=RectangleKeys | tuple[RegionValue | RectangleKeys, ...], entries=1)
-]
 
 
 class TileKeys(Item, frozen=True):
@@ -186,7 +60,7 @@ class MapKeys(Item, frozen=True):
         "areas": "'areas' stands beside 'map', not in it",
         "threshold": "adapt the image: darker than half is wall",
     }
-    grid: GridRows | None = key("One line for each row: '#' is a wall, '.' is free.")
+    grid: values.GridRows | None = key("One line for each row: '#' is a wall, '.' is free.")
     image: Scalar | None = key("A PNG or PGM file: dark is wall.")
     ros: Scalar | None = key("The YAML file of a map as ROS map_server saves it.")
     movingai: Scalar | None = key("A map of the MovingAI benchmarks.")
@@ -200,50 +74,41 @@ class MapKeys(Item, frozen=True):
         above=0,
         expected="a number",
     )
-    origin: MapOrigin | None = key(
+    origin: values.MapOrigin | None = key(
         "[x, y] or [x, y, yaw] of the south-western corner, in metres, radians."
     )
-    names: dict[RegionName, Position] | None = key("Names for regions.")
+    names: dict[values.RegionName, values.Position] | None = key("Names for regions.")
 
 
 _VISION = key(
     "Radius of sight in regions, from 1, or unlimited.",
     least=1,
-    expected=f"a number of regions, or '{UNLIMITED}'",
+    expected=f"a number of regions, or '{values.UNLIMITED}'",
     why="a robot sees at least the regions next to its own",
 )
-
-
-def _amount(value: float, node: Node, what: str, findings: Findings) -> float | None:
-    """Return a charge of at most six decimals; a whole number as it is written."""
-    if value != round(value, 6):
-        found = f"{what} is {value:g}, expected a number with at most six decimals"
-        findings.add(node, found)
-        return None
-    return int(value) if isinstance(node, Scalar) and isinstance(node.value, int) else value
 
 
 class BatteryKeys(Item, frozen=True):
     """Charge, in units of your choice."""
 
     capacity: int | None = key(
-        "Full charge.", "for example 'capacity: 60'", least=1, most=MOST_CHARGE
+        "Full charge.", "for example 'capacity: 60'", least=1, most=values.MOST_CHARGE
     )
-    move: int = key("Charge used by a step.", most=MOST_CHARGE, default=1)
+    move: int = key("Charge used by a step.", most=values.MOST_CHARGE, default=1)
     stay: float = key(
         "Charge used by a tick without a step; live, per second, a fraction too.",
         least=0,
-        most=MOST_CHARGE,
-        check=_amount,
+        most=values.MOST_CHARGE,
+        check=values.charge,
         default=0,
     )
     charge: int | None = key(
         "Charge gained by a tick on a charger.",
         "for example 'charge: 5'",
         least=1,
-        most=MOST_CHARGE,
+        most=values.MOST_CHARGE,
     )
-    start: int | None = key("Initial charge. Default: full.", most=MOST_CHARGE)
+    start: int | None = key("Initial charge. Default: full.", most=values.MOST_CHARGE)
 
 
 class ModelKeys(Item, frozen=True):
@@ -256,7 +121,7 @@ class ModelKeys(Item, frozen=True):
         "'mobility: free' or 'mobility: heading'",
     )
     layer: str | None = key("Robots of one layer avoid each other.", "for example 'layer: ground'")
-    capabilities: tuple[Action, ...] = key("Actions that it can perform.", default=())
+    capabilities: tuple[values.Action, ...] = key("Actions that it can perform.", default=())
     vision: float | Literal["unlimited"] | None = _VISION
     size: float | None = key(
         "Diameter of its body's bounding circle in metres. Default: that of its motion.", above=0
@@ -281,9 +146,13 @@ class NeedKeys(Item, frozen=True):
     """One of several actions that an obstacle needs."""
 
     one: ClassVar = "need {name} {rest}"
-    action: Action | None = key("The capability that resolves it.", "for example 'action: push'")
+    action: values.Action | None = key(
+        "The capability that resolves it.", "for example 'action: push'"
+    )
     robots: int = key("Number of distinct robots that perform it.", least=1, most=100, default=1)
-    at_: Where | None = key("Where the action works: self, neighbours or regions. Default: self.")
+    at_: values.Where | None = key(
+        "Where the action works: self, neighbours or regions. Default: self."
+    )
     together: bool = key("Whether all perform it in the same tick.", default=False)
     same: bool = key(
         "Whether the robots that fulfilled the previous need must fulfil this one.", default=False
@@ -308,8 +177,8 @@ class TypeKeys(Item, frozen=True):
             },
         ]
     }
-    action: Action | None = key("The capability that resolves it.")
-    resolve_at: Where | None = key(
+    action: values.Action | None = key("The capability that resolves it.")
+    resolve_at: values.Where | None = key(
         "Where the action works: self, neighbours or regions. Default: self."
     )
     needs: tuple[NeedKeys, ...] | None = key(
@@ -329,8 +198,8 @@ class TypeKeys(Item, frozen=True):
 class CatalogueKeys(Item, frozen=True):
     """Robot models and obstacle types; they replace built-in ones of the same name."""
 
-    robots: dict[ModelName, ModelKeys] | None = key("Robot models by name.")
-    obstacles: dict[TypeName, TypeKeys] | None = key("Obstacle types by name.")
+    robots: dict[values.ModelName, ModelKeys] | None = key("Robot models by name.")
+    obstacles: dict[values.TypeName, TypeKeys] | None = key("Obstacle types by name.")
 
 
 class LtlKeys(Item, frozen=True):
@@ -339,10 +208,12 @@ class LtlKeys(Item, frozen=True):
     label: ClassVar = "in {what}"
     example: ClassVar = "{liveness: [region = 14, region = 20], safety: region' != 47}"
     rules: ClassVar = {"anyOf": [{"required": ["safety"]}, {"required": ["liveness"]}]}
-    init: FormulaList | None = key("Conditions at the start (no next values).")
-    safety: FormulaList | None = key("Conditions on every step.")
-    liveness: FormulaList | None = key("Conditions met infinitely often.")
-    memory: dict[Variable, Range] | None = key("Variables of its own: bool or [lowest, highest].")
+    init: values.FormulaList | None = key("Conditions at the start (no next values).")
+    safety: values.FormulaList | None = key("Conditions on every step.")
+    liveness: values.FormulaList | None = key("Conditions met infinitely often.")
+    memory: dict[values.Variable, values.Range] | None = key(
+        "Variables of its own: bool or [lowest, highest]."
+    )
 
 
 FORM, WITHIN, RULES = "form", "within", ("avoid", "always")
@@ -372,18 +243,18 @@ class ObjectiveKeys(Item, frozen=True):
             WITHIN: {"anyOf": [{"required": [kind]} for kind in TIMED]},
         },
     }
-    patrol: TargetList | None = _kind("patrol")
-    visit: TargetList | None = _kind("visit")
-    cover: TargetList | None = _kind("cover")
-    hold: TargetValue | None = _kind("hold")
-    once: TargetList | None = _kind("once")
+    patrol: values.TargetList | None = _kind("patrol")
+    visit: values.TargetList | None = _kind("visit")
+    cover: values.TargetList | None = _kind("cover")
+    hold: values.TargetValue | None = _kind("hold")
+    once: values.TargetList | None = _kind("once")
     ltl: LtlKeys | None = None
     form: Literal["literal"] | None = key(
         "literal: the exact formula, or unrealizable.", why="leave it out to accept a weaker form"
     )
     within: int | None = key(f"Maximum number of ticks of each round of {one_of(TIMED)}.", least=1)
-    avoid: ZoneValue | None = key("Regions that the robot never enters.")
-    always: FormulaList | None = key(
+    avoid: values.ZoneValue | None = key("Regions that the robot never enters.")
+    always: values.FormulaList | None = key(
         "Formulas over region and heading that each of its steps satisfies."
     )
 
@@ -410,7 +281,7 @@ class RobotKeys(Item, frozen=True):
         },
     }
     model: Scalar | None = key("A robot model of the catalogue.", "for example 'model: digit'")
-    start: RegionValue | None = key(
+    start: values.RegionValue | None = key(
         "Where it starts.", "a region, for example 'start: 47' or 'start: [3, 8]'"
     )
     heading: Literal["north", "east", "south", "west"] | None = key(
@@ -443,7 +314,7 @@ class ExclusionKeys(Item, frozen=True):
         "name two robots or more, for example 'robots: [quad, digit]'",
         schema={"minItems": 2},
     )
-    in_: ZoneValue | None = key(
+    in_: values.ZoneValue | None = key(
         "Regions for at most one of them.",
         "name regions or areas, for example 'in: bridge'",
         schema={"minItems": 1},
@@ -456,7 +327,7 @@ class InputKeys(Item, frozen=True):
     one: ClassVar = "input {name}"
     example: ClassVar = "{at: 12-30}; {} for one that a program sets"
     elsewhere: ClassVar = {"probability": "list the ticks: at: [12, 20-30]"}
-    at_: Spans | None = key("Ticks when a simulation has it on: 12, 20-30 or a list.")
+    at_: values.Spans | None = key("Ticks when a simulation has it on: 12, 20-30 or a list.")
     always_eventually: Literal["off", "on", "both"] | bool | None = key(
         "Values that specifications assume infinitely often: off, on or both.",
         expected="off, on or both (the value that it has infinitely often)",
@@ -474,7 +345,7 @@ class ObstacleKeys(Item, frozen=True):
     example: ClassVar = "{type: door, region: 47}"
     elsewhere: ClassVar = _NO_SWEEPS
     type: Scalar | None = key("An obstacle type of the catalogue.", "for example 'type: door'")
-    region: RegionValue | None = key("Its region.", _AT)
+    region: values.RegionValue | None = key("Its region.", _AT)
     traversable: bool | None = key(
         "The truth that resolving it reveals, if its type has one. Default: true."
     )
@@ -497,7 +368,7 @@ class OrderKeys(Item, frozen=True):
     type: Scalar | None = key(
         "An obstacle type with 'blocks: []'.", "an obstacle type with 'blocks: []'"
     )
-    region: RegionValue | None = key("Its region.", _AT)
+    region: values.RegionValue | None = key("Its region.", _AT)
     resolve_within: int | None = _WITHIN
 
 
@@ -526,7 +397,7 @@ Ended = Literal[
 ]
 """The outcomes (``safenav.outcome``) of a run without a defect of the program."""
 
-_OBSTACLE = {"description": "An obstacle: type@region.", **matching(".+@.+")}
+_OBSTACLE = {"description": "An obstacle: type@region.", **values.matching(".+@.+")}
 _NAMES = {"items": _OBSTACLE}
 
 
@@ -575,8 +446,10 @@ class ScenarioKeys(Item, frozen=True):
     map: MapKeys | None = key(
         "", "draw it: 'map:', below it 'grid: |', below that rows of '#' and '.'"
     )
-    areas: dict[AreaName, AreaValue] | None = key("Named sets of regions, usable as targets.")
-    robots: dict[RobotName, RobotKeys] | None = key(
+    areas: dict[values.AreaName, values.AreaValue] | None = key(
+        "Named sets of regions, usable as targets."
+    )
+    robots: dict[values.RobotName, RobotKeys] | None = key(
         "The team by name, in the order of moves within a tick.",
         "name each robot with its model, start and objective",
         schema={"minProperties": 1},
@@ -584,7 +457,7 @@ class ScenarioKeys(Item, frozen=True):
     never_together: tuple[ExclusionKeys, ...] = key(
         "Regions with at most one of several robots at a time.", default=()
     )
-    inputs: dict[InputName, InputKeys] | None = key(
+    inputs: dict[values.InputName, InputKeys] | None = key(
         "Booleans that the environment sets.", example="{alarm: {at: 12-30}}"
     )
     obstacles: tuple[ObstacleKeys, ...] = key(
@@ -601,7 +474,7 @@ class ScenarioKeys(Item, frozen=True):
         "Maximum ticks from a request to its resolution, unless the obstacle has its own."
     )
     late: LatePolicy = key("After a missed deadline: go_on, or stop.", default=LatePolicy.GO_ON)
-    chargers: tuple[RegionValue, ...] | None = key("Regions where batteries are charged.")
+    chargers: tuple[values.RegionValue, ...] | None = key("Regions where batteries are charged.")
     flat: Scalar | None = key(
         "The obstacle type (with 'blocks: []') that represents a robot without charge."
     )
@@ -613,7 +486,7 @@ class ScenarioKeys(Item, frozen=True):
         "The cells of beliefs: rooms, or {tiles: [rows, columns]}. Default: rooms.",
         expected="'rooms' or {tiles: [rows, columns]}",
     )
-    requirements: Requirements | None = key(
+    requirements: values.Requirements | None = key(
         "Formulas over the motion, such as always(distance(a, b) >= 1); they may have names."
     )
     expect: ExpectKeys | None = None

@@ -13,7 +13,6 @@ from pathlib import Path
 from msgspec.structs import replace
 
 from safenav.scenario import language, motion
-from safenav.scenario.language import UNLIMITED as UNLIMITED
 from safenav.scenario.model import (
     Battery,
     Catalogue,
@@ -23,6 +22,7 @@ from safenav.scenario.model import (
     RobotModel,
 )
 from safenav.scenario.reading.regions import Reading
+from safenav.scenario.values import UNLIMITED
 from safenav.scenario.yaml import document
 from safenav.scenario.yaml.document import Node, Scalar, clipped, entries_of, items_of
 from safenav.scenario.yaml.findings import Findings, parsed, read_source, suggestion

@@ -8,7 +8,7 @@ from collections.abc import Collection, Mapping, Sequence
 
 from safenav.formula.parser import FormulaError
 from safenav.outcome import Outcome
-from safenav.scenario import language
+from safenav.scenario import language, values
 from safenav.scenario.model import Obstacle, ObstacleType
 from safenav.scenario.objective import Ltl, Objective, kinds_that, one_of
 from safenav.scenario.reading.catalogue import type_named
@@ -180,7 +180,7 @@ def _spans(value: Raw | None, findings: Findings) -> tuple[tuple[int, int], ...]
     node = value.node
     for part in node.items if isinstance(node, document.Sequence) else (node,):
         text = str(part.value) if isinstance(part, Scalar) else ""
-        match = re.fullmatch(language.SPAN, text, re.ASCII)
+        match = re.fullmatch(values.SPAN, text, re.ASCII)
         first, last = (int(match[1]), int(match[2] or match[1])) if match else (0, 0)
         if not 1 <= first <= last <= MOST:
             hint = "for example at: [12, 20-30]; ticks count from 1"

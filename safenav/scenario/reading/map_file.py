@@ -18,8 +18,9 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.file_kind import ROS_MAP
-from safenav.scenario.language import MapKeys, MapOrigin
+from safenav.scenario.language import MapKeys
 from safenav.scenario.reading.regions import NO_SIZE, Reading, too_large
+from safenav.scenario.values import MapOrigin
 from safenav.scenario.yaml.document import Node, Place, Scalar, clipped
 from safenav.scenario.yaml.findings import Findings, parsed, read_bytes, read_source, suggestion
 from safenav.scenario.yaml.typed import Item, key, read

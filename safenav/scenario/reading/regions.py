@@ -12,10 +12,10 @@ from pathlib import Path
 from msgspec.structs import replace
 
 from safenav.scenario import language
-from safenav.scenario.language import AnyOf
 from safenav.scenario.model import Catalogue, Obstacle, ObstacleType, Robot, name_parts
 from safenav.scenario.objective import Target
 from safenav.scenario.settings import Exclusion
+from safenav.scenario.values import AnyOf, AreaValue, RectangleKeys
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped, items_of, plain
 from safenav.scenario.yaml.findings import Findings, ReadableFolder, wrong_type
 from safenav.scenario.yaml.typed import Raw, read, sequence
@@ -272,7 +272,7 @@ _AREA = "a list of regions [[1, 1], [1, 2]], or {rows: 1-4, columns: 1-6}"
 _RANGE = re.compile(r"(\d{1,9})\s*-\s*(\d{1,9})", re.ASCII)
 
 
-def resolve_areas(listed: Names[Scalar, language.AreaValue], reading: Reading) -> None:
+def resolve_areas(listed: Names[Scalar, AreaValue], reading: Reading) -> None:
     """Add the areas of the scenario to ``reading``."""
     areas: dict[str, frozenset[Region] | None] = {}
     for key, value in listed.items():
@@ -311,7 +311,7 @@ def _area(node: Node, what: str, reading: Reading) -> frozenset[Region] | None:
         return None
     for item in (node,) if isinstance(node, Mapping) else items_of(node):
         if isinstance(item, Mapping):
-            found |= _rectangle(read(language.RectangleKeys, item, what, reading), what, reading)
+            found |= _rectangle(read(RectangleKeys, item, what, reading), what, reading)
         elif (region := reading.region(item, what)) is not None:
             found.add(region)
     if not found and reading.world is not None and len(reading) == before:
@@ -319,7 +319,7 @@ def _area(node: Node, what: str, reading: Reading) -> frozenset[Region] | None:
     return frozenset(found) if found and len(reading) == before else None
 
 
-def _rectangle(item: language.RectangleKeys, what: str, reading: Reading) -> set[Region]:
+def _rectangle(item: RectangleKeys, what: str, reading: Reading) -> set[Region]:
     """Return the free regions of ``{rows: 1-4, columns: 1-6}``; a missing key means all."""
     world = reading.world
     if not item.node.entries:

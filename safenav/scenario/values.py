@@ -1,0 +1,147 @@
+"""Forms of values in scenarios: names, regions and targets, formulas, actions, ticks.
+
+A value that needs more than its form (a region of the map, a formula) is ``Raw``: the modules of
+``reading`` read it once the map and the names are known.
+"""
+
+from typing import Annotated, Any, ClassVar, Literal
+
+from safenav.formula.syntax import RESERVED_WORDS
+from safenav.scenario.model import FAILURES, OPERATOR_ACTION, ResolveAt
+from safenav.scenario.yaml.document import Node, Scalar
+from safenav.scenario.yaml.findings import Findings
+from safenav.scenario.yaml.typed import MOST, NAME, Item, Key, NameForm, Raw, key
+
+OWN_VARIABLES = frozenset({"region", "heading"})
+RESERVED = RESERVED_WORDS | OWN_VARIABLES | {"move", "scout", "goal", "request", "wait", "assigned"}
+"""Words of formulas, and variables that specifications declare themselves, with those of the
+following prefixes."""
+PREFIXES = ("busy_", "at_")
+
+RegionName = Annotated[Scalar, NameForm("a region")]
+AreaName = Annotated[Scalar, NameForm("an area")]
+ModelName = Annotated[Scalar, NameForm("a robot model")]
+_CLOSED = "is reserved for regions that robots report as closed"
+TypeName = Annotated[Scalar, NameForm("an obstacle type", prefixes=FAILURES, reserved=_CLOSED)]
+RobotName = Annotated[
+    Scalar,
+    NameForm(
+        "a robot",
+        identifier=True,
+        taken=RESERVED_WORDS | OWN_VARIABLES,
+        reserved="is reserved and cannot name a robot",
+        why="use another name: robots become variables of specifications",
+    ),
+]
+InputName = Annotated[Scalar, NameForm("an input", True, RESERVED, PREFIXES)]
+Variable = Annotated[Scalar, NameForm("a variable", True, RESERVED, PREFIXES)]
+RequirementName = Annotated[Scalar, NameForm("a requirement")]
+
+
+SPAN = r"(\d{1,9})(?:\s*-\s*(\d{1,9}))?"
+"""A whole number, or a range of them."""
+
+
+def matching(pattern: str) -> dict[str, object]:
+    """Return the schema of a text that matches a pattern as a whole."""
+    return {"type": "string", "pattern": f"^(?:{pattern})$"}
+
+
+_COUNT = {"type": "integer", "minimum": 0}
+_CELL = {"type": "array", "prefixItems": [_COUNT, _COUNT], "items": False, "minItems": 2}
+_NAMED = matching(NAME)
+_GRID = r"\s*[#.]+[ \t]*(\r?\n[#.]+[ \t]*)*\s*"
+_ROWS = {"type": "array", "minItems": 1, "items": matching(r"[#.]+\s*")}
+
+Position = Annotated[Raw, Key(form={"anyOf": [_COUNT, _CELL]})]
+"""The number of a region, in reading order from 0 in the north-west, or [row, column]."""
+RegionValue = Annotated[Raw, Key(form={"anyOf": [_COUNT, _CELL, _NAMED]})]
+"""A region: its number, [row, column] or name; or an area, if several regions are allowed."""
+
+
+class AnyOf(Item, frozen=True):
+    """Any one of several regions."""
+
+    any: tuple[RegionValue, ...] | None = key(
+        "Any one of these regions.",
+        "a target of several regions is written {any: [47, [3, 8]]}; rows and columns get "
+        "a name under 'areas'",
+        entries=1,
+        why="name at least one region",
+    )
+
+
+TargetValue = Annotated[Raw, Key(form=RegionValue | AnyOf)]
+TargetList = Annotated[Raw, Key(form=tuple[TargetValue, ...])]
+ZoneValue = Annotated[Raw, Key(form=TargetValue | tuple[TargetValue, ...])]
+"""A target, or a list of targets that all count."""
+Span = Annotated[Raw, Key(form={"anyOf": [_COUNT, matching(r"(\d{1,9})\s*-\s*(\d{1,9})")]})]
+"""A row or column, or a range of them."""
+FormulaList = Annotated[Raw, Key(form=str | tuple[str, ...])]
+"""A formula, or a list of formulas."""
+GridRows = Annotated[Raw, Key(form={"anyOf": [matching(_GRID), _ROWS]})]
+MapOrigin = Annotated[
+    tuple[float, float] | tuple[float, float, float], Key(expected="[x, y] or [x, y, yaw]")
+]
+
+
+def _capability(word: Scalar, node: Node, what: str, findings: Findings) -> Scalar:
+    if word.value == OPERATOR_ACTION:
+        found = f"{what}: '{word.value}' is reserved for human operators"
+        findings.add(node, found, "use another word")
+    return word
+
+
+Action = Annotated[Scalar, Key(check=_capability, schema={"not": {"const": OPERATOR_ACTION}})]
+"""An action of robots: any word but that of the operator's."""
+
+Where = Annotated[Raw, Key(form=ResolveAt | tuple[RegionValue, ...], entries=1)]
+
+
+def _ascending(value: Any, node: Node, what: str, findings: Findings) -> Any:
+    if isinstance(value, tuple) and value[0] > value[1]:
+        found = f"{what}: the range [{value[0]}, {value[1]}] is empty"
+        findings.add(node, found, "the lowest value comes first")
+        return None
+    return value
+
+
+Range = Annotated[
+    Literal["bool"] | tuple[int, int],
+    Key(expected="'bool' or a range [lowest, highest]", check=_ascending),
+]
+
+
+_TICK = {"type": "integer", "minimum": 1, "maximum": MOST}
+_TICKS = {"anyOf": [_TICK, matching(SPAN)]}
+Spans = Annotated[Raw, Key(form={"anyOf": [_TICKS, {"type": "array", "items": _TICKS}]})]
+
+_NAMED_FORMULAS = dict[RequirementName, str]
+Requirements = Annotated[Raw, Key(form=_NAMED_FORMULAS | tuple[str | _NAMED_FORMULAS, ...])]
+
+
+class RectangleKeys(Item, frozen=True):
+    """The free regions of these rows and columns, from 0 in the north-west."""
+
+    rules: ClassVar = {"minProperties": 1}
+    elsewhere: ClassVar = {"any": "an area lists its regions: [[1, 1], [1, 2]]"}
+    rows: Span | None = key("Default: all rows.")
+    columns: Span | None = key("Default: all columns.")
+
+
+AreaValue = Annotated[
+    Raw, Key(form=RectangleKeys | tuple[RegionValue | RectangleKeys, ...], entries=1)
+]
+
+
+UNLIMITED = "unlimited"
+MOST_CHARGE = 1_000_000
+
+
+def charge(value: float, node: Node, what: str, findings: Findings) -> float | None:
+    """Return a charge of at most six decimals; a whole number as it is written."""
+    if value != round(value, 6):
+        found = f"{what} is {value:g}, expected a number with at most six decimals"
+        findings.add(node, found)
+        return None
+    return int(value) if isinstance(node, Scalar) and isinstance(node.value, int) else value
