@@ -16,7 +16,7 @@ from msgspec import Struct
 
 from safenav.errors import ExitCode, SafenavError
 from safenav.formula import syntax
-from safenav.formula.syntax import Operation, Operator
+from safenav.formula.syntax import Connective, Operation
 
 MAX_DEPTH = 100
 """Deepest nesting of parentheses, negations and implication chains."""
@@ -101,11 +101,11 @@ _TEMPORAL = {
 }
 
 _OPERATORS = {
-    "iff": Operator.IFF,
-    "implies": Operator.IMPLIES,
-    "xor": Operator.XOR,
-    "or": Operator.OR,
-    "and": Operator.AND,
+    "iff": Connective.IFF,
+    "implies": Connective.IMPLIES,
+    "xor": Connective.XOR,
+    "or": Connective.OR,
+    "and": Connective.AND,
 }
 """Operators by the kind of their token."""
 
@@ -184,7 +184,7 @@ class _Parser:
             operand = self._unary()
             self._depth -= 1
             self._height = self._bounded(self._height + 1, token)
-            return Operation(Operator.NOT, (operand,))
+            return Operation(Connective.NOT, (operand,))
         if token.kind == "name" and token.text in ("next", "X") and self._opens_next():
             return self._next_formula()
         return self._comparison()
@@ -207,7 +207,7 @@ class _Parser:
                 found = f"the primed variable {name.name}' inside {word.text}(...)"
                 raise FormulaError(name.column, found, _ONE_STEP)
         self._height = self._bounded(self._height + 1, word)
-        return Operation(Operator.NEXT, (operand,))
+        return Operation(Connective.NEXT, (operand,))
 
     def _parenthesized(self) -> syntax.Formula:
         opening = self._take()
@@ -373,7 +373,7 @@ def _flaws(
         case syntax.Comparison(syntax.Relation.EQUAL | syntax.Relation.UNEQUAL, left, right):
             yield from _range(left, right, declared)
             yield from _range(right, left, declared)
-        case Operation(Operator.NEXT, (operand,)) if not primes:
+        case Operation(Connective.NEXT, (operand,)) if not primes:
             # Its column is not recorded: that of its first name is near.
             column = next((name.column for name in syntax.names_of(operand)), 1)
             yield FormulaFlaw(column, "next(...) in an initial condition", _NO_NEXT)

@@ -73,7 +73,7 @@ class Comparison(Struct, frozen=True):
     right: Term
 
 
-class Operator(StrEnum):
+class Connective(StrEnum):
     NOT = "!"
     NEXT = "next"
     AND = "&"
@@ -88,12 +88,19 @@ class Operation(Struct, frozen=True):
     without primes), two for ``->`` and ``<->``, any number for the others; ``^`` is true if an odd
     number of them is."""
 
-    operator: Operator
+    operator: Connective
     operands: tuple[Formula, ...]
 
 
-_TIGHTEST = (Operator.IFF, Operator.IMPLIES, Operator.XOR, Operator.OR, Operator.AND, Operator.NOT)
-PRECEDENCE: Mapping[Operator, int] = {operator: n for n, operator in enumerate(_TIGHTEST, 1)}
+_TIGHTEST = (
+    Connective.IFF,
+    Connective.IMPLIES,
+    Connective.XOR,
+    Connective.OR,
+    Connective.AND,
+    Connective.NOT,
+)
+PRECEDENCE: Mapping[Connective, int] = {operator: n for n, operator in enumerate(_TIGHTEST, 1)}
 """Precedence of each operator; comparisons bind more tightly."""
 
 Term = Name | Number | Sum
@@ -107,7 +114,7 @@ def operands_of(formula: Formula) -> tuple[Formula, ...]:
 
 def is_next(formula: Formula) -> bool:
     """Return whether a formula is ``next(...)``."""
-    return isinstance(formula, Operation) and formula.operator is Operator.NEXT
+    return isinstance(formula, Operation) and formula.operator is Connective.NEXT
 
 
 def atoms_of(term: Term) -> tuple[Name | Number, ...]:
@@ -162,7 +169,7 @@ def resolve_constants(
             if isinstance(name, Name) and numbers is not None:
                 parts = [Number(number, name.column) for number in sorted(numbers)]
                 each = tuple(walk(Comparison(node.relation, other, part)) for part in parts)
-                join = Operator.OR if node.relation is Relation.EQUAL else Operator.AND
+                join = Connective.OR if node.relation is Relation.EQUAL else Connective.AND
                 return each[0] if len(each) == 1 else Operation(join, each)
         return None
 
@@ -189,13 +196,15 @@ def to_text(formula: Formula) -> str:
             return _term(formula)
         case Comparison(relation, left, right):
             return f"{_term(left)} {relation.value} {_term(right)}"
-        case Operation(Operator.NEXT, (operand,)):
+        case Operation(Connective.NEXT, (operand,)):
             return f"next({to_text(operand)})"
-        case Operation(Operator.NOT, (operand,)):
+        case Operation(Connective.NOT, (operand,)):
             # "!x = 3" would parse as meant, but a reader should not have to know that.
-            return "!" + _within(operand, PRECEDENCE[Operator.NOT], isinstance(operand, Comparison))
+            return "!" + _within(
+                operand, PRECEDENCE[Connective.NOT], isinstance(operand, Comparison)
+            )
         case Operation(operator, operands):
-            rank, pairs = PRECEDENCE[operator], operator in (Operator.IMPLIES, Operator.IFF)
+            rank, pairs = PRECEDENCE[operator], operator in (Connective.IMPLIES, Connective.IFF)
             first = _within(operands[0], rank if pairs else rank + 1)
             rest = (_within(operand, rank + 1) for operand in operands[1:])
             return f" {operator.value} ".join((first, *rest))
@@ -251,22 +260,22 @@ def predicate(formula: Formula) -> Predicate:
         case Comparison(relation, left, right):
             compare, low, high = _RELATIONS[relation], _value(left), _value(right)
             return lambda now, then: compare(low(now, then), high(now, then))
-        case Operation(Operator.NEXT, (operand,)):
+        case Operation(Connective.NEXT, (operand,)):
             part = predicate(operand)
             return lambda _, then: part(_next_state(then), then)
-        case Operation(Operator.OR, operands):
+        case Operation(Connective.OR, operands):
             return _some_of(operands)
         case Operation(operator, operands):
             parts, joined = [predicate(operand) for operand in operands], _TRUTH[operator]
             return lambda now, then: joined(part(now, then) for part in parts)
 
 
-_TRUTH: Mapping[Operator, Callable[[Iterator[bool]], bool]] = {
-    Operator.NOT: lambda values: not next(values),
-    Operator.AND: all,
-    Operator.XOR: lambda values: sum(values) % 2 == 1,
-    Operator.IMPLIES: lambda values: not next(values) or next(values),
-    Operator.IFF: lambda values: next(values) == next(values),
+_TRUTH: Mapping[Connective, Callable[[Iterator[bool]], bool]] = {
+    Connective.NOT: lambda values: not next(values),
+    Connective.AND: all,
+    Connective.XOR: lambda values: sum(values) % 2 == 1,
+    Connective.IMPLIES: lambda values: not next(values) or next(values),
+    Connective.IFF: lambda values: next(values) == next(values),
 }
 """Whether an operation holds, from the truth of its operands."""
 

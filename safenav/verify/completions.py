@@ -22,7 +22,7 @@ from msgspec import Struct
 from safenav.components import components
 from safenav.errors import ResourceLimitError
 from safenav.formula import syntax
-from safenav.formula.syntax import Operation, Operator
+from safenav.formula.syntax import Connective, Operation
 from safenav.spec.specification import Constraint, Variable
 
 Vector = Sequence[int]
@@ -47,20 +47,20 @@ class Evaluator:
                 return self._number(name, primed or own_prime)[0]
             case syntax.Comparison():
                 return self._compare(formula, primed)
-            case Operation(Operator.NEXT, (operand,)):
+            case Operation(Connective.NEXT, (operand,)):
                 return self.holds(operand, True)
             case Operation(operator, operands):
                 planes, every = [self.holds(part, primed) for part in operands], self.everywhere
                 match operator:
-                    case Operator.AND:
+                    case Connective.AND:
                         return reduce(and_, planes)
-                    case Operator.OR:
+                    case Connective.OR:
                         return reduce(or_, planes)
-                    case Operator.NOT:
+                    case Connective.NOT:
                         return every ^ planes[0]
-                    case Operator.IMPLIES:
+                    case Connective.IMPLIES:
                         return (every ^ planes[0]) | planes[1]
-                    case Operator.IFF:
+                    case Connective.IFF:
                         return every ^ planes[0] ^ planes[1]
                 return reduce(xor, planes)
             case syntax.Constant(value):

@@ -11,7 +11,7 @@ from once import beside
 from safenav.formula import syntax
 from safenav.formula.parser import MAX_DEPTH, FormulaError, check, parse
 from safenav.formula.prefix import to_infix
-from safenav.formula.syntax import Operation, Operator, evaluate, to_text
+from safenav.formula.syntax import Connective, Operation, evaluate, to_text
 
 BOOLEANS = ("a", "b", "next_one", "Xs")
 INTEGERS = ("x", "y")
@@ -34,7 +34,7 @@ def _unprimed(formula: syntax.Formula) -> syntax.Formula:
             return syntax.Name(name)
         case syntax.Comparison(relation, left, right):
             return syntax.Comparison(relation, _unprimed_term(left), _unprimed_term(right))
-        case Operation(Operator.NEXT, (operand,)):
+        case Operation(Connective.NEXT, (operand,)):
             return _unprimed(operand)
         case Operation(operator, operands):
             return Operation(operator, tuple(map(_unprimed, operands)))
@@ -53,10 +53,12 @@ def _larger(children: st.SearchStrategy[syntax.Formula]) -> st.SearchStrategy[sy
     one, two = children.map(lambda each: (each,)), st.tuples(children, children)
     several = st.lists(children, min_size=2, max_size=3).map(tuple)
     return st.one_of(
-        st.builds(Operation, st.just(Operator.NOT), one),
-        st.builds(Operation, st.just(Operator.NEXT), one.map(lambda each: (_unprimed(*each),))),
-        st.builds(Operation, st.sampled_from([Operator.AND, Operator.OR, Operator.XOR]), several),
-        st.builds(Operation, st.sampled_from([Operator.IMPLIES, Operator.IFF]), two),
+        st.builds(Operation, st.just(Connective.NOT), one),
+        st.builds(Operation, st.just(Connective.NEXT), one.map(lambda each: (_unprimed(*each),))),
+        st.builds(
+            Operation, st.sampled_from([Connective.AND, Connective.OR, Connective.XOR]), several
+        ),
+        st.builds(Operation, st.sampled_from([Connective.IMPLIES, Connective.IFF]), two),
     )
 
 

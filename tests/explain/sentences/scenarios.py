@@ -97,9 +97,9 @@ def _turned(formula: syntax.Formula) -> oracle.Formula:
         case syntax.Operation(operator, operands):
             parts = [*map(_turned, operands)]
             match operator:
-                case syntax.Operator.NOT:
+                case syntax.Connective.NOT:
                     return oracle.Not(parts[0])
-                case syntax.Operator.NEXT:
+                case syntax.Connective.NEXT:
                     return oracle.Next(parts[0])
             return reduce(partial(oracle.Binary, operator.value), parts)
 
