@@ -320,7 +320,7 @@ KINDS = {
         "header": "trace:int scenario:scenario clock?:clock",
         "move": f"{_MOVED} toward?:int by?:by result?:result signal?:signal",
         "depart": f"{_MOVED} command:count by:by node?:count signal?:signal",
-        "hold": "robot signal?:signal",
+        "hold": "robot signal:signal",
         "arrive": "robot at:int heading:heading result:result command:count regions?:regions",
         "act": "robot robots:names obstacles:names",
         "acted": "robot results:results reason? barred?:names",

@@ -63,15 +63,6 @@ _CHANGES = {
     "reopened": "may be resolvable again",
 }
 
-_HOLDS = {
-    vocabulary.HoldReason.STRATEGY: "by its strategy",
-    vocabulary.HoldReason.HELD: "held back",
-    vocabulary.HoldReason.SYNTHESIS: "until its strategy is synthesized",
-    vocabulary.HoldReason.ACTING: "acting",
-    vocabulary.HoldReason.SERVICE: "out of service",
-    vocabulary.HoldReason.OPERATOR: "until an operator intervenes or the scenario changes",
-}
-
 
 class Wording(Struct, frozen=True):
     """The wording of a run. ``word``: a region's name in obstacles and objectives; ``place``: a
@@ -164,8 +155,6 @@ class Wording(Struct, frozen=True):
                 sentences = line.reason and line.reason not in map(str, line.results.values())
                 ends = ", ".join([*results, *([line.reason] if line.reason and sentences else [])])
                 return f"the action of {self.robot(line.robot)} ends ({ends})"
-            case records.Held():
-                return f"{self.robot(line.robot)} stays ({_HOLDS[line.why]})"
         return None
 
     def _of_team(self, line: records.Record) -> str | None:

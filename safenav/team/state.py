@@ -257,13 +257,11 @@ class Lost(Ended, frozen=True):
 
 
 class Stayed(Event, frozen=True):
-    """A robot stays for this turn, of so many ``ticks``. ``by`` as above; ``why``: a reason beyond
-    that."""
+    """A robot stays for this turn, of so many ``ticks``. ``by`` as above."""
 
     robot: int
     by: str
     node: int | None = None
-    why: str | None = None
     values: Values | None = None
     ticks: int = 0
 
@@ -338,14 +336,12 @@ class Intervened(Change, frozen=True):
 
 
 class Late(Change, frozen=True):
-    """A report of the world or a change is dropped: its kind, and why; ``at``: what time it is
-    about."""
+    """A report of the world or a change is dropped: its kind, and why."""
 
     kind: str
     why: str
     robot: int | None = None
     obstacle: str | None = None
-    at: float | None = None
 
 
 class Revealed(Change, frozen=True):

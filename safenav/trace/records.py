@@ -66,14 +66,6 @@ class Header(Record, frozen=True, tag="header"):
     clock: Literal["live"] | None = None
 
 
-class Tried(Struct, frozen=True):
-    """A synthesis of a stronger form that failed before."""
-
-    form: vocabulary.Form
-    spec: Sha256
-    verdict: Verdict
-
-
 class PlacesFrom(Struct, frozen=True, rename=without_underscore):
     """Regions that a robot can be sent to from some places only: from ``from_``, while it remembers
     ``memory``, and from those of other entries of the same ``places``."""
@@ -95,8 +87,8 @@ class Synthesis(Record, frozen=True, tag="synthesis"):
     ``beliefs``: robot -> lists of cells, value N + i of its input stands for the i-th (N regions);
     ``sight_closed``: regions that block the view; ``places`` that may be assigned, ``neutral``: the
     input without a request, ``places_from``: places that may be assigned only from some poses;
-    ``forbidden``: poses from which the team could not continue; ``form`` of the objective, what it
-    ``allows``, and the stronger forms ``tried`` before.
+    ``forbidden``: poses from which the team could not continue; ``form`` of the objective, and
+    what it ``allows``.
     """
 
     robot: str
@@ -126,7 +118,6 @@ class Synthesis(Record, frozen=True, tag="synthesis"):
     forbidden: tuple[Place, ...] | None = None
     form: vocabulary.Form | None = None
     allows: str | None = None
-    tried: tuple[Tried, ...] | None = None
 
 
 class Signal(Struct, frozen=True):
@@ -205,22 +196,20 @@ class ActionEnd(Record, frozen=True, tag="acted"):
 
 
 class Held(Record, frozen=True, tag="hold"):
-    """Live: a robot stays where it is, from now on for another reason."""
+    """Live: an assignable robot stays where it is, from now on with this ``signal``."""
 
     robot: str
-    why: vocabulary.HoldReason
-    signal: Signal | None = None
+    signal: Signal
 
 
 class Late(Note, frozen=True, tag="late"):
-    """A report of the world or an intervention that was dropped, and why: ``event`` is its kind,
-    ``at`` the time (live, seconds) that it is about."""
+    """A report of the world or an intervention that was dropped, and why: ``event`` is its
+    kind."""
 
     event: str
     reason: str
     robot: str | None = None
     obstacle: str | None = None
-    at: Seconds | None = None
 
 
 class Reopened(Record, frozen=True, tag="reopened"):
@@ -326,26 +315,23 @@ class Violation(Record, frozen=True, tag="violation"):
 
 
 class Backtrack(Note, frozen=True, tag="backtrack"):
-    """The region kept or taken instead. ``node``: the strategy's other successor, None where the
-    robot keeps the node that it was in."""
+    """The region kept or taken instead."""
 
     robot: str
     to: Region
-    node: Count | None = None
 
 
 class Request(Record, frozen=True, tag="request"):
     """A request for help. ``bids``: robots with the action -> ticks until they can be there (null:
-    they cannot get there); ``helpers``: perhaps the requester itself; ``regions``: where the action
-    can be performed; ``need``: its number, from 0, if the obstacle has several; ``because``: in
-    words, why no robot helps, or not the nearest one. No ``requester``: it is an order. ``aside``:
-    no joint state serves it; its obstacle is a wall until something changes."""
+    they cannot get there); ``helpers``: perhaps the requester itself; ``need``: its number, from
+    0, if the obstacle has several; ``because``: in words, why no robot helps, or not the nearest
+    one. No ``requester``: it is an order. ``aside``: no joint state serves it; its obstacle is a
+    wall until something changes."""
 
     obstacle: str
     requester: str | None
     bids: Mapping[str, Count | None]
     helpers: tuple[str, ...]
-    regions: tuple[Region, ...]
     need: Count | None = None
     because: str | None = None
     aside: bool | None = None

@@ -58,19 +58,6 @@ class MoveEnd(StrEnum):
     LOST = "lost"
 
 
-class HoldReason(StrEnum):
-    """Reason why a robot stays."""
-
-    STRATEGY = "strategy"
-    """Its strategy has it stay."""
-    HELD = "held"
-    """Kept there: its strategy has no successor that it may take now."""
-    SYNTHESIS = "synthesis"
-    ACTING = "acting"
-    SERVICE = "service"
-    OPERATOR = "operator"
-
-
 class ActResult(StrEnum):
     """The result of an action on an obstacle."""
 

@@ -22,7 +22,6 @@ class _Told:
         self.numbers = dict.fromkeys(robots, 0)
         self.able = {name for name, entry in robots.items() if entry["capabilities"]}
         self.under_way: dict[str, int] = {}
-        self.held: dict[str, Any] = {}
 
     def all(self, lines: list[Line]) -> Iterator[Line]:
         for k, line in enumerate(lines):
@@ -46,16 +45,12 @@ class _Told:
                 step["heading"] = self._way(here, to)
             by = line.get("by", "strategy")
             self.under_way[name] = number
-            self.held.pop(name, None)
             yield {"type": "depart", **base, "command": number, **step, "by": by, **more}
         if name in self.under_way and "toward" not in line:
             number, end = self.under_way.pop(name), {"at": line["to"], "heading": line["heading"]}
             yield {"type": "arrive", **base, "command": number, **end, "result": "arrived"}
-        elif to == here:
-            why = "strategy" if line.get("by", "strategy") == "strategy" else "held"
-            if self.held.get(name) != (why, more):
-                yield {"type": "hold", **base, "why": why, **more}
-            self.held[name] = why, more
+        elif to == here and more:
+            yield {"type": "hold", **base, **more}
 
     def _acted(self, line: Line, rest: list[Line]) -> Iterator[Line]:
         name = line["robot"]

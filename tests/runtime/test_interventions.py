@@ -45,7 +45,6 @@ def test_an_intervention_that_has_become_impossible_is_dropped_with_a_line() -> 
         mission.intervene(MarkResolved(name))
     end(mission, trace)
     assert trace.one("late")["reason"].startswith(f"the team knows no obstacle '{name}'")
-    assert trace.one("late").get("at") is None
 
 
 @pytest.mark.parametrize(

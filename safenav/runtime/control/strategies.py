@@ -31,7 +31,6 @@ from safenav.team.floor import Floor, stages_of
 from safenav.team.formulas import targets_of
 from safenav.team.state import Is, State, Values
 from safenav.team.team import Team
-from safenav.trace import records
 from safenav.trace.vocabulary import Form
 from safenav.trace.words import obstacle_words
 from safenav.world.map import Region
@@ -43,14 +42,13 @@ COMMANDS = ("assigned", "request", "wait")
 
 
 class Controller(Struct, frozen=True, eq=False):
-    """A strategy for a task. ``asked``: the objective of which the task has a ``form``; ``tried``:
-    the stronger forms that failed; ``node``: where it begins."""
+    """A strategy for a task. ``asked``: the objective of which the task has a ``form``; ``node``:
+    where it begins."""
 
     task: Task
     asked: Objective
     rung: ObjectiveForm
     result: SynthesisResult
-    tried: tuple[records.Tried, ...] = ()
 
     @property
     def realizable(self) -> bool:
@@ -70,11 +68,6 @@ class Controller(Struct, frozen=True, eq=False):
         """The objective in the requested form, in the user's words."""
         allows = self.allows(word)
         return describe(self.asked, word) + (f" ({allows})" if allows else "")
-
-    def failed(self) -> tuple[records.Tried, ...]:
-        """All forms that failed, this one the last."""
-        one = records.Tried(self.form, self.result.spec_sha256, self.result.verdict)
-        return (*self.tried, one)
 
     @property
     def node(self) -> int | None:
@@ -126,9 +119,8 @@ def synthesized(
             if result is None:
                 waiting.add(i)
                 continue
-            tried_before = found[i].failed() if i in found else ()
             asked = task.robot.objective if task.assignable else roles[i].objective
-            found[i] = Controller(task, asked, rung, result, tried_before)
+            found[i] = Controller(task, asked, rung, result)
             if found[i].realizable:
                 del left[i]
         if waiting:

@@ -21,13 +21,12 @@ from safenav.team.team import Team
 
 class Proposal(NamedTuple):
     """A pose to go to (its own: it stays), what decides that, and the strategy's node there,
-    with the values of its formulas. ``why``: why it stays beyond that."""
+    with the values of its formulas."""
 
     pose: int
     by: str
     node: int | None = None
     values: Values | None = None
-    why: str | None = None
 
 
 def continues(team: Team, state: State, control: Control, i: int) -> bool:
@@ -48,10 +47,8 @@ def continues(team: Team, state: State, control: Control, i: int) -> bool:
 def propose(team: Team, state: State, control: Control, i: int) -> Proposal:
     """The driver's move: that of the joint plan for a robot with rivals, else of its strategy."""
     stay = Proposal(state.robots[i].pose, "stay")
-    if not state.robots[i].active:
+    if not state.robots[i].active or i in control.pending:
         return stay
-    if i in control.pending:
-        return stay._replace(why="synthesis")
     behind = way_back(team, state, i)
     if behind is not None:
         steps = team.members[i].graph.steps(stay.pose)

@@ -16,7 +16,7 @@ from safenav.team import state as now
 from safenav.team.state import State
 from safenav.team.team import Team
 from safenav.trace import records
-from safenav.trace.vocabulary import HoldReason, MovedBy, MoveEnd, Reason
+from safenav.trace.vocabulary import MovedBy, MoveEnd, Reason
 from safenav.world.map import RegionMap
 from safenav.world.poses import Pose
 
@@ -92,18 +92,16 @@ class TickLines(_Lines):
 
 
 class CommandLines(_Lines):
-    """Live: a line when a command is given and one when it ends; a ``hold`` line only when its
-    reason changes."""
+    """Live: a line when a command is given and one when it ends; a ``hold`` line when a robot
+    stays by another signal."""
 
     def __init__(self, team: Team, emit: Emit) -> None:
         super().__init__(team, emit)
         self._commands: dict[int, int] = {}
-        self._holds: dict[int, HoldReason] = {}
 
     def departed(self, tick: int, event: now.Departed, before: State) -> None:
         i, member = event.robot, self._team.members[event.robot]
         self._commands[i] = event.command
-        self._holds.pop(i, None)
         way = before.robots[i].pose % self._team.size, *member.graph.pose(event.pose).place
         node = event.node if event.by == "strategy" else None
         seconds = None if event.seconds is None else round(event.seconds, 3)
@@ -134,33 +132,15 @@ class CommandLines(_Lines):
         self._emit(records.Arrive(*who, *place, result, reason, regions))
 
     def resume(self, line: records.Record) -> None:
-        """Learn the last command of each robot, or why it stands, from the lines of an interrupted
-        run."""
-        if isinstance(line, records.Depart | records.Act | records.Held):
+        """Learn the last command of each robot from the lines of an interrupted run."""
+        if isinstance(line, records.Depart | records.Act):
             numbers = {member.name: i for i, member in enumerate(self._team.members)}
-            i = numbers.get(line.robot, -1)
-            if isinstance(line, records.Held):
-                self._holds[i] = line.why
-            else:
-                self._commands[i] = line.command
-                self._holds.pop(i, None)
+            self._commands[numbers.get(line.robot, -1)] = line.command
 
-    def stayed(self, tick: int, event: now.Stayed, state: State) -> None:
-        why, signal = _reason(event, state), self._signal(event.robot, event.values)
-        if signal is not None or self._holds.get(event.robot) is not why:
-            self._holds[event.robot] = why
-            self._emit(records.Held(tick, self._team.members[event.robot].name, why, signal))
-
-
-def _reason(event: now.Stayed, state: State) -> HoldReason:
-    robot = state.robots[event.robot]
-    if robot.acting is not None:
-        return HoldReason.ACTING
-    if not robot.active:
-        return HoldReason.SERVICE
-    if event.why is not None:
-        return HoldReason(event.why)
-    return HoldReason.STRATEGY if event.by == "strategy" else HoldReason.HELD
+    def stayed(self, tick: int, event: now.Stayed, state: State) -> None:  # noqa: ARG002
+        signal = self._signal(event.robot, event.values)
+        if signal is not None:
+            self._emit(records.Held(tick, self._team.members[event.robot].name, signal))
 
 
 def synthesis_line(
@@ -205,7 +185,6 @@ def synthesis_line(
         forbidden=_ordered(task.forbidden) or None,
         form=found.form,
         allows=found.allows(world.word),
-        tried=found.tried or None,
     )
 
 

@@ -204,11 +204,10 @@ class Run:
 
     def take(self, i: int, step: Proposal) -> None:
         if step.pose == self.state.robots[i].pose:
-            why = "operator" if self.recorder.waited is not None else step.why
             node = step.node
             if node is None:
                 node = node_while_staying(self.team, self.state, self.control, i)
-            stays = now.Stayed(i, step.by, node, why, step.values, self.world.ticks)
+            stays = now.Stayed(i, step.by, node, step.values, self.world.ticks)
             events = self.world.stay(self, stays)
         else:
             events = self.world.start(self, i, step)

@@ -91,7 +91,7 @@ class Operator:
                 yield now.Assigned(i, change.objective, SCENARIO, change.within)
             if change.active and _is_lost(run, change.robot):
                 reason = f"{change.robot} is lost: only an operator can bring it back"
-                yield now.Late("service", reason, i, at=run.state.time)
+                yield now.Late("service", reason, i)
             elif change.active is not None:
                 yield from _serves(run, i, change.active, SCENARIO)
         if self.truth is None:
@@ -106,7 +106,7 @@ class Operator:
             try:
                 self._check(run, wanted)
             except UsageError as error:  # it has become impossible meanwhile
-                yield now.Late("intervention", str(error), at=run.state.time)
+                yield now.Late("intervention", str(error))
                 continue
             if isinstance(wanted, interventions.GiveUp):
                 gives_up = True

@@ -134,9 +134,9 @@ class Recorder:
                 return
             case now.Goes(i):
                 self.moves.continued(self.tick, i, after)
-            case now.Departed(i, pose, by, node):
+            case now.Departed(i, pose, by):
                 if by == "backtrack":
-                    self._backtrack(i, pose, node)
+                    self._backtrack(i, pose)
                 self.moves.departed(self.tick, event, before)
             case now.Arrived(i) | now.Elsewhere(i) | now.Failed(i) | now.Lost(i):
                 self.moves.ended(self.tick, i, before, after, event)
@@ -144,7 +144,7 @@ class Recorder:
                     self._plan_reached(after)
             case now.Stayed(i, by):
                 if by == "backtrack":
-                    self._backtrack(i, after.robots[i].pose, None)
+                    self._backtrack(i, after.robots[i].pose)
                 self.moves.stayed(self.tick, event, after)
                 if by == "backtrack" and after.plan is None:
                     self._plan_ends(PlanEndReason.VIOLATION)
@@ -165,7 +165,7 @@ class Recorder:
                 way = here, pose % self.team.size, self._name(k), action
                 self.emit(records.Violation(self.tick, self._robot(i), *way))
                 if event.stopped:
-                    self._backtrack(i, after.robots[i].pose, None)
+                    self._backtrack(i, after.robots[i].pose)
                 self.why = Reason.REQUEST
             case now.Acts(i, group, command, obstacles):
                 who = tuple(map(self._robot, group)), tuple(map(self._name, obstacles))
@@ -209,10 +209,9 @@ class Recorder:
                 self.why = Reason.BLOCKED
             case now.Intervened():
                 self._intervened(event)
-            case now.Late(kind, why, i, name, at):
+            case now.Late(kind, why, i, name):
                 robot = None if i is None else self._robot(i)
-                when = round(max(at, 0.0), 9) if self.live and at is not None else None
-                self.emit(records.Late(self.tick, kind, why, robot, name, at=when))
+                self.emit(records.Late(self.tick, kind, why, robot, name))
             case now.Revealed(k, truth):
                 self.emit(records.Truth(self.tick, self._name(k), truth, ChangeCause.USER))
             case now.Inputs(on, by_user):
@@ -257,8 +256,8 @@ class Recorder:
     def _robot(self, i: int) -> str:
         return self.team.members[i].name
 
-    def _backtrack(self, i: int, pose: int, node: int | None) -> None:
-        self.emit(records.Backtrack(self.tick, self._robot(i), pose % self.team.size, node))
+    def _backtrack(self, i: int, pose: int) -> None:
+        self.emit(records.Backtrack(self.tick, self._robot(i), pose % self.team.size))
 
     def _action_ends(self, before: State, event: now.Acted, after: State) -> None:
         results = {self._name(k): ActResult.FAILED for k in event.failed}
@@ -436,7 +435,6 @@ class Recorder:
             self._robot(asked[-1][0]) if asked else None,
             bids,
             helpers,
-            self.team.obstacles[k].source.resolution_regions(self.team.world, number),
             need=number if len(self.team.obstacles[k].needs) > 1 else None,
             because=because,
             aside=True if aside else None,

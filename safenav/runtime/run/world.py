@@ -150,13 +150,13 @@ class World:
         while commands.dropped:
             dropped, why = commands.dropped.pop(0)
             kind, who = type(dropped).__name__.lower(), self._named(run, dropped)
-            yield now.Late(kind, why, who, at=commands.at(dropped))
+            yield now.Late(kind, why, who)
         while commands.sensed:
             sensed = commands.sensed.pop(0)
             name, at = sensed.obstacle.name, commands.at(sensed)
             if at < self._opened.get(name, at):
                 why = "the obstacle was opened later"
-                yield now.Late("sensed", why, self._named(run, sensed, "by"), name, at)
+                yield now.Late("sensed", why, self._named(run, sensed, "by"), name)
             elif sensed.there:
                 yield from noticed(run.team, run.state, sensed.obstacle)
             elif sensed.obstacle.name in run.team.numbers:
