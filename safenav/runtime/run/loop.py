@@ -207,12 +207,10 @@ class Run:
             node = step.node
             if node is None:
                 node = node_while_staying(self.team, self.state, self.control, i)
-            stays = now.Stayed(i, step.by, node, step.values, self.world.ticks)
-            events = self.world.stay(self, stays)
+            self.happens(now.Stayed(i, step.by, node, step.values, self.world.ticks))
         else:
-            events = self.world.start(self, i, step)
-        for event in events:
-            self.happens(event)
+            for event in self.world.start(self, i, step):
+                self.happens(event)
         self.act(i)
 
     def act(self, i: int) -> None:

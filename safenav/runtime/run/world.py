@@ -28,7 +28,7 @@ from safenav.scenario.settings import switching
 from safenav.team import state as now
 from safenav.team.apply import acts_on, charged, participants, resolved
 from safenav.team.failures import consequences, met, noticed, number, unknown, vain
-from safenav.team.floor import occupied, reserved, standing
+from safenav.team.floor import occupied, standing
 from safenav.team.state import State
 from safenav.team.team import Team
 from safenav.trace.vocabulary import ActResult
@@ -78,12 +78,6 @@ class World:
         """Whether a robot has acted since the last pass, so that another one may change more."""
         self._asked: set[int] = set()
         """The robots that have acted since their last move."""
-        self._told_late = not self.live and self._truth is None
-        """Whether the world receives a step only at its end, and stays as well: a blocking one."""
-        self._held: set[int] = set()
-        """The robots of such a world that it has moved."""
-        self._strayed: dict[int, protocol.Ended] = {}
-        """The ends of their first stays, if elsewhere."""
         self._opened: dict[str, float] = {}
         """When obstacles were opened last: earlier reports of them are late."""
         self._found: dict[int, protocol.Acted | None] = {}
@@ -96,12 +90,11 @@ class World:
     def resume(self, run: Running, due: Mapping[str, int], truth: Truth | None, last: int) -> None:
         """Continue where a run was interrupted. ``last``: the number of the last command."""
         members, robots, poses = run.team.members, run.state.robots, dict[str, Pose]()
-        steps: dict[str, tuple[int, Pose, Pose]] = {}
+        steps: dict[str, tuple[int, Pose]] = {}
         for member, robot in zip(members, robots, strict=True):
             poses[member.name] = member.graph.pose(robot.pose)
             if member.name in due and robot.to is not None:
-                there = member.graph.pose(robot.to)
-                steps[member.name] = due[member.name], poses[member.name], there
+                steps[member.name] = due[member.name], member.graph.pose(robot.to)
         if isinstance(self.commands, Lockstep):
             self.commands.resume(run.state.time, steps)
         else:
@@ -167,10 +160,7 @@ class World:
         for i in (*busy, *(i for i in robots if i not in busy)):  # where robots are counts first
             member, robot = run.team.members[i], run.state.robots[i]
             if robot.to is not None:
-                if self._told_late:
-                    found = self.sense(run, i, robot.to % run.team.size)
-                    yield from () if found is None else noticed(run.team, run.state, found)
-                ended = self._ended(run, i)
+                ended = self.commands.ended(member.robot)
                 if ended is not None:
                     yield from self._arrived(run, i, ended)
                 elif not self.live:
@@ -181,17 +171,6 @@ class World:
                     yield from self._acted(run, i, self._news(run, i, acted))
             else:
                 yield now.Turn(i, None if self.live else 1)
-
-    def _ended(self, run: Running, i: int) -> protocol.Ended | None:
-        """The end of a robot's step, if it has come. One of several ticks, of which the world
-        learns when it ends, is given up if the robot must not enter the region any longer: another
-        has ended there, or an obstacle is known."""
-        robot, to = run.team.members[i].robot, run.state.robots[i].next
-        taken = reserved(run.team, run.state, i) >> to % run.team.size & 1
-        late = self.lockstep if self._told_late else None
-        if late is not None and (taken or closing(run.team, run.state, i, to) is not None):
-            return late.give_up(robot)
-        return self.commands.ended(robot)
 
     def _on(self, run: Running) -> frozenset[str]:
         """The inputs that are on now: as an operator has set them, else the world."""
@@ -290,28 +269,6 @@ class World:
             return 0, None
         return self.commands.number(robot.name), self.commands.expected(robot)
 
-    def stay(self, run: Running, event: now.Stayed) -> Iterator[now.Event]:
-        """Let a robot stay. In lockstep worlds other than the simulation may carry it meanwhile."""
-        i = event.robot
-        if not self._told_late or i in self._found:
-            yield event
-            return
-        ended = self._strayed.pop(i, None) or self._holds(run, i)
-        self._asked.discard(i)
-        if isinstance(ended, protocol.Arrived):
-            yield event
-        else:
-            yield from self._arrived(run, i, ended)
-
-    def _holds(self, run: Running, i: int) -> protocol.Ended:
-        """The end of a stay, for which a blocking world gets a move."""
-        member, pose = run.team.members[i], run.state.robots[i].pose
-        self._held.add(i)
-        here = member.graph.pose(pose)
-        ended = self.commands.start(member.robot, here, here)
-        assert ended is not None, "a stay takes one tick"
-        return ended
-
     def reaches(self, run: Running, i: int) -> bool:
         """Whether a robot would change something by acting where it stands."""
         robot, there = run.team.members[i].robot, run.state.robots[i]
@@ -328,11 +285,6 @@ class World:
                 return reached
         if i in self._asked or self._is_busy(run, i):
             return i in self._found
-        if self._told_late and i not in self._held:  # it acts after a move, also at its start
-            ended = self._holds(run, i)
-            if not isinstance(ended, protocol.Arrived):
-                self._strayed[i] = ended
-                return True
         self._asked.add(i)
         here = run.team.members[i].graph.pose(there.pose)
         event = self.commands.act(robot, here, known)  # only acting shows it

@@ -55,7 +55,7 @@ def inputs_of(world: InputWorld | None, tick: int) -> dict[str, bool]:
 
 class Lockstep:
     """The commands of a run to a blocking world: each has ended when it returns, except steps of
-    several ticks, of which the world learns when they end. ``dropped``, ``sensed``: no reports.
+    several ticks, which only a simulation makes when they end. ``dropped``, ``sensed``: no reports.
     Raises WorldError for impossible results."""
 
     live = simulated = pauses = idle = False
@@ -65,7 +65,7 @@ class Lockstep:
         self._world, self._scenario, self._tick = world, scenario, 0
         self._simulated = world if isinstance(world, SimulatedWorld) else None
         self._changing = world if protocol.implements(world, ChangingWorld) else None
-        self._steps: dict[str, tuple[int, Pose, Pose]] = {}
+        self._steps: dict[str, tuple[int, Pose, protocol.Ended | None]] = {}
         self.dropped: list[tuple[protocol.WorldEvent, str]] = []
         self.sensed: list[protocol.Sensed] = []
 
@@ -73,9 +73,10 @@ class Lockstep:
         """The ticks in which steps under way end."""
         return {name: step[0] for name, step in self._steps.items()}
 
-    def resume(self, time: float, steps: Mapping[str, tuple[int, Pose, Pose]]) -> None:
-        """Continue after a tick, with these steps under way."""
-        self._tick, self._steps = int(time), dict(steps)
+    def resume(self, time: float, steps: Mapping[str, tuple[int, Pose]]) -> None:
+        """Continue after a tick, with these steps under way: when and where they end."""
+        self._tick = int(time)
+        self._steps = {name: (*step, None) for name, step in steps.items()}
 
     def times(self) -> Sequence[float]:
         """The ticks at which a simulation changes something."""
@@ -102,7 +103,8 @@ class Lockstep:
         ticks = 1 if pose.region == here.region else robot.model.timing
         if ticks == 1:
             return self._moved(robot, pose)
-        self._steps[robot.name] = (self._tick + ticks - 1, here, pose)
+        ended = None if self._simulated is not None else self._moved(robot, pose)
+        self._steps[robot.name] = (self._tick + ticks - 1, pose, ended)
         return None
 
     def ended(self, robot: Robot) -> protocol.Ended | None:
@@ -111,11 +113,7 @@ class Lockstep:
         if step is None or self._tick < step[0]:
             return None
         del self._steps[robot.name]
-        return self._moved(robot, step[2])
-
-    def give_up(self, robot: Robot) -> protocol.Ended:
-        """End a robot's step where it began: the world has not heard of it."""
-        return protocol.Elsewhere(self.now(), robot.name, self._steps.pop(robot.name)[1])
+        return step[2] or self._moved(robot, step[1])
 
     def act(self, robot: Robot, here: Pose, obstacles: Sequence[Obstacle]) -> protocol.Acted:
         """The obstacles that the robot has resolved, each checked to be one that it can."""
