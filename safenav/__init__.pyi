@@ -1,18 +1,6 @@
 # The public names and their modules: what type checkers read, and __init__.py at run time.
 from safenav.checked_trace import check_trace as check_trace
 from safenav.run.reading import read_run as read_run
-from safenav.runtime.interventions import AddObstacle as AddObstacle
-from safenav.runtime.interventions import AssignObjective as AssignObjective
-from safenav.runtime.interventions import GiveUp as GiveUp
-from safenav.runtime.interventions import MarkPermanent as MarkPermanent
-from safenav.runtime.interventions import MarkResolved as MarkResolved
-from safenav.runtime.interventions import PlaceOrder as PlaceOrder
-from safenav.runtime.interventions import PutBack as PutBack
-from safenav.runtime.interventions import RemoveObstacle as RemoveObstacle
-from safenav.runtime.interventions import SetInput as SetInput
-from safenav.runtime.interventions import SetService as SetService
-from safenav.runtime.interventions import SetTruth as SetTruth
-from safenav.runtime.interventions import read_intervention as read_intervention
 from safenav.runtime.run.checkpoint import resumption as resumption
 from safenav.runtime.run.checkpoint import scenario_of as scenario_of
 from safenav.runtime.run.mission import Mission as Mission

@@ -260,15 +260,12 @@ class _Terminal:
 
 
 def _apply(mission: Mission, lines: Lines) -> None:
-    from safenav.runtime.interventions import read_intervention
-
     for place, line in lines:
-        wanted = read_intervention(line, mission.scenario)
         try:
-            mission.intervene(wanted)
+            mission.intervene(line)
         except UsageError as error:  # robots are in transit: the run continues
             warn(f"{place}: dropped: {error}")
-            mission.intervene(wanted, late=True)
+            mission.intervene(line, late=True)
 
 
 def _batches(path: Path, scenario: Scenario) -> Iterator[Lines]:
@@ -318,7 +315,7 @@ def _check_type(wanted: Intervention, scenario: Scenario) -> None:
 def _ask(mission: Mission, terminal: _Terminal) -> None:
     """Prompt for interventions until an empty line follows one; the end of the input gives up the
     run."""
-    from safenav.runtime.interventions import LINES, read_intervention
+    from safenav.runtime.interventions import LINES
 
     conclusion = mission.waiting
     assert conclusion is not None
@@ -339,7 +336,7 @@ def _ask(mission: Mission, terminal: _Terminal) -> None:
                 return
             continue
         try:
-            mission.intervene(read_intervention(command or "give_up", mission.scenario))
+            mission.intervene(command or "give_up")
             given += 1
         except UsageError as error:
             click.echo(f"           {error}", err=True)

@@ -1,5 +1,5 @@
-"""Interventions: a user's possible changes between two ticks, as data; read from words of a page, a
-terminal or a file; and checks of the parts that a program builds.
+"""Interventions: a user's possible changes between two ticks, read from the words of a terminal, a
+file or a program, or from the data of a page.
 
 A line begins with its kind: ``resolved door@47``, ``put_back digit 46 east``, ``give_up``; see
 ``LINES``.
@@ -8,35 +8,27 @@ A line begins with its kind: ``resolved door@47``, ``put_back digit 46 east``, `
 from __future__ import annotations
 
 import json
-import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import yaml
 from msgspec import Struct
 
 from safenav.errors import UsageError
-from safenav.formula.parser import Bounds, FormulaError, check, parse
-from safenav.runtime.worlds.protocol import checked_obstacle, fitted
 from safenav.scenario.model import (
-    FAILURES,
-    Obstacle,
     ObstacleType,
-    ResolveAt,
-    Robot,
     Scenario,
     name_parts,
 )
-from safenav.scenario.objective import USAGE, Ltl, Objective, formulas_in
+from safenav.scenario.objective import USAGE, Objective
 from safenav.scenario.reading.events import read_changes
 from safenav.scenario.reading.loader import check_assignable
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.settings import Coordination
 from safenav.scenario.yaml.document import DocumentError, Node, read_document
 from safenav.scenario.yaml.findings import parsed
-from safenav.scenario.yaml.typed import NAME
 from safenav.world.map import HEADINGS, Region
-from safenav.world.poses import Mobility, Pose
+from safenav.world.poses import Pose
 
 
 class Intervention(Struct, frozen=True):
@@ -116,21 +108,6 @@ class GiveUp(Intervention, frozen=True):
     """The run ends: with the conclusion for which it waits, else as interrupted."""
 
 
-def well_formed(wanted: Any) -> Intervention:
-    """Return an intervention all parts of which have their types: ``SetService("digit", "out")``
-    would mean the opposite, since every text is true. Raises UsageError."""
-    if not isinstance(wanted, Intervention) or type(wanted) is Intervention:
-        raise UsageError(
-            f"{wanted!r} is not an intervention: use safenav.MarkResolved or another class of "
-            "interventions, or safenav.read_intervention(LINE, scenario)"
-        )
-    try:
-        found: Intervention = fitted(wanted, type(wanted))
-    except ValueError as error:
-        raise UsageError(f"{type(wanted).__name__} {error}") from error
-    return found
-
-
 LINES = {
     "resolved": "resolved OBSTACLE",
     "permanent": "permanent OBSTACLE",
@@ -143,8 +120,21 @@ LINES = {
 }
 
 
-def read_intervention(line: str, scenario: Scenario) -> Intervention:
-    """Return the intervention of a line of words. Raises UsageError, with the expected form."""
+def read_intervention(wanted: str | Mapping[str, Any], scenario: Scenario) -> Intervention:
+    """Return the intervention of a line of words, or of data that a page sends, read like the parts
+    of a scenario. Raises UsageError for an impossible one, with the expected form."""
+    data = _data(wanted) if isinstance(wanted, str) else wanted
+    reading = Reading("the change", world=scenario.map, reachable=False)
+    found = _read(data, scenario, reading)
+    reading.refuse_if_any()
+    if found is None:
+        known = "close, open, order, truth, objective, service, input, resolved, permanent"
+        raise UsageError(f"unknown change; known: {known}, put_back, give_up")
+    return found
+
+
+def _data(line: str) -> dict[str, Any]:
+    """Return the data of a line of words."""
     word, *rest = line.split(maxsplit=2) or [""]
     if word not in LINES:
         raise UsageError(f"unknown intervention '{word[:40]}'; known: {'; '.join(LINES.values())}")
@@ -173,7 +163,7 @@ def read_intervention(line: str, scenario: Scenario) -> Intervention:
             pass
         case _:
             raise UsageError(f"expected: {LINES[word]}; found '{line.strip()[:60]}'")
-    return intervention(data, scenario)
+    return data
 
 
 def _value(text: str) -> object:
@@ -183,18 +173,6 @@ def _value(text: str) -> object:
     except (DocumentError, yaml.YAMLError) as error:
         why = f": {error.found}" if isinstance(error, DocumentError) else ""
         raise UsageError(f"'{text[:60]}' is not valid YAML{why}") from error
-
-
-def intervention(data: Mapping[str, Any], scenario: Scenario) -> Intervention:
-    """Return the change that a page requests, read like the parts of a scenario. Raises UsageError
-    for an impossible one."""
-    reading = Reading("the change", world=scenario.map, reachable=False)
-    found = _read(data, scenario, reading)
-    reading.refuse_if_any()
-    if found is None:
-        known = "close, open, order, truth, objective, service, input, resolved, permanent"
-        raise UsageError(f"unknown change; known: {known}, put_back, give_up")
-    return found
 
 
 def _read(data: Mapping[str, Any], scenario: Scenario, reading: Reading) -> Intervention | None:
@@ -255,61 +233,3 @@ def _obstacle(data: Mapping[str, Any], reading: Reading) -> str:
 
 def _node(data: object, reading: Reading) -> Node | None:
     return parsed(json.dumps(data), reading)
-
-
-def wrong_type(kind: ObstacleType, scenario: Scenario) -> str | None:
-    """Return the reason why an obstacle of a type cannot be part of a scenario; None if it can."""
-    try:
-        checked_obstacle(Obstacle(kind, 0))
-    except ValueError as error:
-        return str(error).replace("the obstacle in region 0", f"the type {kind.name}")
-    if not re.fullmatch(NAME, kind.name):
-        return f"{kind.name!r} cannot name an obstacle type: use letters, digits, - and _"
-    if kind.name.startswith(FAILURES):
-        return f"the name {kind.name} is reserved"
-    known = scenario.catalogue.obstacles.get(kind.name)
-    if known not in (None, kind):
-        return f"the scenario has another type {kind.name}: use its type, or another name"
-    robots = scenario.robots
-    words = {r.name for r in robots} | {r.model.name for r in robots}
-    words |= {*scenario.catalogue.layers, *scenario.catalogue.robots}
-    words |= {r.model.layer for r in robots}
-    for word in sorted((kind.blocks or frozenset()) - words):
-        return f"'blocks' of {kind.name}: '{word}' is not a layer, a robot model or a robot"
-    for need in kind.needs:
-        places = () if isinstance(need.at, ResolveAt) else need.at
-        if places != () and not any(map(scenario.map.is_free, places)):
-            return f"no region where {kind.name} can be resolved is free"
-    return None
-
-
-def wrong_objective(objective: Objective, robot: Robot, scenario: Scenario) -> str | None:
-    """Return the reason why a robot of a scenario cannot have an objective; None if it can."""
-    return next(_errors(objective, robot, scenario), None)
-
-
-def _errors(objective: Objective, robot: Robot, scenario: Scenario) -> Iterator[str]:
-    inputs = {each.name for each in scenario.inputs}
-    if isinstance(objective, Ltl):
-        yield from (f"there is no input '{name}'" for name in {*objective.inputs} - inputs)
-        if not (objective.safety or objective.liveness):
-            yield "the objective has no formulas"
-    for target in objective.targets:
-        if not target or not all(map(scenario.map.is_free, target)):
-            yield f"target {sorted(target)}: expected free regions of the map"
-    if not all(0 <= region < scenario.map.size for region in objective.avoid):
-        yield f"'avoid' {sorted(objective.avoid)}: expected regions of the map"
-    rules = formulas_in(objective)
-    if rules is None:
-        return
-    declared: dict[str, Bounds] = {"region": (0, scenario.map.size - 1), **rules.memory}
-    declared |= {} if robot.model.mobility is Mobility.FREE else {"heading": (0, 3)}
-    named = declared | dict.fromkeys(inputs)
-    texts = [(text, declared, False) for text in rules.init]
-    texts += [(text, named, True) for text in (*rules.safety, *rules.liveness)]
-    for text, known, after in texts:
-        try:
-            for flaw in check(parse(text), known, next_allowed=after):
-                yield f"the objective has a wrong formula: {flaw.found}"
-        except FormulaError as error:
-            yield f"the objective has a wrong formula: {error}"

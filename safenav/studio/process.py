@@ -31,7 +31,6 @@ from msgspec.structs import replace
 
 from safenav.errors import ResourceLimitError, SafenavError, UsageError
 from safenav.lines import json_line, line_output
-from safenav.runtime.interventions import intervention
 from safenav.runtime.run.mission import Mission, default_synthesizer, first_results
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_draft, load_scenario_text
@@ -175,7 +174,7 @@ def _serve(orders: IO[str], say: Any) -> None:
             say({"type": DONE, "tick": mission.tick})
         elif data["do"] == "change":
             try:
-                mission.intervene(intervention(data, mission.scenario))
+                mission.intervene(data)
             except UsageError as error:
                 say({"type": REFUSED, "message": str(error)})
         else:

@@ -26,7 +26,6 @@ from safenav.certify import bundle as writing
 from safenav.checked_trace import check_trace
 from safenav.errors import InputError, ResourceLimitError, SafenavError, UsageError
 from safenav.lines import json_line
-from safenav.runtime.interventions import read_intervention
 from safenav.runtime.run.checkpoint import resumption
 from safenav.runtime.run.mission import default_synthesizer
 from safenav.scenario.reading.loader import load_scenario_text
@@ -164,7 +163,7 @@ def _run(mission: Mission, hand: Operator | Words, played: Played, kill: int | N
         said = hand.words(mission) if random else [w for k, w in hand if k == played.passes]
         for word in said:
             try:
-                mission.intervene(read_intervention(word, mission.scenario))
+                mission.intervene(word)
             except UsageError:
                 continue
             played.given.append((played.passes, word))

@@ -23,12 +23,10 @@ from certify.tasks import scenario_of, task_of, verdict_of
 from judge.living import living
 from once import made_once
 from runtime.worlds import Driven
-from safenav import Mission, TraceWriter, built_in, load_scenario
+from safenav import Mission, TraceWriter, load_scenario
 from safenav.certify.bundle import bundle_of_run, bundle_of_trace
 from safenav.errors import NotCertifiedError
-from safenav.runtime.interventions import AddObstacle, AssignObjective, SetService
 from safenav.scenario.model import Robot, Scenario
-from safenav.scenario.objective import Visit
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.settings import Clock
 from safenav.spec.compile import compile_task
@@ -127,11 +125,10 @@ def changed() -> Path:
             mission.start()
             while mission.result is None:
                 if mission.tick in (3, 8):
-                    mission.intervene(SetService("quad", mission.tick == 8))
+                    mission.intervene(f"service quad {'back' if mission.tick == 8 else 'out'}")
                 if mission.tick == 9:
-                    mission.intervene(AddObstacle(built_in().obstacles["door"], 44, None))
-                    targets = (frozenset({58}), frozenset({71}))
-                    mission.intervene(AssignObjective("digit", Visit(targets)))
+                    mission.intervene({"kind": "close", "type": "door", "region": 44})
+                    mission.intervene("objective digit {visit: [58, 71]}")
                 mission.step()
         bundle_of_trace(folder / "run.jsonl", folder / "bundle")
 

@@ -19,7 +19,6 @@ from safenav.checked_trace import check_trace
 from safenav.cli.check import check as command
 from safenav.errors import InputError, UsageError
 from safenav.report.terminal.story import Story
-from safenav.runtime.interventions import read_intervention
 from safenav.runtime.run.mission import Mission
 from safenav.scenario.settings import Failures
 from safenav.trace.records import KINDS
@@ -97,14 +96,19 @@ def staged(text: str, facts: Facts) -> Run:
     return run
 
 
-def _intervene(mission: Mission, line: str) -> None:
-    """Intervene with these words; they are refused if they begin so: ``refused WORDS > WHY``."""
-    if not line.startswith("refused "):
-        mission.intervene(read_intervention(line, mission.scenario))
+def _intervene(mission: Mission, line: str | Facts) -> None:
+    """Intervene with these words or data; words are refused if they begin so: ``refused WORDS >
+    WHY``, data if they have the key ``refused``."""
+    wanted, why = line, ""
+    if isinstance(line, str):
+        wanted, _, why = line.removeprefix("refused ").partition(" > ")
+    elif "refused" in line:
+        wanted, why = {key: line[key] for key in line if key != "refused"}, line["refused"]
+    if not why:
+        mission.intervene(wanted)
         return
-    wanted, why = line.removeprefix("refused ").split(" > ")
     with pytest.raises(UsageError) as error:
-        mission.intervene(read_intervention(wanted, mission.scenario))
+        mission.intervene(wanted)
     assert why in str(error.value), error.value
 
 

@@ -19,7 +19,8 @@ The first comment of a file is its story. Its lines ``#:`` are YAML:
 - ``cut``: from before each pass on, resumed, the run has the same ``outcome``, or even the same
   ``moves``
 - ``waits``: an operator attends the live run, and intervenes with these words at each wait;
-  ``says``: with which it intervenes after a tick or pass; ``refused WORDS > WHY`` is impossible
+  ``says``: with which it intervenes after a tick or pass, or with the data of a page;
+  ``refused WORDS > WHY`` is impossible, or data with the reason ``refused``
 - ``world``: in which it is played (``facts.WORLDS``); ``slides``, ``jams``, ``looks``, ``faults``,
   ``speeds``: what goes wrong there (``worlds.py``); ``there``: words of the scenario with others,
   with which the world differs from it; ``failures``: the policy for them; ``lies``: the world may

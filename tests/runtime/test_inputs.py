@@ -21,7 +21,6 @@ from runtime.played import begin, completed, end, play
 from runtime.worlds import Bare, Driven
 from safenav.cli.check import check as command
 from safenav.errors import UsageError
-from safenav.runtime.interventions import AssignObjective, SetInput
 from safenav.runtime.run.mission import default_synthesizer, first_results
 from safenav.scenario.objective import Hold
 from safenav.scenario.reading.loader import load_scenario_text
@@ -167,7 +166,7 @@ def test_a_run_in_which_no_robot_moves_waits_for_an_operator_to_set_an_input(
     mission, run = begin(GREEN, attended=attended)
     while mission.result is None:
         if mission.waiting is not None and mission.still:
-            mission.intervene(SetInput("green", on=True))
+            mission.intervene("input green on")
         mission.step()
     told = [line["outcome"] for line in run.all("waiting")]
     expected = (["time_limit"], "completed") if attended else ([], "time_limit")
@@ -180,14 +179,14 @@ def test_a_run_in_which_no_robot_moves_waits_for_an_operator_to_set_an_input(
 def test_a_user_sets_inputs_during_a_run() -> None:
     mission, run = begin(case("inputs/fire"))
     mission.step()
-    mission.intervene(SetInput("call", on=True))
+    mission.intervene("input call on")
     mission.step()
     assert isinstance(mission._run.team.members[0].objective, Hold)
-    with pytest.raises(UsageError, match="the inputs determine the objective of quad"):
-        mission.intervene(AssignObjective("quad", Hold((frozenset({0}),))))
+    with pytest.raises(UsageError, match="objective of quad: its 'when' determines it"):
+        mission.intervene("objective quad {hold: [1, 1]}")
     with pytest.raises(UsageError, match="there is no input 'fire'"):
-        mission.intervene(SetInput("fire", on=True))
-    mission.intervene(SetInput("call", on=False))
+        mission.intervene("input fire on")
+    mission.intervene("input call off")
     end(mission, run)
 
 

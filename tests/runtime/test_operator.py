@@ -15,7 +15,7 @@ from runtime.played import Run, begin, end, loaded, whole
 from runtime.worlds import Clocked, Remote
 from safenav.errors import UsageError
 from safenav.outcome import Outcome
-from safenav.runtime.interventions import AddObstacle, read_intervention
+from safenav.runtime.interventions import read_intervention
 from safenav.runtime.run.mission import Mission
 from safenav.runtime.worlds.protocol import Sensed
 from safenav.scenario.model import Obstacle, Robot
@@ -32,16 +32,15 @@ def test_a_request_given_up_and_resolved_is_not_reopened_when_its_obstacle_is_ba
     mission, run = begin(east, attended=True)
     while not (mission.waiting is not None and mission.still):
         mission.step()
-    mission.intervene(read_intervention("resolved gate@27", mission.scenario))
+    mission.intervene("resolved gate@27")
     while not run.all("goal", robot="bee"):
         mission.step()
-    gate = mission.scenario.obstacles[0]
-    mission.intervene(AddObstacle(gate.type, gate.region))
+    mission.intervene({"kind": "close", "type": "gate", "region": 27})
     while not (mission.waiting is not None and mission.still):
         mission.step()
-    mission.intervene(read_intervention("service cart out", mission.scenario))
+    mission.intervene("service cart out")
     mission.step()
-    mission.intervene(read_intervention("give_up", mission.scenario))
+    mission.intervene("give_up")
     end(mission, run)
     assert run.one("reopened")["obstacle"] == "gate@27"
     assert [line["requester"] for line in run.all("request")] == ["cart", "bee", "bee"]
@@ -71,7 +70,7 @@ def test_a_proof_holds_after_moves_during_the_wait() -> None:
     mission, run = begin(GATE, attended=True)
     while not run.all("waiting") or len(run.all("goal", robot="bee")) < 5:
         mission.step()
-    mission.intervene(read_intervention("give_up", mission.scenario))
+    mission.intervene("give_up")
     end(mission, run)
     assert run.outcome["outcome"] == "operator_needed"
     assert run.outcome["rounds"]["bee"] > 1

@@ -25,9 +25,9 @@ from safenav.world.poses import Pose
 
 class Driven:
     """A world of blocking calls, which forwards the mission's calls to another one, ``truth``.
-    ``slides``: by robot and number of its move (from 1) the region in which that ends; ``jams``: by robot, how many of its actions have no effect; ``looks``: by
-    robot, whether its first looks show an obstacle that is there, the last one also later;
-    ``count``: of moves."""
+    ``slides``: by robot and number of its move (from 1) the region in which that ends; ``jams``: by
+    robot, how many of its actions have no effect; ``looks``: by robot, whether its first looks show
+    an obstacle that is there, the last one also later; ``count``: of moves."""
 
     def __init__(
         self,

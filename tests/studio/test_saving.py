@@ -9,10 +9,7 @@ from pathlib import Path
 import pytest
 
 from children import ran
-from safenav.runtime.interventions import AddObstacle, AssignObjective, SetService
 from safenav.runtime.run.mission import Mission
-from safenav.scenario.objective import Hold
-from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_scenario
 from safenav.studio import session
 from safenav.trace.records import Record
@@ -27,10 +24,10 @@ def trace() -> bytes:
     mission = Mission(load_scenario(SCENARIOS / "case_study_1.yaml"), listeners=[records.append])
     mission.start()
     for change in (
-        AddObstacle(built_in().obstacles["door"], 44),
-        SetService("digit", False),
-        AssignObjective("digit", Hold((frozenset({72}),))),
-        SetService("digit", True),
+        {"kind": "close", "type": "door", "region": 44},
+        "service digit out",
+        "objective digit {hold: 72}",
+        "service digit back",
     ):
         mission.intervene(change)
         mission.step()

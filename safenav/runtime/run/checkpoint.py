@@ -17,13 +17,13 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from safenav.errors import UsageError
+from safenav.formula.parser import Bounds, FormulaError, check, parse
 from safenav.runtime.control.roles import Role
-from safenav.runtime.interventions import wrong_objective
 from safenav.runtime.run.deadlines import LedgerKept
 from safenav.runtime.worlds.protocol import checked_obstacle
 from safenav.runtime.worlds.simulation import Truth
-from safenav.scenario.model import Obstacle, ResolveAt, Scenario
-from safenav.scenario.objective import Objective
+from safenav.scenario.model import Obstacle, ResolveAt, Robot, Scenario
+from safenav.scenario.objective import Ltl, Objective, formulas_in
 from safenav.scenario.settings import Clock, Limits
 from safenav.team.formulas import pursuit_of
 from safenav.team.state import Is, Plan, RobotNow, State
@@ -32,6 +32,7 @@ from safenav.trace import records
 from safenav.trace.fields import WrongError, convert, plain
 from safenav.trace.setting import scenario_header
 from safenav.world.map import MAX_REGIONS
+from safenav.world.poses import Mobility
 
 if TYPE_CHECKING:
     from safenav.trace.reading import Trace
@@ -184,13 +185,41 @@ def _restored(scenario: Scenario, kept: Kept) -> Team:
         raise WrongError("it has other numbers of robots or obstacles")
     for i, (own, robot) in enumerate(zip(kept.own, kept.state.robots, strict=True)):
         for each in (own, robot.objective, *([] if robot.base is None else robot.base[:1])):
-            if found := wrong_objective(each, scenario.robots[i], scenario):
+            for found in _wrong_objective(each, scenario.robots[i], scenario):
                 raise WrongError(f"{team.members[i].name}: {found}")
         if own != team.members[i].robot.objective:
             team = assigned(team, i, own, kept.within[i])
     if found := next(_wrong(team, kept), None):
         raise WrongError(found)
     return team
+
+
+def _wrong_objective(objective: Objective, robot: Robot, scenario: Scenario) -> Iterator[str]:
+    """Yield why a robot of a scenario cannot have an objective."""
+    inputs = {each.name for each in scenario.inputs}
+    if isinstance(objective, Ltl):
+        yield from (f"there is no input '{name}'" for name in {*objective.inputs} - inputs)
+        if not (objective.safety or objective.liveness):
+            yield "the objective has no formulas"
+    for target in objective.targets:
+        if not target or not all(map(scenario.map.is_free, target)):
+            yield f"target {sorted(target)}: expected free regions of the map"
+    if not all(0 <= region < scenario.map.size for region in objective.avoid):
+        yield f"'avoid' {sorted(objective.avoid)}: expected regions of the map"
+    rules = formulas_in(objective)
+    if rules is None:
+        return
+    declared: dict[str, Bounds] = {"region": (0, scenario.map.size - 1), **rules.memory}
+    declared |= {} if robot.model.mobility is Mobility.FREE else {"heading": (0, 3)}
+    named = declared | dict.fromkeys(inputs)
+    texts = [(text, declared, False) for text in rules.init]
+    texts += [(text, named, True) for text in (*rules.safety, *rules.liveness)]
+    for text, known, after in texts:
+        try:
+            for flaw in check(parse(text), known, next_allowed=after):
+                yield f"the objective has a wrong formula: {flaw.found}"
+        except FormulaError as error:
+            yield f"the objective has a wrong formula: {error}"
 
 
 def _misplaced(source: Obstacle, scenario: Scenario) -> str | None:

@@ -8,10 +8,10 @@ Nothing here depends on a simulation: an implementation of ``World`` can drive r
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Mapping
 from contextlib import suppress
 from threading import get_ident
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -22,7 +22,7 @@ from safenav.runtime.control.answers import Answers
 from safenav.runtime.control.coordinate import first_controllers
 from safenav.runtime.control.ends import End, Stop, Stopped, lacks_of
 from safenav.runtime.control.strategies import Controller
-from safenav.runtime.interventions import Intervention
+from safenav.runtime.interventions import read_intervention
 from safenav.runtime.run.checkpoint import ENDED, Checkpoints, Resumption
 from safenav.runtime.run.deadlines import refusal_of
 from safenav.runtime.run.loop import Run
@@ -203,10 +203,11 @@ class Mission:
         assert self.result is not None
         return self.result
 
-    def intervene(self, intervention: Intervention, *, late: bool = False) -> None:
-        """Change the world at the beginning of the next tick. The robots are not notified, and
-        encounter the change. Raises UsageError, with the reason, for an impossible change; with
-        ``late`` that is dropped and recorded (``late``)."""
+    def intervene(self, wanted: str | Mapping[str, Any], *, late: bool = False) -> None:
+        """Change the world at the beginning of the next tick, by an operator's line or its data.
+        The robots are not notified, and encounter the change. Raises UsageError, with the reason,
+        for an impossible change; with ``late`` that is dropped and recorded (``late``)."""
+        intervention = read_intervention(wanted, self.scenario)
         self._world.operator.ask(self._run, intervention, late=late)
 
     def exclude_idle_time(self, seconds: float) -> None:

@@ -18,11 +18,10 @@ from safenav.runtime import interventions
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.control.coordinate import Control
 from safenav.runtime.control.ends import End, Stopped
-from safenav.runtime.interventions import wrong_objective, wrong_type
 from safenav.runtime.worlds.commands import Commands
 from safenav.runtime.worlds.lockstep import Lockstep
 from safenav.runtime.worlds.simulation import SimulatedWorld
-from safenav.scenario.model import Obstacle, ObstacleType, Scenario
+from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.reachability import Reachability
 from safenav.team import state as now
 from safenav.team.failures import number, stands_for
@@ -77,7 +76,6 @@ class Operator:
     def ask(self, run: Running, wanted: interventions.Intervention, *, late: bool = False) -> None:
         """Request a change. Raises UsageError, with the reason, for an impossible one; with
         ``late`` that is dropped and recorded instead."""
-        wanted = interventions.well_formed(wanted)
         if not late:
             self._check(run, wanted)
         self.asked.append(wanted)
@@ -230,7 +228,6 @@ class Operator:
                 self._may_put(run, wanted)
 
     def _may_close(self, run: Running, wanted: interventions.AddObstacle) -> None:
-        self._may_be(wanted.type)
         if not self.scenario.map.is_free(wanted.region):
             raise UsageError(f"{self._closed(wanted.region)}: choose a free region to close")
         standing = self._simulation().standing().get(wanted.region)
@@ -246,17 +243,8 @@ class Operator:
             for o in self.asked
         ):
             raise UsageError(f"region {wanted.region} will be closed at the next tick")
-        if wanted.type.has_truth and wanted.truth is None:
-            raise UsageError(f"state whether {wanted.type.name} is traversable")
-        if wanted.truth is not None and not wanted.type.has_truth:
-            raise UsageError(f"a {wanted.type.name} has no truth: leave it out")
-
-    def _may_be(self, kind: ObstacleType) -> None:
-        if (found := wrong_type(kind, self.scenario)) is not None:
-            raise UsageError(found)
 
     def _may_order(self, wanted: interventions.PlaceOrder) -> None:
-        self._may_be(wanted.type)
         if wanted.type.has_truth:
             raise UsageError(f"a {wanted.type.name} has a truth, which orders do not reveal")
         if not self.scenario.map.is_free(wanted.region):
@@ -266,12 +254,6 @@ class Operator:
 
     def _may_give(self, run: Running, wanted: interventions.AssignObjective) -> None:
         member = run.team.members[i := self._robot(wanted.robot)]
-        if member.robot.when:
-            raise UsageError(
-                f"the inputs determine the objective of {wanted.robot}: see its 'when'"
-            )
-        if (found := wrong_objective(wanted.objective, member.robot, self.scenario)) is not None:
-            raise UsageError(found)
         pose, avoid = member.graph.pose(run.state.robots[i].next), wanted.objective.avoid
         if pose.region in avoid:
             raise UsageError(f"{wanted.robot} must avoid its own region {pose.region}")
