@@ -8,7 +8,7 @@ from safenav.trace import records
 from safenav.trace.records import KINDS
 from traces.examples import examples
 
-SILENT = {"header", "move", "backtrack", "belief", "checkpoint", "discovered"}
+SILENT = {"header", "move", "hold", "backtrack", "belief", "checkpoint", "discovered"}
 """What happens in every tick, or belongs to another line's sentence."""
 
 
@@ -38,14 +38,14 @@ def test_regions_and_robots_are_shown_by_the_given_functions() -> None:
     violation = records.Violation(3, "quad", 46, 47, "door@47", "push")
     told = "QUAD at gate 46 finds *a door* at dock 47 and keeps out: it lacks 'push'"
     assert wording.sentence(violation) == told
-    request = records.Request(3, "door@47", "quad", {"digit": 1, "rover": None}, ("digit",), (47,))
+    request = records.Request(3, "door@47", "quad", {"digit": 1, "rover": None}, ("digit",))
     told = "QUAD requests help with door@dock: digit needs 1 tick, rover cannot come"
     assert wording.sentence(request) == f"{told}; DIGIT helps"
     live = replace(request, t=3.5)  # ticks of the slowest step are no time there
     assert "digit bids 1, rover cannot come" in wording.sentence(live)
     failed = replace(request, because="rover has failed")
     assert wording.sentence(failed).endswith("; DIGIT helps, since rover has failed")
-    second = records.Request(3, "door@47", "quad", {"digit": 1}, ("digit",), (47,), need=1)
+    second = records.Request(3, "door@47", "quad", {"digit": 1}, ("digit",), need=1)
     assert wording.sentence(second).startswith("QUAD requests help with door@dock (need 2): ")
     met = records.Met(5, "door@47", 0, "sense", "quad", 46)
     assert wording.sentence(met) == "QUAD at gate 46 fulfils need 1 of *door@dock*: sense"
