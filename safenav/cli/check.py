@@ -251,11 +251,11 @@ def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
             "outcome": result.outcome.value,
             "explanation": result.explanation,
             "ticks": result.ticks,
-            "late": ahead.late,
+            "late": ahead.result.late or (),
         }
         line = f"without hidden obstacles: {result.outcome.value} in tick {result.ticks}"
         line += "" if result.outcome == "completed" else f": {result.explanation}"
-        lines.append(f"{line}; late: {listed(ahead.late)}" if ahead.late else line)
+        lines.append(f"{line}; late: {listed(ahead.result.late)}" if ahead.result.late else line)
     if refusal is not None:
         whole["unrealizable"] = refusal
         lines.append(f"{click.style('unrealizable', fg='red')}: {refusal}")

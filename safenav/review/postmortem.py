@@ -111,10 +111,12 @@ class TeamRepair(Struct, frozen=True):
 
 
 class Postmortem(Struct, frozen=True):
-    """The end of a run, its chain of reasons, and repairs. ``tried``: number of runs; ``missing``:
-    all actions that the team lacks, also for obstacles that the run did not reach."""
+    """The end of a run, its ``stuck`` robots and chain of reasons, and repairs. ``tried``: number
+    of runs; ``missing``: all actions that the team lacks, also for obstacles that the run did not
+    reach."""
 
     result: RunResult
+    stuck: tuple[str, ...]
     chain: tuple[str, ...]
     repairs: tuple[TeamRepair, ...]
     tried: int
@@ -134,7 +136,7 @@ def explain_run(
     mission = Mission(scenario, synthesizer())
     result = uninterrupted(mission.run())
     if result.outcome is not Outcome.OPERATOR_NEEDED:
-        return Postmortem(result, (), (), 1, time.monotonic() - begun)
+        return Postmortem(result, (), (), (), 1, time.monotonic() - begun)
     deadline, tried = time.monotonic() + seconds, 1
 
     def completes(changed: Scenario) -> RunResult | None:
@@ -167,7 +169,9 @@ def explain_run(
         for repair, ended in offered(kind(failed), failed.scenario, completes, TRIED, deadline)
     ]
     took = time.monotonic() - begun
-    return Postmortem(result, result.links, tuple(repairs), tried, took, failed.missing)
+    assert mission.end is not None
+    stuck, links = mission.end.stuck, mission.end.links or (result.explanation,)
+    return Postmortem(result, stuck, links, tuple(repairs), tried, took, failed.missing)
 
 
 class _Failure:
@@ -184,7 +188,7 @@ class _Failure:
         self.lacks = seen.lacks or mission.lacks
         encountered = [each.obstacle for each in mission.lacks]
         self.missing = missing_actions(scenario, seen, encountered, self.models.values())
-        self.stuck = seen.stuck or tuple(mission.result.stuck if mission.result else ())
+        self.stuck = seen.stuck or (() if mission.end is None else mission.end.stuck)
         self.word = scenario.map.word
 
     def obstacle(self, lacks: Shortfall) -> Obstacle:

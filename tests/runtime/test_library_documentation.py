@@ -74,7 +74,6 @@ def test_members_of_a_mission_that_the_page_names_exist() -> None:
         for name in path.split("."):
             assert hasattr(found, name), path
             found = getattr(found, name)
-    assert mission.rest().robot("rover").start == mission.scenario.robot("rover").start
     mission.give_up()
 
 

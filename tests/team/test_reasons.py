@@ -71,6 +71,8 @@ def test_the_reason_names_the_robots_that_a_need_lacks(found: Shortfall, words: 
 
 
 def test_the_result_of_a_run_names_the_immobile_robots() -> None:
-    result = Mission(loaded(case("requests/wait_for_each_other"))).run()
-    assert (result.cause, result.stuck) == ("cyclic_requests", ("rover", "quad"))
-    assert result.explanation == "; ".join(result.links)
+    mission = Mission(loaded(case("requests/wait_for_each_other")))
+    result = mission.run()
+    assert mission.end is not None
+    assert (result.cause, mission.end.stuck) == ("cyclic_requests", ("rover", "quad"))
+    assert result.explanation == "; ".join(mission.end.links)

@@ -344,7 +344,7 @@ def postmortem_lines(found: Postmortem, word: Word) -> Iterator[str]:
     at = f"after {_time(result.ticks, result.makespan)}" if live else f"at tick {result.ticks}"
     yield f"every robot is realizable, but the run ends {at}: {ended}"
     cause = result.cause or "unrealizable"
-    if cause == "unrealizable" and not result.stuck:
+    if cause == "unrealizable" and not found.stuck:
         cause = "no order"
     yield f"  because {_CAUSES[cause]}:"
     yield from (f"  {number}. {link}" for number, link in enumerate(found.chain, 1))

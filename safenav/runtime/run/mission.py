@@ -13,9 +13,6 @@ from contextlib import suppress
 from threading import get_ident
 from typing import Any, NoReturn
 
-from msgspec import Struct
-from msgspec.structs import replace
-
 from safenav.errors import SafenavError, UsageError
 from safenav.outcome import Outcome
 from safenav.runtime.control.answers import Answers
@@ -40,8 +37,8 @@ from safenav.synthesis.cache import Cache
 from safenav.synthesis.program import Binary
 from safenav.synthesis.slugs import Listener as SynthesisListener
 from safenav.synthesis.slugs import Synthesizer
-from safenav.team.state import Is
 from safenav.team.team import team_of
+from safenav.trace import records
 from safenav.trace.records import Record
 from safenav.trace.writing import Listener
 from safenav.verify.verification import first_failure
@@ -50,22 +47,8 @@ WAITED = 0.05
 """Seconds between two checks for an intervention."""
 
 
-class RunResult(Struct, frozen=True):
-    """The result of a run. ``cause`` classifies ``operator_needed``, ``links`` lists its reasons;
-    ``stuck``: the robots that cannot continue. ``makespan`` (live): the time in seconds at which
-    the last command ended."""
-
-    outcome: Outcome
-    explanation: str
-    cause: str | None
-    rounds: dict[str, int]
-    ticks: int
-    seconds: float
-    syntheses: int
-    synthesis_seconds: float
-    links: tuple[str, ...] = ()
-    stuck: tuple[str, ...] = ()
-    makespan: float | None = None
+RunResult = records.End
+"""The result of a run: the last line of its trace."""
 
 
 def uninterrupted(ended: RunResult) -> RunResult:
@@ -84,7 +67,7 @@ class Mission:
     syntheses. ``attended``: a live run waits for an operator instead of ending. ``begun``: the run
     that it continues, all lines of which the listeners receive first; ``checkpoints``: the lines
     from which an interrupted run can be continued are among those of the trace. ``ending``: whether
-    it has ended, or is about to record its end.
+    it has ended, or is about to record its end. ``end``: the reasons of the ``result``.
 
     Raises UsageError for a scenario whose strategies would not be correct in a live run.
     """
@@ -105,6 +88,7 @@ class Mission:
             raise UsageError(f"{scenario!r} is not a Scenario: pass load_scenario(PATH)")
         self.scenario, self.listeners = scenario, tuple(listeners)
         self.result: RunResult | None = None
+        self.end: End | None = None
         if world is None:
             live = scenario.clock is Clock.LIVE
             world = LiveSimulation(scenario) if live else SimulatedWorld(scenario)
@@ -246,17 +230,6 @@ class Mission:
         """The shortfalls of known obstacles that are never resolved."""
         return tuple(lacks_of(self._run.team, self._run.state).values())
 
-    def rest(self) -> Scenario:
-        """The rest of the mission as a lockstep scenario: robots begin in their present poses, with
-        the known obstacles and those still hidden."""
-        team, state = self._run.team, self._run.state
-        pairs = zip(team.members, state.robots, strict=True)
-        robots = tuple(replace(m.robot, start=m.graph.pose(robot.pose)) for m, robot in pairs)
-        left = zip(team.obstacles, state.obstacles, strict=True)
-        there = tuple(each.source for each, now in left if now.state is not Is.OVER)
-        clock = Clock.LOCKSTEP
-        return replace(team.scenario, clock=clock, robots=robots, obstacles=there, changes=())
-
     @property
     def still(self) -> bool:
         """Whether no robot has a command, except those that continue while the team waits."""
@@ -264,12 +237,6 @@ class Mission:
             robot.idle or (self._run.waits() and self._run.moves(i))
             for i, robot in enumerate(self._run.state.robots)
         )
-
-    @property
-    def controllers(self) -> dict[str, Controller]:
-        """The robots' present controllers."""
-        pairs = zip(self._run.team.members, self._run.control.controllers, strict=False)
-        return {member.name: each for member, each in pairs if each is not None}
 
     def _tell(self, record: Record) -> None:
         if self._checkpoints is not None:
@@ -305,20 +272,8 @@ class Mission:
         run.answers.close()
         if self._checkpoints is not None and end.outcome not in ENDED:
             self._checkpoints.write()
-        ended = run.recorder.ends(run.state, end, run.answers, self._stop.elapsed)
-        self.result = RunResult(
-            ended.outcome,
-            ended.explanation,
-            end.cause,
-            dict(ended.rounds),
-            ended.ticks,
-            ended.seconds,
-            ended.syntheses,
-            ended.synthesis_seconds,
-            end.links or (ended.explanation,),
-            end.stuck,
-            ended.makespan,
-        )
+        self.end = end
+        self.result = run.recorder.ends(run.state, end, run.answers, self._stop.elapsed)
 
 
 def first_results(
