@@ -1,11 +1,12 @@
-"""Trace lines of moves, one per tick in lockstep and one per command in a live run; and that of a
-synthesis, with all that its specification was made from."""
+"""Trace lines of moves, one per tick in lockstep and one per command in a live run; of joint plans;
+and that of a synthesis, with all that its specification was made from."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
 
 from safenav.bounds import Place
+from safenav.plan.order import surely
 from safenav.runtime.control.strategies import Controller
 from safenav.scenario.objective import Ltl
 from safenav.spec.assignable import AssignableRegions, assignable_regions, neutral
@@ -13,10 +14,11 @@ from safenav.spec.belief import models
 from safenav.spec.compile import assumption_names
 from safenav.spec.task import Task
 from safenav.team import state as now
+from safenav.team.floor import driven
 from safenav.team.state import State
 from safenav.team.team import Team
 from safenav.trace import records
-from safenav.trace.vocabulary import MovedBy, MoveEnd, Reason
+from safenav.trace.vocabulary import MovedBy, MoveEnd, PlanEndReason, Reason
 from safenav.world.map import RegionMap
 from safenav.world.poses import Pose
 
@@ -141,6 +143,52 @@ class CommandLines(_Lines):
         signal = self._signal(event.robot, event.values)
         if signal is not None:
             self._emit(records.Held(tick, self._team.members[event.robot].name, signal))
+
+
+class PlanLines:
+    """The joint plan as far as it needs no further resolution. ``said``: the last place of each
+    robot in the recorded part (None: none is in force); ``basis``: for which plan and obstacles."""
+
+    def __init__(self, emit: Emit) -> None:
+        self._emit = emit
+        self.said: list[int] | None = None
+        self.basis: object = None
+
+    def tell(self, tick: int, team: Team, before: State, after: State) -> None:
+        """Record the plan when it is new, or more of it is possible."""
+        if after.plan is None or self.basis == (after.plan, after.obstacles):
+            return
+        self.basis, most = (after.plan, after.obstacles), surely(team, after)
+        if self.said is not None and (before.plan is not after.plan or most != self.said):
+            self.ends(tick, PlanEndReason.CHANGED)
+        if self.said is None and any(most[i] > after.robots[i].at for i in team.sharing):
+            self._emit(_plan_line(tick, team, after, most))
+            self.said = most
+
+    def reached(self, tick: int, team: Team, state: State) -> None:
+        """End the plan that was recorded if every robot has gone its way in it."""
+        said = self.said
+        if said is not None and all(state.robots[i].at >= said[i] for i in team.sharing):
+            self.ends(tick, PlanEndReason.REACHED)
+
+    def ends(self, tick: int, reason: PlanEndReason) -> None:
+        if self.said is not None:
+            self._emit(records.PlanEnd(tick, reason))
+            self.said = self.basis = None
+
+
+def _plan_line(tick: int, team: Team, state: State, most: list[int]) -> records.Plan:
+    assert state.plan is not None
+    ways, orders = {}, []
+    for i in driven(team, state):
+        at, member, way = state.robots[i].at, team.members[i], state.plan.ways[i]
+        there = (member.graph.pose(visit.pose).place for visit in way[at : most[i] + 1])
+        ways[member.name] = tuple(there)
+        for place in range(at + 1, most[i] + 1):
+            for j, left in way[place].after:
+                if (since := left - state.robots[j].at) > 0:
+                    orders.append((team.members[j].name, since, member.name, place - at))
+    return records.Plan(tick, "the remaining mission", ways, tuple(orders))
 
 
 def synthesis_line(

@@ -6,20 +6,19 @@ the plan.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from msgspec.structs import replace
 
 import safenav
 from safenav.outcome import Outcome
-from safenav.plan.order import surely
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.control.coordinate import Control
 from safenav.runtime.control.ends import ASIDE, End, Request, lacks_of
 from safenav.runtime.control.strategies import assignable, enough
 from safenav.runtime.run.checkpoint import Memory
 from safenav.runtime.run.deadlines import Ledger
-from safenav.runtime.run.lines import CommandLines, TickLines, synthesis_line
+from safenav.runtime.run.lines import CommandLines, Emit, PlanLines, TickLines, synthesis_line
 from safenav.scenario.objective import Objective
 from safenav.solve.reasons import shortfall_words
 from safenav.team import state as now
@@ -27,7 +26,6 @@ from safenav.team.apply import apply, goals, rounds
 from safenav.team.floor import (
     acting_floor,
     barred,
-    driven,
     floor_now,
     floor_of,
     inside,
@@ -50,7 +48,6 @@ from safenav.trace.vocabulary import (
     Reason,
 )
 
-Listener = Callable[[records.Record], None]
 Entry = tuple[int, int | None, tuple[str, ...]]
 """An entry of the stack: obstacle, requester (None: an order), helpers."""
 
@@ -58,16 +55,14 @@ Entry = tuple[int, int | None, tuple[str, ...]]
 class Recorder:
     """``stack``: the entries that were pushed; ``helpers``: those of each request as last recorded;
     ``told``: the objectives in force as last recorded,
-    ``looked``: beliefs to be recorded after the move of their robot;
-    ``said``: the last place of each robot in the recorded plan (None: none is in force),
-    ``basis``: for which plan and obstacles; ``why``: the last event of those that give a reason for
-    syntheses; ``makespan``: when the last command ended."""
+    ``looked``: beliefs to be recorded after the move of their robot; ``why``: the last event of
+    those that give a reason for syntheses; ``makespan``: when the last command ended."""
 
     def __init__(
         self,
         team: Team,
         truths: Mapping[str, bool | None] | None,
-        listener: Listener,
+        listener: Emit,
         *,
         live: bool,
     ) -> None:
@@ -79,8 +74,7 @@ class Recorder:
         self.aside: set[int] = set()
         self.told = [member.objective for member in team.members]
         self.looked: list[records.Belief] = []
-        self.said: list[int] | None = None
-        self.basis: object = None
+        self.plan = PlanLines(self.emit)
         self.why, self.tick, self.moved = Reason.INITIAL, 0, 0
         self.waited: tuple[float | None] | None = None
         self.makespan = 0.0
@@ -95,7 +89,7 @@ class Recorder:
         """The recorder's memory, for a checkpoint."""
         helpers, aside = tuple(self.helpers.items()), tuple(sorted(self.aside))
         memory = Memory(self.tick, self.moved, tuple(self.stack), helpers, aside)
-        return replace(memory, planned=self.said is not None, ledger=self.ledger.kept())
+        return replace(memory, planned=self.plan.said is not None, ledger=self.ledger.kept())
 
     def resume(self, memory: Memory, state: State, lines: Iterable[records.Record]) -> None:
         """Continue after these lines."""
@@ -119,7 +113,7 @@ class Recorder:
             self.ledger.happened(self.team, before, event)
         dropped = before.plan is not None and after.plan is None
         if dropped and not isinstance(event, now.Met):
-            self._plan_ends(PlanEndReason.CHANGED)
+            self.plan.ends(self.tick, PlanEndReason.CHANGED)
         match event:  # the most frequent ones first
             case now.Turn():
                 return
@@ -128,7 +122,7 @@ class Recorder:
                 for goal, whole in goals(self.team, before, i, ticks):
                     self.emit(records.Goal(self.tick, self._robot(i), goal, region, whole))
             case now.Time(at):
-                self._plan_reached(before)
+                self.plan.reached(self.tick, self.team, before)
                 self.time, self.tick = at, self.tick + 1 if self.live else int(at)
                 self.ledger.happened(self.team, before, event)
                 return
@@ -141,13 +135,13 @@ class Recorder:
             case now.Arrived(i) | now.Elsewhere(i) | now.Failed(i) | now.Lost(i):
                 self.moves.ended(self.tick, i, before, after, event)
                 if not self.live:
-                    self._plan_reached(after)
+                    self.plan.reached(self.tick, self.team, after)
             case now.Stayed(i, by):
                 if by == "backtrack":
                     self._backtrack(i, after.robots[i].pose)
                 self.moves.stayed(self.tick, event, after)
                 if by == "backtrack" and after.plan is None:
-                    self._plan_ends(PlanEndReason.VIOLATION)
+                    self.plan.ends(self.tick, PlanEndReason.VIOLATION)
             case now.Astray(i, rules):
                 for rule in rules:
                     self.emit(records.Assumption(self.tick, self._robot(i), rule))
@@ -207,8 +201,12 @@ class Recorder:
                 self.emit(self._blocked(k, BlockReason.OPERATOR, None))
                 self.helpers.pop(k, None)
                 self.why = Reason.BLOCKED
-            case now.Intervened():
-                self._intervened(event)
+            case now.Intervened(what, i, k, pose, objective) if self.live:
+                robot = None if i is None else self._robot(i)
+                obstacle = None if k is None else self._name(k)
+                place = (None, None) if pose is None else pose.place
+                done = OperatorIntervention(what), robot, obstacle, *place, objective
+                self.emit(records.Operator(self.tick, *done))
             case now.Late(kind, why, i, name):
                 robot = None if i is None else self._robot(i)
                 self.emit(records.Late(self.tick, kind, why, robot, name))
@@ -228,15 +226,6 @@ class Recorder:
         at_once = isinstance(event, now.Departed) and not (self.live or event.under_way)
         while self.looked and isinstance(event, moved) and not at_once:
             self.emit(self.looked.pop(0))
-
-    def _intervened(self, event: now.Intervened) -> None:
-        i, k = event.robot, event.obstacle
-        robot = None if i is None else self._robot(i)
-        obstacle = None if k is None else self._name(k)
-        place = (None, None) if event.pose is None else event.pose.place
-        about = OperatorIntervention(event.what), robot, obstacle, *place, event.objective
-        if self.live:
-            self.emit(records.Operator(self.tick, *about))
 
     def emit(self, line: records.Record) -> None:
         """Send a line, in a live run with its time."""
@@ -273,28 +262,25 @@ class Recorder:
         """For each obstacle the needs that are met, and its resolution. Loads are put down first,
         and taken last."""
         truths, stages = dict(event.truths), dict(event.stages)
+        i, obstacles = event.robot, self.team.obstacles
+        at = before.robots[i].pose % self.team.size
         self.why = Reason.RESOLVED if truths else Reason.REQUEST
 
-        def takes(k: int) -> bool:
-            return any(self.team.obstacles[k].needs[n].takes for n in met(k))
-
         def met(k: int) -> range:
-            needs, begun = self.team.obstacles[k].needs, before.obstacles[k].stage.need
-            return range(begun, stages[k].need if k in stages and len(needs) > 1 else 0)
+            several = k in stages and len(obstacles[k].needs) > 1
+            return range(before.obstacles[k].stage.need, stages[k].need if several else 0)
+
+        def takes(k: int) -> bool:
+            return any(obstacles[k].needs[number].takes for number in met(k))
 
         for k in sorted({**stages, **truths}, key=takes):
-            self._met(before, event.robot, k, met(k))
+            for number in met(k):
+                need = obstacles[k].needs[number]
+                if need.regions >> at & 1:  # else it was met before the team knew of the obstacle
+                    what = self._name(k), number, need.action, self._robot(i), at
+                    self.emit(records.Met(self.tick, *what, self._group(before, k, number, i)))
             if k in truths:
-                self._resolved(before, event.robot, k, truths[k])
-
-    def _met(self, before: State, i: int, k: int, numbers: range) -> None:
-        at, needs = before.robots[i].pose % self.team.size, self.team.obstacles[k].needs
-        for number in numbers:
-            if not needs[number].regions >> at & 1:
-                continue  # it was met before the team knew of the obstacle
-            what = self._name(k), number, needs[number].action
-            group = self._group(before, k, number, i)
-            self.emit(records.Met(self.tick, *what, self._robot(i), at, group))
+                self._resolved(before, i, k, truths[k])
 
     def _resolved(self, before: State, i: int, k: int, truth: bool | None) -> None:
         at, obstacle = before.robots[i].pose % self.team.size, self.team.obstacles[k]
@@ -315,10 +301,8 @@ class Recorder:
         for_now: bool | None = None,
         because: str | None = None,
     ) -> records.KnownObstacle:
-        names = frozenset(map(self._robot, self.team.obstacles[k].blocks))
-        return records.KnownObstacle(
-            self.tick, self._name(k), names, reason, proof, because, for_now
-        )
+        about = self._name(k), frozenset(map(self._robot, self.team.obstacles[k].blocks))
+        return records.KnownObstacle(self.tick, *about, reason, proof, because, for_now)
 
     def _group(self, state: State, k: int, number: int, i: int) -> tuple[str, ...] | None:
         """The robots that meet a need when robot i acts; None if it does so alone."""
@@ -481,63 +465,19 @@ class Recorder:
         about = len(self.stack), traced, self._name(k), requester, helpers
         self.emit(kind(self.tick, *about))
 
-    # Plans.
-
-    def tell_plan(self, before: State, after: State) -> None:
-        """Tell the plan as far as it needs no further resolution: when it is new, or more of it is
-        possible."""
-        if after.plan is None or self.basis == (after.plan, after.obstacles):
-            return
-        self.basis, most = (after.plan, after.obstacles), surely(self.team, after)
-        if self.said is not None and (before.plan is not after.plan or most != self.said):
-            self._plan_ends(PlanEndReason.CHANGED)
-        if self.said is None and any(most[i] > after.robots[i].at for i in self.team.sharing):
-            self._plan(after, most)
-            self.said = most
-
-    def _plan_reached(self, state: State) -> None:
-        """End the plan that was recorded if every robot has gone its way in it."""
-        said = self.said
-        if said is not None and all(state.robots[i].at >= said[i] for i in self.team.sharing):
-            self._plan_ends(PlanEndReason.REACHED)
-
-    def _plan_ends(self, reason: PlanEndReason) -> None:
-        if self.said is not None:
-            self.emit(records.PlanEnd(self.tick, reason))
-            self.said = self.basis = None
-
-    def _plan(self, state: State, most: list[int]) -> None:
-        assert state.plan is not None
-        ways, orders = {}, []
-        for i in driven(self.team, state):
-            at, graph, way = state.robots[i].at, self.team.members[i].graph, state.plan.ways[i]
-            ways[self._robot(i)] = tuple(
-                graph.pose(visit.pose).place for visit in way[at : most[i] + 1]
-            )
-            for place in range(at + 1, most[i] + 1):
-                for j, left in way[place].after:
-                    if left > state.robots[j].at:
-                        orders.append(
-                            (self._robot(j), left - state.robots[j].at, self._robot(i), place - at)
-                        )
-        self.emit(records.Plan(self.tick, "the remaining mission", ways, tuple(orders)))
-
     # Ends.
 
     def waiting(self, end: End, until: float | None) -> None:
         if self.waited != (until,):
             self.waited = (until,)
             cause = None if end.cause is None else OperatorCause(end.cause)
-            self.emit(
-                records.Waiting(
-                    self.tick, AvertedEnd(end.outcome), end.why, cause, end.proof, until
-                )
-            )
+            about = AvertedEnd(end.outcome), end.why, cause, end.proof, until
+            self.emit(records.Waiting(self.tick, *about))
 
     def ends(self, state: State, end: End, answers: Answers, seconds: float) -> records.End:
         """Record the end of the run; ``seconds``: its wall time."""
         pairs = zip(self.team.members, state.robots, strict=True)
-        self._plan_reached(state)
+        self.plan.reached(self.tick, self.team, state)
         if end.outcome == Outcome.COMPLETED:
             self.ledger.completed()
         ended = records.End(
