@@ -39,7 +39,7 @@ class Once(Synthesizer):
 
 def test_without_a_strategy_the_run_ends_with_the_broken_assumption() -> None:
     scenario, run = loaded(case("outside/breaks_an_assumption")), Run()
-    world = Driven(scenario, slides={"rover": {3: 22}})
+    world = Driven(scenario, slides={"rover": {2: 22}})
     result = Mission(scenario, Once(), world=world, listeners=[run]).run()
     assert result.outcome is Outcome.ASSUMPTION_VIOLATED
     assert "stay, or step to a neighbouring region" in result.explanation
