@@ -79,7 +79,7 @@ def apply(team: Team, state: State, event: now.Event) -> State:
         case now.Departed(i, pose, by, node):
             state = _stepped(team, state, i, pose, event.values)
             plan = None if by == "backtrack" and node is None else state.plan
-            return replace(_robot(state, i, to=pose, node=node, by=by), plan=plan)
+            return replace(_robot(state, i, to=pose, due=event.due, node=node, by=by), plan=plan)
         case now.Goes(i):
             return _robot(state, i, by="plan" if state.robots[i].by == "plan" else None)
         case now.Arrived(i):
@@ -89,7 +89,8 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             planned = at + 1 < len(way) and way[at + 1].pose == robot.to
             region, mine = robot.next % team.size, team.members[i].objective
             held = robot.own.held and mine.stays(robot.own.memory, region)
-            ended: dict[str, object] = {"pose": robot.next, "to": None, "by": None, "failed": ()}
+            ended: dict[str, object] = {"pose": robot.next, "to": None, "due": None, "by": None}
+            ended["failed"] = ()
             if region != robot.pose % team.size:
                 ended["behind"] = robot.pose % team.size
             ended["own"] = robot.own._replace(held=held)
@@ -104,7 +105,7 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             failed = (*robot.failed, robot.next % team.size)
             return _put(team, state, i, pose, failed=failed)
         case now.Lost(i):
-            return _robot(_moved(team, state, i), i, to=None, node=None, by=None)
+            return _robot(_moved(team, state, i), i, to=None, due=None, node=None, by=None)
         case now.Flat(i, k):
             state = _robot(state, i, active=False, flat=True, node=None)
             here = state.robots[i].pose % team.size
@@ -216,7 +217,7 @@ def _put(team: Team, state: State, i: int, pose: int, **changes: object) -> Stat
         here = robot.objective.reached(pose % team.size)
         awaited = pursuit_of(robot.objective).met(count.memory, here)
         changes["fresh"] = robot.fresh or bool(awaited)  # its target counts there
-    return _robot(state, i, to=None, node=None, by=None, **changes)
+    return _robot(state, i, to=None, due=None, node=None, by=None, **changes)
 
 
 def _moved(team: Team, state: State, i: int) -> State:

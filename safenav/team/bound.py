@@ -55,9 +55,8 @@ class BoundMoment(Struct, frozen=True):
         return len(self.walkers)
 
 
-def moment_of(team: Team, state: State, had_turn: int, begun: Mapping[int, int]) -> BoundMoment:
+def moment_of(team: Team, state: State, had_turn: int) -> BoundMoment:
     """Return the state after the turns of the first ``had_turn`` robots in the present tick.
-    ``begun``: the ticks in which robots in transit began their steps.
 
     Obstacles that will disappear are ignored, and robots out of service count as in service: this
     only lowers the bounds.
@@ -68,7 +67,7 @@ def moment_of(team: Team, state: State, had_turn: int, begun: Mapping[int, int])
         ready, leaves, until = tick - (i >= had_turn), None, 0
         if robot.to is not None:
             leaves = robot.pose
-            ready = until = max(ready + 1, begun.get(i, tick) + member.ticks - 1)
+            ready = until = max(ready + 1, robot.due or 0)
         gone = [team.obstacles[k] for k in state.sealed if team.obstacles[k].source.goes is None]
         walls = member.graph.on(each.region for each in gone if i in each.blocks)
         skills = member.robot.capabilities

@@ -71,7 +71,8 @@ Base = tuple[Objective, int | None, Count, Values]
 
 
 class RobotNow(Struct, frozen=True):
-    """``to``: the pose of the step under way (it reserves both regions). ``objective``: the one in
+    """``to``: the pose of the step under way (it reserves both regions); ``due``: the tick in which
+    that ends (lockstep). ``objective``: the one in
     force, with its progress ``task``; ``own``: progress with its own. ``node``: that of its
     strategy at its next pose. ``at``: its place in the joint plan; ``by``: what decided the step
     under way. ``acting``: the robot in whose action it takes part. ``active``: it is in service;
@@ -90,6 +91,7 @@ class RobotNow(Struct, frozen=True):
     own: Count = Count()
     task: Count = Count()
     to: int | None = None
+    due: int | None = None
     node: int | None = None
     at: int = 0
     by: str | None = None
@@ -206,15 +208,14 @@ class Time(Change, frozen=True):
 
 class Departed(Event, frozen=True):
     """A robot sets out for a pose. ``by``: what decided that; ``node``: its strategy's there, with
-    the ``values`` of its formulas;
-    ``under_way``: the step takes time; ``command``, ``seconds``: its number, and how long it is
-    expected to take."""
+    the ``values`` of its formulas; ``due``: the tick in which the step ends, if it takes several;
+    live ``command``, ``seconds``: its number, and how long it is expected to take."""
 
     robot: int
     pose: int
     by: str
     node: int | None = None
-    under_way: bool = False
+    due: int | None = None
     command: int = 0
     seconds: float | None = None
     values: Values | None = None

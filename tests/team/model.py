@@ -151,7 +151,7 @@ def _possible(team: Team, state: State) -> list[now.Arrived | now.Departed]:
         elif (pose := next_step(team, state, i)) is not None:
             assert pose % team.size not in closed(team, state, i)
             if not floors.reserved(team, state, i) >> pose % team.size & 1:
-                events.append(now.Departed(i, pose, "plan", under_way=True))
+                events.append(now.Departed(i, pose, "plan", due=1))
     return events
 
 

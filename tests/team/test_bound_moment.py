@@ -39,11 +39,11 @@ def test_a_moment_has_the_steps_the_turns_and_the_needs_of_a_state() -> None:
     state = replace(
         state,
         time=7,
-        robots=(replace(a, to=1), b),
+        robots=(replace(a, to=1, due=8), b),
         obstacles=there,
         requests=(0,),
     )
-    moment = moment_of(team, state, 1, {0: 6})
+    moment = moment_of(team, state, 1)
     first, second = moment.walkers
     # ``a`` set out in tick 6 and takes three ticks; ``b`` has not had its turn of tick 7.
     assert (first.pose, first.leaves, first.ready, first.until) == (1, 0, 8, 8)
@@ -55,8 +55,6 @@ def test_a_moment_has_the_steps_the_turns_and_the_needs_of_a_state() -> None:
     ((met, open_),) = earliest(moment)
     assert met == moment.now  # the need that was met before
     assert open_ > met
-    # A robot without a recorded departure has just set out; before its turn it is a tick behind.
-    late = moment_of(team, state, 0, {}).walkers[0]
-    assert (late.ready, late.until) == (9, 9)
-    # One that has had its turn since then, and has not arrived, arrives in the next tick.
-    assert moment_of(team, state, 1, {0: 4}).walkers[0].ready == 8
+    # One that has had its turn when it is due, and has not arrived, arrives in the next tick.
+    late = replace(state, robots=(replace(a, to=1, due=6), b))
+    assert moment_of(team, late, 1).walkers[0].ready == 8

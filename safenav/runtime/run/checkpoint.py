@@ -13,7 +13,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import msgspec
-from msgspec import Struct, field
+from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.errors import UsageError
@@ -60,8 +60,8 @@ class Memory(Struct, frozen=True, forbid_unknown_fields=True):
 class Kept(Struct, frozen=True, forbid_unknown_fields=True):
     """A run before a pass. ``own``: the objective of each robot, with rounds of at most ``within``
     ticks; ``helps``: the obstacle that each robot serves; ``introduced``: the obstacles that the
-    scenario does not list, each with the robot whose battery it is; ``due``: the ticks in which
-    steps under way end (lockstep). ``scenario``: in the first checkpoint."""
+    scenario does not list, each with the robot whose battery it is. ``scenario``: in the first
+    checkpoint."""
 
     state: State
     own: tuple[Objective, ...]
@@ -69,7 +69,6 @@ class Kept(Struct, frozen=True, forbid_unknown_fields=True):
     helps: tuple[int | None, ...]
     memory: Memory
     introduced: tuple[tuple[Obstacle, int | None], ...] = ()
-    due: dict[str, int] = field(default_factory=dict)
     truth: Truth | None = None
     scenario: Scenario | None = None
     sha256: str = ""
@@ -247,7 +246,7 @@ def _wrong(team: Team, kept: Kept) -> Iterator[str]:
         yield from (f"there is no {what} {each}" for each in numbers if not 0 <= each < most)
     names = {member.name for member in team.members}
     helpers = [who for *_, who in kept.memory.stack] + [who for _, who in kept.memory.helpers]
-    yield from (f"there is no robot {name}" for name in {*kept.due}.union(*helpers) - names)
+    yield from (f"there is no robot {name}" for name in set[str]().union(*helpers) - names)
     for member, robot in zip(team.members, state.robots, strict=True):
         yield from _off_the_floor(member, robot)
     for listed in (state.obstacles, () if truth is None else truth.obstacles):
@@ -271,7 +270,7 @@ def _wrong(team: Team, kept: Kept) -> Iterator[str]:
 
 def _robots(kept: Kept) -> Iterator[int]:
     """The numbers of robots in a checkpoint."""
-    state, ledger = kept.state, kept.memory.ledger
+    state = kept.state
     for robot in state.robots:
         yield from (j for j, _ in robot.known)
         yield from () if robot.acting is None else (robot.acting,)
@@ -280,7 +279,6 @@ def _robots(kept: Kept) -> Iterator[int]:
     yield from (i for _, i in kept.introduced if i is not None)
     yield from (who for _, who, _ in kept.memory.stack if who is not None)
     yield from (i for i, _ in state.attempts)
-    yield from () if ledger is None else (i for i, _ in ledger.begun)
 
 
 def _obstacles(kept: Kept) -> Iterator[int]:
@@ -315,6 +313,8 @@ def _off_the_floor(member: Member, robot: RobotNow) -> Iterator[str]:
             return
     if robot.next not in (robot.pose, *graph.steps(robot.pose)):
         yield f"no step leads {name} from {robot.pose} to {robot.next}"
+    if not 0 <= (robot.due or 0) < MOST:
+        yield f"the step of {name} ends in tick {robot.due}"
     pursued = [(member.objective, robot.own), (robot.objective, robot.task)]
     pursued += [] if robot.kept is None else [(member.objective, robot.kept)]
     pursued += [] if robot.base is None else [(robot.base[0], robot.base[2])]

@@ -69,13 +69,11 @@ class LedgerKept(Struct, frozen=True, forbid_unknown_fields=True):
     dues: tuple[tuple[Of, Due], ...]
     late: tuple[str, ...]
     clocks: tuple[Clock, ...]
-    begun: tuple[tuple[int, int], ...]
 
 
 class Ledger:
     """``dues``: the deadlines of the mission and the open requests; ``seen``: these requests;
-    ``late``: those that were missed; ``begun``: the ticks in which robots in transit set out;
-    ``had``: how many robots have had their turn."""
+    ``late``: those that were missed; ``had``: how many robots have had their turn."""
 
     def __init__(self, team: Team, emit: Callable[[records.Record], None]) -> None:
         self.emit, self.scenario = emit, team.scenario
@@ -85,7 +83,6 @@ class Ledger:
         self.seen: set[int] = set()
         self.late: list[str] = []
         self.clocks = [Clock() for _ in team.members]
-        self.begun: dict[int, int] = {}
         self.lines: list[records.Record] = []
         self.had = self.tick = 0
 
@@ -93,13 +90,12 @@ class Ledger:
         """The ledger for a checkpoint."""
         if not self.active:
             return None
-        dues, begun = tuple(self.dues.items()), tuple(self.begun.items())
-        return LedgerKept(dues, tuple(self.late), tuple(self.clocks), begun)
+        return LedgerKept(tuple(self.dues.items()), tuple(self.late), tuple(self.clocks))
 
     def resume(self, kept: LedgerKept | None, tick: int) -> None:
         """Continue from that."""
         if kept is not None and self.active:
-            self.dues, self.begun, self.tick = dict(kept.dues), dict(kept.begun), tick
+            self.dues, self.tick = dict(kept.dues), tick
             self.late, self.clocks = [*kept.late], [*kept.clocks]
 
     @property
@@ -123,11 +119,8 @@ class Ledger:
             case now.Turn(i) | now.Goes(i):
                 self.had = i + 1
                 self._look(team, before)
-            case now.Departed(i):
-                self.begun[i] = self.tick
             case now.Arrived(i) | now.Elsewhere(i) | now.Failed(i):
                 self.had = max(self.had, i + 1)
-                self.begun.pop(i, None)
             case now.Assigned(i):
                 self.clocks[i] = Clock(self.tick)
             case now.Served(i, True) | now.Placed(i):
@@ -219,7 +212,7 @@ class Ledger:
 
     def _foresee(self, team: Team, state: State, fresh: dict[int, Due]) -> None:
         """Begin the deadlines of new requests, and report all that can no longer be met."""
-        moment = bound.moment_of(team, state, self.had, self.begun)
+        moment = bound.moment_of(team, state, self.had)
         times, ends = bound.earliest(moment), dict[Of, int | None]()
         for k, turns in zip(bound.gates(team, state), times, strict=True):
             ends[k] = bound.tick_of(turns[-1], moment.count)
@@ -342,7 +335,7 @@ def refusal_of(team: Team, state: State) -> End | None:
             parts.append(f"{member.name}: {_words(len(member.targets), within, least)}")
     by = team.scenario.until.by
     if by is not None and not objectives_change(team, 0):
-        moment = moment_of(team, state, len(team.members), {})
+        moment = moment_of(team, state, len(team.members))
         orders = [
             _orders(team, member, r.pose)
             for member, r in zip(team.members, state.robots, strict=True)

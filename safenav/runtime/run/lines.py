@@ -54,7 +54,7 @@ class TickLines(_Lines):
     """Lockstep: a ``move`` line for each robot in each tick."""
 
     def departed(self, tick: int, event: now.Departed, before: State) -> None:
-        if event.under_way:
+        if event.due is not None:
             start, signal = before.robots[event.robot].pose, event.values
             self._move(tick, event.robot, start, start, event.pose, event.by, signal=signal)
 

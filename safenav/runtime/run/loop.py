@@ -85,7 +85,7 @@ class Run:
         added = tuple((each.source, each.battery_of) for each in self.team.obstacles[listed:])
         memory = self.recorder.kept()
         about = tuple(own), tuple(within), helps, memory, added
-        return Kept(self.state, *about, *self.world.kept())
+        return Kept(self.state, *about, self.world.kept())
 
     def resume(self, begun: Resumption) -> None:
         """Continue a run that was interrupted. Commands that were under way in a live run have
@@ -99,7 +99,7 @@ class Run:
                 self.answers.seconds += line.seconds
         commands = (each.command for each in begun.lines if isinstance(each, Depart | Act))
         self.recorder.resume(kept.memory, self.state, begun.lines)
-        self.world.resume(self, kept.due, kept.truth, max(commands, default=0))
+        self.world.resume(self, kept.truth, max(commands, default=0))
         for i, robot in enumerate(self.state.robots):
             if self.world.live and robot.to is not None:
                 self.happens(now.Elsewhere(i, robot.pose))

@@ -223,7 +223,7 @@ class Recorder:
                 self.waited = None
 
         moved = now.Departed | now.Stayed | now.Goes | now.Arrived
-        at_once = isinstance(event, now.Departed) and not (self.live or event.under_way)
+        at_once = isinstance(event, now.Departed) and not self.live and event.due is None
         while self.looked and isinstance(event, moved) and not at_once:
             self.emit(self.looked.pop(0))
 

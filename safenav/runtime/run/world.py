@@ -8,7 +8,7 @@ pass is an instant at which something ends, after which each idle robot has its 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from math import inf
 
 from msgspec.structs import replace
@@ -32,7 +32,7 @@ from safenav.team.floor import occupied, standing
 from safenav.team.state import State
 from safenav.team.team import Team
 from safenav.trace.vocabulary import ActResult
-from safenav.world.poses import Pose, bits
+from safenav.world.poses import bits
 
 SLOWEST = 20.0
 """Seconds per tick of the limit, for a simulated live run without a limit in seconds."""
@@ -82,23 +82,16 @@ class World:
         """When obstacles were opened last: earlier reports of them are late."""
         self._found: dict[int, protocol.Acted | None] = {}
 
-    def kept(self) -> tuple[dict[str, int], Truth | None]:
-        """The state for a checkpoint: the ticks in which steps end, and the simulated world."""
-        due = {} if self.lockstep is None else self.lockstep.due()
-        return due, None if self._truth is None else self._truth.kept()
+    def kept(self) -> Truth | None:
+        """The simulated world for a checkpoint."""
+        return None if self._truth is None else self._truth.kept()
 
-    def resume(self, run: Running, due: Mapping[str, int], truth: Truth | None, last: int) -> None:
+    def resume(self, run: Running, truth: Truth | None, last: int) -> None:
         """Continue where a run was interrupted. ``last``: the number of the last command."""
-        members, robots, poses = run.team.members, run.state.robots, dict[str, Pose]()
-        steps: dict[str, tuple[int, Pose]] = {}
-        for member, robot in zip(members, robots, strict=True):
-            poses[member.name] = member.graph.pose(robot.pose)
-            if member.name in due and robot.to is not None:
-                steps[member.name] = due[member.name], member.graph.pose(robot.to)
-        if isinstance(self.commands, Lockstep):
-            self.commands.resume(run.state.time, steps)
-        else:
-            self.commands.resume(run.state.time, poses, last)
+        members, robots = run.team.members, run.state.robots
+        pairs = zip(members, robots, strict=True)
+        poses = {member.name: member.graph.pose(robot.pose) for member, robot in pairs}
+        self.commands.resume(run.state.time, poses, last)
         if self._truth is not None:
             if truth is None:
                 raise UsageError("the run used real robots: pass their world")
@@ -160,7 +153,9 @@ class World:
         for i in (*busy, *(i for i in robots if i not in busy)):  # where robots are counts first
             member, robot = run.team.members[i], run.state.robots[i]
             if robot.to is not None:
-                ended = self.commands.ended(member.robot)
+                live = self.lockstep is None or run.state.time >= (robot.due or 0)
+                to = member.graph.pose(robot.to)
+                ended = self.commands.ended(member.robot, to) if live else None
                 if ended is not None:
                     yield from self._arrived(run, i, ended)
                 elif not self.live:
@@ -258,8 +253,10 @@ class World:
         graph, robot = run.team.members[i].graph, run.team.members[i].robot
         here = graph.pose(run.state.robots[i].pose)
         ended = self.commands.start(robot, here, graph.pose(step.pose))
-        about = ended is None, *self._number(robot), step.values
-        yield now.Departed(i, step.pose, step.by, step.node, *about)
+        ticks = robot.model.timing - 1 if self.lockstep is not None and ended is None else None
+        due = None if ticks is None else int(run.state.time) + ticks
+        about = step.by, step.node, due, *self._number(robot), step.values
+        yield now.Departed(i, step.pose, *about)
         if ended is not None:
             yield from self._arrived(run, i, ended)
 

@@ -143,10 +143,11 @@ class Commands:
         """Send a robot to ``pose``; return the end of its step, if it has already ended."""
         number = self._begin(robot, here, pose, ())
         self._send(robot, here, "start", lambda: self.world.start(robot, pose, number))
-        return self.ended(robot)
+        return self.ended(robot, pose)
 
-    def ended(self, robot: Robot) -> protocol.Ended | None:
+    def ended(self, robot: Robot, to: Pose) -> protocol.Ended | None:
         """The end of a robot's step, taken in its turn; None while it is in transit."""
+        del to
         found = self._ended.pop(robot.name, None)
         assert isinstance(found, protocol.Ended | None)
         return found

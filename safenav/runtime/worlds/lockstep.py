@@ -65,18 +65,14 @@ class Lockstep:
         self._world, self._scenario, self._tick = world, scenario, 0
         self._simulated = world if isinstance(world, SimulatedWorld) else None
         self._changing = world if protocol.implements(world, ChangingWorld) else None
-        self._steps: dict[str, tuple[int, Pose, protocol.Ended | None]] = {}
+        self._ended: dict[str, protocol.Ended] = {}
         self.dropped: list[tuple[protocol.WorldEvent, str]] = []
         self.sensed: list[protocol.Sensed] = []
 
-    def due(self) -> dict[str, int]:
-        """The ticks in which steps under way end."""
-        return {name: step[0] for name, step in self._steps.items()}
-
-    def resume(self, time: float, steps: Mapping[str, tuple[int, Pose]]) -> None:
-        """Continue after a tick, with these steps under way: when and where they end."""
+    def resume(self, time: float, poses: Mapping[str, Pose], last: int) -> None:
+        """Continue after a tick."""
+        del poses, last
         self._tick = int(time)
-        self._steps = {name: (*step, None) for name, step in steps.items()}
 
     def times(self) -> Sequence[float]:
         """The ticks at which a simulation changes something."""
@@ -100,20 +96,15 @@ class Lockstep:
 
     def start(self, robot: Robot, here: Pose, pose: Pose) -> protocol.Ended | None:
         """Send a robot to ``pose``; return the end of its step, if it has already ended."""
-        ticks = 1 if pose.region == here.region else robot.model.timing
-        if ticks == 1:
+        if pose.region == here.region or robot.model.timing == 1:
             return self._moved(robot, pose)
-        ended = None if self._simulated is not None else self._moved(robot, pose)
-        self._steps[robot.name] = (self._tick + ticks - 1, pose, ended)
+        if self._simulated is None:
+            self._ended[robot.name] = self._moved(robot, pose)
         return None
 
-    def ended(self, robot: Robot) -> protocol.Ended | None:
-        """The end of a robot's step, in its turn, if it is due."""
-        step = self._steps.get(robot.name)
-        if step is None or self._tick < step[0]:
-            return None
-        del self._steps[robot.name]
-        return step[2] or self._moved(robot, step[1])
+    def ended(self, robot: Robot, to: Pose) -> protocol.Ended:
+        """The end of a robot's step of several ticks, in its turn when it is due."""
+        return self._ended.pop(robot.name, None) or self._moved(robot, to)
 
     def act(self, robot: Robot, here: Pose, obstacles: Sequence[Obstacle]) -> protocol.Acted:
         """The obstacles that the robot has resolved, each checked to be one that it can."""
