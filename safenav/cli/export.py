@@ -156,7 +156,7 @@ def _waypoints(
     ending: str,
 ) -> str:
     if moved is None:
-        found = waypoints(run, frame := frame_of(run, side, origin))
+        found = waypoints(run_of(run), frame := frame_of(run, side, origin))
     else:
         found, frame = timed_waypoints(moved), frame_of(run, moved.header.side, origin)
     return as_json(found, frame) if ending == ".json" else as_csv(found)

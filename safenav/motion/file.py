@@ -9,8 +9,7 @@ skipped.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from math import ceil, log10
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
@@ -324,35 +323,6 @@ def _header(data: Any, kind: object) -> MotionHeader:
     return header
 
 
-DECIMALS = 12
-"""Decimals of metres, seconds and radians: joins are exact to 1e-9."""
-
-
 def text_of(motion: Motion) -> str:
-    """The lines of the file."""
-    return "".join(
-        json_line({key: _rounded(value, key) for key, value in to_builtins(line).items()})
-        for line in (motion.header, *motion.lines, motion.outcome)
-    )
-
-
-def _rounded(value: object, key: str = "") -> object:
-    if isinstance(value, float):
-        return round(value, DECIMALS) + 0.0  # no -0.0
-    if isinstance(value, list | tuple):
-        return [_curve(*item) if key == "curves" else _rounded(item) for item in value]
-    if isinstance(value, dict):
-        return {name: _rounded(item) for name, item in value.items()}
-    return value
-
-
-def _curve(seconds: float, *polynomials: Sequence[float]) -> list[object]:
-    """Round with more decimals for higher powers, so that each adds the same error at the end."""
-    more = log10(max(seconds, 1.0))
-    return [
-        _rounded(seconds),
-        *(
-            [round(c, DECIMALS + ceil(k * more)) + 0.0 for k, c in enumerate(p)]
-            for p in polynomials
-        ),
-    ]
+    """The lines of the file. Numbers are exact."""
+    return "".join(map(json_line, to_builtins((motion.header, *motion.lines, motion.outcome))))

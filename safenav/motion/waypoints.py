@@ -18,8 +18,8 @@ from safenav.errors import Diagnostic, InputError, UsageError
 from safenav.lines import csv_text
 from safenav.motion.file import GoalLine, Motion, Moving, Piece, Segment
 from safenav.pace.robot import YAW
+from safenav.run.run import Run
 from safenav.trace.reading import Trace
-from safenav.trace.records import Arrive, Move
 from safenav.world.map import Frame
 
 _DECIMALS = 6
@@ -67,35 +67,23 @@ def frame_of(
     return Frame(sides, (x, y), yaw) if origin is None else Frame(sides, origin)
 
 
-def waypoints(trace: Trace, frame: Frame) -> list[Waypoint]:
-    """The waypoints of all robots, one robot after the other. Raises InputError for a robot that is
-    not in the team, or a region off the map."""
-    header, world = trace.header, trace.header.scenario.map
-    by_robot: dict[str, list[Waypoint]] = {name: [] for name in header.scenario.robots}
-
-    def add(
-        line: int, robot: str, tick: int, region: int, facing: str | None, t: float | None
-    ) -> None:
-        found = ""
-        if robot not in by_robot:
-            found = f"'{robot[:40]}' is not a robot of this trace"
-        elif not 0 <= region < world.rows * world.cols:
-            found = f"{robot} is in region {region}, which is not on the map"
-        if found:
-            raise InputError([Diagnostic(trace.source, line, 1, found)])
-        row, col = divmod(region, world.cols)
-        x, y = (round(value, _DECIMALS) for value in frame.centre(row, col, world.rows))
-        yaw = None if facing is None else round(remainder(YAW[facing] + frame.yaw, tau), _DECIMALS)
-        by_robot[robot].append(Waypoint(robot, tick, t, x, y, None, yaw, None, region))
-
-    start = None if header.clock is None else 0.0
-    for name, robot in header.scenario.robots.items():
-        add(header.line, name, 0, robot.start, robot.heading, start)
-    for record in trace.records:
-        if isinstance(record, Move | Arrive):
-            region = record.to if isinstance(record, Move) else record.at
-            add(record.line, record.robot, record.tick, region, record.heading, record.t)
-    return [waypoint for one in by_robot.values() for waypoint in one]
+def waypoints(run: Run, frame: Frame) -> list[Waypoint]:
+    """The waypoints of all robots, one robot after the other."""
+    found: list[Waypoint] = []
+    for track in run.robots:
+        before = None
+        for tick, pose in enumerate(zip(track.regions, track.headings, strict=True)):
+            if run.seconds is not None and pose == before:
+                continue  # another robot's event
+            before = region, facing = pose
+            centre = frame.centre(*run.map.position(region), run.map.rows)
+            x, y = (round(value, _DECIMALS) for value in centre)
+            yaw = None
+            if facing is not None:
+                yaw = round(remainder(YAW[facing.label] + frame.yaw, tau), _DECIMALS)
+            t = None if run.seconds is None else round(run.seconds[tick], _DECIMALS)
+            found.append(Waypoint(track.name, tick, t, x, y, None, yaw, None, region))
+    return found
 
 
 def timed_waypoints(motion: Motion) -> list[Waypoint]:
