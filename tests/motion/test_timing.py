@@ -17,7 +17,7 @@ from safenav.errors import InputError
 from safenav.motion.check.examination import Finding
 from safenav.motion.check.order import disorder
 from safenav.motion.check.verdict import check_motion
-from safenav.motion.file import Action, Motion, Moving, Release, Reserve
+from safenav.motion.file import Action, Motion, Moving
 from safenav.motion.geometry import MetricFloor
 from safenav.motion.making import motion_of, mover
 from safenav.motion.mover import Crossing
@@ -95,11 +95,6 @@ def test_times_that_ignore_conflicts_or_exclusions_are_refused() -> None:
         assert {found.rule for found in disorder(ordered(trace, serial), serial)} == {rule}
         assert "clock" in {found.rule for found in check_motion(made, trace)}
         assert check_motion(motion_of(trace), trace) == []
-
-
-def test_a_run_in_time_stays_as_it_is() -> None:
-    told = in_time(trace_of("hello"), motion("hello"))
-    assert in_time(told, motion("hello")) == told
 
 
 CLOSING = """\
@@ -185,18 +180,6 @@ def test_a_live_trace_that_no_motion_can_follow_is_refused(
 
     with pytest.raises(InputError, match=found):
         moved(changed("case_study_2", change))
-
-
-def test_another_clock_than_the_trace_s_is_found() -> None:
-    content = live_trace("case_study_2")
-    trace, motion, _ = moved(content)
-    for kind, field in ((Reserve, "t"), (Release, "t"), (Action, "t1")):
-        lines = list(motion.lines)
-        index = next(i for i, line in enumerate(lines) if isinstance(line, kind) and i > 20)
-        lines[index] = replace(lines[index], **{field: getattr(lines[index], field) + 0.5})
-        wrong = replace(motion, lines=tuple(lines))
-        found = check_motion(wrong, trace)
-        assert "clock" in {finding.rule for finding in found}, kind
 
 
 COLS, ROWS = 9, 9
