@@ -44,7 +44,6 @@ from safenav.run.values import (
 )
 from safenav.scenario.objective import Objective, target_regions
 from safenav.trace.reading import Trace
-from safenav.trace.words import seconds_words
 from safenav.world.map import Region, RegionMap
 
 
@@ -226,9 +225,6 @@ def encoded(run: Run, source: str) -> dict[str, Any]:
         and {
             "outcome": ending.outcome,
             "explanation": ending.explanation,
-            "seconds": seconds_words(ending.seconds),
-            "syntheses": ending.syntheses,
-            "synthesisSeconds": seconds_words(ending.synthesis_seconds),
         },
         "nose": GLYPHS.nose,
         "marks": {

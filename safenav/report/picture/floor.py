@@ -10,7 +10,7 @@ from typing import Any
 from msgspec import Struct
 
 from safenav.report.picture.svg import GLYPHS, STATUS_MARKS, SvgWriter, number, text_width, wrapped
-from safenav.run.values import Look, ObstacleStatus, Scene, StoryKind, looks
+from safenav.run.values import Look, Scene, looks
 from safenav.trace.words import listed
 from safenav.world.map import Region, RegionMap
 
@@ -431,7 +431,6 @@ def _marks(scene: Scene, style: Sequence[Look], exclusion: Mapping[str, Any]) ->
     robots, objectives = scene.robots, [r.objective for r in scene.robots if r.objective]
     colour = style[0].colour if style else INK
     own, thin = {"stroke": colour}, {"fill": "none", "stroke_width": 2}
-    found = STATUS_MARKS[ObstacleStatus.FOUND].colour
 
     def target(page: SvgWriter, x: float, y: float) -> None:
         page.element("circle", cx=x, cy=y, r=8, fill=colour, fill_opacity=0.3, **own)
@@ -441,7 +440,6 @@ def _marks(scene: Scene, style: Sequence[Look], exclusion: Mapping[str, Any]) ->
     area = _square(8, stroke=AREA, stroke_dasharray="4 2", fill="none")
     avoided = _square(9, stroke_dasharray="2 4", **own, **thin)
     transit = _rect(12, 6, rx=4, **own, **thin)
-    refused = any(event.kind is StoryKind.VIOLATION for event in scene.happened)
     faces = any(robot.heading is not None for robot in robots)
     gone = any(len({*robot.trail}) > 1 for robot in robots)
     goes = any(len(robot.ahead) > 1 for robot in robots)
@@ -453,7 +451,6 @@ def _marks(scene: Scene, style: Sequence[Look], exclusion: Mapping[str, Any]) ->
         (any(o.avoid for o in objectives), avoided, "regions that the robot of this colour avoids"),
         (gone, _line("h22", stroke_opacity=0.6, **own), "path of a robot, newest part strongest"),
         (faces, _glyph(GLYPHS.nose, 11, 15, fill=INK), "where a robot faces"),
-        (refused, _line("h19m-5,-4.5l5,4.5l-5,4.5", stroke=found), "refused step"),
         (any(robot.taken for robot in robots), transit, "in transit: occupies both regions"),
         (any(robot.loads for robot in robots), _load, "load that the robot carries"),
         (scene.chargers, _glyph(GLYPHS.charger, 7, fill="#B87900"), "charger"),

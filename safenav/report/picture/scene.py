@@ -213,7 +213,6 @@ class _Drawing(Struct):
                 thin = line | {"stroke_width": max(1.2, self.cell * 0.035)}
                 self.page.path(ahead, stroke_dasharray="3 3", stroke_linejoin="round", **thin)
         self._targets(robots)
-        self._violations()
 
     def _corner(self, region: Region) -> tuple[float, float]:
         row, col = self.scene.map.position(region)
@@ -295,24 +294,6 @@ class _Drawing(Struct):
                 right, down = ASIDE[slot]
                 place = (x + radius * right, y + radius * down, max(3.0, self.cell * 0.08))
                 self.page.glyph(look.path, *place, fill=look.colour, stroke=INK, stroke_width=0.22)
-
-    def _violations(self) -> None:
-        """Draw an arrow from the robot into the region of its refused move."""
-        placed = {robot.name: robot for robot in self.scene.robots}
-        for event in self.scene.happened:
-            robot = placed.get(event.robot or "")
-            if event.kind is not StoryKind.VIOLATION or event.region is None or robot is None:
-                continue
-            x, y = (robot.col + 0.5) * self.cell, (robot.row + 0.5) * self.cell
-            to_x, to_y = self._centre(event.region)
-            dx, dy = (to_x - x) / self.cell, (to_y - y) / self.cell
-            start, end, wing = 0.51 * self.cell, 0.74 * self.cell, 0.09 * self.cell
-            tip = (x + dx * end, y + dy * end)
-            back = (tip[0] - dx * wing * 1.4, tip[1] - dy * wing * 1.4)
-            left, right = ((back[0] - s * dy, back[1] + s * dx) for s in (wing, -wing))
-            data = polyline((x + dx * start, y + dy * start), tip) + polyline(left, tip, right)
-            colour = STATUS_MARKS[ObstacleStatus.FOUND].colour
-            self.page.path(data, stroke=colour, stroke_width=self.cell * 0.06, fill="none")
 
     def _spoken_of(self, told: Sequence[Event]) -> None:
         """Draw a frame around the region that the words below the map are about."""

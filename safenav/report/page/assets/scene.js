@@ -1,4 +1,4 @@
-/* sources 083f35b4ec4a6ae4c9cec112589ec70ca9588be6a802f2094139a182f8aae99c */
+/* sources 68c456612208ab16714b743fa9722e45629befb5c5ce82c97a0804bc399e705c */
 /* Contains three:
 The MIT License
 

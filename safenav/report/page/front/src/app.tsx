@@ -7,7 +7,7 @@ import { actionsOf, Header, type Keys, KEYS, listenToKeys, Popup, withKeys } fro
 import { Events, Obstacles, Robots, Stack } from "./panels/sidebar";
 import { Legend } from "./panels/legend";
 import type { Player } from "./run/player";
-import { ALL, type Ending, EVENTS, eventsAfter, eventsAt, EVERYONE, type Run, type RunEvent, type Shown, when } from "./run/run";
+import { ALL, type Ending, EVENTS, eventsAfter, eventsAt, EVERYONE, NOBODY, type Run, type RunEvent, type Shown, when } from "./run/run";
 import { viewersOf } from "./map/knowledge";
 import type { Hand } from "./map/cursor";
 import type { Stage } from "./map/map";
@@ -40,8 +40,8 @@ export interface Extras {
   hand?: Hand | undefined;
   /** Keys that differ from those of a replay, and further ones. */
   keys?: Keys;
-  /** The description of the run in the help. */
-  about?: ComponentChildren;
+  /** What a click does, in the help. */
+  about?: string;
 }
 
 export function App({ run, player, stage, extras = {} }: AppProps) {
@@ -79,7 +79,7 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
         keys={withKeys(KEYS, extras.keys ?? [])}
         about={
           <>
-            {extras.about ?? <About run={run} />}
+            <p>{extras.about ?? "Click a robot to follow it, an event or a mark on the timeline to go there; the address names the moment."}</p>
             <p class="quiet">
               {run.source} · safenav {run.version}
             </p>
@@ -99,7 +99,7 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
             spoken={spokenOf(run, tick)}
             hand={extras.hand}
           />
-          <div class="strip">
+          <div class="strip row wrap">
             <Story run={run} tick={tick} playing={player.playing} />
             {stage.Tools && <stage.Tools />}
             <Legend run={run} marks={stage.marks} />
@@ -178,10 +178,7 @@ const CHOICES: [key: Exclude<keyof Shown, "viewer">, words: string][] = [
 function Choices({ run, shown, onChange }: ChoicesProps) {
   const viewers = viewersOf(run);
   const named = Object.keys({ ...run.names, ...run.areas }).length > 0;
-  const offered = CHOICES.filter(([key]) => key !== "names" || named).concat(
-    viewers.some((robot) => robot.view!.sight.length > 0) ? [["sight", "sight"]] : [],
-    viewers.some((robot) => robot.view!.beliefs.length > 0) ? [["beliefs", "beliefs"]] : [],
-  );
+  const offered = CHOICES.filter(([key]) => key !== "names" || named);
   return (
     <fieldset class="choices">
       {offered.map(([key, words]) => (
@@ -196,7 +193,7 @@ function Choices({ run, shown, onChange }: ChoicesProps) {
       ))}
       {viewers.length > 0 && (
         <label class="viewer row">
-          of
+          sight and beliefs of
           <select
             aria-label="Sight and beliefs"
             value={String(shown.viewer)}
@@ -206,34 +203,10 @@ function Choices({ run, shown, onChange }: ChoicesProps) {
               <option value={String(run.robots.indexOf(robot))}>{robot.name}</option>
             ))}
             {viewers.length > 1 && <option value={String(EVERYONE)}>everyone</option>}
+            <option value={String(NOBODY)}>nobody</option>
           </select>
         </label>
       )}
     </fieldset>
   );
-}
-
-/** The end of the run and its origin; `extras.about` covers live runs. */
-function About({ run }: { run: Run }) {
-  const { ending } = run;
-  return (
-    <>
-      <p>
-        Click a robot to follow it, an event or a mark on the timeline to go there; the address
-        names the moment.
-      </p>
-      <h2>This run</h2>
-      <p>
-        {ending
-          ? `${ending.outcome.replace(/_/g, " ")}: ${ending.explanation} (${run.times ? when(run, run.last) : count(run.last, "tick")}, ` +
-            `${count(ending.syntheses, "synthesis", "syntheses")} in ${ending.synthesisSeconds}, ` +
-            `${ending.seconds} total)`
-          : `cut off after ${when(run, run.last)}`}
-      </p>
-    </>
-  );
-}
-
-function count(number: number, one: string, many = `${one}s`): string {
-  return `${number} ${number === 1 ? one : many}`;
 }

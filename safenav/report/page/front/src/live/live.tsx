@@ -52,9 +52,7 @@ export function World({ run, tick, palette, out, inputs, tool, choose, say, over
   const waits = waitsFor(run);
   const kinds = types.filter(({ blocks }) => blocks).flatMap((type) => (type.truth ? [true, false] : [true]).map((truth) => ({ type, truth })));
   const choice = (words: string, next: Tool, title?: string) => (
-    <Press key={words} aria-pressed={isSame(tool, next)} off={next.does !== "look" && off} title={title} act={() => choose(next)}>
-      {words}
-    </Press>
+    <Press key={words} aria-pressed={isSame(tool, next)} off={next.does !== "look" && off} title={title} act={() => choose(next)}>{words}</Press>
   );
   return (
     <section class="panel world" aria-labelledby="world-title">
@@ -66,7 +64,7 @@ export function World({ run, tick, palette, out, inputs, tool, choose, say, over
             Below, assign another objective or put a robot back. The run then continues.
           </p>
           {there.map((o) => (
-            <p class="truth row" key={o.name}>
+            <p class="truth row wrap" key={o.name}>
               <b>{o.label}</b> <Press act={change("resolved", { obstacle: o.name })}>mark resolved</Press>
               <Press act={change("permanent", { obstacle: o.name })}>mark permanent</Press>
             </p>
@@ -75,7 +73,7 @@ export function World({ run, tick, palette, out, inputs, tool, choose, say, over
         </div>
       )}
       <h2 id="world-title">Change the world</h2>
-      <div class="tools-of-world row" role="group" aria-label="What a click on the map does">
+      <div class="tools-of-world row wrap" role="group" aria-label="What a click on the map does">
         {choice("Look", { does: "look" })}
         {types
           .filter((type) => isOrder(type, run.robots))
@@ -100,18 +98,16 @@ export function World({ run, tick, palette, out, inputs, tool, choose, say, over
         {choice("Remove", { does: "open" })}
       </div>
       {truths.map((o) => (
-        <p class="truth row" key={o.name}>
+        <p class="truth row wrap" key={o.name}>
           <b>{o.label}</b> turns out{" "}
           <Press off={off} act={change("truth", { obstacle: o.name, traversable: true })}>passable</Press>
           <Press off={off} act={change("truth", { obstacle: o.name, traversable: false })}>impassable</Press>
         </p>
       ))}
       {Object.entries(inputs).map(([input, on]) => (
-        <p class="truth row" key={input}>
+        <p class="truth row wrap" key={input}>
           <b>{input}</b>{" "}
-          <Press role="switch" aria-checked={on} aria-label={input} off={off} act={change("input", { input, on: !on })}>
-            {on ? "on" : "off"}
-          </Press>
+          <Press role="switch" aria-checked={on} aria-label={input} off={off} act={change("input", { input, on: !on })}>{on ? "on" : "off"}</Press>
         </p>
       ))}
       <ul class="crew">
@@ -145,16 +141,14 @@ type ToolLineProps = Pick<WorldProps, "run" | "tool" | "choose" | "say" | "over"
 /** A line above the map: the effect of a click, or the regions and kinds of an objective. */
 export function ToolLine({ run, tool, choose, say, over, objectives }: ToolLineProps) {
   return (
-    <div class="tool-line row" aria-live="polite">
+    <div class="tool-line row wrap" aria-live="polite">
       {tool.does === "send" && !over ? (
         <Assignment run={run} tool={tool} choose={choose} say={say} objectives={objectives} />
       ) : (
         <p class="quiet">{over ? `${OVER}.` : hintOf(tool)}</p>
       )}
       {tool.does !== "look" && !over && (
-        <Press title="Back to viewing (Esc)" act={() => choose({ does: "look" })}>
-          Done
-        </Press>
+        <Press title="Back to viewing (Esc)" act={() => choose({ does: "look" })}>Done</Press>
       )}
     </div>
   );
@@ -295,7 +289,7 @@ function Again({ player, say }: { player: LivePlayer; say: Say }) {
   };
   return (
     <div class="group again row">
-      <label>
+      <label class="row">
         seed
         <input
           type="number"
@@ -305,12 +299,8 @@ function Again({ player, say }: { player: LivePlayer; say: Say }) {
           onInput={(event) => setSeed(event.currentTarget.value)}
         />
       </label>
-      <Press title="Restart the run" act={again}>
-        Restart
-      </Press>
-      <Press off={player.state.phase === "ended" && OVER} title="End the run" act={() => say("end")}>
-        End
-      </Press>
+      <Press title="Restart the run" act={again}>Restart</Press>
+      <Press off={player.state.phase === "ended" && OVER} title="End the run" act={() => say("end")}>End</Press>
     </div>
   );
 }
@@ -381,7 +371,7 @@ export function LiveView({ run, player, wire, palette, watches, bar, saving }: L
         controls: (now) => <LiveControls run={run} player={player} tick={now} eye={stage.eye} say={watches ? null : wire.say} />,
         hand: watches ? undefined : hand,
         keys: KEYS,
-        about: <p>Click a robot to follow it, an event or a mark on the timeline to see that tick while the run continues.</p>,
+        about: "Click a robot to follow it, an event or a mark on the timeline to see that tick while the run continues.",
       }}
     />
   );
@@ -391,10 +381,7 @@ function Badge({ player, run }: { player: LivePlayer; run: Run }) {
   const { phase, outcome, failure, busy } = player.state;
   if (failure !== null) return <p class="badge bad" title={failure}>failed: {failure.split("\n")[0]}</p>;
   if (outcome !== null) return <OutcomeBadge outcome={outcome} explanation={run.ending?.explanation ?? ""} />;
-  if (waitsFor(run) !== null) {
-    const show = (): void => document.querySelector(".operator")?.scrollIntoView({ block: "center" });
-    return <button type="button" class="badge bad" title="Show why, and the remedies" onClick={show}>waits for an operator</button>;
-  }
+  if (waitsFor(run) !== null) return <p class="badge bad">waits for an operator</p>;
   return <p class="badge cut">{busy ? "thinking" : phase}</p>;
 }
 

@@ -110,13 +110,10 @@ export class LivePlayer extends Player {
   }
 }
 
-type Series = "path" | "tasks" | "progress" | "charge" | "headings";
-
-/** New entries, in the shapes of the whole; sets of regions stand for themselves. */
-interface RobotNews extends Pick<Robot, Series> {
+/** New entries, in the shapes of the whole. */
+interface RobotNews extends Pick<Robot, "path" | "tasks" | "progress" | "charge" | "headings" | "view"> {
   /** Index of the first new one. */
   steps: [from: number, steps: Robot["steps"]];
-  view: { vision: number | null; sight: [number, string][]; beliefs: [of: number, told: [number, number, string | -1][]][] } | null;
 }
 
 export interface News extends Pick<Run, "last" | "times" | "stack" | "events"> {
@@ -127,7 +124,7 @@ export interface News extends Pick<Run, "last" | "times" | "stack" | "events"> {
 
 /** Return a new run that shares unchanged parts with the old one. */
 export function merged(run: Run, news: News): Run {
-  const robots = run.robots.map((robot, i) => joined(run, robot, news.robots[i]!));
+  const robots = run.robots.map((robot, i) => joined(robot, news.robots[i]!));
   const obstacles = run.obstacles.map((old) => {
     const told = news.obstacles.find(({ name }) => name === old.name);
     if (!told) return old;
@@ -139,30 +136,25 @@ export function merged(run: Run, news: News): Run {
   return { ...run, last: news.last, robots, obstacles };
 }
 
-function joined(run: Run, robot: Robot, news: RobotNews): Robot {
+function joined(robot: Robot, news: RobotNews): Robot {
   for (const key of ["path", "tasks", "progress", "charge"] as const) append<unknown>(robot[key], news[key]);
   return {
     ...robot,
     headings: robot.headings === null ? null : robot.headings + news.headings,
     steps: [...robot.steps.slice(0, news.steps[0]), ...news.steps[1]],
-    view: news.view ? seen(run, robot.view, news.view) : robot.view,
+    view: news.view ? seen(robot.view, news.view) : robot.view,
   };
 }
 
-function seen(run: Run, view: View | null, news: NonNullable<RobotNews["view"]>): View {
-  const found: View = view ?? { vision: news.vision, sight: [], beliefs: [] };
-  for (const [tick, text] of news.sight) found.sight.push([tick, placeOf(run, text)]);
+function seen(view: View | null, news: View): View {
+  if (view === null) return news;
+  append(view.sight, news.sight);
   for (const [of, changes] of news.beliefs) {
-    let told = found.beliefs.find(([other]) => other === of);
-    if (!told) found.beliefs.push((told = [of, []]));
-    for (const [tick, sees, text] of changes) told[1].push([tick, sees, text === -1 ? -1 : placeOf(run, text)]);
+    const told = view.beliefs.find(([other]) => other === of);
+    if (told) append(told[1], changes);
+    else view.beliefs.push([of, changes]);
   }
-  return found;
-}
-
-function placeOf(run: Run, text: string): number {
-  const known = run.sets.indexOf(text);
-  return known >= 0 ? known : run.sets.push(text) - 1;
+  return view;
 }
 
 function append<T>(list: T[] | null, more: readonly T[] | null): void {

@@ -1,12 +1,9 @@
 /** Knowledge at a tick: obstacles, targets, occupied regions, refused steps. */
 
 import { memo } from "preact/compat";
-import { aimAt, at, type BeliefChange, eventsAt, EVERYONE, placeOf, regionsOf, type Robot, type Run, type Shown, transitAt } from "../run/run";
+import { aimAt, at, type BeliefChange, type RegionSet, EVERYONE, placeOf, regionsOf, type Robot, type Run, type Shown, transitAt } from "../run/run";
 import { CELL } from "./camera";
 import { centreOf, filled, INK, outline } from "./shapes";
-
-/** From the nose of a robot to the sign in the next region. */
-export const ARROW = "M20.5 0H29M24.5 -4.5L29.5 0L24.5 4.5";
 
 /** In smaller regions the pictogram of an obstacle would be illegible: only its status is shown. */
 const MOST_GROWN = 2;
@@ -57,7 +54,6 @@ export const Knowledge = memo(({ run, tick, shown, grown }: KnowledgeProps) => (
     <Taken run={run} tick={tick} />
     {shown.targets && <Intentions run={run} tick={tick} />}
     {shown.targets && <Targets run={run} tick={tick} grown={grown} />}
-    <Violations run={run} tick={tick} grown={grown} />
   </>
 ));
 
@@ -160,24 +156,6 @@ function Intentions({ run, tick }: { run: Run; tick: number }) {
   );
 }
 
-/** Arrows from robots into the regions of their refused steps. */
-function Violations({ run, tick, grown }: Omit<KnowledgeProps, "shown">) {
-  const refused = eventsAt(run, tick).filter((e) => e[1] === "violation" && e[3] >= 0 && e[4] >= 0);
-  return (
-    <>
-      {refused.map(([, , , robot, region]) => {
-        const from = run.robots[robot]!.path[tick]!;
-        const [x, y] = centreOf(run, from);
-        const [toX, toY] = centreOf(run, region);
-        const angle = (Math.atan2(toY - y, toX - x) * 180) / Math.PI;
-        return (
-          <path {...INK.refused} transform={`translate(${x} ${y}) rotate(${angle}) scale(${grown})`} d={ARROW} />
-        );
-      })}
-    </>
-  );
-}
-
 /** Directions of the hatches, one per believed robot. */
 const ANGLES = [45, -45, 15, -75, 75, -15];
 /** Distance of the lines. */
@@ -220,13 +198,12 @@ export const Shading = memo(({ run, tick, shown, selected }: ShadingProps) => {
           <Hatch run={run} of={i} id={`hatch-${i}`} />
         ))}
       </defs>
-      {shown.sight && viewers.map((robot) => <Sight run={run} robot={robot} tick={tick} />)}
-      {shown.beliefs &&
-        viewers.flatMap((robot) =>
-          robot.view!.beliefs.map(([of, told]) => (
-            <Believed run={run} robot={robot} of={of} told={at(told, tick)} hatched={[of, run.robots.indexOf(robot)].includes(selected ?? -1)} />
-          )),
-        )}
+      {viewers.map((robot) => <Sight run={run} robot={robot} tick={tick} />)}
+      {viewers.flatMap((robot) =>
+        robot.view!.beliefs.map(([of, told]) => (
+          <Believed run={run} robot={robot} of={of} told={at(told, tick)} hatched={[of, run.robots.indexOf(robot)].includes(selected ?? -1)} />
+        )),
+      )}
     </>
   );
 });
@@ -236,17 +213,14 @@ function watched(run: Run, robot: Robot, shown: Shown): boolean {
 }
 
 /** The area of a set, and the border around it. */
-function shapeOf(run: Run, set: number): { area: string; border: string } {
-  const text = run.sets[set]!;
-  let shape = drawn.get(text);
-  if (shape === undefined) {
-    const regions = regionsOf(run, set);
-    drawn.set(text, (shape = { area: filled(run, regions), border: outline(run, regions) }));
-  }
+function shapeOf(run: Run, set: RegionSet): { area: string; border: string } {
+  const regions = regionsOf(run, set);
+  let shape = drawn.get(regions);
+  if (shape === undefined) drawn.set(regions, (shape = { area: filled(run, regions), border: outline(run, regions) }));
   return shape;
 }
 
-const drawn = new Map<string, { area: string; border: string }>();
+const drawn = new WeakMap<number[], { area: string; border: string }>();
 
 function Sight({ run, robot, tick }: { run: Run; robot: Robot; tick: number }) {
   if (robot.view!.sight.length === 0) return null;
@@ -269,7 +243,7 @@ interface BelievedProps {
 
 function Believed({ run, robot, of, told, hatched }: BelievedProps) {
   const [tick, seen, set] = told;
-  if (set < 0 || tick < 0) return null;
+  if (set === -1 || tick < 0) return null;
   const { area, border } = shapeOf(run, set);
   const other = run.robots[of]!;
   return (

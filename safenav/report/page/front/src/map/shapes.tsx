@@ -93,7 +93,6 @@ export const INK = {
   trail: { stroke: OWN, "stroke-linejoin": "round", "stroke-width": "var(--trail, 2.4px)" },
   trailPart: LINE,
   taken: { fill: "none", stroke: OWN, "stroke-width": 2 },
-  refused: { fill: "none", stroke: FOUND, "stroke-width": 2.6 },
   letters: BOLD,
   // obstacles, by status; a resolved one is out of the way: no box, a faded outline
   boxes: {

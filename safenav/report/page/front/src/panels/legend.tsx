@@ -3,7 +3,7 @@
 import type { ComponentChildren } from "preact";
 import { memo } from "preact/compat";
 import { INK } from "../map/shapes";
-import { ARROW, Hatch, ringOf, viewersOf } from "../map/knowledge";
+import { Hatch, ringOf, viewersOf } from "../map/knowledge";
 import { ANY_LOAD } from "../map/motion";
 import { type EventKind, EVENTS, type Run, STATUSES, UNORDERED } from "../run/run";
 import { EventSign, Popup, StatusSign } from "./shell";
@@ -112,9 +112,6 @@ export function MapMarks({ run }: { run: Run }) {
       ))}
       <Row words="charger" shown={run.chargers.length > 0} viewBox="-1.2 -1.2 2.4 2.4">
         <path {...INK.charger} d={run.charger} />
-      </Row>
-      <Row words="refused step" width={26} viewBox="14 -9 24 18">
-        <path {...INK.refused} d={ARROW} />
       </Row>
       <Row words="area" shown={Object.keys(run.areas).length > 0}>
         <path {...INK.areaLine} d="M2 2h14v14h-14z" />

@@ -137,16 +137,14 @@ interface HeaderProps {
 export function Header({ help, name, state, keys, about, children }: HeaderProps) {
   return (
     <>
-      <header>
-        <div>
+      <header class="row wrap">
+        <div class="row wrap">
           <h1>{name}</h1>
           {state}
         </div>
         <div class="group row">
           {children}
-          <Press title="Help" aria-label="Help" act={() => help.current!.showModal()}>
-            ?
-          </Press>
+          <Press title="Help" aria-label="Help" act={() => help.current!.showModal()}>?</Press>
         </div>
       </header>
       <dialog class="card" ref={help} aria-labelledby="help-title" onClick={(event) => event.target === event.currentTarget && help.current!.close()}>

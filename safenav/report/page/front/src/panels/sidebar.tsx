@@ -54,7 +54,11 @@ export function Robots({ run, tick, eye }: RobotsProps) {
                     </svg>
                   )}
                   <span class="quiet model">{robot.model}</span>
-                  {charge !== null && <Charge percent={charge} />}
+                  {charge !== null && (
+                    <span class="quiet charge" title="Charge of its battery">
+                      <meter min={0} max={100} low={20} value={charge} /> {charge} %
+                    </span>
+                  )}
                   {role && <span class={`role ${role[0]}`}>{role[1]}</span>}
                 </p>
                 <p class="objective">
@@ -79,22 +83,13 @@ export function Robots({ run, tick, eye }: RobotsProps) {
   );
 }
 
-/** The charge of a battery in percent. */
-function Charge({ percent }: { percent: number }) {
-  return (
-    <span class="charge" title="Charge of its battery">
-      <meter min={0} max={100} low={20} value={percent} /> {percent} %
-    </span>
-  );
-}
-
 export function Stack({ run, tick }: PanelProps) {
   const frames = at(run.stack, tick)[1];
   if (frames.length === 0) return null;
   return (
     <section class="panel stack" aria-labelledby="stack-title">
       <h2 id="stack-title">
-        Objective stack <span class="count">{frames.length}</span>
+        Objective stack <span class="quiet">{frames.length}</span>
       </h2>
       <ol reversed>
         {frames
@@ -121,7 +116,7 @@ export function Obstacles({ run, tick }: PanelProps) {
           if (status === "absent") return null;
           const need = status === "resolved" ? undefined : obstacle.needs[at(obstacle.met, tick)[1]];
           return (
-            <li key={obstacle.name} data-obstacle={obstacle.name} data-status={status}>
+            <li key={obstacle.name} class="row" data-obstacle={obstacle.name} data-status={status}>
               <StatusSign run={run} status={status} />
               <b>{obstacle.label}</b>
               <span class="quiet">
@@ -156,7 +151,7 @@ export function Events({ run, player, tick, eye }: EventsProps) {
   return (
     <section class="panel events" aria-labelledby="events-title">
       <h2 id="events-title">
-        Events <span class="count">{events.length}</span>
+        Events <span class="quiet">{events.length}</span>
       </h2>
       <ol class="list" ref={list} tabIndex={-1} style={{ "--digits": moment(run, run.last).length }}>
         <Rows run={run} player={player} events={events} eye={eye} />

@@ -33,7 +33,7 @@ export function Controls({ name, kind = "", children, paced = true, end, ...prop
   return (
     <section class={`controls ${kind}`} aria-label={name}>
       <Timeline {...props} />
-      <div class="buttons row">
+      <div class="buttons row wrap">
         <div class="group row">
           <Button icon="first" label={player.timed ? "Start" : "First tick"} act={() => player.seek(0)} />
           <Button icon="back" label={player.timed ? "Previous moment" : "Previous tick"} act={() => player.step(-1)} />

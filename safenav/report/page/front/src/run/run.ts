@@ -90,15 +90,18 @@ export interface Robot {
   view: View | null;
 }
 
-/** A robot's sight (if its vision has a radius) and beliefs; sets are indices into `Run.sets`. */
+/** A set of regions as text, or its place in `Run.sets`; -1 for unknown. */
+export type RegionSet = number | string;
+
+/** A robot's sight (if its vision has a radius) and beliefs. */
 export interface View {
   vision: number | null;
-  sight: [tick: number, set: number][];
+  sight: [tick: number, set: RegionSet][];
   beliefs: [of: number, told: BeliefChange[]][];
 }
 
 /** [from tick, 1 if it sees the other, the set of regions where the other may be, -1 for unknown] */
-export type BeliefChange = [tick: number, seen: number, set: number];
+export type BeliefChange = [tick: number, seen: number, set: RegionSet];
 
 export interface Curve {
   name: string;
@@ -138,9 +141,6 @@ export type RunEvent = [tick: number, kind: EventKind, text: string, robot: numb
 export interface Ending {
   outcome: string;
   explanation: string;
-  seconds: string;
-  syntheses: number;
-  synthesisSeconds: string;
 }
 
 export interface Run {
@@ -354,8 +354,8 @@ export function regionAt({ cols, rows }: Pick<Run, "cols" | "rows">, x: number, 
 const readSets = new Map<string, number[]>();
 
 /** The regions of a set, read on first use: gaps and lengths of runs of consecutive regions. */
-export function regionsOf(run: Run, set: number): number[] {
-  const text = run.sets[set]!;
+export function regionsOf(run: Run, set: RegionSet): number[] {
+  const text = typeof set === "string" ? set : run.sets[set]!;
   let regions = readSets.get(text);
   if (regions === undefined) {
     readSets.set(text, (regions = []));
@@ -374,11 +374,11 @@ export async function inflated(text: string): Promise<string> {
   return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"))).text();
 }
 
-/** All contents of the map; `viewer` is the robot whose sight and beliefs are shown: its index, or `EVERYONE`. */
-export const ALL = { numbers: true, names: true, trails: true, targets: true, hidden: true, sight: true, beliefs: true, viewer: -1 };
+/** All contents of the map; `viewer` is the robot whose sight and beliefs are shown: its index, `EVERYONE` or `NOBODY`. */
+export const ALL = { numbers: true, names: true, trails: true, targets: true, hidden: true, viewer: -1 };
 export type Shown = typeof ALL;
 
-export const EVERYONE = -1;
+export const [EVERYONE, NOBODY] = [-1, -2];
 
 export const dark = matchMedia("(prefers-color-scheme: dark)");
 export const calm = matchMedia("(prefers-reduced-motion: reduce)");

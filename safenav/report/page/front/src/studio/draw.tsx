@@ -7,7 +7,7 @@ import { Camera } from "../map/camera";
 import { MapView, Zoom } from "../map/map";
 import { Header, type Keys, listenToKeys, Press } from "../panels/shell";
 import { Player } from "../run/player";
-import { ALL, label } from "../run/run";
+import { ALL, NOBODY, label } from "../run/run";
 import { useDrawingHand } from "./hand";
 import { chooseTarget, type Chosen, type Doc, type Drawing, type DrawnRobot, type Pen, type Problem, resolving, type Verdict } from "./model";
 import { Text, type Writing } from "./text";
@@ -22,7 +22,7 @@ interface DrawProps {
   run(): void;
 }
 
-const SHOWN = { ...ALL, trails: false, sight: false, beliefs: false };
+const SHOWN = { ...ALL, trails: false, viewer: NOBODY };
 
 const KEYS: Keys = [
   ["V", "select and drag"],
@@ -72,12 +72,8 @@ export function Draw({ doc, writing, verdicts, say, save, menus, run }: DrawProp
         about={<p>Drag a robot's handle to turn it, and its targets to move them. The text and the map change together.</p>}
       >
         {menus}
-        <Press aria-label="Undo" off={!writing.undoable && "nothing to undo yet"} title="Undo (Ctrl Z)" act={writing.undo}>
-          ↶
-        </Press>
-        <Press aria-label="Redo" off={!writing.redoable && "nothing to redo: undo a change first"} title="Redo (Ctrl Y)" act={writing.redo}>
-          ↷
-        </Press>
+        <Press aria-label="Undo" off={!writing.undoable && "nothing to undo yet"} title="Undo (Ctrl Z)" act={writing.undo}>↶</Press>
+        <Press aria-label="Redo" off={!writing.redoable && "nothing to redo: undo a change first"} title="Redo (Ctrl Y)" act={writing.redo}>↷</Press>
         <Press
           class="primary run"
           off={first && `Fix the scenario first${first.line ? `, line ${first.line}` : ""}: ${first.found}`}
@@ -137,12 +133,10 @@ function Stage({ drawing, pen, setPen, chosen, choose, say, verdict }: StageProp
   return (
     <section class="stage" aria-label="Drawing">
       <MapView key={`${cols}x${rows}`} run={drawing.run} player={player} camera={camera} tick={0} shown={SHOWN} hand={hand} />
-      <div class="tool-line row" aria-live="polite">
+      <div class="tool-line row wrap" aria-live="polite">
         <p class="hint quiet">{hintOf(pen, drawing)}</p>
         {pen.does !== "select" && (
-          <Press title="Back to Select (Esc)" act={() => setPen({ does: "select" })}>
-            Done
-          </Press>
+          <Press title="Back to Select (Esc)" act={() => setPen({ does: "select" })}>Done</Press>
         )}
         <Zoom camera={camera} />
       </div>
@@ -187,7 +181,7 @@ export function Tools({ doc, drawing, pen, setPen }: Drawn) {
   const tool = (key: string, pressed: boolean, words: string, next: Pen, hint: string, shape = "") => (
     <button type="button" key={key} class={`pen ${key.split(" ")[0]}`} aria-pressed={pressed} title={hint} onClick={() => setPen(next)}>
       {shape && (
-        <svg class="shape" viewBox="-1.1 -1.1 2.2 2.2" aria-hidden="true">
+        <svg class="likeness" viewBox="-1.1 -1.1 2.2 2.2" aria-hidden="true">
           <path d={shape} fill-rule="evenodd" />
         </svg>
       )}
@@ -260,7 +254,7 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say }: Dr
     const drawingObjective = pen.does === "objective" && pen.robot === robot.name;
     return (
       <section key={`robot ${robot.name}`} class="panel chosen" aria-label="The chosen robot">
-        <h2>
+        <h2 class="row">
           <span>
             {robot.name} <span class="quiet">{robot.model}</span>
           </span>
@@ -301,7 +295,7 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say }: Dr
     const kind = doc.palette.obstacles.find((type) => type.name === obstacle.type);
     return (
       <section key={chosen.obstacle} class="panel chosen" aria-label="The chosen obstacle">
-        <h2>
+        <h2 class="row">
           <span>
             Hidden {obstacle.type} <span class="quiet">{label(drawing.run, obstacle.region)}</span>
           </span>
@@ -316,9 +310,7 @@ export function Selection({ doc, drawing, pen, setPen, chosen, choose, say }: Dr
 
 function Repairs({ verdict, say }: { verdict: Verdict; say: Say }) {
   return (verdict.repairs ?? []).slice(0, 5).map(({ change }) => (
-    <button type="button" class="repair" onClick={() => say("edit", { op: "repair", change })}>
-      {change.map(([item, value]) => wordsOf(item, value)).join("; ")}
-    </button>
+    <Press class="repair" act={() => say("edit", { op: "repair", change })}>{change.map(([item, value]) => wordsOf(item, value)).join("; ")}</Press>
   ));
 }
 
@@ -342,7 +334,7 @@ export function Problems({ problems, verdicts, robots, go, choose, say }: Proble
   return (
     <section class="panel problems" aria-labelledby="problems-title">
       <h2 id="problems-title">
-        {problems.length === 0 ? "No problems" : "Problems"} {problems.length > 0 && <span class="count">{problems.length}</span>}
+        {problems.length === 0 ? "No problems" : "Problems"} {problems.length > 0 && <span class="quiet">{problems.length}</span>}
       </h2>
       <ul>
         {problems.map((problem) => (

@@ -4,7 +4,7 @@ import { render } from "preact";
 import { useEffect, useMemo, useReducer, useRef, useState } from "preact/hooks";
 import { LiveView, RunDownloads } from "../live/live";
 import { LivePlayer, merged, type Message, type RunState, type Say, Wire } from "../live/player";
-import { onNotice, Popup } from "../panels/shell";
+import { onNotice, Popup, Press } from "../panels/shell";
 import type { Run } from "../run/run";
 import { Draw } from "./draw";
 import type { Doc, Palette, Verdict } from "./model";
@@ -97,9 +97,7 @@ export function Studio() {
           saving={doc && <SaveMenu doc={doc} ran={run !== null} say={wire.say} />}
           bar={
             doc && (
-              <button type="button" onClick={() => watch(false)}>
-                ✎ Draw
-              </button>
+              <Press act={() => watch(false)}>✎ Draw</Press>
             )
           }
         />
@@ -114,9 +112,7 @@ export function Studio() {
           menus={
             <>
               {run !== null && (
-                <button type="button" onClick={() => watch(true)}>
-                  To the run
-                </button>
+                <Press act={() => watch(true)}>To the run</Press>
               )}
               <NewMenu templates={hello.templates} open={open} />
               <OpenMenu folder={hello.folder} files={files} say={wire.say} open={open} />
@@ -152,13 +148,9 @@ export function NewMenu({ templates, open }: { templates: Record<string, string>
         <input aria-label="Rows" type="number" min={3} max={512} value={rows} onInput={(e) => setRows(Number(e.currentTarget.value))} /> x{" "}
         <input aria-label="Columns" type="number" min={3} max={512} value={cols} onInput={(e) => setCols(Number(e.currentTarget.value))} />
       </p>
-      <button type="button" onClick={() => open({ kind: "blank", rows, cols })}>
-        Blank map of that size
-      </button>
+      <Press act={() => open({ kind: "blank", rows, cols })}>Blank map of that size</Press>
       {Object.entries(templates).map(([name, about]) => (
-        <button type="button" key={name} title={about} onClick={() => open({ kind: "template", name })}>
-          Template: {name}
-        </button>
+        <Press key={name} title={about} act={() => open({ kind: "template", name })}>Template: {name}</Press>
       ))}
     </Popup>
   );
@@ -170,39 +162,23 @@ export function OpenMenu({ folder, files, say, open }: { folder: string; files: 
     <Popup kind="menu" name="Open" opened={() => say("files")}>
       <p class="quiet">{folder}</p>
       {files?.map((name) => (
-        <button type="button" key={name} onClick={() => open({ kind: "file", name })}>
-          {name}
-        </button>
+        <Press key={name} act={() => open({ kind: "file", name })}>{name}</Press>
       ))}
-      {files?.length === 0 && (
-        <p>
-          No scenario in this folder. Another folder: <code>safenav studio FOLDER</code>
-        </p>
-      )}
     </Popup>
   );
 }
 
 export function SaveMenu({ doc, ran, say }: { doc: Doc; ran: boolean; say: Say }) {
   return (
-    <Popup kind="menu" name="Save" mark={doc.dirty && <span class="dirty" title="Unsaved changes" />}>
-      <button type="button" onClick={() => save(doc, say)}>
-        {doc.file === null ? "Save …" : `Save ${doc.file}`}
-      </button>
+    <Popup kind="menu" name="Save" mark={doc.dirty && <span class="dirty" title="Unsaved changes"> ●</span>}>
+      <Press act={() => save(doc, say)}>{doc.file === null ? "Save …" : `Save ${doc.file}`}</Press>
       {doc.file !== null && (
-        <button type="button" onClick={() => saveAs(doc, say)}>
-          Save as …
-        </button>
+        <Press act={() => saveAs(doc, say)}>Save as …</Press>
       )}
       <a href="save/scenario" download>
         Download the scenario
       </a>
-      {ran && (
-        <>
-          <hr />
-          <RunDownloads />
-        </>
-      )}
+      {ran && <RunDownloads />}
     </Popup>
   );
 }

@@ -10,6 +10,7 @@ import { drawSelection, EditorView, highlightActiveLine, hoverTooltip, keymap, l
 import { tags } from "@lezer/highlight";
 import { useLayoutEffect, useRef } from "preact/hooks";
 import type { Say } from "../live/player";
+import { dark } from "../run/run";
 import type { Problem } from "./model";
 
 /** Milliseconds after the last key until the studio reads the text. */
@@ -56,7 +57,7 @@ export class Writing {
         hoverTooltip(async (view, at) => documentation(await schema, view.state, at)),
         keymap.of([{ key: "Alt-Space", run: startCompletion }, ...historyKeymap, ...completionKeymap, ...defaultKeymap]),
         EditorView.contentAttributes.of({ "aria-label": "The scenario as YAML" }),
-        [EditorState.tabSize.of(2), follow],
+        [EditorState.tabSize.of(2), EditorView.darkTheme.of(dark.matches), follow],
       ],
     });
   }
