@@ -13,17 +13,17 @@ the comparison with a share above 0 is done in floating point, with a tolerance 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from fractions import Fraction
 from io import BytesIO
 from math import ceil, floor
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 from warnings import catch_warnings, simplefilter
 
 import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from safenav.errors import Diagnostic, InputError
 from safenav.extras import install_command
 from safenav.world.map import Region, RegionMap
 from safenav.world.partition import pieces
@@ -114,21 +114,9 @@ def _beyond(down: list[Overlap], aside: list[Overlap]) -> NDArray[np.float64]:
     return np.where(outside > _TOLERANCE, outside, 0.0)
 
 
-class Flaw(NamedTuple):
-    """One defect; ``line`` and ``column`` count from 1, 0 if it has no place in the file."""
-
-    found: str
-    hint: str = ""
-    line: int = 0
-    column: int = 0
-
-
-class MapFileError(Exception):
-    """A map file cannot be used: all its flaws."""
-
-    def __init__(self, *flaws: Flaw) -> None:
-        self.flaws: Sequence[Flaw] = flaws
-        super().__init__("; ".join(flaw.found for flaw in flaws))
+def flaw(found: str, hint: str = "", line: int = 0, column: int = 0) -> Diagnostic:
+    """Return a defect of a map file, which its reader names."""
+    return Diagnostic("", line, column, found, hint)
 
 
 MAX_PIXELS = 2**25
@@ -153,20 +141,20 @@ class Image(Struct, frozen=True):
 
 
 def read_image(data: bytes) -> Image:
-    """The pixels of an image file. Raises MapFileError."""
+    """The pixels of an image file. Raises InputError."""
     if not data:
-        raise MapFileError(Flaw("the file is empty", _CONVERT))
+        raise InputError([flaw("the file is empty", _CONVERT)])
     if data.startswith((b"P2", b"P5")):
         return _pgm(data)
     if data.startswith(b"\x89PNG"):
         return _png(data)
-    raise MapFileError(Flaw("neither a PNG nor a PGM image", _CONVERT))
+    raise InputError([flaw("neither a PNG nor a PGM image", _CONVERT)])
 
 
 def _check_size(width: int, height: int) -> None:
     if not 0 < width * height <= MAX_PIXELS:
         found = f"an image of {width} x {height} pixels; the maximum is {MAX_PIXELS}"
-        raise MapFileError(Flaw(found, "scale it down: a few pixels for each region are enough"))
+        raise InputError([flaw(found, "scale it down: a few pixels for each region are enough")])
 
 
 def _pgm(data: bytes) -> Image:
@@ -175,7 +163,7 @@ def _pgm(data: bytes) -> Image:
     head = _PGM.match(data)
     if head is None:
         hint = "it has 'P2' or 'P5', then width, height and the brightest value"
-        raise MapFileError(Flaw("a broken image: the header of a PGM is not complete", hint))
+        raise InputError([flaw("a broken image: the header of a PGM is not complete", hint)])
     width, height, white = (int(number) for number in head.groups()[1:])
     _check_size(width, height)
     body, count = data[head.end() :], width * height
@@ -191,15 +179,15 @@ def _pgm(data: bytes) -> Image:
                 found = np.fromstring(body, np.int64, sep=" ")
             except (DeprecationWarning, OverflowError, ValueError):
                 hint = "the pixels of 'P2' are whole numbers"
-                raise MapFileError(Flaw("a broken image: not a number", hint)) from None
+                raise InputError([flaw("a broken image: not a number", hint)]) from None
         given = len(found)
     if given != count:
         hint = "check width and height in the header, or copy it again"
         what = f"{given:.10g} pixels where the header announces {count}"
-        raise MapFileError(Flaw(what, hint))
+        raise InputError([flaw(what, hint)])
     if not 0 <= int(found.min()) <= int(found.max()) <= white <= 65535:
         what = f"a pixel is brighter ({found.max()}) than the header allows ({white})"
-        raise MapFileError(Flaw(what, "the third number of the header is the brightest value"))
+        raise InputError([flaw(what, "the third number of the header is the brightest value")])
     return Image(found.astype(np.uint16).reshape(height, width), white)
 
 
@@ -208,7 +196,7 @@ def _png(data: bytes) -> Image:
         from PIL import Image as Pillow
     except ImportError:
         hint = install_command("maps")
-        raise MapFileError(Flaw("a PNG needs Pillow, which is not installed", hint)) from None
+        raise InputError([flaw("a PNG needs Pillow, which is not installed", hint)]) from None
     if len(data) >= 24:  # before Pillow, which warns of other sizes
         _check_size(int.from_bytes(data[16:20], "big"), int.from_bytes(data[20:24], "big"))
     try:
@@ -217,7 +205,7 @@ def _png(data: bytes) -> Image:
             return _decoded(picture)
     except Exception as error:  # its readers raise errors of any kind
         reason = str(error).splitlines()[0][:100] if str(error) else type(error).__name__
-        raise MapFileError(Flaw(f"a broken image: {reason}", "save it again")) from None
+        raise InputError([flaw(f"a broken image: {reason}", "save it again")]) from None
 
 
 def dark(image: Image) -> Blocked:
@@ -281,7 +269,7 @@ _HEADER = "the file begins with 'type octile', 'height', 'width' and 'map', each
 
 
 def read_movingai(text: str) -> list[list[bool]]:
-    """Rows from the top, true where there is a wall. Raises MapFileError with all flaws.
+    """Rows from the top, true where there is a wall. Raises InputError with all flaws.
 
     The format is that of Sturtevant's benchmarks (2012): ``type octile``, ``height`` and ``width``,
     then ``map`` and the rows. A robot walks on ground (``.`` and ``G``) and through swamp (``S``).
@@ -299,13 +287,13 @@ def read_movingai(text: str) -> list[list[bool]]:
         flaws += _row_flaws(row, begin + index + 1, width)
     if height is not None and len(rows) != height:
         found = f"{len(rows)} rows where the header announces {height}"
-        flaws.append(Flaw(found, "check 'height'", len(lines) if len(rows) < height else begin, 1))
+        flaws.append(flaw(found, "check 'height'", len(lines) if len(rows) < height else begin, 1))
     if flaws:
-        raise MapFileError(*flaws)
+        raise InputError(flaws)
     return [[char in WALLS for char in row] for row in rows]
 
 
-def _header(lines: list[str]) -> tuple[dict[str, int], int, list[Flaw]]:
+def _header(lines: list[str]) -> tuple[dict[str, int], int, list[Diagnostic]]:
     """Height and width, the index of the first row, and the flaws."""
     sizes: dict[str, int] = {}
     flaws = []
@@ -314,7 +302,7 @@ def _header(lines: list[str]) -> tuple[dict[str, int], int, list[Flaw]]:
         value = value.strip()
         if word == "map" and not value:
             flaws += [
-                Flaw(f"'{size}' is missing", _HEADER, index + 1, 1)
+                flaw(f"'{size}' is missing", _HEADER, index + 1, 1)
                 for size in ("height", "width")
                 if size not in sizes
             ]
@@ -324,24 +312,24 @@ def _header(lines: list[str]) -> tuple[dict[str, int], int, list[Flaw]]:
                 sizes[word] = int(value)
             else:
                 sizes[word] = 0
-                flaws.append(Flaw(f"'{word}' is not a size: '{value[:20]}'", "", index + 1, 1))
+                flaws.append(flaw(f"'{word}' is not a size: '{value[:20]}'", "", index + 1, 1))
         elif word == "type":
             if value not in _KINDS:
                 found = f"maps of the type '{value[:20]}'"
-                flaws.append(Flaw(found, f"known: {', '.join(_KINDS)}", index + 1, 1))
+                flaws.append(flaw(found, f"known: {', '.join(_KINDS)}", index + 1, 1))
         elif word:
-            raise MapFileError(*flaws, Flaw(f"'{line.strip()[:40]}'", _HEADER, index + 1, 1))
-    raise MapFileError(*flaws, Flaw("the line 'map' is missing", _HEADER, 1, 1))
+            raise InputError([*flaws, flaw(f"'{line.strip()[:40]}'", _HEADER, index + 1, 1)])
+    raise InputError([*flaws, flaw("the line 'map' is missing", _HEADER, 1, 1)])
 
 
-def _row_flaws(row: str, line: int, width: int | None) -> list[Flaw]:
+def _row_flaws(row: str, line: int, width: int | None) -> list[Diagnostic]:
     flaws = []
     odd = next((i for i, char in enumerate(row) if char not in FREE and char not in WALLS), None)
     if odd is not None:
         shown = row[odd] if row[odd].isprintable() else "?"
         known = " ".join(sorted(FREE | WALLS))
-        flaws.append(Flaw(f"'{shown}' is not a terrain", f"known: {known}", line, odd + 1))
+        flaws.append(flaw(f"'{shown}' is not a terrain", f"known: {known}", line, odd + 1))
     if width and len(row) != width:
         found = f"a row of {len(row)} characters where the header announces {width}"
-        flaws.append(Flaw(found, "check 'width'", line, 1))
+        flaws.append(flaw(found, "check 'width'", line, 1))
     return flaws

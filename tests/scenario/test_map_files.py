@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from once import beside
 from safenav.errors import Diagnostic, InputError
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
-from safenav.world.images import MapFileError, read_image, read_movingai
+from safenav.world.images import read_image, read_movingai
 from safenav.world.map import Frame, RegionMap
 from support.examples import campaign
 
@@ -228,9 +228,9 @@ IMAGES = [
 def test_any_bytes_give_an_image_or_an_error(data: bytes) -> None:
     try:
         image = read_image(data)
-    except MapFileError as error:
-        assert error.flaws
-        assert all(flaw.found for flaw in error.flaws)
+    except InputError as error:
+        assert error.diagnostics
+        assert all(flaw.found for flaw in error.diagnostics)
     else:
         assert int(image.brightness.max()) <= image.white
 
@@ -243,9 +243,9 @@ def test_any_bytes_give_an_image_or_an_error(data: bytes) -> None:
 def test_any_text_gives_a_movingai_map_or_an_error(text: str) -> None:
     try:
         rows = read_movingai(text)
-    except MapFileError as error:
-        assert error.flaws
-        assert all(flaw.line <= len(text.splitlines()) + 1 for flaw in error.flaws)
+    except InputError as error:
+        assert error.diagnostics
+        assert all(each.line <= len(text.splitlines()) + 1 for each in error.diagnostics)
     else:
         assert rows
         assert len({len(row) for row in rows}) == 1

@@ -8,7 +8,7 @@ import re
 from pathlib import Path
 
 from msgspec import Struct
-from msgspec.structs import replace
+from msgspec.structs import asdict, replace
 
 from safenav.errors import Diagnostic, InputError
 from safenav.extras import install_command
@@ -132,13 +132,8 @@ class Division(Struct, frozen=True):
     @property
     def keys(self) -> tuple[str, ...]:
         """The keys of a scenario's ``map`` for this division: ``rows: 20``, ..."""
-        values = {
-            "rows": self.rows,
-            "cols": self.cols,
-            "resolution": self.resolution,
-            "share": self.share,
-        }
-        return tuple(f"{key}: {value:g}" for key, value in values.items() if value is not None)
+        given = asdict(self).items()
+        return tuple(f"{key}: {value:g}" for key, value in given if value is not None)
 
 
 def form_of(path: Path) -> str | None:

@@ -17,6 +17,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
+from safenav.errors import InputError
 from safenav.file_kind import ROS_MAP
 from safenav.scenario.language import MapKeys
 from safenav.scenario.reading.regions import NO_SIZE, Reading, too_large
@@ -28,7 +29,6 @@ from safenav.world.images import (
     Blocked,
     Image,
     Layout,
-    MapFileError,
     crossed,
     dark,
     read_image,
@@ -51,7 +51,7 @@ def read_movingai_map(node: Scalar, item: MapKeys, findings: Reading) -> RegionM
         return None
     try:
         rows = parse_movingai(text)
-    except MapFileError as error:
+    except InputError as error:
         report(error, path, node, findings)
         return None
     if len(findings) > before or misread(item):
@@ -86,7 +86,7 @@ def read_pixels(node: Scalar, findings: Reading) -> Image | None:
         return None
     try:
         return read_image(data)
-    except MapFileError as error:
+    except InputError as error:
         report(error, path, node, findings)
         return None
 
@@ -149,10 +149,10 @@ def lost_walls(blocked: Blocked, layout: Layout, world: RegionMap, share: float)
         yield f"and {len(groups) - _SHOWN} more losses of this kind"
 
 
-def report(error: MapFileError, path: Path, node: Node, findings: Findings) -> None:
+def report(error: InputError, path: Path, node: Node, findings: Findings) -> None:
     """Report the errors of a map file; those without a line point at ``node``."""
     inside = findings.beside(str(path))
-    for flaw in error.flaws:
+    for flaw in error.diagnostics:
         if flaw.line:
             inside.add(Place(flaw.line, flaw.column), flaw.found, flaw.hint)
         else:
