@@ -17,7 +17,7 @@ from safenav.motion.file import Motion, Moving
 from safenav.motion.timing import in_time
 from safenav.scenario.yaml.findings import suggestion
 from safenav.stl.robustness import Robustness, robustness
-from safenav.stl.syntax import Happens, Requirement, RobotSignal, Within, nodes, parse_requirement
+from safenav.stl.syntax import Compound, Happens, Requirement, RobotSignal, nodes, parse_requirement
 from safenav.trace.reading import Trace
 from safenav.trace.records import Request, Resolved
 
@@ -207,8 +207,8 @@ def curve(recording: MotionRecording, text: str) -> Robustness:
     """Robustness over time for people: of the operand of an outer ``always``, which itself would
     show the least value from the start."""
     formula = readable(recording, text)
-    while isinstance(formula, Within) and formula.operator == "always":
-        formula = formula.operand
+    while isinstance(formula, Compound) and formula.operator == "always":
+        (formula,) = formula.operands
     return evaluated(recording, formula)
 
 

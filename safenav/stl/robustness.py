@@ -82,7 +82,7 @@ def _jumps(tree: syntax.Node, recording: Recording) -> set[float]:
     match tree:
         case syntax.Happens():
             return set(recording.instants(tree))
-        case syntax.Within(operator, window, _) | syntax.UntilSince(operator, window, _, _):
+        case syntax.Compound(operator, operands, window) if operator not in ("not", "and", "or"):
             inner = {
                 moment for child in syntax.children(tree) for moment in _jumps(child, recording)
             }
@@ -91,7 +91,7 @@ def _jumps(tree: syntax.Node, recording: Recording) -> set[float]:
             edge = 0.0 if operator in syntax.PAST else recording.end
             moved = {moment + sign * end for moment in {*inner, edge} for end in ends}
             kept = {t for t in moved if -SPIKE <= t <= recording.end + SPIKE}
-            return kept | inner if isinstance(tree, syntax.UntilSince) else kept
+            return kept | inner if len(operands) == 2 else kept
         case _:
             return {t for child in syntax.children(tree) for t in _jumps(child, recording)}
 
@@ -112,15 +112,16 @@ class _Evaluation:
                 for instant in self._recording.instants(tree):
                     values[np.abs(self._times - instant) < SPIKE / 2] = 1.0
                 return _Values(values, values, 0.0, 0.0)
-            case syntax.Negation(operand):
+            case syntax.Compound("not", (operand,)):
                 inner = self.of(operand)
                 return _Values(-inner.high, -inner.low, inner.error, inner.slope)
-            case syntax.Junction(operator, left, right):
+            case syntax.Compound("and" | "or" as operator, (left, right)):
                 return self._joined(operator, self.of(left), self.of(right))
-            case syntax.Within(operator, window, operand):
+            case syntax.Compound(operator, (operand,), window):
                 return self._windowed(operator, window, self.of(operand))
-            case syntax.UntilSince(operator, window, left, right):
+            case syntax.Compound(operator, (left, right), window):
                 return self._until(operator, window, self.of(left), self.of(right))
+        raise AssertionError(tree)
 
     def _term(self, tree: syntax.Node) -> tuple[Array, float]:
         match tree:

@@ -57,18 +57,6 @@ class Happens(Struct, frozen=True):
     column: int = 0
 
 
-class Negation(Struct, frozen=True):
-    operand: Requirement
-
-
-class Junction(Struct, frozen=True):
-    """``left and right``, ``left or right``."""
-
-    operator: str
-    left: Requirement
-    right: Requirement
-
-
 class Window(Struct, frozen=True):
     """Seconds from ``begin`` to ``end``, both included."""
 
@@ -76,25 +64,17 @@ class Window(Struct, frozen=True):
     end: float = inf
 
 
-class Within(Struct, frozen=True):
-    """``always``, ``eventually`` (the future), ``historically`` or ``once`` (the past)."""
+class Compound(Struct, frozen=True):
+    """Formulas joined by an operator: ``not``, ``and``, ``or``; within a window ``always``,
+    ``eventually``, ``until`` of the future, ``historically``, ``once``, ``since`` of the past."""
 
     operator: str
-    window: Window
-    operand: Requirement
-
-
-class UntilSince(Struct, frozen=True):
-    """``left until right``, or into the past ``left since right``."""
-
-    operator: str
-    window: Window
-    left: Requirement
-    right: Requirement
+    operands: tuple[Requirement, ...]
+    window: Window = Window()
 
 
 SignalTerm = RobotSignal | Literal | Arithmetic
-Requirement = Margin | Happens | Negation | Junction | Within | UntilSince
+Requirement = Margin | Happens | Compound
 Node = SignalTerm | Requirement
 
 PAST = frozenset({"once", "historically", "since"})
@@ -106,9 +86,9 @@ def children(tree: Node) -> tuple[Node, ...]:
     match tree:
         case Margin(term):
             return (term,)
-        case Negation(operand) | Within(_, _, operand):
-            return (operand,)
-        case Arithmetic(_, left, right) | Junction(_, left, right) | UntilSince(_, _, left, right):
+        case Compound(_, operands):
+            return operands
+        case Arithmetic(_, left, right):
             return (left, right)
         case _:
             return ()
@@ -223,7 +203,7 @@ class _Parser:
         left = self._until()
         if self._take("->"):
             held = self._requirement(left, begin)
-            left = Junction("or", Negation(held), self._condition(self._implication))
+            left = Compound("or", (Compound("not", (held,)), self._condition(self._implication)))
         self._depth -= 1
         return left
 
@@ -239,7 +219,7 @@ class _Parser:
         while operator := self._take("until", "since"):
             held, window = self._requirement(left, begin), self._window()
             right = self._condition(partial(self._junction, "or"))
-            left = UntilSince(operator.text, window, held, right)
+            left = Compound(operator.text, (held, right), window)
         return left
 
     def _junction(self, word: str) -> Node:
@@ -248,7 +228,7 @@ class _Parser:
         left = operand()
         while self._take(word):
             held = self._requirement(left, begin)
-            left = Junction(word, held, self._condition(operand))
+            left = Compound(word, (held, self._condition(operand)))
         return left
 
     def _unary(self) -> Node:
@@ -259,9 +239,7 @@ class _Parser:
         window = Window() if operator.text == "not" else self._window()
         operand = self._condition(self._unary)
         self._depth -= 1
-        return (
-            Negation(operand) if operator.text == "not" else Within(operator.text, window, operand)
-        )
+        return Compound(operator.text, (operand,), window)
 
     def _window(self) -> Window:
         opening = self._take("[")

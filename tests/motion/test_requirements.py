@@ -25,17 +25,14 @@ from safenav.report.page.html import curves_of
 from safenav.stl.robustness import robustness
 from safenav.stl.syntax import (
     Arithmetic,
+    Compound,
     Happens,
-    Junction,
     Literal,
     Margin,
-    Negation,
     Node,
     Requirement,
     RobotSignal,
-    UntilSince,
     Window,
-    Within,
     nodes,
     parse_requirement,
 )
@@ -74,6 +71,10 @@ def made(chance: random.Random, length: int = 9, finished: bool = True) -> Made:
     return Made(values, tuple(tuple(chance.sample(moments, 2)) for _ in range(2)), finished)
 
 
+def negation(operand: Requirement) -> Requirement:
+    return Compound("not", (operand,))
+
+
 def formula(chance: random.Random, depth: int, step: float, events: bool) -> Requirement:
     """A formula whose windows end at multiples of ``step``. Without events it jumps only at such
     instants, and not just beside them, where a grid has no point: no until, no inner windows that
@@ -92,13 +93,13 @@ def formula(chance: random.Random, depth: int, step: float, events: bool) -> Req
     window = Window(begin, end)
     kind = chance.choice((0, 1, 2, 3) if events else (0, 1, 3))
     if kind == 0:
-        return Negation(below())
+        return negation(below())
     if kind == 1:
-        return Junction(chance.choice(("and", "or")), below(), below())
+        return Compound(chance.choice(("and", "or")), (below(), below()))
     if kind == 2:
-        return UntilSince(chance.choice(("until", "since")), window, below(), below())
+        return Compound(chance.choice(("until", "since")), (below(), below()), window)
     word = chance.choice(("always", "eventually", "once", "historically"))
-    return Within(word, window, below())
+    return Compound(word, (below(),), window)
 
 
 def defined(tree: Requirement, record: Made, grid: float) -> Callable[[float], tuple[float, float]]:
@@ -131,23 +132,23 @@ def defined(tree: Requirement, record: Made, grid: float) -> Callable[[float], t
                 return (term(inner, t),) * 2
             case Happens():
                 return (1.0 if t in record.instants(node) else -1.0,) * 2
-            case Negation(operand):
+            case Compound("not", (operand,)):
                 low, high = at(operand, t)
                 return -high, -low
-            case Junction(operator, left, right):
+            case Compound("and" | "or" as operator, (left, right)):
                 pick = min if operator == "and" else max
                 return tuple(map(pick, at(left, t), at(right, t)))  # type: ignore[return-value]
-            case Within("always" | "historically", window, operand):
+            case Compound("always" | "historically", (operand,), window):
                 inside, unknown = reach(window, t, node.operator == "historically")
                 found = [at(operand, p) for p in inside]
                 high = min((high for _, high in found), default=math.inf)
                 low = min((low for low, _ in found), default=math.inf)
                 return (-math.inf if unknown else low), high
-            case Within(operator, window, operand):
+            case Compound(operator, (operand,), window):
                 word = "always" if operator == "eventually" else "historically"
-                low, high = at(Within(word, window, Negation(operand)), t)
+                low, high = at(Compound(word, (negation(operand),), window), t)
                 return -high, -low
-            case UntilSince(operator, window, left, right):
+            case Compound(operator, (left, right), window):
                 past = operator == "since"
                 inside, unknown = reach(window, t, past)
                 bounds = []
@@ -170,16 +171,10 @@ def defined(tree: Requirement, record: Made, grid: float) -> Callable[[float], t
 def slack(tree: Node, record: Made, grid: float) -> float:
     """By how much the oracle's grid can be wrong: each temporal operator misses less than one
     step of the steepest signal."""
-    match tree:
-        case Within(_, _, operand):
-            return slack(operand, record, grid) + 10 * grid
-        case Negation(operand):
-            return slack(operand, record, grid)
-        case UntilSince(_, _, left, right):
-            return max(slack(left, record, grid), slack(right, record, grid)) + 10 * grid
-        case Junction(_, left, right):
-            return max(slack(left, record, grid), slack(right, record, grid))
-    return 0.0
+    if not isinstance(tree, Compound):
+        return 0.0
+    missed = 0.0 if tree.operator in ("not", "and", "or") else 10 * grid
+    return max(slack(operand, record, grid) for operand in tree.operands) + missed
 
 
 @pytest.mark.parametrize("seed", range(FIRST, FIRST + FORMULAS, 10))
@@ -215,24 +210,23 @@ def sharp(chance: random.Random) -> Requirement:
         found: Requirement = Happens("requested", f"o{chance.randrange(2)}")
         if chance.random() < 0.5:
             word = chance.choice(("once", "eventually", "always", "historically"))
-            found = Within(
-                word, Window(0.5 * chance.randrange(3), 1.0 + chance.randrange(3)), found
-            )
-        return Negation(found) if chance.random() < 0.6 else found
+            window = Window(0.5 * chance.randrange(3), 1.0 + chance.randrange(3))
+            found = Compound(word, (found,), window)
+        return negation(found) if chance.random() < 0.6 else found
 
     begin = 0.5 * chance.randrange(6)
     end = math.inf if chance.random() < 0.2 else begin + 0.5 * chance.randrange(6)
     window, signal = Window(begin, end), Margin(RobotSignal("x", (f"r{chance.randrange(2)}",)))
     word = chance.choice(("until", "since"))
     if chance.random() < 0.5:
-        inner = UntilSince(word, window, event(), event())
+        inner = Compound(word, (event(), event()), window)
         outer = Window(0.5 * chance.randrange(3), 1.0 + 0.5 * chance.randrange(4))
         word = chance.choice(("always", "eventually", "once", "historically"))
-        return Within(word, outer, inner) if chance.random() < 0.5 else inner
+        return Compound(word, (inner,), outer) if chance.random() < 0.5 else inner
     if chance.random() < 0.5:
-        return UntilSince(word, window, Margin(Literal(50.0)), signal)
+        return Compound(word, (Margin(Literal(50.0)), signal), window)
     word = chance.choice(("always", "eventually", "once", "historically"))
-    return Within(word, window, signal)
+    return Compound(word, (signal,), window)
 
 
 @pytest.mark.parametrize("seed", range(FIRST, FIRST + FORMULAS, 10))
