@@ -104,7 +104,8 @@ def test_case_study_1_is_drawn_run_and_undone(board: Board, tmp_path: Path) -> N
     assert browser.errors() == []
 
 
-def test_a_broken_scenario_shows_its_errors_at_their_position(board: Board) -> None:
+def test_errors_and_unrealizable_robots_are_shown_and_repaired(board: Board) -> None:
+    """Errors stand at their position; a reason comes with a repair by a click."""
     browser = board.browser
     text = (SCENARIOS / "case_study_1.yaml").read_text()
     line = next(i for i, told in enumerate(text.splitlines(), 1) if "digit: {model" in told)
@@ -116,9 +117,6 @@ def test_a_broken_scenario_shows_its_errors_at_their_position(board: Board) -> N
     board.write(text)
     browser.wait(lambda: not browser.all(".problem"))
 
-
-def test_an_unrealizable_robot_gets_a_reason_and_a_repair_by_click(board: Board) -> None:
-    browser = board.browser
     board.write((SCENARIOS / "unrealizable" / "separate_rooms.yaml").read_text())
     browser.wait(lambda: browser.all('[data-verdict="unrealizable"] .repair'))
     before = board.text

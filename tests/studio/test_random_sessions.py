@@ -12,6 +12,7 @@ from report.browser import Browser
 from safenav.checked_trace import check_trace
 from safenav.trace.reading import read_bytes
 from studio.serving import SCENARIOS, Page, Served, opened
+from studio.test_editing import something
 
 SEQUENCES = int(os.environ.get("SAFENAV_FUZZ", "0")) // 25 or 3
 FIRST = int(os.environ.get("SAFENAV_FUZZ_FIRST", "0"))
@@ -32,17 +33,6 @@ def message(chance: random.Random) -> dict[str, Any]:
     region, other = chance.randrange(-2, 100), chance.randrange(91)
     robot = chance.choice(("quad", "digit", "digit_2", "nobody", ""))
     obstacle = chance.choice(("door@47", f"door@{other}", "uncertainty@44", "x"))
-    edits: list[dict[str, Any]] = [
-        {"op": "paint", "regions": [region, other], "wall": chance.random() < 0.3},
-        {"op": "add_robot", "model": "digit", "region": other, "heading": "east"},
-        {"op": "move_robot", "robot": robot, "region": region},
-        {"op": "set_objective", "robot": robot, "kind": "visit", "regions": [region, other]},
-        {"op": "remove_robot", "robot": "digit_2"},
-        {"op": "add_obstacle", "type": "door", "region": region},
-        {"op": "move_obstacle", "index": 0, "region": region},
-        {"op": None},
-        {"op": "paint", "regions": "all", "wall": 3},
-    ]
     changes: list[dict[str, Any]] = [
         {"kind": "close", "type": "door", "region": region},
         {"kind": "close", "type": "uncertainty", "region": other, "truth": chance.random() < 0.5},
@@ -55,7 +45,8 @@ def message(chance: random.Random) -> dict[str, Any]:
     ]
     return chance.choice(
         [
-            *({"do": "edit", **edit} for edit in chance.sample(edits, 3)),
+            *({"do": "edit", **something(DOOR, chance)} for _ in range(2)),
+            {"do": "edit", "op": chance.choice((None, "paint")), "regions": "all", "wall": 3},
             *({"do": "change", **change} for change in chance.sample(changes, 4)),
             {"do": "step"},
             {"do": "step"},
