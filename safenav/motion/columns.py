@@ -267,7 +267,5 @@ def report_of(motion: Motion) -> str:
         )
         if "ref_x" in found.columns:
             off = np.hypot(x - found.columns["ref_x"], y - found.columns["ref_y"])
-            mean = float(np.sqrt((off**2).mean()))
             flights.append(f"simulated flight of {name}: at most {off.max():.3f} m off")
-            flights[-1] += f", {mean:.3f} m in the root mean square"
     return "\n".join([*lines, *[""] * bool(flights), *flights])

@@ -26,6 +26,7 @@ VERSION = 1
 State = tuple[float, float, float, float]
 """x, y, vx, vy."""
 Numbers = tuple[float, ...]
+SOME = Meta(min_length=1)
 FootState = tuple[float, float, float, float, float, float, float, float, float]
 """x, y and yaw, their velocities, their accelerations."""
 
@@ -120,7 +121,7 @@ class Segment(Moving, frozen=True, tag="segment"):
     """A walker. ``turning``: yaw before, yaw after, and the times between which the body turns;
     ``start``, ``goal``: states of the centre of mass."""
 
-    phases: tuple[PressurePhase, ...]
+    phases: Annotated[tuple[PressurePhase, ...], SOME]
     feet: tuple[Foothold, ...]
     swings: tuple[Swing, ...]
     turning: tuple[float, float, float, float]
@@ -141,7 +142,7 @@ class Curve(Struct, frozen=True, array_like=True):
 class Flight(Moving, frozen=True, tag="flight"):
     """A flyer's reference, or the path of a disc or a rover."""
 
-    parts: tuple[Curve, ...] = field(name="curves")
+    parts: Annotated[tuple[Curve, ...], SOME] = field(name="curves")
 
 
 class GoalLine(Piece, frozen=True, tag="goal"):
@@ -196,7 +197,7 @@ class FlownTrack(Struct, frozen=True, tag="track"):
     robot: str
     t0: float
     step: float
-    rows: tuple[TrackRow, ...]
+    rows: Annotated[tuple[TrackRow, ...], SOME]
 
 
 class Reserve(Struct, frozen=True, tag="reserve"):

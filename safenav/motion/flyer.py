@@ -40,30 +40,25 @@ POSITION, VELOCITY, EFFORT, SLACK = 200.0, 10.0, 0.1, 1e5
 """Weights of the errors, of the command off the reference's, and of leaving the corridor."""
 
 
-class Axis(Struct, frozen=True):
-    """Discrete model of one axis: state [p, v, a, d], ``d`` a constant disturbance."""
+class AxisModel(Struct, frozen=True):
+    """Discrete model of one axis: state [p, v, a, d], ``d`` a constant disturbance, and its
+    programme: predictions over the horizon are ``free @ state + forced @ commands`` (of positions,
+    of velocities)."""
 
     move: Array
     steer: Array
     gain: Array
     """Estimator gain for the measured position."""
-
-
-class Programme(Struct, frozen=True):
-    """The condensed programme: predictions are ``free @ state + forced @ commands``; ``weighted``
-    are the transposed ``forced``, which turn errors into the slope of the cost."""
-
-    free_position: Array
-    free_velocity: Array
-    weighted_position: Array
-    weighted_velocity: Array
+    free: tuple[Array, Array]
+    weighted: tuple[Array, Array]
+    """The transposed ``forced``, which turn errors into the slope of the cost."""
     cost: Array
     rows: Array
 
 
 @lru_cache(maxsize=1)
-def axis() -> Axis:
-    """The model, discretized exactly enough by many small steps, and its estimator."""
+def axis_model() -> AxisModel:
+    """The model, discretized exactly enough by many small steps, and its programme."""
     parts = 50
     small = PERIOD / parts
     change = np.array([[0, 1, 0, 0], [0, -DRAG, 1, 1], [0, 0, -1 / LAG, 0], [0, 0, 0, 0]])
@@ -72,7 +67,21 @@ def axis() -> Axis:
     move, steer = np.eye(4), np.zeros(4)
     for _ in range(parts):
         move, steer = once @ move, once @ steer + small * push
-    return Axis(move, steer, _estimator(move))
+    free, forced = np.zeros((HORIZON, 4, 4)), np.zeros((HORIZON, 4, HORIZON))
+    state, effect = np.eye(4), np.zeros((4, HORIZON))
+    for step in range(HORIZON):
+        state, effect = move @ state, move @ effect
+        effect[:, step] += steer
+        free[step], forced[step] = state, effect
+    position, velocity = forced[:, 0], forced[:, 1]
+    weighted = POSITION * position.T, VELOCITY * velocity.T
+    cost = np.zeros((HORIZON + 1, HORIZON + 1))
+    cost[:-1, :-1] = weighted[0] @ position + weighted[1] @ velocity + EFFORT * np.eye(HORIZON)
+    cost[-1, -1] = SLACK
+    slack = np.ones((HORIZON, 1))
+    rows = np.vstack([np.hstack([position, -slack]), np.hstack([position, slack])])
+    gain = _estimator(move)
+    return AxisModel(move, steer, gain, (free[:, 0], free[:, 1]), weighted, cost, rows)
 
 
 def _estimator(move: Array) -> Array:
@@ -85,28 +94,6 @@ def _estimator(move: Array) -> Array:
         gain = spread @ sees / (sees @ spread @ sees + 0.005**2)
         spread = spread - np.outer(gain, sees @ spread)
     return gain
-
-
-@lru_cache(maxsize=1)
-def programme() -> Programme:
-    """The programme of the whole horizon, made once."""
-    model = axis()
-    free = np.zeros((HORIZON, 4, 4))
-    forced = np.zeros((HORIZON, 4, HORIZON))
-    state, effect = np.eye(4), np.zeros((4, HORIZON))
-    for step in range(HORIZON):
-        state, effect = model.move @ state, model.move @ effect
-        effect[:, step] += model.steer
-        free[step], forced[step] = state, effect
-    position, velocity = forced[:, 0], forced[:, 1]
-    cost = np.zeros((HORIZON + 1, HORIZON + 1))
-    cost[:-1, :-1] = POSITION * position.T @ position + VELOCITY * velocity.T @ velocity
-    cost[:-1, :-1] += EFFORT * np.eye(HORIZON)
-    cost[-1, -1] = SLACK
-    slack = np.ones((HORIZON, 1))
-    rows = np.vstack([np.hstack([position, -slack]), np.hstack([position, slack])])
-    weighted = POSITION * position.T, VELOCITY * velocity.T
-    return Programme(free[:, 0], free[:, 1], *weighted, cost, rows)
 
 
 OPTIMAL = 1
@@ -137,7 +124,7 @@ class AxisTracker:
 
     def observe(self, measured: float) -> None:
         """Correct the estimate by a measured position (m)."""
-        self.state = self.state + axis().gain * (measured - self.state[0])
+        self.state = self.state + axis_model().gain * (measured - self.state[0])
 
     def command(self, wanted: Array, low: Array, high: Array) -> float:
         """The acceleration to command now (m/s^2), and the estimate one step on.
@@ -145,26 +132,24 @@ class AxisTracker:
         ``wanted`` (HORIZON, 3): position, velocity, acceleration of the reference after each
         step; ``low``, ``high`` (HORIZON): where the middle of the body may be.
         """
-        plan = programme()
-        position = plan.free_position @ self.state
-        velocity = plan.free_velocity @ self.state
+        model = axis_model()
+        position, velocity = (free @ self.state for free in model.free)
         usual = wanted[:, 2] + DRAG * wanted[:, 1] - self.state[3]
         usual = np.minimum(np.maximum(usual, -self.limit), self.limit)
         slope = np.zeros(HORIZON + 1)
-        slope[:-1] = plan.weighted_position @ (position - wanted[:, 0])
-        slope[:-1] += plan.weighted_velocity @ (velocity - wanted[:, 1])
+        slope[:-1] = model.weighted[0] @ (position - wanted[:, 0])
+        slope[:-1] += model.weighted[1] @ (velocity - wanted[:, 1])
         slope[:-1] -= EFFORT * usual
         bound = np.full(HORIZON + 1, self.limit)
         bound[-1] = 1e30
         upper = np.concatenate((bound, high - position, FAR))
         bound[-1] = 0.0
         lower = np.concatenate((-bound, -FAR, low - position))
-        found, _, flag, _ = _solver()(plan.cost.copy(), slope, plan.rows.copy(), upper, lower)
+        found, _, flag, _ = _solver()(model.cost.copy(), slope, model.rows.copy(), upper, lower)
         if flag != OPTIMAL:
             self.failed += 1
             found = usual
         given = min(max(float(found[0]), -self.limit), self.limit)
-        model = axis()
         self.state = model.move @ self.state + model.steer * given
         return given
 

@@ -34,7 +34,7 @@ from math import cos, pi, sin
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
+from msgspec.structs import asdict, astuple, replace
 from numpy.typing import NDArray
 
 from safenav.errors import UsageError
@@ -370,60 +370,50 @@ class WalkerMover(Mover):
 
 class Placing:
     """Transform of a primitive from its local frame to the middle of the side by which a heading
-    enters a region."""
+    enters a region. Points are complex numbers."""
 
     def __init__(self, floor: MetricFloor, region: int, heading: str) -> None:
-        self._cos, self._sin = unit_vector(heading)
-        x, y = floor.centre(region)
-        half = floor.side / 2
-        self._x, self._y = x - self._cos * half, y - self._sin * half
+        self._ahead = complex(*unit_vector(heading))
+        self._corner = complex(*floor.centre(region)) - self._ahead * floor.side / 2
         self._yaw = YAW[heading]
 
     def segment(self, who: Piece, primitive: Primitive) -> Segment:
         """The primitive in the frame of the map."""
         begin, end = primitive.turning
         return Segment(
-            who.robot,
-            who.tick,
-            who.primitive,
-            who.origin,
-            who.to,
-            who.t0,
-            who.t1,
+            **asdict(who),
             phases=tuple(
                 PressurePhase(
-                    phase.seconds,
-                    *self._point(phase.x, phase.y),
-                    *self._point(phase.to_x, phase.to_y),
+                    one.seconds, *self._point(one.x, one.y), *self._point(one.to_x, one.to_y)
                 )
-                for phase in primitive.phases
+                for one in primitive.phases
             ),
-            feet=tuple(self._foot(hold) for hold in primitive.footholds),
-            swings=tuple(self._swing(swing) for swing in primitive.swings),
+            feet=tuple(
+                Foothold(*self._point(x, y), yaw + self._yaw, *rest)
+                for x, y, yaw, *rest in map(astuple, primitive.footholds)
+            ),
+            swings=tuple(
+                replace(swing, start=self._foot(swing.start), goal=self._foot(swing.goal))
+                for swing in primitive.swings
+            ),
             turning=(self._yaw, self._yaw + primitive.turn * pi / 2, begin, end),
             start=self._state(primitive.start),
             goal=self._state(primitive.goal),
         )
 
     def _point(self, x: float, y: float) -> tuple[float, float]:
-        return self._x + self._cos * x - self._sin * y, self._y + self._sin * x + self._cos * y
+        at = self._corner + self._ahead * complex(x, y)
+        return at.real, at.imag
 
     def _turned(self, x: float, y: float) -> tuple[float, float]:
-        return self._cos * x - self._sin * y, self._sin * x + self._cos * y
+        way = self._ahead * complex(x, y)
+        return way.real, way.imag
 
     def _state(self, state: Array) -> tuple[float, float, float, float]:
         x, y, vx, vy = state.tolist()
         return (*self._point(x, y), *self._turned(vx, vy))
 
-    def _foot(self, hold: Foothold) -> Foothold:
-        x, y = self._point(hold.x, hold.y)
-        return Foothold(x, y, hold.yaw + self._yaw, hold.side, hold.down, hold.up)
-
-    def _swing(self, swing: Swing) -> Swing:
-        start, goal = self._passed(swing.start), self._passed(swing.goal)
-        return Swing(swing.side, swing.t0, swing.t1, swing.u0, swing.u1, start, goal)
-
-    def _passed(self, state: FootState) -> FootState:
+    def _foot(self, state: FootState) -> FootState:
         x, y, yaw, vx, vy, turning, ax, ay, bending = state
         speed, pull = (*self._turned(vx, vy), turning), (*self._turned(ax, ay), bending)
         return (*self._point(x, y), yaw + self._yaw, *speed, *pull)

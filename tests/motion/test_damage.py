@@ -13,7 +13,7 @@ from msgspec.structs import replace
 
 from motion.runs import SHIPPED, motion, played, trace_of
 from once import beside
-from safenav.errors import UsageError
+from safenav.errors import InputError, UsageError
 from safenav.motion.check.verdict import check_motion, read_motion_of
 from safenav.motion.file import Motion, parsed, text_of
 from safenav.motion.making import motion_of
@@ -93,7 +93,7 @@ def test_a_damaged_motion_is_refused(damage: dict[str, Any], tmp_path: Path) -> 
     text = damaged(text_of(whole), damage) if "line" in damage else text_of(whole)
     (path := tmp_path / "motion.jsonl").write_text(text)
     if "refused" in damage:
-        with pytest.raises(UsageError, match=damage["refused"]):
+        with pytest.raises((InputError, UsageError), match=damage["refused"]):
             check_motion(read_motion_of(path, trace, path), trace)
         return
     found = check_motion(parsed(text.encode(), "motion"), trace)

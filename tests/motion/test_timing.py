@@ -8,6 +8,7 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pytest
 from msgspec.structs import replace
 
@@ -17,6 +18,7 @@ from safenav.errors import InputError
 from safenav.motion.check.examination import Finding
 from safenav.motion.check.order import disorder
 from safenav.motion.check.verdict import check_motion
+from safenav.motion.columns import columns_at
 from safenav.motion.file import Action, Motion, Moving
 from safenav.motion.geometry import MetricFloor
 from safenav.motion.making import motion_of, mover
@@ -95,6 +97,25 @@ def test_times_that_ignore_conflicts_or_exclusions_are_refused() -> None:
         assert {found.rule for found in disorder(ordered(trace, serial), serial)} == {rule}
         assert "clock" in {found.rule for found in check_motion(made, trace)}
         assert check_motion(motion_of(trace), trace) == []
+
+
+PUSHING = """\
+safenav: 1
+map: {grid: ["#####", "#...#", "#####"]}
+catalogue:
+  robots: {cart: {mobility: free, layer: ground, capabilities: [push], speed: 1, size: 0.5}}
+robots: {cart: {model: cart, start: 6, objective: {visit: [8, 6]}}}
+obstacles: [{type: door, region: 7}]
+until: {rounds: 1}
+"""
+
+
+def test_a_robot_that_opens_a_door_by_entering_acts_in_front_of_it() -> None:
+    """Its body is in the first half of the region, 5 cm behind the border."""
+    moved = motion_of(read_bytes(played(PUSHING)))
+    (act,) = moved.of(Action)
+    (x, _) = columns_at(moved, "cart", np.array([act.t0, act.t1])).place
+    assert x == pytest.approx([2 * 2.7 + 0.25 + 0.05] * 2)
 
 
 CLOSING = """\

@@ -17,9 +17,7 @@ from safenav.motion.check.examination import (
     holdings,
 )
 from safenav.motion.check.execution import GOALS, check_execution
-from safenav.motion.check.order import (
-    check_order,
-)
+from safenav.motion.check.order import check_order
 from safenav.motion.check.pieces import check_joins, check_path, check_segment
 from safenav.motion.file import (
     BUILD,
@@ -40,8 +38,6 @@ WALKER = ("omega", "height", "size", "clearance", *BUILD)
 GAPS = {"setpoints": 1.0, "goals": 2.0}
 """The longest time without a measurement, in seconds, by how a robot is driven."""
 
-WRITTEN = 1e-9
-"""The difference that writing a number may make."""
 LONGEST = 2_000_000
 """Seconds of a motion, 23 days: it is sampled from its beginning to its end."""
 
@@ -73,8 +69,7 @@ def mismatch(motion: Motion, trace: Trace) -> str:
         return f"regions of {header.side:g} m"
     if not 0 <= motion.outcome.makespan <= LONGEST:
         return f"a makespan of {motion.outcome.makespan:g} s, not of 0 to {LONGEST:,} s"
-    origin = world.origin or (0.0, 0.0, 0.0)
-    if max(abs(a - b) for a, b in zip(header.origin, origin, strict=True)) > WRITTEN:
+    if header.origin != (world.origin or (0.0, 0.0, 0.0)):
         return "the origin of its map is not that of the trace"
     for name, limits in header.robots.items():
         if not isinstance(limits.get("kind"), str):
@@ -88,21 +83,21 @@ def mismatch(motion: Motion, trace: Trace) -> str:
     stranger = next((line.robot for line in motion.lines if line.robot not in header.robots), None)
     if stranger is not None:
         return f"{stranger[:40]} is not a robot of the header"
+    kinds = {name: limits["kind"] for name, limits in header.robots.items()}
+    for segment in motion.of(Segment):
+        if kinds[segment.robot] != "walker":
+            return f"{segment.robot} at {segment.t0:.3f} s: it walks but is not a walker"
     for track in motion.of(FlownTrack):
-        if not track.rows or header.robots[track.robot]["kind"] != "flyer":
-            return f"{track.robot}: a simulated flight without rows, or of no flyer"
-    return next(filter(None, (_piece(motion, piece) for piece in motion.of(Moving))), "")
+        if kinds[track.robot] != "flyer":
+            return f"{track.robot}: a simulated flight, but it is not a flyer"
+    return ""
 
 
 def _limits(trace: Trace, name: str, limits: Mapping[str, object]) -> str:
     """The first parameter of a robot that is not that of the trace, or a limit that no robot has;
     empty if there is none."""
-    traced = dict(trace.header.scenario.robots[name].motion or {})
-    for key, value in traced.items():
-        same = limits.get(key) == value
-        if isinstance(value, float) and isinstance(found := limits.get(key), int | float):
-            same = abs(found - value) <= WRITTEN
-        if not same:
+    for key, value in (trace.header.scenario.robots[name].motion or {}).items():
+        if limits.get(key) != value:
             return f"'{key}' is {limits.get(key)!r}, in the trace {value!r}"
     for key, bound in BUILD.items() if limits["kind"] == "walker" else ():
         value = limits[key]
@@ -116,19 +111,6 @@ def _limits(trace: Trace, name: str, limits: Mapping[str, object]) -> str:
         if not (isinstance(gap, int | float) and gap <= most):
             return f"'gap' is {gap!r}, not at most {most:g} s"
     return ""
-
-
-def _piece(motion: Motion, piece: Moving) -> str:
-    at = f"{piece.robot} at {piece.t0:.3f} s"
-    parts: tuple[object, ...] = ()
-    match piece:
-        case Segment():
-            if motion.header.robots[piece.robot]["kind"] != "walker":
-                return f"{at}: it walks but is not a walker"
-            parts = piece.phases
-        case Flight():
-            parts = piece.parts
-    return "" if parts else f"{at}: a piece of motion without parts"
 
 
 def check_motion(motion: Motion, trace: Trace) -> list[Finding]:
