@@ -46,38 +46,6 @@ def test_the_page_shows_loads(browser: Browser, replay: Run, tmp_path: Path) -> 
     assert browser.errors() == []
 
 
-@pytest.mark.parametrize(
-    ("clock", "left"),
-    [
-        # It begins with 15 of 20, gains 4 in a tick at home, and pays 1 for each of seven steps.
-        ("lockstep", {0: 75, 1: 95, 8: 60}),
-        ("live", {0: 75}),
-    ],
-)
-def test_charges_fall_by_steps_and_rise_at_chargers(
-    clock: str, left: dict[int, int], tmp_path: Path, browser: Browser
-) -> None:
-    scenario = tmp_path / "cart.yaml"
-    scenario.write_text(CART, encoding="utf-8")
-    replay = read_run(_run(scenario, tmp_path, "--clock", clock))
-    charge = replay.charges["cart"]
-    track = replay.track("cart")
-    assert {tick: charge.at(tick) for tick in left} == left
-    levels = [charge.at(tick) for tick in range(replay.last + 1)]
-    for tick in range(1, replay.last + 1):
-        if track.regions[tick] != track.regions[tick - 1]:
-            assert levels[tick] == max(0, levels[tick - 1] - 5) or levels[tick] > levels[tick - 1]
-    assert 0 <= min(levels) <= max(levels) <= 100
-    rises = [tick for tick in range(1, replay.last + 1) if levels[tick] > levels[tick - 1]]
-    assert rises
-    assert {track.regions[tick - 1] for tick in rises} <= {16, 39}
-    if clock == "lockstep":
-        page = tmp_path / "page.html"
-        page.write_text(page_of(replay, "x.jsonl"), encoding="utf-8")
-        browser.open(page, "#tick=8")
-        assert browser.one(".robots .charge").text.strip() == "60 %"
-
-
 def test_in_3d_an_order_appears_with_its_request(warehouse: Path) -> None:
     """It appeared at the start if no robot had been in its region."""
     trace = read_trace(warehouse)
@@ -88,18 +56,24 @@ def test_in_3d_an_order_appears_with_its_request(warehouse: Path) -> None:
     assert first == ordered and all(ordered.values())
 
 
-def test_in_3d_a_run_in_lockstep_has_the_charges_of_its_ticks(tmp_path: Path) -> None:
+def test_in_3d_a_run_in_lockstep_has_the_charges_of_its_ticks(
+    browser: Browser, tmp_path: Path
+) -> None:
     scenario = tmp_path / "cart.yaml"
     scenario.write_text(CART, encoding="utf-8")
     trace = read_trace(_run(scenario, tmp_path))
+    flat = tmp_path / "page.html"
+    flat.write_text(page_of(run_of(trace), "x.jsonl"), encoding="utf-8")
+    browser.open(flat, "#tick=8")  # 15 of 20, 4 more in a tick at home, 7 steps
+    assert browser.one(".robots .charge").text.strip() == "60 %"
     page = page3d_of(trace, "run.jsonl", motion_of(trace))
     (data,) = re.findall(r'id="run">(.*?)</script>', page)
     run = json.loads(data)
     charge = [level for _, level in run["robots"][0]["charge"]]
-    flat = run_of(trace).charges["cart"]
+    ticked = run_of(trace).charges["cart"]
     # Charging takes no time in such a motion: of what happens in one instant, the last is shown.
-    assert charge[-1] == flat.now > 0
-    assert set(charge) <= {level for _, level in flat}
+    assert charge[-1] == ticked.now > 0
+    assert set(charge) <= {level for _, level in ticked}
 
 
 def _takes(replay: Run, load: str, tick: int) -> bool:

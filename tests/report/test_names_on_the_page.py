@@ -5,22 +5,25 @@ from pathlib import Path
 
 import pytest
 
-from report import clinic
+from once import beside
 from report.browser import Browser
 from safenav.report.page.html import page_of
 from safenav.run.reading import read_run
+from tests.warm import safenav
+
+NAMES = 20
+"""The clinic has eighteen regions with names, two areas, five robots, joint plans and requests."""
 
 
 @pytest.fixture(scope="module")
-def trace(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return clinic.run(tmp_path_factory.mktemp("clinic"))
-
-
-@pytest.fixture(scope="module")
-def page(trace: Path) -> Path:
-    file = trace.with_suffix(".html")
-    file.write_text(page_of(read_run(trace), "clinic.jsonl"))
-    return file
+def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("clinic")
+    (folder / "clinic.yaml").write_text(beside(__file__, "scenarios/clinic.yaml"))
+    done = safenav("run", "clinic.yaml", "--trace", "clinic.jsonl", "--no-map", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    page = folder / "clinic.html"
+    page.write_text(page_of(read_run(folder / "clinic.jsonl"), "clinic.jsonl"))
+    return page
 
 
 Box = dict[str, float]
@@ -71,7 +74,7 @@ def inside(box: Box, regions: list[list[float]]) -> bool:
 def test_all_names_are_legible_and_none_lies_over_another(browser: Browser, page: Path) -> None:
     browser.open(page, width=1440, height=900)
     names = boxes(browser, ".words .names text")
-    assert len(names) == clinic.NAMES
+    assert len(names) == NAMES
     regions = browser.run(REGIONS)
     frame = browser.one(".map").rect
     for name, box in names.items():

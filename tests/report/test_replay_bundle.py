@@ -40,10 +40,11 @@ def test_a_rebuild_gives_the_same_bytes_and_types_are_right(check: str) -> None:
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-def test_the_page_names_no_other_file(replays: dict[str, Run]) -> None:
+def test_the_page_is_small_and_names_no_other_file(replays: dict[str, Run]) -> None:
     page = page_of(replays["door"], "door.jsonl")
     assert re.findall(r'(?:src|href)="([^"]*)"', page) == ["data:,"]
     assert "default-src 'none'" in page
+    assert len(page) <= 130_000
 
 
 def test_embedded_data_survives_and_cannot_end_its_element() -> None:

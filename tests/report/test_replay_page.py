@@ -29,17 +29,6 @@ def made(lines: made_traces.Lines, folder: Path, source: str = "t.jsonl") -> tup
     return page, run
 
 
-@pytest.mark.parametrize("name", ["door", "crowd"])
-def test_a_page_opens_without_error_or_request(
-    browser: Browser, pages: dict[str, Path], name: str
-) -> None:
-    browser.open(pages[name])
-    assert browser.errors() == []
-    assert browser.run('return performance.getEntriesByType("resource").length') == 0
-    assert browser.tick == 0
-    assert float(browser.one("input[type=range]").get_attribute("value") or "nan") == 0
-
-
 def test_a_page_plays_smoothly_to_its_end(browser: Browser, pages: dict[str, Path]) -> None:
     """With reduced motion, robots move in whole ticks."""
     watch = """
@@ -50,6 +39,7 @@ def test_a_page_plays_smoothly_to_its_end(browser: Browser, pages: dict[str, Pat
         new MutationObserver(note).observe(robot, {attributes: true});
     """
     browser.open(pages["door"])
+    assert browser.run('return performance.getEntriesByType("resource").length') == 0
     browser.run(watch, "quad")
     for _ in range(3):
         browser.press("+")
@@ -267,21 +257,6 @@ def test_the_page_hatches_beliefs_and_tints_sight(browser: Browser, pages: dict[
             shown = [e.get_attribute("data-viewer") for e in browser.all(f".shading .{kind}")]
             assert shown == expected
     assert not browser.all(".shading path[class]")
-
-
-def test_a_robot_in_transit_is_drawn_between_both_regions(
-    browser: Browser, pages: dict[str, Path]
-) -> None:
-    browser.open(pages["slow"], "#tick=1")
-    col, row = browser.centre("slow")
-    assert abs(col - (3 - 1 / 3)) < 0.02 and abs(row - 1) < 0.02
-    (frame,) = browser.all('.taken[data-robot="slow"]')
-    assert frame.get_attribute("width") == "75"
-    assert "in transit to 7 [1, 2]" in browser.one(".robots").text
-    for _ in range(2):
-        browser.press(Keys.ARROW_RIGHT)
-    assert not browser.all(".knowledge .taken")
-    assert abs(browser.centre("slow")[0] - 2) < 0.02
 
 
 def _luminance(colour: str) -> float:

@@ -38,45 +38,41 @@ def test_a_large_map_is_drawn_once(most: int, drawn: int, monkeypatch: pytest.Mo
     assert sum("██" in line for line in said) == drawn * 4
 
 
+def failure(obstacle: str) -> list[records.Record]:
+    """Lines of a robot that is lost, or cannot go on."""
+    needs = (setting.NeedHeader(OPERATOR_ACTION, ()),)
+    about = setting.ObstacleHeader("unknown", obstacle, 9, needs, frozenset({"quad"}), None)
+    met = records.Violation(2, "quad", 8, 9, obstacle, OPERATOR_ACTION)
+    return [records.Discovered(2, about), met]
+
+
+def ended(reason: str) -> list[records.Record]:
+    failed = {"door@9": vocabulary.ActResult.FAILED}
+    return [records.ActionEnd(4, 1, "quad", failed, None, reason)]
+
+
+def lost(earliest: int | None) -> list[records.Record]:
+    return [records.Deadline(4, "door@9", 15, vocabulary.DeadlineVerdict.LOST, earliest)]
+
+
 @pytest.mark.parametrize(
-    ("obstacle", "said"),
+    ("lines", "said"),
     [
         (
-            "unknown_air@9",
+            failure("unknown_air@9"),
             "quad at 8 [1, 2] cannot enter gate 9 [1, 3], which counts as unknown_air@gate: only "
             "an operator can resolve it",
         ),
-        ("lost_quad@9", "quad at 8 [1, 2] is lost: it may also be at gate 9 [1, 3]"),
+        (failure("lost_quad@9"), "quad at 8 [1, 2] is lost: it may also be at gate 9 [1, 3]"),
+        (ended("failed"), "the action of quad ends (door@gate: failed)"),
+        (ended("it jams"), "the action of quad ends (door@gate: failed, it jams)"),
+        (lost(16), "door@gate cannot be resolved before tick 16, and is due at tick 15"),
+        (lost(None), "door@gate can never be resolved, and is due at tick 15"),
     ],
 )
-def test_a_failure_is_not_reported_as_a_lacking_capability(obstacle: str, said: str) -> None:
-    listed = (
-        "unknown",
-        obstacle,
-        9,
-        (setting.NeedHeader(OPERATOR_ACTION, ()),),
-        frozenset({"quad"}),
-        None,
-    )
-    found = records.Discovered(2, setting.ObstacleHeader(*listed))
-    line = records.Violation(2, "quad", 8, 9, obstacle, OPERATOR_ACTION)
-    assert [line[11:] for line in told(found, line)] == [said]
-
-
-def test_the_reason_of_a_failed_action_is_reported_once() -> None:
-    failed = {"door@9": vocabulary.ActResult.FAILED}
-    for reason, ends in (("failed", "failed"), ("it jams", "failed, it jams")):
-        said = told(records.ActionEnd(4, 1, "quad", failed, None, reason))
-        assert said[0].endswith(f"the action of quad ends (door@gate: {ends})")
-
-
-@pytest.mark.parametrize(
-    ("earliest", "cannot"),
-    [(16, "cannot be resolved before tick 16"), (None, "can never be resolved")],
-)
-def test_a_lost_deadline_says_when_it_could_be_met(earliest: int | None, cannot: str) -> None:
-    lost = records.Deadline(4, "door@9", 15, vocabulary.DeadlineVerdict.LOST, earliest)
-    assert told(lost)[0].endswith(f"door@gate {cannot}, and is due at tick 15")
+def test_failures_name_their_reason_once(lines: list[records.Record], said: str) -> None:
+    """And no lacking capability."""
+    assert [line[11:] for line in told(*lines)] == [said]
 
 
 @pytest.mark.parametrize("restarts", [True, False], ids=["a door", "a battery"])
@@ -95,20 +91,19 @@ def test_restarting_rounds_are_reported_once(restarts: bool) -> None:
 
 
 @pytest.mark.parametrize(
-    ("sizes", "cached", "verified", "told"),
+    ("count", "cached", "verified", "told"),
     [
-        (range(1, 14), 0, True, "13 strategies (1 to 13 states, verified)"),
-        (range(1, 14), 2, True, "13 strategies (1 to 13 states, 2 from the cache, verified)"),
-        (range(1, 14), 13, True, "13 strategies (1 to 13 states, all from the cache, verified)"),
-        (range(1, 14), 0, False, None),
-        (range(1, 9), 0, True, None),
+        (13, 2, True, "13 strategies (1 to 13 states, 2 from the cache, verified)"),
+        (13, 13, True, "13 strategies (1 to 13 states, all from the cache, verified)"),
+        (13, 0, False, None),
+        (8, 0, True, None),
     ],
 )
 def test_many_strategies_share_one_sentence(
-    sizes: range, cached: int, verified: bool, told: str | None
+    count: int, cached: int, verified: bool, told: str | None
 ) -> None:
     found = [
-        SynthesisOutcome("q", "initial", "realizable", 0.1, n, k < cached, verified, (), None)
-        for k, n in enumerate(sizes)
+        SynthesisOutcome("q", "initial", "realizable", 0.1, k + 1, k < cached, verified, (), None)
+        for k in range(count)
     ]
     assert syntheses_words(found) == told

@@ -111,17 +111,30 @@ def _page(run: Run) -> Iterator[str]:
 
 
 def _words(run: Run) -> Iterator[str]:
-    """Yield the words of a picture of the most eventful moment."""
+    texts = ElementTree.fromstring(_picture(run)).findall("{http://www.w3.org/2000/svg}text")
+    yield from (element.text or "" for element in texts)
+
+
+def _picture(run: Run) -> str:
+    """Return a picture of the most eventful moment."""
     kinds = (StoryKind.REQUEST, StoryKind.VIOLATION, StoryKind.PLAN, StoryKind.GOAL)
     ranked = [event.tick for kind in kinds for event in run.told if event.kind is kind]
-    root = ElementTree.fromstring(svg_of(run.at(ranked[0] if ranked else 0)))
-    texts = root.findall("{http://www.w3.org/2000/svg}text")
-    yield from (element.text or "" for element in texts)
+    return svg_of(run.at(ranked[0] if ranked else 0))
+
+
+def _golden(found: str, name: str) -> None:
+    file = TRANSCRIPTS / name
+    if os.environ.get("SAFENAV_GOLDEN"):
+        file.write_text(found, encoding="utf-8")
+    assert found == file.read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_the_words_of_a_run_stay_the_same(name: str) -> None:
-    found, file = transcript(CASES[name]()), TRANSCRIPTS / f"{name}.txt"
-    if os.environ.get("SAFENAV_GOLDEN"):
-        file.write_text(found, encoding="utf-8")
-    assert found == file.read_text(encoding="utf-8")
+    _golden(transcript(CASES[name]()), f"{name}.txt")
+
+
+@pytest.mark.parametrize("name", ["door", "zone", "loads", "slow"])
+def test_the_picture_of_a_run_stays_the_same(name: str) -> None:
+    """Open the file to review it: targets, intentions, names, loads, exclusions, steps, legend."""
+    _golden(_picture(run_of(_trace(CASES[name]()))), f"{name}.svg")

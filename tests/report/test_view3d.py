@@ -7,13 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from report import clinic
 from report.browser import Browser, Keys
 from safenav.cli import group
-from safenav.motion.columns import columns_of
 from safenav.motion.file import Action
 from safenav.motion.making import motion_of
-from safenav.report.page.motion import RATE, encoded_motion
 from safenav.trace.reading import read_trace
 
 SCENARIO = Path(__file__).parents[2] / "scenarios" / "case_study_1.yaml"
@@ -102,63 +99,6 @@ def test_the_page_opens_and_moves_without_an_error(page: Path, browser: Browser)
 def _safenav(*arguments: str) -> None:
     """A command of safenav in this process; what it refuses is raised."""
     group.main([*arguments], standalone_mode=False)
-
-
-@pytest.fixture(scope="module")
-def ward(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The trace of a clinic's run."""
-    return clinic.run(tmp_path_factory.mktemp("ward"))
-
-
-@pytest.fixture(scope="module")
-def ward_page(ward: Path) -> Path:
-    path = ward.with_suffix(".html")
-    _safenav("replay", str(ward), "--3d", "-o", str(path))
-    return path
-
-
-def test_all_places_are_named(ward_page: Path, browser: Browser) -> None:
-    browser.open(ward_page, width=1440, height=900)
-    browser.wait(lambda: browser.all(".stage3d canvas"))
-    names = (
-        "return [...document.querySelectorAll('.floor-map .names text')].map(e => e.dataset.name)"
-    )
-    shown = browser.run(names)
-    assert len(shown) == clinic.NAMES
-    assert {"dock", "laboratory_door", "ward_a", "corridor"} <= set(shown)
-    browser.run("document.querySelectorAll('.choices input')[1].click()")
-    browser.wait(lambda: not browser.run(names))
-    assert browser.errors() == []
-
-
-def test_a_robot_is_drawn_in_the_region_that_its_line_names(
-    ward: Path, ward_page: Path, browser: Browser
-) -> None:
-    run = read_trace(ward)
-    motion = motion_of(run)
-    data = encoded_motion(motion)
-    columns = {
-        name: columns_of(motion, name, RATE, in_world=False) for name in motion.header.robots
-    }
-    rows, cols, side = 16, 25, data["side"]
-    browser.open(ward_page, width=1440, height=900)
-    browser.wait(lambda: browser.all(".stage3d canvas"))
-    for seconds in (50.0, 180.0):
-        browser.run("location.hash = arguments[0]", f"#t={seconds:.1f}")
-        browser.wait(lambda at=seconds: browser.seconds == at)
-        sample = round(seconds * RATE)
-        told = {}
-        for line in browser.all(".robots li"):
-            told[line.find_element("tag name", "b").text] = line.text
-        for name, column in columns.items():
-            walks = "com_x" in column.columns
-            x, y = (column.columns[f"com_{axis}" if walks else axis] for axis in "xy")
-            at = min(sample, len(x) - 1)
-            col, row = int(x[at] // side), rows - 1 - int(y[at] // side)
-            near = abs(x[at] / side - round(x[at] / side)) < 0.05 or (
-                abs(y[at] / side - round(y[at] / side)) < 0.05
-            )
-            assert near or f"{row * cols + col} [{row}, {col}]" in told[name], (seconds, told[name])
 
 
 def test_requirements_are_curves_below_the_timeline(tmp_path: Path, browser: Browser) -> None:
