@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from safenav.world.images import Blocked, Layout, walls
+from safenav.world.images import Blocked, Layout, crossed, walls
+from safenav.world.map import RegionMap
 
 images = st.tuples(st.integers(1, 7), st.integers(1, 7)).flatmap(
     lambda shape: st.lists(
@@ -85,3 +86,11 @@ def test_large_images_are_divided(share: float) -> None:
     blocked[100:103] = True
     found = walls(blocked, Layout.of_count(blocked, 100, 100), share)
     assert found == (frozenset(range(200, 300)) if share == 0 else frozenset())
+
+
+def test_a_wall_crosses_a_region_from_any_side() -> None:
+    blocked: Blocked = np.zeros((8, 8), dtype=np.bool_)
+    blocked[:, 1] = blocked[0, 5] = True
+    world = RegionMap(2, 2, frozenset())
+    for image, regions in ((blocked, [0, 2]), (blocked.T, [0, 1])):
+        assert crossed(image, Layout.of_count(image, 2, 2), world) == regions
