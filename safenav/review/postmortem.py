@@ -144,7 +144,6 @@ def explain_run(
         nonlocal tried
         tried += 1
         ends = min(deadline, time.monotonic() + RUN_SECONDS)
-        played = Mission(changed, synthesizer())
         stopped = False
 
         def stop_in_time(_: Record) -> None:
@@ -153,7 +152,7 @@ def explain_run(
                 stopped = True
                 played.stop()
 
-        played.listen(stop_in_time)
+        played = Mission(changed, synthesizer(), listeners=[stop_in_time])
         try:
             ended = played.run()
         except SafenavError:

@@ -92,8 +92,6 @@ class Mission:
         if world is None:
             live = scenario.clock is Clock.LIVE
             world = LiveSimulation(scenario) if live else SimulatedWorld(scenario)
-        truth = world.truth if isinstance(world, LiveSimulation) else world
-        truths = truth.truths if isinstance(truth, SimulatedWorld) else None
         self._world = World(scenario, world, attended=attended)
         live = self._world.live
         if (found := (unsafe_live if live else unsafe_lockstep)(scenario)) is not None:
@@ -101,6 +99,8 @@ class Mission:
         self._stop, team = Stop(None if live else scenario.limits.seconds), team_of(scenario)
         synthesizer = synthesizer or default_synthesizer(scenario)
         answers = Answers(synthesizer, self._stop.check, progress)
+        truth = self._world.truth
+        truths = None if truth is None else truth.truths
         recorder = Recorder(team, truths, self._tell, live=live)
         self._begun = begun
         self._checkpoints = Checkpoints(scenario, recorder.emit) if checkpoints else None
@@ -202,10 +202,6 @@ class Mission:
         """Report an event of the world to a live run, from any thread."""
         if isinstance(self._world.commands, Commands):
             self._world.commands.post(event)
-
-    def listen(self, listener: Listener) -> None:
-        """Add a listener, from now on."""
-        self.listeners = (*self.listeners, listener)
 
     @property
     def tick(self) -> int:

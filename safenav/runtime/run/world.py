@@ -39,8 +39,8 @@ SLOWEST = 20.0
 
 
 class World:
-    """``attended``: an operator may help; ``still``: no robot moves, and nothing will ever happen;
-    ``passes``: those at the present moment.
+    """``truth``: the simulated world, if it is one; ``attended``: an operator may help; ``still``:
+    no robot moves, and nothing will ever happen; ``passes``: those at the present moment.
     ``moving``: whether robots in transit, and out of service, still act where they are; ``limit``:
     when the run ends at the latest, and with which outcome; ``ticks`` of a stay (live: 0)."""
 
@@ -52,7 +52,7 @@ class World:
         attended: bool = False,
     ) -> None:
         truth = world.truth if isinstance(world, LiveSimulation) else world
-        self._truth = truth if isinstance(truth, SimulatedWorld) else None
+        self.truth = truth if isinstance(truth, SimulatedWorld) else None
         self.lockstep = None
         if not protocol.implements(world, protocol.World):
             self.lockstep = Lockstep(world, scenario)  # type: ignore[arg-type]
@@ -64,7 +64,7 @@ class World:
             most = limits.ticks * SLOWEST if self.commands.simulated else inf
             self.limit = (most if limits.seconds is None else limits.seconds, Outcome.TIME_LIMIT)
         self.attended = attended and self.live
-        self.operator = Operator(scenario, self._truth, self.commands)
+        self.operator = Operator(scenario, self.truth, self.commands)
         self.still = False
         self.passes = 0
         self._inputs = truth if protocol.implements(truth, InputWorld) else None
@@ -84,7 +84,7 @@ class World:
 
     def kept(self) -> Truth | None:
         """The simulated world for a checkpoint."""
-        return None if self._truth is None else self._truth.kept()
+        return None if self.truth is None else self.truth.kept()
 
     def resume(self, run: Running, truth: Truth | None, last: int) -> None:
         """Continue where a run was interrupted. ``last``: the number of the last command."""
@@ -92,10 +92,10 @@ class World:
         pairs = zip(members, robots, strict=True)
         poses = {member.name: member.graph.pose(robot.pose) for member, robot in pairs}
         self.commands.resume(run.state.time, poses, last)
-        if self._truth is not None:
+        if self.truth is not None:
             if truth is None:
                 raise UsageError("the run used real robots: pass their world")
-            self._truth.resume(truth, [robot.pose % run.team.size for robot in robots])
+            self.truth.resume(truth, [robot.pose % run.team.size for robot in robots])
         self.follow(run.team)
         self._set = frozenset(self.operator.inputs)
 
@@ -326,10 +326,10 @@ class World:
         )
         reported = {k: result for k, result in reported.items() if k not in again}
         stages = {k: stage for k, stage in self._changes(run, i) if k not in again}
-        if self._truth is not None:
+        if self.truth is not None:
             stages = {k: stage for k, stage in stages.items() if resolved(team, k, stage)} | {
                 number(run.team, run.state, obstacle): stage
-                for obstacle, stage in self._truth.parts(team.members[i].robot)
+                for obstacle, stage in self.truth.parts(team.members[i].robot)
             }
         else:
             stages |= self._unnoticed(run, i)
@@ -355,7 +355,7 @@ class World:
         command, why = event.command or 0, event.reason
         before = run.state
         yield now.Acted(i, kept, tuple(truths.items()), failed, gone, command, why, again)
-        cause = "scenario" if self._truth is not None else "world"
+        cause = "scenario" if self.truth is not None else "world"
         yield from (now.Gone(k, cause) for k in gone)
         yield from vain(run.team, before, run.state, i, failed)
 
@@ -450,18 +450,18 @@ class World:
 
     def place(self, obstacle: model.Obstacle) -> None:
         """Put the empty battery of a robot into a simulated world."""
-        if self._truth is not None:
-            self._truth.place(obstacle)
+        if self.truth is not None:
+            self.truth.place(obstacle)
 
     def follow(self, team: Team) -> None:
         """Let robots of a simulated world follow their current rules."""
-        if self._truth is not None:
-            self._truth.follow(team)
+        if self.truth is not None:
+            self.truth.follow(team)
 
     def coming(self, run: Running) -> float | None:
         """When the scenario changes something next, within its limits."""
         most = self.limit[0] if self.live else run.team.scenario.limits.ticks
-        switches = switching(run.team.scenario.inputs) if self._truth is not None else []
+        switches = switching(run.team.scenario.inputs) if self.truth is not None else []
         listed = [change.at for change in run.team.scenario.changes]
         orders = [each.source.appears or 0 for each in run.team.obstacles if each.ordered]
         times = (*self.commands.times(), *map(float, (*listed, *switches, *orders)))
