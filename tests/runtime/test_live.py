@@ -1,5 +1,5 @@
-"""Live runs of shipped scenarios, with other durations, and in other processes; what fails in them
-is ``cases/failures`` and ``test_worlds.py``."""
+"""Live runs of shipped scenarios, with other durations, and in other processes; searches without a
+verdict. What fails in live runs is ``cases/failures`` and ``test_worlds.py``."""
 
 import json
 import os
@@ -14,10 +14,11 @@ from msgspec.structs import replace
 
 from once import SCENARIOS
 from runtime.facts import case
-from runtime.played import Run, completed, loaded
+from runtime.played import Run, completed, loaded, play
 from runtime.worlds import Faulty
 from safenav import Mission
 from safenav.batch.case import Ledger, differences
+from safenav.plan import search
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.reading.loader import load_scenario
@@ -76,6 +77,12 @@ def test_an_exhausted_search_names_the_robot_out_of_service(
     outcome = run.outcome
     assert (outcome["outcome"], outcome["cause"]) == ("operator_needed", "out_of_service")
     assert outcome["explanation"].startswith("a (its steps fail) out of service; search budget")
+
+
+def test_a_proof_that_exceeds_its_budget_is_not_a_verdict(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(search, "PROOF", 1)
+    monkeypatch.setattr(search, "SINGLES", 1)
+    assert play(case("objectives/once_with_a_trapped_helper")).outcome["outcome"] == "search_limit"
 
 
 def test_a_simulated_run_does_not_depend_on_the_hashes_of_a_process(tmp_path: Path) -> None:
