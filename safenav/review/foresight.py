@@ -92,7 +92,7 @@ def _unserved(scenario: Scenario) -> tuple[str, ...]:
     around = hopeful(team, state)
     with suppress(BudgetError):
         if not Solver(around.floor).feasible(around):
-            return (f"{_NEEDED}: {infeasible(team, state, around, refute(around)).why}",)
+            return (f"{_NEEDED}: {infeasible(team, state, around, refute(around)).explanation}",)
     return ()
 
 

@@ -27,18 +27,7 @@ from safenav.runtime.control.roles import Role, Roles
 from safenav.runtime.control.strategies import Controller, outdated, pursues, synthesized
 from safenav.scenario.objective import Ltl
 from safenav.scenario.settings import Clock
-from safenav.solve.solve import (
-    BudgetError,
-    Closure,
-    Refutation,
-    Settlement,
-    Solver,
-    around,
-    closure_of,
-    refute,
-    settle,
-    stated,
-)
+from safenav.solve import solve
 from safenav.team import state as now
 from safenav.team.apply import apply, charged, done, initial, stands
 from safenav.team.failures import FAILURE
@@ -67,7 +56,7 @@ class Control(Struct, frozen=True):
     for which it has no strategy, by these ``failed`` syntheses."""
 
     question: Hashable | None = None
-    found: Settlement = Settlement()
+    found: solve.Settlement = solve.Settlement()
     roles: tuple[Role, ...] = ()
     controllers: tuple[Controller | None, ...] = ()
     proofs: dict[int, Proof] = field(default_factory=dict)
@@ -107,7 +96,7 @@ def coordinate(
             control = _settled(team, state, before, given, answers, coming)
         except Pending as wait:
             return replace(control, pending=wait.robots, asked=question), []
-        except BudgetError:
+        except solve.BudgetError:
             return replace(
                 before, question=question, end=End("search_limit", "search budget exhausted")
             ), decided
@@ -160,7 +149,7 @@ def first_controllers(
     plain, here = without_memory(team, state)
     floor = floor_now(plain, here)
     stages, poses = stages_of(floor, here), tuple(r.next for r in here.robots)
-    found = settle(Solver(floor), poses, stages, frozenset(), {}, frozenset())
+    found = solve.settle(solve.Solver(floor), poses, stages, frozenset(), {}, frozenset())
     roles = [Role(member.objective) for member in team.members]
     if found.proof is None:
         roles = [*Roles(plain, here, floor, stages, found).all()]
@@ -203,10 +192,10 @@ def _give_up(team: Team, state: State, decide: Decide) -> dict[int, Proof]:
     found: dict[int, Proof] = {}
     while True:
         sets = hopeful(team, state, given_up=False)
-        floor, closure = sets.floor, closure_of(sets)
+        floor, closure = sets.floor, solve.closure_of(sets)
         if not closure.stuck:
             return found
-        proof = stated(sets, closure, _names(team, state))
+        proof = solve.stated(sets, closure, _names(team, state))
         for g in closure.stuck:
             found[floor.gates[g]] = proof
             decide(event := now.GaveUp(floor.gates[g]))
@@ -236,20 +225,20 @@ def _settled(
             helping[g] = (*helping.get(g, ()), i)
     aside = frozenset(g for g, k in enumerate(floor.gates) if state.obstacles[k].aside)
     lone = frozenset(range(len(poses))).difference(team.sharing)
-    found = settle(Solver(floor), poses, stages, aside, helping, lone)
+    found = solve.settle(solve.Solver(floor), poses, stages, aside, helping, lone)
     proofs = {**before.proofs, **given}
     never: End | None = None
     if found.proof is not None:
         out = [i for i, robot in enumerate(state.robots) if not robot.active]
         all_, rest = (hopeful(plain, here, given_up=False, serving=n) for n in (False, True))
         if not out:
-            never = infeasible(plain, here, around(floor, poses, stages), found.proof)
-        elif len(out) == len(poses) or any(Solver(n.floor).feasible(n) for n in (all_, rest)):
+            never = infeasible(plain, here, solve.around(floor, poses, stages), found.proof)
+        elif len(out) == len(poses) or any(solve.Solver(n.floor).feasible(n) for n in (all_, rest)):
             never = _without(team, state, out)  # only its absence stops the others
-        elif (lame := _whole_team(refute(all_), out)) is not None:
+        elif (lame := _whole_team(solve.refute(all_), out)) is not None:
             never = infeasible(plain, here, all_, lame)
         else:
-            never = infeasible(plain, here, rest, refute(rest))
+            never = infeasible(plain, here, rest, solve.refute(rest))
     roles = before.roles or tuple(Role(member.objective) for member in team.members)
     if never is None:
         roles = Roles(plain, here, floor, stages, found).all()
@@ -290,14 +279,14 @@ def _settled(
             if proven is not None:
                 dead = _deadlock(team, state, proven)
                 links = (*end.links, *dead.links)
-                end = replace(dead, why="; ".join(links), links=links)
+                end = replace(dead, explanation="; ".join(links), links=links)
     return Control(None, found, roles, tuple(controllers), proofs, tuple(new), end)
 
 
-def _whole_team(found: Refutation, out: Collection[int]) -> Closure | None:
+def _whole_team(found: solve.Refutation, out: Collection[int]) -> solve.Closure | None:
     """The closure of the whole team, if a robot in service cannot continue with all of them;
     those that are ``out`` need not."""
-    if not isinstance(found, Closure):
+    if not isinstance(found, solve.Closure):
         return None
     live = tuple(live or i in out for i, live in enumerate(found.live))
     return None if all(live) else replace(found, live=live)

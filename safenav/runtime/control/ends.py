@@ -52,17 +52,13 @@ class End(Struct, frozen=True):
     and charges that do not suffice, each with the least value that does (None: none does)."""
 
     outcome: str
-    why: str
+    explanation: str
     cause: str | None = None
     proof: Proof | None = None
     unrealizable: tuple[tuple[str, str], ...] = ()
     links: tuple[str, ...] = ()
     stuck: tuple[str, ...] = ()
     refused: Mapping[str, int | None] | None = None
-
-    @property
-    def explanation(self) -> str:
-        return self.why
 
 
 def hopeful(team: Team, state: State, *, given_up: bool = True, serving: bool = False) -> Sets:
@@ -373,7 +369,7 @@ class Stopped(BaseException):
 
     def __init__(self, end: End) -> None:
         self.end = end
-        super().__init__(end.why)
+        super().__init__(end.explanation)
 
 
 class Stop:

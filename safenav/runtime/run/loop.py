@@ -24,17 +24,9 @@ from safenav.runtime.control.answers import Answers
 from safenav.runtime.control.coordinate import Control, coordinate, is_complete
 from safenav.runtime.control.ends import End, completed, what_is_left
 from safenav.runtime.control.strategies import looked
+from safenav.runtime.run import decide
 from safenav.runtime.run.checkpoint import Kept, Resumption
 from safenav.runtime.run.deadlines import refusal_of
-from safenav.runtime.run.decide import (
-    Proposal,
-    broken,
-    closing,
-    continues,
-    node_while_staying,
-    others,
-    propose,
-)
 from safenav.runtime.run.record import Recorder
 from safenav.runtime.run.world import World
 from safenav.scenario.model import Obstacle
@@ -163,26 +155,27 @@ class Run:
         if not self.state.robots[i].idle:
             return
         if self.acts_at(i) or not self.moves(i):
-            self.take(i, Proposal(self.state.robots[i].pose, "stay"))
+            self.take(i, decide.Proposal(self.state.robots[i].pose, "stay"))
         else:
-            step = propose(self.team, self.state, self.control, i)  # NP
-            if step.by == "stay" and (rules := broken(self.team, self.state, self.control, i)):
+            step = decide.propose(self.team, self.state, self.control, i)  # NP
+            stays = step.by == "stay"
+            if stays and (rules := decide.broken(self.team, self.state, self.control, i)):
                 self.happens(now.Astray(i, rules))
                 self.settle()
-                step = propose(self.team, self.state, self.control, i)
+                step = decide.propose(self.team, self.state, self.control, i)
             obstacle = self.characterize(i, step)  # EC
             here = self.state.robots[i].pose
             if obstacle is not None and self.state.obstacles[obstacle].state is now.Is.SEALED:
-                step = Proposal(here, "stay")  # while the team waits: there is nothing to request
+                step = decide.Proposal(here, "stay")  # the team waits: there is nothing to request
             elif obstacle is not None:
                 inside = self.team.obstacles[obstacle].region == here % self.team.size
                 self.happens(now.Met(i, obstacle, here if inside else step.pose))  # 7
                 step = self.back_up(i, step)  # 8
             self.take(i, step)
 
-    def characterize(self, i: int, step: Proposal) -> int | None:
+    def characterize(self, i: int, step: decide.Proposal) -> int | None:
         """The obstacle that a robot would enter by a move: knowledge first, then the sensor."""
-        known = closing(self.team, self.state, i, step.pose)
+        known = decide.closing(self.team, self.state, i, step.pose)
         region = step.pose % self.team.size
         if known is not None or region == self.state.robots[i].pose % self.team.size:
             return known
@@ -191,22 +184,22 @@ class Run:
             return None
         for event in noticed(self.team, self.state, obstacle):
             self.happens(event)
-        return closing(self.team, self.state, i, step.pose)
+        return decide.closing(self.team, self.state, i, step.pose)
 
-    def back_up(self, i: int, refused: Proposal) -> Proposal:
+    def back_up(self, i: int, refused: decide.Proposal) -> decide.Proposal:
         """Another successor of the strategy's node that is safe; else the stay, which keeps the
         node."""
         if self.world.moving:
-            for step in others(self.team, self.state, self.control, i, refused):
+            for step in decide.others(self.team, self.state, self.control, i, refused):
                 if self.characterize(i, step) is None:
                     return step
-        return Proposal(self.state.robots[i].pose, "backtrack")
+        return decide.Proposal(self.state.robots[i].pose, "backtrack")
 
-    def take(self, i: int, step: Proposal) -> None:
+    def take(self, i: int, step: decide.Proposal) -> None:
         if step.pose == self.state.robots[i].pose:
             node = step.node
             if node is None:
-                node = node_while_staying(self.team, self.state, self.control, i)
+                node = decide.node_while_staying(self.team, self.state, self.control, i)
             self.happens(now.Stayed(i, step.by, node, step.values, self.world.ticks))
         else:
             for event in self.world.start(self, i, step):
@@ -222,13 +215,14 @@ class Run:
 
     def moves(self, i: int) -> bool:
         """Whether a robot may move: while the team waits only some do."""
-        ended = self.control.end is not None
-        return not ended or (self.waits() and continues(self.team, self.state, self.control, i))
+        if self.control.end is None:
+            return True
+        return self.waits() and decide.continues(self.team, self.state, self.control, i)
 
     def acts_at(self, i: int) -> bool:
         """Whether a robot acts where it stands: not beside an operator for whom the team waits."""
         operator = self.waits() and self.until() is None
-        may = not operator or continues(self.team, self.state, self.control, i)
+        may = not operator or decide.continues(self.team, self.state, self.control, i)
         return may and self.world.reaches(self, i)
 
     def count(self, before: now.State, event: now.Event) -> None:

@@ -21,17 +21,9 @@ from safenav.runtime.run.deadlines import Ledger
 from safenav.runtime.run.lines import CommandLines, Emit, PlanLines, TickLines, synthesis_line
 from safenav.scenario.objective import Objective
 from safenav.solve.reasons import shortfall_words
+from safenav.team import floor as floors
 from safenav.team import state as now
 from safenav.team.apply import apply, goals, rounds
-from safenav.team.floor import (
-    acting_floor,
-    barred,
-    floor_now,
-    floor_of,
-    inside,
-    put,
-    stages_of,
-)
 from safenav.team.state import State
 from safenav.team.team import Team
 from safenav.trace import records
@@ -253,7 +245,7 @@ class Recorder:
         for k, truth in event.truths if self.live else ():
             results[self._name(k)] = ActResult.UNTRAVERSABLE if truth is False else ActResult.DONE
         results |= {self._name(k): ActResult.NOTHING for k in event.gone}
-        late = barred(self.team, after) - barred(self.team, before)
+        late = floors.barred(self.team, after) - floors.barred(self.team, before)
         left = tuple(self._name(k) for i, k in sorted(late)) or None
         who = self.tick, event.command if self.live else 0, self._robot(event.robot)
         self.emit(records.ActionEnd(*who, results, left, event.why or None))
@@ -310,10 +302,10 @@ class Recorder:
         need, first, size = obstacle.needs[number], number == stage.need, self.team.size
         group = [*sorted({i, *(stage.done if first else ())})]
         if need.together:
-            known = acting_floor(self.team, state)
+            known = floors.acting_floor(self.team, state)
             floor = known if k in known.gates else replace(known, gates=(*known.gates, k))
-            g, stages = floor.gates.index(k), stages_of(floor, state)
-            at = stages if first else put(stages, g, now.Stage(number))
+            g, stages = floor.gates.index(k), floors.stages_of(floor, state)
+            at = stages if first else floors.put(stages, g, now.Stage(number))
             able = floor.able(g, at)
             group = [j for j in able if need.regions >> state.robots[j].pose % size & 1]
         return tuple(map(self._robot, group)) if len(group) > 1 else None
@@ -389,11 +381,11 @@ class Recorder:
         control: Control,
         because: str | None = None,
     ) -> records.Request:
-        floor = floor_now(self.team, state)
-        stages, g = stages_of(floor, state), floor.gates.index(k)
+        floor = floors.floor_now(self.team, state)
+        stages, g = floors.stages_of(floor, state), floor.gates.index(k)
         need, number, bids = floor.need(g, stages), stages[g].need, {}
-        within, closed = inside(self.team, state), barred(self.team, state)
-        free = floor_of(self.team, floor.gates, state.sealed, within, barred=closed)
+        within, closed = floors.inside(self.team, state), floors.barred(self.team, state)
+        free = floors.floor_of(self.team, floor.gates, state.sealed, within, barred=closed)
         for i in free.skilled(g, stages):
             graph, allowed = free.graphs[i], free.allowed(i, stages)
             if not state.robots[i].active:
@@ -471,7 +463,7 @@ class Recorder:
         if self.waited != (until,):
             self.waited = (until,)
             cause = None if end.cause is None else OperatorCause(end.cause)
-            about = AvertedEnd(end.outcome), end.why, cause, end.proof, until
+            about = AvertedEnd(end.outcome), end.explanation, cause, end.proof, until
             self.emit(records.Waiting(self.tick, *about))
 
     def ends(self, state: State, end: End, answers: Answers, seconds: float) -> records.End:
@@ -483,7 +475,7 @@ class Recorder:
         ended = records.End(
             self.tick,
             Outcome(end.outcome),
-            end.why,
+            end.explanation,
             {member.name: rounds(member.objective, robot.recorded) for member, robot in pairs},
             self.tick if self.live else self.moved,
             round(seconds, 6),

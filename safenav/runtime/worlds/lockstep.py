@@ -7,14 +7,6 @@ from typing import Any, TypeVar
 
 from safenav.errors import ExitCode, SafenavError
 from safenav.runtime.worlds import protocol
-from safenav.runtime.worlds.protocol import (
-    BlockingWorld,
-    Change,
-    ChangingWorld,
-    InputWorld,
-    checked_obstacle,
-    fitted,
-)
 from safenav.runtime.worlds.simulation import SimulatedWorld
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.vocabulary import ActResult
@@ -40,7 +32,7 @@ def asked(call: str, ask: Callable[[], T]) -> T:
         raise WorldError(f"World.{call} failed: {type(error).__name__}: {error}") from error
 
 
-def inputs_of(world: InputWorld | None, tick: int) -> dict[str, bool]:
+def inputs_of(world: protocol.InputWorld | None, tick: int) -> dict[str, bool]:
     """The inputs that a world sets in a tick. Raises WorldError, also for a value such as "off"."""
 
     def read() -> dict[str, bool]:
@@ -61,10 +53,10 @@ class Lockstep:
     live = simulated = pauses = idle = False
     zero = 0.0
 
-    def __init__(self, world: BlockingWorld, scenario: Scenario) -> None:
+    def __init__(self, world: protocol.BlockingWorld, scenario: Scenario) -> None:
         self._world, self._scenario, self._tick = world, scenario, 0
         self._simulated = world if isinstance(world, SimulatedWorld) else None
-        self._changing = world if protocol.implements(world, ChangingWorld) else None
+        self._changing = world if protocol.implements(world, protocol.ChangingWorld) else None
         self._ended: dict[str, protocol.Ended] = {}
         self.dropped: list[tuple[protocol.WorldEvent, str]] = []
         self.sensed: list[protocol.Sensed] = []
@@ -129,7 +121,7 @@ class Lockstep:
         self._simulated.cleared = {obstacle.name for obstacle in cleared}
         return bool(self._simulated.within_reach(robot))
 
-    def changes(self, occupied: Collection[Region]) -> list[Change]:
+    def changes(self, occupied: Collection[Region]) -> list[protocol.Change]:
         """The obstacles that appeared or disappeared; none in a world without changes."""
         world, tick = self._changing, self._tick
         if world is None:
@@ -137,7 +129,7 @@ class Lockstep:
         call = f"changes({tick})"
         changes = []
         for each in asked(call, lambda: list(world.changes(tick, occupied))):
-            change = _part(call, each, Change)
+            change = _part(call, each, protocol.Change)
             obstacle = checked(call, change.obstacle, self._scenario.map)
             if change.appeared and obstacle.region in occupied and not obstacle.ordered:
                 raise wrong(call, f"{obstacle.name} appears where a robot is")
@@ -177,7 +169,7 @@ class Lockstep:
 
 
 def sensed(
-    world: BlockingWorld | protocol.World, robot: Robot, region: Region, floor: RegionMap
+    world: protocol.BlockingWorld | protocol.World, robot: Robot, region: Region, floor: RegionMap
 ) -> Obstacle | None:
     """The obstacle in ``region``, according to a world's sensors. Raises WorldError."""
     call = f"sense({robot.name!r}, {region})"
@@ -192,7 +184,7 @@ def checked(call: str, found: Any, world: RegionMap) -> Obstacle:
     if not isinstance(found, Obstacle):
         raise wrong(call, f"{found!r} is not an Obstacle")
     try:
-        obstacle = checked_obstacle(found)
+        obstacle = protocol.checked_obstacle(found)
     except ValueError as error:
         raise wrong(call, str(error)) from error
     if not world.is_free(obstacle.region):
@@ -203,7 +195,7 @@ def checked(call: str, found: Any, world: RegionMap) -> Obstacle:
 def _part(call: str, found: Any, kind: Any) -> Any:
     """Return what a call returned as a value of a type. Raises WorldError if it is none."""
     try:
-        return fitted(found, kind)
+        return protocol.fitted(found, kind)
     except ValueError as error:
         raise wrong(call, f"it returned {found!r}, which {error}") from error
 
