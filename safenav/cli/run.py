@@ -278,6 +278,8 @@ def drive(
     if motion is not None and rehearse:
         hint = "use safenav export TRACE --motion FILE"
         raise UsageError(f"--motion: no robot moves in a rehearsal\n    {hint}")
+    if motion is not None and begun is not None:
+        raise UsageError(f"--motion: {begun} has no motion before its checkpoint: leave it out")
     stations = load_fleet(fleet, plan)
     side = side_of(plan.map)
     tolerances = {name: station.off(side) for name, station in stations.stations.items()}

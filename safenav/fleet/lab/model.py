@@ -22,7 +22,7 @@ EVERY, FIRST, MOST = 1, 4, 28
 bit."""
 BELOW = -10.0
 """Height in metres of obstacles that are absent: below the floor."""
-STEP = 0.005
+STEP = 0.01
 """Seconds of a step of the simulation."""
 LEAF_THICKNESS = 0.05
 """Thickness in metres of a door leaf, on regions of one metre or more."""
