@@ -271,7 +271,7 @@ def test_a_drive_is_resumed_with_each_robot_where_its_step_began(tmp_path: Path)
     assert safenav(*drive, "--trace", first, "--time-limit", "22").returncode == 3
     again = safenav(*drive, "--resume", first, "--trace", first)
     assert again.returncode == 2 and "would overwrite" in again.stderr
-    refused = safenav(*drive, "--resume", first, "--trace", rest, "--motion", rest)
+    refused = safenav(*drive, "--resume", first, "--trace", rest, "--motion", tmp_path / "m.jsonl")
     assert refused.returncode == 2 and "has no motion before its checkpoint" in refused.stderr
     assert safenav(*drive, "--resume", first, "--trace", rest).returncode == 0
     lines = lines_of(rest)
