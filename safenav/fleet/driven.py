@@ -29,9 +29,17 @@ from safenav.motion.file import (
     Moving,
     Piece,
 )
-from safenav.motion.making import described, floor_of, header_of, movers_of
+from safenav.motion.making import (
+    described,
+    end_of,
+    floor_of,
+    header_of,
+    movers_of,
+    reservations,
+    time_of,
+    when,
+)
 from safenav.motion.mover import Mover
-from safenav.motion.schedule import end_of, reservations, time_of, when
 from safenav.motion.timing import TimedAction, actions_of, by_command
 from safenav.trace import records
 from safenav.trace.reading import Trace

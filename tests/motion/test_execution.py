@@ -63,16 +63,34 @@ def test_a_drive_is_accepted_and_its_errors_are_reported(drive: Drive) -> None:
     assert {(Segment, "digit"), (Flight, "quad"), (GoalLine, "spot"), (Measured, "spot")} <= kinds
 
 
-def test_a_robot_that_lags_is_found(drive: Drive) -> None:
-    """By 0.8 s: a metre per second makes 0.5 m and more of it."""
-    rows = [r for line in drive.motion.lines if isinstance(line, Measured) for r in line.rows]
-    assert rows
-    late = measured(drive.motion, "quad", lambda row: replace(row, t=row.t + 0.8))
-    found = [finding for finding in drive.judged(late) if finding.rule == "tracking"]
-    assert len(found) == 1 and "0.2 m are tolerated" in found[0].found
-    assert "tracking" not in rules(
-        drive, measured(drive.motion, "quad", lambda row: replace(row, t=row.t + 0.02))
-    )
+def moved(**more: float) -> Change:
+    return lambda row: replace(row, **{key: getattr(row, key) + by for key, by in more.items()})
+
+
+def between(begin: float, end: float, change: Change) -> Change:
+    return lambda row: change(row) if begin < row.t < end else row
+
+
+ERRORS: dict[str, tuple[str, Change, set[str]]] = {
+    "late by 0.8 s, of which a metre per second makes 0.5 m": ("quad", moved(t=0.8), {"tracking"}),
+    "late by 20 ms": ("quad", moved(t=0.02), set()),
+    "a corner cut": ("jackal", between(9.0, 9.2, moved(y=-1.0)), {"measured room", "tracking"}),
+    "a fast clock": ("digit", lambda row: replace(row, stamp=row.stamp * 1.05), {"measured clock"}),
+    "a slow clock": ("digit", lambda row: replace(row, stamp=row.stamp / 1.05), {"measured clock"}),
+    "another clock": ("digit", moved(stamp=1e6), set()),
+    "no measurement for 1.2 s": ("quad", between(1.0, 2.2, lambda _: None), {"measured rate"}),
+    "no measurement at the end": ("spot", between(3.0, 1e9, lambda _: None), {"measured rate"}),
+    "no measurement at all": ("digit", lambda _: None, {"measured rate"}),
+}
+
+
+@pytest.mark.parametrize("error", ERRORS)
+def test_an_error_of_the_execution_is_found(drive: Drive, error: str) -> None:
+    robot, change, wanted = ERRORS[error]
+    found = drive.judged(measured(drive.motion, robot, change))
+    rules = {finding.rule for finding in found}
+    assert wanted <= rules and (wanted or not rules)
+    assert {type(finding.t) for finding in found} <= {float}  # as JSON needs it
 
 
 @pytest.mark.parametrize(
@@ -123,18 +141,6 @@ def test_an_acting_robot_is_compared_with_no_plan(drive: Drive, acts: bool) -> N
     assert (off["jackal"] < 0.1) is acts
 
 
-def test_a_robot_that_cuts_a_corner_into_a_neighbours_region_is_found(drive: Drive) -> None:
-    """For three measurements, farther than its body may reach."""
-    middle = drive.motion.outcome.makespan / 2
-    at = [r for r in _rows(drive.motion, "jackal") if r.t > middle][:3]
-
-    def cut(row: Measurement) -> Measurement:
-        return replace(row, y=row.y - 1.0) if row in at else row
-
-    changed = measured(drive.motion, "jackal", cut)
-    assert {"measured room", "tracking"} <= rules(drive, changed)
-
-
 def test_bodies_that_touch_are_found_although_their_plans_keep_apart(drive: Drive) -> None:
     spot = {round(row.t, 2): row for row in _rows(drive.motion, "spot")}
 
@@ -143,28 +149,6 @@ def test_bodies_that_touch_are_found_although_their_plans_keep_apart(drive: Driv
         return replace(row, x=other.x + 0.3, y=other.y)
 
     assert "measured distance" in rules(drive, measured(drive.motion, "jackal", beside))
-
-
-@pytest.mark.parametrize("share", [0.05, -0.05])
-def test_a_clock_that_drifts_is_found(drive: Drive, share: float) -> None:
-    drifts = measured(
-        drive.motion, "digit", lambda row: replace(row, stamp=row.stamp * (1 + share))
-    )
-    assert rules(drive, drifts) == {"measured clock"}
-    assert {type(finding.t) for finding in drive.judged(drifts)} == {float}  # as JSON needs it
-    shifted = measured(drive.motion, "digit", lambda row: replace(row, stamp=row.stamp + 1e6))
-    assert rules(drive, shifted) == set()
-
-
-def test_missing_measurements_are_found(drive: Drive) -> None:
-    gap = measured(drive.motion, "quad", lambda row: None if 1.0 < row.t < 2.2 else row)
-    assert rules(drive, gap) == {"measured rate"}
-    end = drive.motion.outcome.makespan
-    for robot in ("digit", "spot"):
-        early = measured(drive.motion, robot, lambda row: row if row.t < end - 2.5 else None)
-        assert "measured rate" in rules(drive, early)
-        none = measured(drive.motion, robot, lambda row: row if row.t < 0 else None)
-        assert "measured rate" in rules(drive, none)
 
 
 def test_a_goal_that_is_missed_or_was_never_sent_is_found(drive: Drive) -> None:
