@@ -91,17 +91,17 @@ class Guarantees:
         if not all(rule.holds(one, other) for rule in self._plain):
             return False
         return not (self._rest and self.memories) or any(
-            all(rule.holds(one | old, other | new) for rule in self._rest)
+            self.allows_with(before, old, after, new)
             for old, new in product(self.memories, repeat=2)
         )
 
     def meets(self, goal: int, before: Pose, after: Pose) -> bool:
         """Return whether a goal is met on a step, or by staying, with some memory."""
-        one, other, rule = values_of(before), values_of(after), self._liveness[goal]
-        if not self._speaks_of_memory(rule):
-            return rule.holds(one, other)
+        if not self._speaks_of_memory(self._liveness[goal]):
+            return self.meets_with(goal, before, {}, after, {})
         return not self.memories or any(
-            rule.holds(one | old, other | new) for old, new in product(self.memories, repeat=2)
+            self.meets_with(goal, before, old, after, new)
+            for old, new in product(self.memories, repeat=2)
         )
 
     def begins(self, memory: Values, pose: Pose) -> bool:

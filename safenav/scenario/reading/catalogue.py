@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
+from typing import TypeVar
 
 from msgspec.structs import replace
 
@@ -29,6 +30,8 @@ from safenav.scenario.yaml.findings import Findings, parsed, read_source, sugges
 from safenav.scenario.yaml.typed import Key, Raw, read
 from safenav.world.map import Region
 from safenav.world.poses import Mobility
+
+T = TypeVar("T")
 
 BUILT_IN = "built in"
 LIBRARY = Path(__file__).parents[1] / "built_in"
@@ -83,23 +86,20 @@ def resolve_catalogue(item: language.CatalogueKeys | None, reading: Reading, sou
 
 def model_named(word: Scalar | None, what: str, reading: Reading) -> RobotModel | None:
     """Return a robot model of the catalogue; report an unknown one."""
-    known = reading.catalogue.robots
-    _check_known(word, f"{what}: unknown robot model", known, reading)
-    return known.get(word.text) if word is not None else None
+    return _named(word, f"{what}: unknown robot model", reading.catalogue.robots, reading)
 
 
 def type_named(word: Scalar | None, what: str, reading: Reading) -> ObstacleType | None:
     """Return an obstacle type of the catalogue; report an unknown one."""
-    known = reading.catalogue.obstacles
-    _check_known(word, f"{what}: unknown obstacle type", known, reading)
-    return known.get(word.text) if word is not None else None
+    return _named(word, f"{what}: unknown obstacle type", reading.catalogue.obstacles, reading)
 
 
-def _check_known(
-    word: Scalar | None, found: str, known: Mapping[str, object], reading: Reading
-) -> None:
-    if word is not None and word.text not in known and not reading.catalogue.may_hold(word.text):
+def _named(word: Scalar | None, found: str, known: Mapping[str, T], reading: Reading) -> T | None:
+    if word is None:
+        return None
+    if word.text not in known and not reading.catalogue.may_hold(word.text):
         reading.unknown(word, found, word.text, known, LISTED)
+    return known.get(word.text)
 
 
 def vision_of(value: float | str | None) -> float | None:

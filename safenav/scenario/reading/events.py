@@ -85,12 +85,12 @@ def resolve_orders(items: Sequence[language.OrderKeys], reading: Reading) -> tup
 
 def _truth(item: language.ObstacleKeys, kind: ObstacleType | None, reading: Reading) -> bool | None:
     """Return the truth of an obstacle: traversable by default; None for a type without a truth."""
-    stray = item.at("traversable")
-    if kind is None or kind.has_truth or stray is None:
-        return item.traversable is not False if kind is not None and kind.has_truth else None
-    having = [o.name for o in reading.catalogue.obstacles.values() if o.has_truth]
-    hint = f"types that reveal a truth: {', '.join(having)}" if having else ""
-    reading.add(stray, f"a {kind.name} has no 'traversable' to reveal", hint)
+    if kind is not None and kind.has_truth:
+        return item.traversable is not False
+    if kind is not None and item.at("traversable") is not None:
+        having = [o.name for o in reading.catalogue.obstacles.values() if o.has_truth]
+        hint = f"types that reveal a truth: {', '.join(having)}" if having else ""
+        reading.add(item.at("traversable"), f"a {kind.name} has no 'traversable' to reveal", hint)
     return None
 
 

@@ -288,12 +288,18 @@ def check_deadlines(scenario: Scenario, item: Mapping | None, findings: Findings
 
 def unsafe_live(scenario: Scenario) -> str | None:
     """Return why a scenario cannot run live: a deadline in ticks; None if it can."""
-    if scenario.sets_deadlines:
-        return (
-            "a live run cannot keep deadlines in ticks: a tick has no length there; use "
-            f"'clock: lockstep', or {in_seconds(scenario)}"
-        )
-    return None
+    if not scenario.sets_deadlines:
+        return None
+    due = [o.name for o in scenario.obstacles if scenario.limit_of(o) is not None]
+    name = due[0] if due else "door@47"
+    requirement = f"always(requested_{name} -> eventually[0,60] resolved_{name})"
+    instead = f"require seconds of the motion: 'requirements: [\"{requirement}\"]'"
+    if not due and scenario.until.by is not None:
+        instead = "end the run by 'limits: {seconds: 60}'"
+    return (
+        "a live run cannot keep deadlines in ticks: a tick has no length there; use "
+        f"'clock: lockstep', or {instead}"
+    )
 
 
 def unsafe_lockstep(scenario: Scenario) -> str | None:
@@ -306,13 +312,3 @@ def unsafe_lockstep(scenario: Scenario) -> str | None:
                 "'clock: live', or a whole number per tick"
             )
     return None
-
-
-def in_seconds(scenario: Scenario) -> str:
-    """Suggest a deadline in seconds: ``require seconds of the motion: ...``, or a limit."""
-    due = [o.name for o in scenario.obstacles if scenario.limit_of(o) is not None]
-    if not due and scenario.until.by is not None:
-        return "end the run by 'limits: {seconds: 60}'"
-    name = due[0] if due else "door@47"
-    requirement = f"always(requested_{name} -> eventually[0,60] resolved_{name})"
-    return f"require seconds of the motion: 'requirements: [\"{requirement}\"]'"
