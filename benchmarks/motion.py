@@ -111,26 +111,29 @@ def long_trace(ticks: int) -> bytes:
     scenario = header["scenario"]
     known = {"digit": "digit", "quad": "hawk", "rover": "sweeper"}
     rows, cols = 20, 20
-    inside = "#" + "." * (cols - 2) + "#"
-    scenario["map"] = {"rows": rows, "cols": cols, "grid": ["#" * cols, *[inside] * 18, "#" * cols]}
+    edge = {0, rows - 1}, {0, cols - 1}
+    walls = [r for r in range(rows * cols) if r // cols in edge[0] or r % cols in edge[1]]
+    scenario["map"] |= {"rows": rows, "cols": cols, "walls": walls}
     scenario["obstacles"] = []
-    robots, rings = {}, {}
+    team = {robot["name"]: robot for robot in scenario["robots"]}
+    faces, rings = set[str](), {}
     for number, kind in enumerate(kinds):
         name = f"{kind}{number}"
         top, left = 1 + number % 2 * 9, 1 + number // 2 * 6
         ring = ring_of(top, left, 8, 5, cols)
-        told_of = dict(scenario["robots"][known[kind]])
-        heading = "east" if told_of["heading"] else None
-        told_of |= {"start": ring[0], "heading": heading, "objective": {"hold": ring[0]}}
-        told_of |= {"conflicts": [], "tracks": []}
-        robots[name], rings[name] = told_of, ring
-    scenario["robots"] = robots
+        mine = team[known[kind]]
+        faces |= {name} if "heading" in mine["start"] else set()
+        start = {"region": ring[0]} | ({"heading": 1} if name in faces else {})
+        about = {"name": name, "start": start, "objective": {"hold": ring[0]}, "avoids": []}
+        scenario["robots"] += [mine | about | {"tracks": []}]
+        rings[name] = ring
+    scenario["robots"] = scenario["robots"][len(team) :]
     lines = [header]
     for tick in range(1, ticks + 1):
         for name, ring in rings.items():
             here, there = ring[(tick - 1) % len(ring)], ring[tick % len(ring)]
             heading = {1: "east", -1: "west", cols: "south", -cols: "north"}[there - here]
-            facing = heading if robots[name]["heading"] else None
+            facing = heading if name in faces else None
             move = {"type": "move", "tick": tick, "robot": name, "from": here, "to": there}
             lines.append({**move, "heading": facing})
     return "".join(json.dumps(line) + "\n" for line in lines).encode()

@@ -2,7 +2,6 @@
 from safenav.checked_trace import check_trace as check_trace
 from safenav.run.reading import read_run as read_run
 from safenav.runtime.run.checkpoint import resumption as resumption
-from safenav.runtime.run.checkpoint import scenario_of as scenario_of
 from safenav.runtime.run.mission import Mission as Mission
 from safenav.runtime.run.mission import RunResult as RunResult
 from safenav.runtime.worlds.protocol import Acted as Acted

@@ -17,10 +17,11 @@ MOST_REGIONS = 2**18
 NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.@#-]{0,199}")
 """Names of robots, obstacles, regions and variables, references to them, and checksums."""
 ROBOT = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,99}")
-OBSTACLE = re.compile(r"[A-Za-z_][A-Za-z0-9_-]{0,99}@[A-Za-z0-9_-]{1,99}(#\d{1,9})?")
+TYPE = re.compile(r"[A-Za-z_][A-Za-z0-9_-]{0,99}")
+"""Names of types of obstacles."""
 _TEXTS = {
     *("allows", "always", "assumptions", "because", "event", "explanation", "grid", "init"),
-    *("liveness", "name", "reason", "requirements", "safenav", "safety"),
+    *("liveness", "name", "notes", "reason", "requirements", "safenav", "safety", "source"),
 }
 """Keys of texts: for people, formulas, and the map."""
 
@@ -48,7 +49,7 @@ def flaws(line: Any, kind: str) -> Iterator[str]:
     if kind == "header":
         yield from _flaws_of_scenario(line.get("scenario"))
     elif kind == "discovered" and isinstance(line.get("obstacle"), dict):
-        yield from _flaw_of_name(OBSTACLE, line["obstacle"].get("name"), "an obstacle")
+        yield from _flaw_of_type(line["obstacle"])
 
 
 def note_flaw(line: dict[str, Any], kind: str, *, fact: bool) -> str:
@@ -67,27 +68,35 @@ def _flaws_of_scenario(scenario: Any) -> Iterator[str]:
     if not isinstance(scenario, dict):
         return
     robots, obstacles = scenario.get("robots"), scenario.get("obstacles")
-    if isinstance(robots, dict):
-        if len(robots) > MOST_ROBOTS:
-            yield f"{len(robots)} robots; at most {MOST_ROBOTS} can be read"
-        for name in robots:
-            yield from _flaw_of_name(ROBOT, name, "a robot")
+    if isinstance(robots, list) and len(robots) > MOST_ROBOTS:
+        yield f"{len(robots)} robots; at most {MOST_ROBOTS} can be read"
+    for robot in robots if isinstance(robots, list) else ():
+        if isinstance(robot, dict):
+            yield from _flaw_of_name(ROBOT, robot.get("name"), "a robot")
     for obstacle in obstacles if isinstance(obstacles, list) else ():
         if isinstance(obstacle, dict):
-            yield from _flaw_of_name(OBSTACLE, obstacle.get("name"), "an obstacle")
+            yield from _flaw_of_type(obstacle)
     world = scenario.get("map")
     if isinstance(world, dict):
         yield from _flaws_of_map(world)
 
 
 def _flaws_of_map(world: dict[str, Any]) -> Iterator[str]:
-    rows, cols, grid = world.get("rows"), world.get("cols"), world.get("grid")
-    if type(rows) is not int or type(cols) is not int or not isinstance(grid, list):
-        return
-    if rows * cols > MOST_REGIONS:
-        yield f"a map of {rows} x {cols} regions; at most {MOST_REGIONS} can be read"
-    elif len(grid) != rows or any(not isinstance(r, str) or len(r) != cols for r in grid):
-        yield f"the grid of the map must be {rows} rows of {cols} characters"
+    rows, cols = world.get("rows"), world.get("cols")
+    if (
+        type(rows) is int
+        and type(cols) is int
+        and not (
+            0 < rows <= MOST_REGIONS and 0 < cols <= MOST_REGIONS and rows * cols <= MOST_REGIONS
+        )
+    ):
+        yield f"a map of {rows} x {cols} regions; 1 to {MOST_REGIONS} can be read"
+
+
+def _flaw_of_type(obstacle: dict[str, Any]) -> Iterator[str]:
+    kind = obstacle.get("type")
+    if isinstance(kind, dict):
+        yield from _flaw_of_name(TYPE, kind.get("name"), "an obstacle")
 
 
 def _flaw_of_name(form: re.Pattern[str], name: Any, what: str) -> Iterator[str]:

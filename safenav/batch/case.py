@@ -150,7 +150,7 @@ class Ledger(Struct):
     def __call__(self, event: records.Record) -> None:
         match event:
             case records.Header():
-                self.live = event.clock is not None
+                self.live = event.live
             case records.Resolved():
                 self.resolved.append(event.obstacle)
             case records.KnownObstacle():

@@ -2,48 +2,73 @@
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
 import json
 import tempfile
 import zipfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from enum import StrEnum
 from html import escape
 from pathlib import Path
 from typing import Any
 
+from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.errors import InputError, UsageError
-from safenav.judge.bundle.check import SOURCE, UNCOMPARED, Judged, check, open_bundle
+from safenav.judge.bundle.check import SOURCE, UNCOMPARED, check, open_bundle
+from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.yaml.findings import STDIN, referenced_files, root_of
 from safenav.trace.fields import plain
 from safenav.trace.reading import Trace, read_bytes
 from safenav.trace.records import Header
-from safenav.trace.setting import ScenarioHeader, scenario_header
 
 
-def check_bundle(bundle: Path) -> Judged:
+class Acceptance(StrEnum):
+    ACCEPTED = "accepted"
+    REFUSED = "refused"
+    TOO_LARGE = "too large"
+
+
+class BundleVerdict(Struct, frozen=True):
+    """Verdict of the checker: the claims that it has established, the reason if it refuses, and
+    which parts it did not compare.
+
+    A claim has ``id``, ``kind``, ``text`` and ``evidence``: pairs of a file and a line or None."""
+
+    result: Acceptance
+    reason: str
+    claims: tuple[Mapping[str, Any], ...]
+    not_compared: tuple[str, ...] = ()
+
+    @property
+    def accepted(self) -> bool:
+        return self.result is Acceptance.ACCEPTED
+
+
+def check_bundle(bundle: Path) -> BundleVerdict:
     """Check a bundle with the installed checker (not the copy in the bundle), and read its source
     again. Raises UsageError if it is not a bundle."""
     if not (bundle / "manifest.json").is_file() and not zipfile.is_zipfile(bundle):
         what = "a folder with a manifest.json, or a .zip of one"
         raise UsageError(f"{bundle} is not a bundle: {what}")
-    found = check(bundle)
-    files = open_bundle(bundle) if found.accepted else {}
-    kept = {n.partition("/")[2]: f.read_bytes() for n, f in files.items() if n.startswith(SOURCE)}
-    if not kept:
-        return found
+    said, reason, claims, left = check(bundle)
+    verdict = BundleVerdict(Acceptance(said), reason, tuple(claims), tuple(left))
+    files = open_bundle(bundle) if verdict.accepted else {}
+    found = {n.partition("/")[2]: f.read_bytes() for n, f in files.items() if n.startswith(SOURCE)}
+    if not found:
+        return verdict
     first = files["trace.jsonl"].read_bytes().splitlines()[0]
     try:
-        told = difference(kept, read_bytes(first).header)
+        told = difference(found, read_bytes(first).header)
     except InputError as error:  # a field that the checker does not need
-        return Judged("refused", f"trace.jsonl: {error.diagnostics[0].found}")
+        return BundleVerdict(Acceptance.REFUSED, f"trace.jsonl: {error.diagnostics[0].found}", ())
     if told is not None:
-        return Judged("refused", f"the source is of another scenario than the trace: {told}")
-    left = [each for each in found.not_compared if each != UNCOMPARED[SOURCE]]
-    return dataclasses.replace(found, not_compared=left)
+        reason = f"the source is of another scenario than the trace: {told}"
+        return BundleVerdict(Acceptance.REFUSED, reason, ())
+    left = [each for each in verdict.not_compared if each != UNCOMPARED[SOURCE]]
+    return replace(verdict, not_compared=tuple(left))
 
 
 FOLDER = Path("a/b/c/d")
@@ -70,24 +95,20 @@ def _referenced(text: str, folder: Path, taken: list[str]) -> Iterator[tuple[str
 
 def difference(sources: Mapping[str, bytes], header: Header) -> str | None:
     """Return how the scenario of a trace's header differs from its source; None if it does not.
-    What a run adds is not compared: the truths of obstacles, and another seed or clock."""
-    truths = [replace(each, traversable=None) for each in header.scenario.obstacles]
-    traced = replace(header.scenario, world="external", obstacles=tuple(truths))
+    The seed and the clock are those of the run."""
     told = None
     for name, data in sources.items():
         try:
-            read = _read_again(name, data.decode(), sources, header)
+            read = _read_again(name, data.decode(), sources, header.scenario)
         except (InputError, ValueError):
             continue  # a catalogue, or a map
-        told = next(_differences(plain(read), plain(traced)), None)
+        told = next(_differences(plain(read), plain(header.scenario)), None)
         if told is None:
             return None
     return told or "no file in it is a scenario"
 
 
-def _read_again(
-    name: str, text: str, sources: Mapping[str, bytes], header: Header
-) -> ScenarioHeader:
+def _read_again(name: str, text: str, sources: Mapping[str, bytes], traced: Scenario) -> Scenario:
     with tempfile.TemporaryDirectory() as folder:
         here = Path(folder) / FOLDER
         here.mkdir(parents=True)
@@ -98,8 +119,7 @@ def _read_again(
                     path.parent.mkdir(parents=True, exist_ok=True)
                     path.write_bytes(sources[kept])
         scenario = load_scenario_text(text, str(here / name))
-    scenario = replace(scenario, seed=header.scenario.seed)
-    return scenario_header(scenario, None, live=header.clock is not None)
+    return replace(scenario.recorded, seed=traced.seed, clock=traced.clock)
 
 
 def _differences(one: Any, other: Any, where: str = "") -> Iterator[str]:
@@ -134,7 +154,7 @@ _CHECK = (
 _STYLE = Path(__file__).with_name("page.css")
 
 
-def page_of(trace: Trace, verdict: Judged, files: Mapping[str, bytes]) -> str:
+def page_of(trace: Trace, verdict: BundleVerdict, files: Mapping[str, bytes]) -> str:
     """Return the page of a bundle with these files, of its trace and the checker's verdict."""
     name, end = escape(trace.header.scenario.name), trace.outcome
     outcome = "unfinished" if end is None else end.outcome.value

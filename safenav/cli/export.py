@@ -141,7 +141,7 @@ def _computed(run: Trace, side: float | None, *, track: bool) -> Motion:
     """Return the motion of a trace. Raises UsageError if it breaks a rule."""
     from safenav.motion.making import SIDE, motion_of, refuse_broken
 
-    if side is None and run.header.scenario.map.resolution is None:
+    if side is None and run.header.scenario.map.frame is None:
         note = f"no region size given; using {SIDE:g} m (change with --side M)"
         click.echo(f"{run.source}: {note}", err=True)
     refuse_broken(run)

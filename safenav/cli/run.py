@@ -170,15 +170,12 @@ def resume(
     """Continue the run of TRACE from its last checkpoint. Strategies are synthesized again where
     the robots are. The trace of the resumed run begins with the lines
     before that checkpoint, so it is the trace of one run. It has the clock of TRACE."""
-    from safenav.runtime.run.checkpoint import scenario_of
     from safenav.trace.reading import read_trace
 
     before = read_trace(trace)
-    if before.header.scenario.world == "external":
+    if before.header.world == "external":
         raise UsageError(f"{trace}: real robots have run it; safenav drive --resume continues it")
-    plan = scenario_of(before)
-    live = Clock.LIVE if before.header.clock is not None else Clock.LOCKSTEP
-    plan = limited(replace(plan, clock=live), max_ticks, time_limit, seed)
+    plan = limited(before.scenario, max_ticks, time_limit, seed)
     files = Files(trace, own, html, motion, as_json, maps)
     return _simulated(plan, files, operator, _continued(before, plan))
 

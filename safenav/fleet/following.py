@@ -37,7 +37,6 @@ from safenav.motion.making import mover
 from safenav.motion.mover import Crossing, Glider, Mover
 from safenav.motion.walker import WalkerMover, cut_off
 from safenav.scenario.model import Robot
-from safenav.scenario.motion import resolved
 from safenav.world.map import Region
 
 LEAD = 0.1
@@ -290,7 +289,7 @@ def mover_of(robot: Robot, places: Places) -> Mover:
             "square\n    leave out 'follow': then it gets goals"
         )
     model, start = robot.model, robot.start
-    motion = resolved(model.motion, model.size, model.speed, model.layer)
+    motion = model.figures
     if motion is None:
         raise UsageError(
             f"{robot.name} cannot follow references: the model '{model.name}' has no "

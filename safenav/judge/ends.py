@@ -21,7 +21,7 @@ def header(_: Line, s: State) -> Iterator[str]:
         region = robot.pose[0]
         if region not in s.world.free:
             yield f"{name} starts at {s.show(region)}, which is not free"
-        if robot.faces is (robot.data.heading is None):
+        if robot.faces is (robot.data.start[1] is None):
             yield f"{name} has {'no' if robot.faces else 'a'} heading"
         for other in s.rivals[name]:
             if name < other and region in s.robots[other].holds:
@@ -36,8 +36,7 @@ def header(_: Line, s: State) -> Iterator[str]:
             yield f"{name} starts at {s.show(region)} with {one.name}"
     for data in s.scenario.obstacles:
         first = next(one for one in s.scenario.obstacles if one.name == data.name)
-        keys = ("region", "blocks", "needs", "type")
-        if any(getattr(first, key) != getattr(data, key) for key in keys):
+        if first.type != data.type:
             yield f"the entries of {data.name} differ"
 
 
@@ -82,7 +81,7 @@ def goal(e: Line, s: State) -> Iterator[str]:
 def deadline(e: Line, s: State) -> Iterator[str]:
     """A deadline is kept until its tick ends, late after that, and lost only if no behaviour could
     meet it."""
-    if s.scenario.promises is None:
+    if not s.timed:
         yield "the scenario has no deadline"
     elif e.verdict == "lost":
         yield from _proof_problems(lost_problems(e, s), s)
@@ -101,7 +100,7 @@ def deadlines(e: Line, s: State) -> Iterator[str]:
         yield f"the deadline of {', '.join(sorted(forgotten))} was missed, which is not listed"
     if more := late - missed - {*over}:
         yield f"no deadline of {', '.join(sorted(more))} was missed"
-    stops = s.scenario.promises is not None and s.scenario.promises.late == "stop"
+    stops = not s.live and s.scenario.late == "stop"
     if e.outcome == "late" and not (stops and late):
         yield "no missed deadline ends the run"
     yield from _proof_problems(refused_problems(e, s), s) if e.refused else ()
@@ -115,8 +114,8 @@ def end(e: Line, s: State) -> Iterator[str]:
     for name, robot in s.robots.items():
         rounds = robot.progress.rounds(robot.own, e.tick)
         if s.live and robot.own.settles and rounds:
-            rounds = max(rounds, wanted or 0)  # no time passes while it stays
-        if e.outcome == "completed" and wanted is not None:
+            rounds = max(rounds, wanted)  # no time passes while it stays
+        if e.outcome == "completed":
             if rounds < wanted:
                 yield f"{name} has met its objective {rounds} times of {wanted}"
             elif not s.at_end(robot):
@@ -132,13 +131,11 @@ def end(e: Line, s: State) -> Iterator[str]:
         ):
             yield f"{name} has {rounds} rounds, not {stated}"
     if e.outcome == "completed":
-        if wanted is None:
-            yield "the scenario sets no rounds"
         undone, later = sorted(n for n in s.orders if s.obstacles[n].open), later_change(e, s)
         if undone and later is not None:
             yield f"{undone[0]} is not done, and the scenario changes something at {later:g}"
         last = limits.seconds if s.live else limits.ticks
-        to_come = [one for one in s.coming if one.ordered and (last is None or one.start <= last)]
+        to_come = [one for one in s.coming if one.ordered and (last is None or one.appears <= last)]
         if to_come and not s.external:
             yield f"{to_come[0].name} is still to be ordered"
     limit = limits.seconds if s.live else limits.ticks
@@ -160,13 +157,13 @@ def end(e: Line, s: State) -> Iterator[str]:
 
 def later_change(e: Line, s: State) -> float | None:
     """Return when the scenario surely changes something later, within its limits."""
-    times = [float(change.at) for change in s.scenario.changes or ()]
-    for each in s.scenario.inputs or ():
-        times += [float(t) for first, last in each.spans or () for t in (first, last + 1)]
+    times = [float(change.at) for change in s.scenario.changes]
+    for each in s.scenario.inputs:
+        times += [float(t) for first, last in each.spans for t in (first, last + 1)]
     listed = [one.name for one in s.scenario.obstacles]
     for one in s.obstacles.values():
-        if one.until is not None and one.present and listed.count(one.name) == 1:
-            times.append(float(one.until))
+        if one.goes is not None and one.present and listed.count(one.name) == 1:
+            times.append(float(one.goes))
     now, limits = (e.t or s.time) if s.live else s.tick, s.scenario.limits
     last = (limits.seconds if s.live else None) or limits.ticks
     times = [t for t in times if t > now and (last is None or t <= last)]

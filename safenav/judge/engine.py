@@ -29,7 +29,7 @@ def after(e: Line, s: State) -> None:
     match e.kind:
         case "discovered":
             s.add(e.obstacle)
-            if e.obstacle.start is not None:
+            if e.obstacle.appears is not None:
                 s.obstacles[e.obstacle.name].there = False
         case "inputs":
             s.inputs |= e.values
@@ -210,7 +210,7 @@ def _charge_stands(e: Line, robot: Robot, s: State) -> None:
     """Live: take the charge that a robot has used or gained while it stood."""
     if robot.charge is None or e.t is None:
         return
-    robot.charge = robot.charge_at(e.t, s.scenario.chargers or ())
+    robot.charge = robot.charge_at(e.t, s.scenario.chargers)
     if e.kind == "arrive":
         robot.charge = round(max(0.0, robot.charge - robot.data.battery.move), 6)
     if e.kind == "arrive" or (robot.stands is not None and e.kind != "depart"):
@@ -268,7 +268,7 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
             listed = [each for each in s.coming if each.name == one.name]
             if listed and e.cause != "user":
                 s.coming.remove(listed[0])
-                one.until = listed[0].until
+                one.goes = listed[0].goes
             if e.cause == BATTERY:
                 name = next((n for n, r in s.robots.items() if r.pose[0] == one.region), None)
                 s.flat |= {one.name: name} if name else {}

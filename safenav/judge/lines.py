@@ -177,7 +177,8 @@ READS |= {
         "out_of_service",
     ),
     "mobility": _word("free", "heading"),
-    "clock": _word("live"),
+    "clock": _word("lockstep", "live"),
+    "place": _word("self", "neighbours"),
     "world": _word("simulated", "external"),
     "coordination": _word("resynthesis", "assignable"),
     "policy": _word("go_on", "stop"),
@@ -185,6 +186,7 @@ READS |= {
 READS["knowledge"] = _by_name(lambda one: _INT(one) if type(one) is int else _list(_INT)(one))
 READS |= {"beliefs": _by_name(READS["cells"])}
 READS["areas"] = _by_name(READS["regions"])
+READS["at"] = lambda one: READS["place" if type(one) is str else "regions"](one)
 READS |= {"ways": _by_name(READS["way"]), "again_list": _list(_BOOL)}
 """The types of fields."""
 
@@ -266,41 +268,67 @@ def _proof(value: Any) -> Line:
     return line
 
 
-def _needs(value: Any) -> list[Line]:
-    found: list[Line] = READS["need_list"](value)
-    if not found:
-        raise WrongError("must have a need")
-    return found
+def _pose(value: Any) -> tuple[int, str | None]:
+    pose = READS["facing"](value)
+    if pose.heading is not None and pose.heading >= len(HEADINGS):
+        raise WrongError("has an unknown heading")
+    return pose.region, None if pose.heading is None else HEADINGS[pose.heading]
+
+
+def _robot(value: Any) -> Line:
+    """Return a robot with the fields of its model."""
+    robot = READS["member"](value)
+    return Line(**vars(robot.model) | vars(robot))
+
+
+def _type(value: Any) -> Line:
+    """Return a type of obstacles with all its ``needs``."""
+    kind, one = READS["kind"](value), {"robots": 1, "together": False, "same": False}
+    needs = kind.listed or [Line(action=kind.action, at=kind.resolve_at, **one)]
+    return Line(**vars(kind), needs=needs)
+
+
+def _obstacle(value: Any) -> Line:
+    """Return an obstacle with its ``name``."""
+    one = READS["hidden"](value)
+    number = f"#{one.number}" if one.number > 1 else ""
+    return Line(**vars(one), name=f"{one.type.name}@{one.region}{number}")
 
 
 READS |= {
-    "needs": _needs,
+    "pose": _pose,
+    "robots": _list(_robot, list),
+    "type": _type,
+    "obstacle": _obstacle,
+    "obstacles": _list(_obstacle, list),
+    "flat": lambda value: READS["type"](value).name,
+    "when": _list(_pair(_STR, _objective)),
     "objective": _objective,
     "objectives": _by_name(_objective),
     "proof": _proof,
 }
 _add(
-    need="action regions:regions robots?:count together?:bool same?:bool",
+    need="action at:at robots:count together:bool same:bool",
     battery="capacity:count start:count move:count stay:number charge:count",
-    when="input objective:objective",
+    model="name mobility:mobility layer capabilities:set vision?:number timing:count"
+    " battery?:battery",
+    facing="region:int heading?:count",
+    kind="name action resolve_at:at blocks?:set listed:need_list resolve_within?:count",
     change="at:count robot objective?:objective active?:bool within?:count",
-    zone="robots:names regions:regions",
-    promises="within:counts by?:count late?:policy",
-    input="name spans?:spans again?:again_list",
-    map="rows:count cols:count grid:names names?:ints areas?:areas",
+    zone="robots:set regions:regions",
+    input="name spans:spans again:again_list",
+    map="rows:count cols:count walls:regions names:ints areas:areas",
     signal="request:bool wait:bool assigned:int",
     command="places:regions from:poses memory?:ints",
-    until="rounds?:count",
+    until="rounds:count by?:count",
     limits="ticks:count seconds?:number",
     reach="poses:poses live:bool",
     option="obstacle need:count robots:set",
 )
 _add(
-    obstacle="type name region:int needs:needs blocks:set traversable:truth"
-    " from?:count until?:count resolve_within?:count ordered?:bool",
-    robot="mobility:mobility layer capabilities:set start:int heading:heading objective:objective"
-    " conflicts?:set vision?:number timing?:count battery?:battery"
-    " when?:when_list while_waiting?:objective",
+    hidden="type:type region:int traversable?:bool appears?:count goes?:count"
+    " resolve_within?:count ordered:bool number:count",
+    member="name model:model start:pose objective:objective avoids?:set within?:count when:when",
     choice="option:option proof:proof",
     closure="resolved:names never:names robots:reach_by_name",
     joint="robots:names start:places stages:counts states:count sha256 memory?:memories",
@@ -308,16 +336,16 @@ _add(
 )
 _add(tree="choices:choice_list")
 _add(
-    scenario="map:map robots:robot_by_name obstacles:obstacle_list until:until limits:limits"
-    " coordination:coordination world?:world flat? changes?:change_list never_together?:zone_list"
-    " promises?:promises chargers?:regions inputs?:input_list partition?:cells",
+    scenario="map:map robots:robots obstacles:obstacles until:until limits:limits clock:clock"
+    " seed:int coordination:coordination changes:change_list never_together:zone_list"
+    " resolve_within?:count late:policy chargers:regions flat?:flat inputs:input_list",
 )
 _MOVED = "robot from:int to:int heading:heading"
 _ENDS = "explanation cause?:needed proof?:proof"
 KINDS = {
     kind: _object(text)
     for kind, text in {
-        "header": "trace:int scenario:scenario clock?:clock",
+        "header": "trace:int scenario:scenario world:world cells?:cells",
         "move": f"{_MOVED} toward?:int by?:by result?:result signal?:signal",
         "depart": f"{_MOVED} command:count by:by node?:count signal?:signal",
         "hold": "robot signal:signal",
@@ -419,13 +447,14 @@ class Reader:
         """Require that all robots and obstacles that the line names are known."""
         if line.kind == "header":
             self.require(line.trace == VERSION, f"version {line.trace}; expected {VERSION}")
-            self._robots = {*line.scenario.robots}
+            names = [data.name for data in line.scenario.robots]
+            self._robots, robots = {*names}, {change.robot for change in line.scenario.changes}
+            self.require(len(names) == len(self._robots), "two robots have one name")
             self._obstacles = {one.name for one in line.scenario.obstacles}
-            robots = {name for one in line.scenario.obstacles for name in one.blocks}
-            for data in line.scenario.robots.values():
-                robots |= data.conflicts or set()
+            robots = robots.union(*(data.avoids or () for data in line.scenario.robots))
+            robots = robots.union(*(zone.robots for zone in line.scenario.never_together))
         elif line.kind == "discovered":
-            robots, name = {*line.obstacle.blocks}, line.obstacle.name
+            robots, name = set[str](), line.obstacle.name
             self.require(name not in self._obstacles | self._robots, f"{name} is known already")
             self._obstacles.add(name)
         else:

@@ -94,7 +94,7 @@ def mobility(e: Line, s: State) -> Iterator[str]:
 @rule("move")
 def pace(e: Line, s: State) -> Iterator[str]:
     """In ticks a robot has one move each tick, and a step takes the ticks that its model states."""
-    robot, takes = s.robots[e.robot], s.robots[e.robot].data.timing or 1
+    robot, takes = s.robots[e.robot], s.robots[e.robot].data.timing
     if e.tick != robot.moved + 1:
         yield f"{e.robot} moves in tick {e.tick} after its move of tick {robot.moved}"
     begun = robot.began if robot.bound is not None else e.tick
@@ -204,7 +204,7 @@ def charge(e: Line, s: State) -> Iterator[str]:
         if e.active and e.cause == "battery" and not robot.filled:
             yield f"the battery of {e.robot} was not replaced"
     elif robot.charge is not None and s.live:
-        left = robot.charge_at(e.t or 0.0, s.scenario.chargers or ())
+        left = robot.charge_at(e.t or 0.0, s.scenario.chargers)
         if left < robot.data.battery.move:
             yield f"{e.robot} takes a step with a charge of {left:g}"
     elif robot.charge is not None and charge_after(e, robot, s) < 0:
@@ -218,7 +218,7 @@ def charge_after(e: Line, robot: Robot, s: State) -> float:
         return float(charge - battery.move)
     if e.toward is not None or e.tick <= robot.moved:
         return charge
-    if e.to in (s.scenario.chargers or ()):
+    if e.to in s.scenario.chargers:
         return float(min(battery.capacity, charge + battery.charge))
     return float(max(0.0, charge - battery.stay))
 
@@ -290,8 +290,8 @@ def timetable(e: Line, s: State) -> Iterator[str]:
         if one.region in s.robots[name].holds:
             yield f"{one.name} appears at {s.show(one.region)}, where {name} is"
     if e.cause == "scenario":
-        listed = [each.start for each in s.coming if each.name == one.name]
-        ends = [] if one.until is None else [one.until]
+        listed = [each.appears for each in s.coming if each.name == one.name]
+        ends = [] if one.goes is None else [one.goes]
         due = listed[:1] if e.kind == "appeared" else ends
         if not due or due[0] > now:
             yield f"the scenario does not let {one.name} be {e.kind} at {now:g}"
@@ -302,7 +302,7 @@ def _is_empty(robot: Robot, s: State, now: float) -> bool:
     if charge is None:
         return False
     if s.live:
-        charge = robot.charge_at(now, s.scenario.chargers or ())
+        charge = robot.charge_at(now, s.scenario.chargers)
     return bool(charge < battery.move)
 
 
@@ -329,7 +329,7 @@ def changes(e: Line, s: State) -> Iterator[str]:
 def _by_inputs(robot: str, s: State) -> Line:
     """Return the objective that the inputs assign to a robot."""
     data = s.robots[robot].data
-    listed = (each.objective for each in data.when or () if s.inputs.get(each.input))
+    listed = (objective for name, objective in data.when if s.inputs.get(name))
     found: Line = next(listed, data.objective)
     return found
 
@@ -342,9 +342,9 @@ def due_changes(e: Line, s: State) -> Iterator[str]:
         return
     now = s.now(e)
     for one in s.coming:
-        if one.start > now or (s.live and one.start >= now):
+        if one.appears > now or (s.live and one.appears >= now):
             break
-        here = one.until is None or now < one.until
+        here = one.goes is None or now < one.goes
         if here and not s.obstacles[one.name].open and (one.ordered or not _taken(one.region, s)):
             yield f"{one.name} does not appear by {now:g}"
     for change in s.changes:
@@ -356,8 +356,8 @@ def due_changes(e: Line, s: State) -> Iterator[str]:
             yield f"the service of {change.robot} does not change at {change.at}"
     if s.live or e.kind != "move":
         return
-    for each in s.scenario.inputs or ():
-        on = any(first <= e.tick <= last for first, last in each.spans or ())
+    for each in s.scenario.inputs:
+        on = any(first <= e.tick <= last for first, last in each.spans)
         if each.name not in s.by_user and s.inputs[each.name] is not on:
             yield f"{each.name} must be {'on' if on else 'off'} in tick {e.tick}"
 
@@ -373,7 +373,7 @@ def _taken(region: int, s: State) -> bool:
 def obeys_inputs(e: Line, s: State) -> Iterator[str]:
     """A robot that moves has the objective that the inputs give it."""
     robot = s.robots[e.robot]
-    listed = {change.robot for change in s.scenario.changes or () if change.objective is not None}
+    listed = {change.robot for change in s.scenario.changes if change.objective is not None}
     judged = robot.data.when and e.robot not in listed and not s.hands
     if judged and robot.own != _by_inputs(e.robot, s):
         yield f"{e.robot} has another objective than the inputs give it"

@@ -133,7 +133,7 @@ class Obstacle:
     within: int | None
     ordered: bool
     there: bool
-    until: int | None = None
+    goes: int | None = None
     stage: int = 0
     done: frozenset[str] = frozenset()
     group: frozenset[str] = frozenset()
@@ -206,22 +206,23 @@ class State:
 
     def __init__(self, header: Line) -> None:
         self.scenario = h = header.scenario
-        self.live, self.external = header.clock == "live", h.world == "external"
-        self.world = World(h.map.grid, h.map.cols)
+        self.live, self.external = h.clock == "live", header.world == "external"
+        self.world = World(h.map.rows, h.map.cols, h.map.walls)
+        self.cells: tuple[frozenset[int], ...] = header.cells or ()
         self.tick, self.time, self.last = 0, 0.0, header
-        promises = h.promises or Line(within={})
-        self.robots = {name: self._robot(name, data, promises) for name, data in h.robots.items()}
+        self.robots = {data.name: self._robot(data) for data in h.robots}
         self.names = [*self.robots]
         self.obstacles: dict[str, Obstacle] = {}
         self.at: dict[int, list[Obstacle]] = {}  # by region
-        for data in sorted(h.obstacles, key=lambda one: one.start is not None):
+        for data in sorted(h.obstacles, key=lambda one: one.appears or 0):
             self.add(data)
-        listed = [one for one in h.obstacles if one.start is not None]
-        self.coming = sorted(listed, key=lambda one: one.start)
-        self.changes = sorted(h.changes or (), key=lambda one: one.at)
-        self.inputs = {each.name: False for each in h.inputs or ()}
+        listed = [one for one in h.obstacles if one.appears is not None]
+        self.coming = sorted(listed, key=lambda one: one.appears)
+        self.changes = sorted(h.changes, key=lambda one: one.at)
+        self.inputs = {each.name: False for each in h.inputs}
         self.by_user: set[str] = set()
-        self.dues = {} if promises.by is None else {"mission": promises.by}
+        self.by = None if self.live else h.until.by
+        self.dues = {} if self.by is None else {"mission": self.by}
         self.missed: list[str] = []
         self.orders: set[str] = set()
         self.flat: dict[str, str] = {}  # obstacles at robots whose charge is used up
@@ -240,20 +241,16 @@ class State:
             name: [one for one in self.names if one != name and self._conflict(name, one)]
             for name in self.names
         }
-        self.zones = [
-            (frozenset(zone.robots), zone.regions) for zone in h.never_together or ()
-        ]  # fmt: skip
+        self.zones = [(zone.robots, zone.regions) for zone in h.never_together]
         for robot in self.robots.values():
             self.stand(robot)
 
-    def _robot(self, name: str, data: Line, promises: Line) -> Robot:
-        pose, own = (
-            (data.start, data.heading if data.mobility == "heading" else None),
-            data.objective,
-        )
+    def _robot(self, data: Line) -> Robot:
+        (region, heading), own = data.start, data.objective
+        pose = region, heading if data.mobility == "heading" else None
         progress = Progress(counts=(0,) * own.count)
-        clock = Clock(promises.within.get(name))
-        robot = Robot(name, data, pose, frozenset([pose[0]]), own, own, progress, clock, pose)
+        clock = Clock(None if self.live else data.within)
+        robot = Robot(data.name, data, pose, frozenset([region]), own, own, progress, clock, pose)
         robot.charge = float(data.battery.start) if data.battery else None
         robot.memories = begins(robot)
         return robot
@@ -262,24 +259,39 @@ class State:
         """Add an obstacle; several entries of one name are one."""
         if data.name in self.obstacles:
             return
-        needs = list[Need]()
-        for k, need in enumerate(data.needs):
-            chain = [need, *takewhile(lambda other: other.same, data.needs[k + 1 :])]
+        kind, needs = data.type, list[Need]()
+        for k, need in enumerate(kind.needs):
+            chain = [need, *takewhile(lambda other: other.same, kind.needs[k + 1 :])]
             actions = {each.action for each in chain}
             able = frozenset(n for n, r in self.robots.items() if actions <= r.data.capabilities)
-            how = need.robots or 1, bool(need.together), bool(need.same)
-            needs.append(Need(need.action, need.regions, *how, able))
+            how = need.robots, need.together, need.same
+            needs.append(Need(need.action, self._regions(need.at, data.region), *how, able))
+        limits = data.resolve_within, kind.resolve_within, self.scenario.resolve_within
         self.obstacles[data.name] = found = Obstacle(
-            *(data.name, data.type, data.region, data.blocks, needs, data.traversable),
-            *(data.resolve_within, bool(data.ordered), data.start is None, data.until),
+            *(data.name, kind.name, data.region, self._blocked(kind.blocks), needs),
+            *(data.traversable, next((each for each in limits if each is not None), None)),
+            *(data.ordered, data.appears is None, data.goes),
         )
         self.at.setdefault(found.region, []).append(found)
 
+    def _regions(self, at: Any, region: int) -> frozenset[int]:
+        """Return the free regions where a need of an obstacle is met."""
+        if at == "neighbours":
+            return frozenset(to for to, _ in self.world.steps(False, (region, None)))
+        return frozenset([region]) if at == "self" else at & self.world.free
+
+    def _blocked(self, listed: frozenset[str] | None) -> frozenset[str]:
+        """Return the robots that an obstacle stops: those of a layer, a model or a name in the
+        list, or all."""
+        every = ((n, {n, r.data.layer, r.data.model.name}) for n, r in self.robots.items())
+        return frozenset(name for name, words in every if listed is None or words & listed)
+
     def _conflict(self, one: str, other: str) -> bool:
+        """Return whether one of two robots must avoid the other: by default those of one layer."""
         a, b = self.robots[one].data, self.robots[other].data
-        if a.conflicts is None or b.conflicts is None:
-            return bool(a.layer == b.layer)
-        return other in a.conflicts or one in b.conflicts
+        same = a.layer == b.layer
+        avoids = (same if x.avoids is None else y.name in x.avoids for x, y in ((a, b), (b, a)))
+        return any(avoids)
 
     def step(self, e: Line) -> Step:
         """Return the step of a ``move``, ``depart`` or ``arrive`` line (kept for the next rule)."""
@@ -336,11 +348,21 @@ class State:
 
     def away(self, robot: str) -> bool:
         """Return whether an input gives a robot another objective."""
-        return any(self.inputs.get(each.input) for each in self.robots[robot].data.when or ())
+        return any(self.inputs.get(name) for name, _ in self.robots[robot].data.when)
 
     def now(self, e: Line) -> float:
         """Return the time of a line: its tick, or its second in a live run."""
         return float(e.tick if e.t is None or not self.live else e.t)
+
+    @property
+    def timed(self) -> bool:
+        """Whether the scenario sets a deadline: for the mission, a round, an obstacle or a
+        charge."""
+        rounds = [each.within for each in (*self.scenario.robots, *self.scenario.changes)]
+        limits = [self.by, *rounds, *(one.within for one in self.obstacles.values())]
+        used = any(r.data.battery and r.data.battery.stay for r in self.robots.values())
+        charged = bool(self.scenario.chargers) and used
+        return not self.live and (charged or any(limit is not None for limit in limits))
 
     def overdue(self, tick: int) -> Iterator[str]:
         """Yield the open deadlines that a tick misses."""

@@ -19,10 +19,9 @@ Graph = Mapping[Pose, tuple[Pose, ...]]  # the poses after one step from each
 class World:
     """The map of a trace. Regions off the map are accepted as arguments; they are not free."""
 
-    def __init__(self, grid: Sequence[str], cols: int) -> None:
-        self.cols, cells = cols, "".join(grid)
-        self.size = len(cells)
-        self.free = frozenset(k for k, cell in enumerate(cells) if cell != "#")
+    def __init__(self, rows: int, cols: int, walls: Collection[int]) -> None:
+        self.cols, self.size = cols, rows * cols
+        self.free = frozenset(range(self.size)).difference(walls)
         self.side, self.steps, self.graph = (
             cache(self._side),
             cache(self._steps),

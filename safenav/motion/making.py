@@ -34,11 +34,10 @@ from safenav.motion.mover import Crossing, Glider, Mover, Start, flown_through
 from safenav.motion.timing import TimedAction, actions_of, by_command, dated, ordered, paces_of
 from safenav.motion.walker import WalkerMover, fault_of
 from safenav.pace.robot import SIDE as SIDE
-from safenav.scenario.model import Scenario
+from safenav.scenario.model import Robot, Scenario
 from safenav.scenario.motion import KINDS
 from safenav.trace import records
 from safenav.trace.reading import Trace, unstarted
-from safenav.trace.setting import RobotHeader
 from safenav.trace.vocabulary import MoveEnd
 
 
@@ -75,7 +74,7 @@ def header_of(
         side=floor.side,
         rows=floor.rows,
         cols=floor.cols,
-        origin=trace.header.scenario.map.origin or (0.0, 0.0, 0.0),
+        origin=trace.header.scenario.map.placement,
         robots=robots,
     )
 
@@ -115,7 +114,7 @@ def floor_of(trace: Trace, side: float | None = None) -> MetricFloor:
     """The floor of a trace in metres. Raises InputError if its regions are not square."""
     header, world = trace.header, trace.header.scenario.map
     if side is None:
-        east, north = world.resolution or (SIDE, SIDE)
+        east, north = (SIDE, SIDE) if world.frame is None else world.frame.resolution
         if abs(east - north) > 1e-9 * max(east, north):
             found = f"regions of {east:g} x {north:g} m: motion needs square regions"
             hint = "set their size: --side 2.7"
@@ -128,13 +127,10 @@ def floor_of(trace: Trace, side: float | None = None) -> MetricFloor:
 
 
 def movers_of(trace: Trace, floor: MetricFloor) -> dict[str, Mover]:
-    """A mover for each robot, where it starts. Raises InputError for a start off the map."""
+    """A mover for each robot, where it starts."""
     movers = {}
-    for name, robot in trace.header.scenario.robots.items():
-        if not 0 <= robot.start < floor.rows * floor.cols:
-            found = f"{name} starts in region {robot.start}, which is not on the map"
-            raise InputError([Diagnostic(trace.source, trace.header.line, 1, found)])
-        movers[name] = mover(name, floor, robot.start, robot.heading, _motion(name, robot))
+    for name, robot in trace.robots.items():
+        movers[name] = mover(name, floor, *robot.start.place, _motion(robot))
     return movers
 
 
@@ -172,19 +168,19 @@ def mover(
     return Glider(start, kind)
 
 
-def _motion(name: str, robot: RobotHeader) -> Mapping[str, object]:
-    if robot.motion is None:
+def _motion(robot: Robot) -> Mapping[str, object]:
+    if (figures := robot.model.figures) is None:
         raise UsageError(
-            f"{name}: the model '{robot.model}' has no motion in metres\n"
+            f"{robot.name}: the model '{robot.model.name}' has no motion in metres\n"
             "    add 'motion: rover' or 'speed: 0.5' to it in the scenario, and run it again"
         )
-    return robot.motion
+    return figures
 
 
 def described(trace: Trace, name: str, moved: Mover) -> Mapping[str, object]:
     """Describe a robot's motion for the header."""
-    robot = trace.header.scenario.robots[name]
-    return {**_motion(name, robot), "layer": robot.layer, **moved.limits()}
+    robot = trace.robots[name]
+    return {**_motion(robot), "layer": robot.model.layer, **moved.limits()}
 
 
 STANDING = 1.0
@@ -207,8 +203,8 @@ def scheduled(
 
 def reservations(trace: Trace) -> Iterator[Line]:
     """Yield the reservations of a run with a clock."""
-    for name, robot in trace.header.scenario.robots.items():
-        yield Reserve(name, robot.start, 0.0)
+    for name, robot in trace.robots.items():
+        yield Reserve(name, robot.start.region, 0.0)
     for depart, arrive in trace.steps:
         yield Reserve(depart.robot, depart.to, time_of(depart))
         if arrive is not None and arrive.result is not MoveEnd.LOST:

@@ -148,7 +148,7 @@ def _events(motion: Motion, trace: Trace) -> dict[tuple[str, str], tuple[float, 
 
 def requirements_of(trace: Trace, more: tuple[str, ...] = ()) -> dict[str, str]:
     """The formulas of a trace by name, and ``more`` formulas, named by their text."""
-    return {**(trace.header.scenario.requirements or {}), **{text: text for text in more}}
+    return {**(trace.header.scenario.requirements), **{text: text for text in more}}
 
 
 def judged(recording: MotionRecording, formulas: Mapping[str, str]) -> list[Judgement]:
@@ -232,7 +232,7 @@ def curves(motion: Motion, trace: Trace) -> list[dict[str, object]]:
         least = [part[int(np.argmin(low[part]))] for part in parts]
         points = [[round(float(found.times[k]), 3), round(float(low[k]), 4)] for k in least]
         data.append({"name": one.name, "told": str(one), "verdict": one.verdict, "points": points})
-    return data if trace.header.clock is not None else _on_ticks(data, motion, trace)
+    return data if trace.header.live else _on_ticks(data, motion, trace)
 
 
 def _on_ticks(

@@ -11,7 +11,7 @@ deadlock. The lines of each robot keep their order, as do those of each obstacle
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from math import inf
 
 from msgspec import Struct
@@ -19,9 +19,10 @@ from msgspec.structs import replace
 
 from safenav.motion.file import Motion, MotionHeader
 from safenav.pace.robot import Pace, acted_by, pace_of
+from safenav.scenario.model import Need, Obstacle, Robot
+from safenav.scenario.settings import Clock
 from safenav.trace import records
 from safenav.trace.reading import Trace
-from safenav.trace.setting import NeedHeader, ObstacleHeader, RobotHeader
 from safenav.trace.vocabulary import ActResult, ChangeCause, MovedBy, MoveEnd
 
 
@@ -44,7 +45,7 @@ Fulfilling = records.Met | records.Resolved
 class Needs:
     """The needs that the lines of a trace fulfil."""
 
-    def __init__(self, obstacles: Mapping[str, ObstacleHeader]) -> None:
+    def __init__(self, obstacles: Mapping[str, Obstacle]) -> None:
         self._obstacles = obstacles
         self._last: set[str] = set()
         """Obstacles whose last need has a line of its own: their resolution follows."""
@@ -67,8 +68,8 @@ def actions_of(trace: Trace) -> tuple[list[TimedAction], set[int]]:
     that stop short of such an obstacle in the region that they enter."""
     found: list[TimedAction] = []
     short: set[int] = set()
-    obstacles, robots = trace.obstacles, trace.header.scenario.robots
-    at = {name: robot.start for name, robot in robots.items()}
+    obstacles, robots, world = trace.obstacles, trace.robots, trace.header.scenario.map
+    at = {name: robot.start.region for name, robot in robots.items()}
     steps: dict[str, int] = {}
     acts = {act.command: act for act, _ in trace.acts}
     ended: dict[tuple[str, int], int] = {}
@@ -87,7 +88,8 @@ def actions_of(trace: Trace) -> tuple[list[TimedAction], set[int]]:
                     continue
                 obstacle = obstacles[record.obstacle]
                 need, later = obstacle.needs[number], obstacle.needs[number + 1 :]
-                team = team_of(robots, record, need, at)
+                regions = obstacle.resolution_regions(world, number)
+                team = team_of(robots, record, need, [n for n in at if at[n] in regions])
                 what = (obstacle.name, obstacle.region, need.action)
                 takes = bool(later and later[0].same)
                 found.append(TimedAction(index, command, *what, team, takes))
@@ -105,26 +107,16 @@ def by_command(actions: list[TimedAction]) -> Mapping[int, list[TimedAction]]:
 
 
 def team_of(
-    robots: Mapping[str, RobotHeader], record: Fulfilling, need: NeedHeader, at: Mapping[str, int]
+    robots: Mapping[str, Robot], record: Fulfilling, need: Need, there: Collection[str]
 ) -> tuple[str, ...]:
     """The robots that fulfil a need: the recorded robot, and the others that are able to, even
-    without a request. ``at``: where each robot is."""
+    without a request. ``there``: the robots in its regions."""
     alone = isinstance(record, records.Met) and not need.together
-    others = (n for n in record.robots or () if at[n] in need.regions and not alone)
+    others = (n for n in record.robots or () if n in there and not alone)
     able = (n for n in others if need.action in robots[n].capabilities)
     return tuple(dict.fromkeys((record.robot, *able)))
 
 
-def in_conflict(robots: Mapping[str, RobotHeader], one: str, other: str) -> bool:
-    """Whether two robots must never share a region."""
-    mine, theirs = robots[one], robots[other]
-    if one == other or mine.conflicts is None or theirs.conflicts is None:
-        return one != other and mine.layer == theirs.layer
-    return other in mine.conflicts or one in theirs.conflicts
-
-
-MOTION = "motion"
-"""The clock of a run in lockstep whose lines have the seconds of its motion."""
 DECIMALS = 9
 """Decimals of seconds: an arrival and the departure after it must not differ by rounding."""
 
@@ -134,15 +126,15 @@ Dated = tuple[float, records.Record]
 def paces_of(trace: Trace, header: MotionHeader) -> dict[str, Pace]:
     """The pace of each robot of a motion, at its start."""
     return {
-        name: pace_of(header.robots[name], header.cols, header.side, robot.heading)
-        for name, robot in trace.header.scenario.robots.items()
+        name: pace_of(header.robots[name], header.cols, header.side, robot.start.facing)
+        for name, robot in trace.robots.items()
     }
 
 
 def dated(trace: Trace, paces: Mapping[str, Pace]) -> list[Dated]:
     """Return the lines of a trace as those of a run with a clock, each with its time, in the order
     of the trace."""
-    if trace.header.clock is not None:
+    if trace.header.live:
         return [(record.t or 0.0, record) for record in trace.records]
     return _walked(trace, paces).lines
 
@@ -150,22 +142,22 @@ def dated(trace: Trace, paces: Mapping[str, Pace]) -> list[Dated]:
 def ordered(trace: Trace, lines: list[Dated]) -> Trace:
     """Return the trace with these lines in the order of their times, at each instant departures
     last; their ticks stay."""
-    if trace.header.clock is not None:
+    if trace.header.live:
         return trace
     lines = sorted(lines, key=lambda line: (line[0], isinstance(line[1], records.Depart)))
     found = (replace(record, t=t) for t, record in lines)
-    return replace(trace, header=replace(trace.header, clock=MOTION), records=tuple(found))
+    return replace(trace, records=tuple(found))
 
 
 def in_time(trace: Trace, motion: Motion) -> Trace:
-    """Return the trace as that of a run with a clock, ``MOTION``, whose ticks count its instants;
-    one with a clock stays unchanged."""
+    """Return the trace as that of a live run, whose ticks count its instants; that of a live run
+    stays unchanged."""
     return by_instants(ordered(trace, dated(trace, paces_of(trace, motion.header))))
 
 
 def by_instants(trace: Trace) -> Trace:
-    """Return a trace in time with instants as ticks."""
-    if trace.header.clock != MOTION:
+    """Return a trace with times as that of a live run, with instants as ticks."""
+    if trace.header.live:
         return trace
     found: list[records.Record] = []
     tick, now = 0, 0.0
@@ -173,7 +165,8 @@ def by_instants(trace: Trace) -> Trace:
         t = record.t or 0.0
         tick, now = tick + (t > now), t
         found.append(replace(record, tick=tick))
-    return replace(trace, records=tuple(found))
+    scenario = replace(trace.header.scenario, clock=Clock.LIVE)
+    return replace(trace, header=replace(trace.header, scenario=scenario), records=tuple(found))
 
 
 def turns_in_time(trace: Trace, motion: Motion) -> Mapping[str, Sequence[tuple[int, float]]]:
@@ -209,13 +202,12 @@ class _SerialRun:
     """The ``lines`` and ``turns`` of a run in lockstep so far, in seconds."""
 
     def __init__(self, trace: Trace, paces: Mapping[str, Pace]) -> None:
-        scenario = trace.header.scenario
+        self._scenario = trace.header.scenario
         self.lines: list[Dated] = []
         self.turns: dict[str, list[tuple[int, float]]] = {}
-        self._robots, self._zones = scenario.robots, scenario.never_together or ()
-        self._obstacles, self._paces = trace.obstacles, paces
+        self._robots, self._obstacles, self._paces = trace.robots, trace.obstacles, paces
         self._needs = Needs(self._obstacles)
-        self._at = {name: robot.start for name, robot in self._robots.items()}
+        self._at = {name: robot.start.region for name, robot in self._robots.items()}
         self._ended: dict[str, float] = defaultdict(float)
         """The end of each robot's last activity."""
         self._left: dict[int, dict[str, float]] = defaultdict(dict)
@@ -311,14 +303,15 @@ class _SerialRun:
     def _left_before(self, name: str, origin: int, to: int) -> Iterator[float]:
         """Yield when others leave the regions that exclude them while this robot enters one: that
         region; those of an exclusion."""
-        for other in self._robots:
+        mine = self._robots[name]
+        for other, robot in self._robots.items():
             if other == name:
                 continue
-            regions = {to} if in_conflict(self._robots, name, other) else set()
-            for zone in self._zones:
+            regions = {to} if mine.conflicts(robot) else set()
+            for zone in self._scenario.never_together:
                 entered = to in zone.regions and origin not in zone.regions
-                if entered and name in zone.robots and other in zone.robots:
-                    regions |= {*zone.regions}
+                if entered and zone.robots >= {name, other}:
+                    regions |= zone.regions
             yield from (self._left[region].get(other, 0.0) for region in regions)
 
     def _turned(self, name: str, tick: int, time: float) -> None:
@@ -342,12 +335,14 @@ class _SerialRun:
         obstacle = self._obstacles[record.obstacle]
         number = self._needs.fulfilled(record)
         if number is not None:
-            self._act(record, obstacle, obstacle.needs[number])
+            self._act(record, obstacle, number)
         self._about(obstacle.name, self._since[obstacle.name], record)
         self._open(record, obstacle, self._since[obstacle.name])
 
-    def _act(self, record: Fulfilling, obstacle: ObstacleHeader, need: NeedHeader) -> None:
-        team = team_of(self._robots, record, need, self._at)
+    def _act(self, record: Fulfilling, obstacle: Obstacle, number: int) -> None:
+        regions = obstacle.resolution_regions(self._scenario.map, number)
+        there = [name for name, at in self._at.items() if at in regions]
+        team = team_of(self._robots, record, obstacle.needs[number], there)
         own = (max(self._ended[name], self._cause[name]) for name in team)
         begin = max([self._since[obstacle.name], *own])
         paces = [(self._paces[name], self._at[name]) for name in team]
@@ -367,21 +362,18 @@ class _SerialRun:
         for name in [n for n, at in self._at.items() if at == obstacle.region]:
             self._turned(name, record.tick, end)
 
-    def _open(self, record: Fulfilling, obstacle: ObstacleHeader, end: float) -> None:
+    def _open(self, record: Fulfilling, obstacle: Obstacle, end: float) -> None:
         """Record which robots a region admits: all robots if the obstacle is resolved; if one need
         is left, those that resolve it by entering."""
-        let_in = obstacle.blocks
+        let_in = [robot for robot in self._robots.values() if obstacle.blocks(robot)]
         if isinstance(record, records.Met):
-            if record.need == len(obstacle.needs) - 1:
+            need = record.need + 1
+            if need == len(obstacle.needs):
                 return  # its resolution follows
-            let_in = frozenset(
-                name
-                for name in obstacle.blocks & self._robots.keys()
-                if obstacle.resolved_by_entering(self._robots[name], record.need + 1)
-            )
+            let_in = [robot for robot in let_in if obstacle.resolved_by_entering(robot, need)]
         elif record.traversable is False:
             return
-        self._opened[obstacle.region].append((let_in, end))
+        self._opened[obstacle.region].append((frozenset(robot.name for robot in let_in), end))
 
     def _serve(self, record: records.Service) -> None:
         """Take a robot out of service, as it has no charge, or back into it."""

@@ -13,6 +13,7 @@ from collections.abc import Iterator, Sequence
 from math import hypot, remainder, tau
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError, UsageError
 from safenav.lines import csv_text
@@ -53,9 +54,12 @@ def frame_of(
 
     Raises UsageError if the size of a region is missing, InputError if it is not positive.
     """
-    world = trace.header.scenario.map
-    sides = world.resolution if resolution is None else (resolution, resolution)
-    if sides is None:
+    own = trace.header.scenario.map.frame
+    if resolution is not None:
+        sides = (resolution, resolution)
+    elif own is not None:
+        sides = own.resolution
+    else:
         raise UsageError(
             f"{trace.source}: the size of a region in metres is missing\n"
             "    add --side 0.5, or 'resolution' to the map of the scenario"
@@ -63,8 +67,9 @@ def frame_of(
     if min(sides) <= 0:
         found = "the resolution of the map is not positive"
         raise InputError([Diagnostic(trace.source, trace.header.line, 1, found)])
-    x, y, yaw = world.origin or (0.0, 0.0, 0.0)
-    return Frame(sides, (x, y), yaw) if origin is None else Frame(sides, origin)
+    if origin is not None:
+        return Frame(sides, origin)
+    return Frame(sides) if own is None else replace(own, resolution=sides)
 
 
 def waypoints(run: Run, frame: Frame) -> list[Waypoint]:

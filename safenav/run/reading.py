@@ -14,7 +14,7 @@ from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError
 from safenav.outcome import Verdict
-from safenav.run.paths import Charges, ContradictionError, RobotPaths, facing
+from safenav.run.paths import Charges, ContradictionError, RobotPaths
 from safenav.run.run import Run
 from safenav.run.values import (
     Changes,
@@ -30,10 +30,9 @@ from safenav.run.values import (
     SynthesisOutcome,
 )
 from safenav.run.wording import Wording, synthesis_words
-from safenav.scenario.model import OPERATOR_ACTION
+from safenav.scenario.model import OPERATOR_ACTION, Obstacle, Robot
 from safenav.scenario.objective import Ltl, Objective, TargetObjective
-from safenav.scenario.settings import Exclusion
-from safenav.trace import records, setting
+from safenav.trace import records
 from safenav.trace.reading import Trace, read_trace
 from safenav.trace.vocabulary import ActResult, ChangeCause, DeadlineVerdict, MoveEnd
 from safenav.world.map import Region, RegionMap
@@ -100,19 +99,14 @@ class RunReader:
     after each."""
 
     def __init__(self, header: records.Header, style: Style = PLAIN) -> None:
-        scenario = self.header = header.scenario
-        try:
-            world = RegionMap.from_grid(scenario.map.grid, scenario.map.names, scenario.map.areas)
-        except ValueError as error:
-            raise ContradictionError(f"the map cannot be used: {error}") from error
-        self._style, self._live = style, header.clock is not None
-        robots, seconds = scenario.robots, None if header.clock is None else [0.0]
-        tracks = {name: _track(name, robot) for name, robot in robots.items()}
-        self._paths = RobotPaths(world, tracks, seconds)
-        on_map = self._paths.on_map
-        starts = {name: on_map(each.start) for name, each in robots.items()}
-        chargers = tuple(map(on_map, scenario.chargers or ()))
-        batteries = {name: each.battery for name, each in robots.items() if each.battery}
+        scenario = self._scenario = header.scenario
+        self._style, self._live = style, header.live
+        robots, seconds = scenario.robots, [0.0] if header.live else None
+        tracks = {robot.name: _track(robot) for robot in robots}
+        self._paths = RobotPaths(scenario.map, tracks, seconds)
+        starts = {robot.name: robot.start.region for robot in robots}
+        chargers = tuple(sorted(scenario.chargers))
+        batteries = {r.name: r.model.battery for r in robots if r.model.battery is not None}
         self._charges = Charges(batteries, starts, chargers, live=seconds is not None)
         self._acts: dict[int, int] = {}
         self._violation: records.Violation | None = None
@@ -122,39 +116,36 @@ class RunReader:
         """Robots with the objective of an input, whose rounds do not count."""
         self.run = Run(
             name=scenario.name,
-            map=world,
+            map=scenario.map,
             robots=tuple(tracks.values()),
-            objectives={n: Changes.of(r.objective) for n, r in robots.items()},
-            progress={name: Changes.of(RobotProgress()) for name in robots},
+            objectives={robot.name: Changes.of(robot.objective) for robot in robots},
+            progress={robot.name: Changes.of(RobotProgress()) for robot in robots},
             version=header.safenav,
             seconds=seconds,
             charges={n: Changes.of(self._charges.percent(n, 0.0)) for n in batteries},
-            inputs={each.name: False for each in scenario.inputs or ()},
+            inputs={each.name: False for each in scenario.inputs},
             chargers=chargers,
-            exclusions=tuple(
-                Exclusion(each.robots, frozenset(map(on_map, each.regions)))
-                for each in scenario.never_together or ()
-            ),
-            interrupts=scenario.flat,
+            exclusions=scenario.never_together,
+            interrupts=None if scenario.flat is None else scenario.flat.name,
         )
         for each in scenario.obstacles:
             if each.name not in self.run.hidden:
                 self._add(each)
-            elif each.from_ is None:  # one of several that appear in a region one after the other
+            elif each.appears is None:  # one of several that appear in a region one after the other
                 self.run.statuses[each.name] = Changes.of(ObstacleStatus.HIDDEN)
         self._wording = self._worded()
 
-    def _add(self, each: setting.ObstacleHeader) -> None:
+    def _add(self, each: Obstacle) -> None:
         run, needs = self.run, each.needs
         run.hidden[each.name] = Hidden(
             each.name,
-            each.type,
+            each.type.name,
             self._paths.on_map(each.region),
             tuple(need.action for need in needs),
-            tuple(need.same is True for need in needs[1:]),
-            each.ordered is True,
+            tuple(need.same for need in needs[1:]),
+            each.ordered,
         )
-        absent = each.from_ or any(need.action == OPERATOR_ACTION for need in needs)
+        absent = each.appears or any(need.action == OPERATOR_ACTION for need in needs)
         first = ObstacleStatus.ABSENT if absent else ObstacleStatus.HIDDEN
         run.statuses[each.name] = Changes.of(first)
         run.loads[each.name], run.met[each.name] = Changes.of(()), Changes.of(0)
@@ -168,7 +159,7 @@ class RunReader:
             self._style.strong,
             len(self.run.robots),
             {name: found.actions for name, found in self.run.hidden.items()},
-            {name: robot.capabilities for name, robot in self.header.robots.items()},
+            {robot.name: robot.capabilities for robot in self._scenario.robots},
             live=self._live,
         )
 
@@ -409,7 +400,7 @@ class RunReader:
     def _switched(self, line: records.Inputs) -> None:
         """Rounds restart where an input gives a robot another objective, or its own again."""
         self.run.inputs |= line.values
-        of = ((n, w.input) for n, r in self.header.robots.items() for w in r.when or ())
+        of = ((robot.name, name) for robot in self._scenario.robots for name, _ in robot.when)
         modes = {robot for robot, name in of if line.values.get(name)}
         self._restart(line.tick, *(modes ^ self._modes))
         self._modes = modes
@@ -429,9 +420,9 @@ class RunReader:
         self.run.progress[name].append((tick, RobotProgress()))
 
 
-def _track(name: str, robot: setting.RobotHeader) -> RobotTrack:
-    if robot.vision is not None and robot.vision < 1:
-        raise ContradictionError(f"{name} does not even see the next region")
-    pose = ([robot.start], [facing(robot.heading)])
-    can = tuple(sorted(robot.capabilities))
-    return RobotTrack(name, robot.model, robot.layer, can, *pose, robot.vision)
+def _track(robot: Robot) -> RobotTrack:
+    model, start = robot.model, robot.start
+    if model.vision is not None and model.vision < 1:
+        raise ContradictionError(f"{robot.name} does not even see the next region")
+    pose, can = ([start.region], [start.heading]), tuple(sorted(robot.capabilities))
+    return RobotTrack(robot.name, model.name, model.layer, can, *pose, model.vision)

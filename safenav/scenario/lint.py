@@ -13,7 +13,6 @@ from typing import Any
 
 from safenav.pace.robot import least_side
 from safenav.scenario.model import Obstacle, Robot, Scenario
-from safenav.scenario.motion import resolved
 from safenav.scenario.reachability import room_words, without_room
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.yaml.findings import closest
@@ -92,7 +91,7 @@ def _in_metres(
     side = min(scenario.map.frame.resolution)
     for robot in scenario.robots:
         model = robot.model
-        motion = resolved(model.motion, model.size, model.speed, model.layer)
+        motion = model.figures
         size = model.size or (motion or {}).get("size")
         yield robot, side, float(size) if isinstance(size, int | float) else None, motion
 

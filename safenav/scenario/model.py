@@ -16,6 +16,7 @@ from msgspec.structs import replace
 
 from safenav.bounds import Count, Positive, Seconds
 from safenav.scenario import settings
+from safenav.scenario.motion import resolved
 from safenav.scenario.objective import Objective
 from safenav.world.map import Region, RegionMap
 from safenav.world.partition import tiles
@@ -55,6 +56,11 @@ class RobotModel(Struct, frozen=True):
     timing: Annotated[int, Meta(ge=1, le=1000)] = 1
     motion: str | None = None
     battery: Battery | None = None
+
+    @property
+    def figures(self) -> dict[str, object] | None:
+        """Its kind of motion with all parameters; None if it has none."""
+        return resolved(self.motion, self.size, self.speed, self.layer)
 
 
 class Robot(Struct, frozen=True):
@@ -302,6 +308,11 @@ class Scenario(Struct, frozen=True):
 
     def __hash__(self) -> int:
         return hash((self.name, self.map, self.robots, self.obstacles))
+
+    @property
+    def recorded(self) -> Scenario:
+        """The scenario as a trace has it: without the names of the files that it was read from."""
+        return replace(self, source="", catalogue=replace(self.catalogue, sources={}))
 
     @property
     def partition(self) -> tuple[frozenset[Region], ...] | None:

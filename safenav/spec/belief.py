@@ -212,11 +212,17 @@ class Model(Struct, frozen=True):
         return self.size + (self.beliefs.index(knowledge) if known else len(self.beliefs))
 
 
+def automatic(world: RegionMap) -> Partition:
+    """Return the cells of beliefs where the scenario gives none: the rooms of the map."""
+    return rooms(world).coarsened(MOST_CELLS, world)
+
+
 def watch_for(task: Task, world: RegionMap) -> Tracker:
     """Return the tracker of a task's robot: by the task's cells (default: the map's rooms), within
     its vision, which the task's ``closed`` regions block."""
-    partition = task.partition or rooms(world).coarsened(MOST_CELLS, world)
-    return watch(world, partition, task.robot.model.vision, task.closed, task.live)
+    return watch(
+        world, task.partition or automatic(world), task.robot.model.vision, task.closed, task.live
+    )
 
 
 def known_of(other: Observed) -> Knowledge:

@@ -20,7 +20,8 @@ from safenav.errors import Diagnostic, InputError
 from safenav.file_kind import another_kind
 from safenav.line_values import flaws, note_flaw
 from safenav.lines import json_flaw, read_file
-from safenav.scenario.model import Scenario
+from safenav.scenario.model import Obstacle, Robot, Scenario
+from safenav.scenario.objective import target_regions
 from safenav.strict_json import read_json
 from safenav.trace.fields import WrongError, convert
 from safenav.trace.records import (
@@ -36,7 +37,7 @@ from safenav.trace.records import (
     Late,
     Record,
 )
-from safenav.trace.setting import ObstacleHeader, scenario_header
+from safenav.world.map import Region
 
 
 class Trace(Struct, frozen=True):
@@ -57,10 +58,24 @@ class Trace(Struct, frozen=True):
         return next((r for r in reversed(self.records) if isinstance(r, End)), None)
 
     @property
-    def obstacles(self) -> dict[str, ObstacleHeader]:
+    def scenario(self) -> Scenario:
+        """The scenario of the run; its source is the trace."""
+        return replace(self.header.scenario, source=self.source)
+
+    @property
+    def robots(self) -> dict[str, Robot]:
+        """Return all robots by name."""
+        return {robot.name: robot for robot in self.header.scenario.robots}
+
+    @property
+    def obstacles(self) -> dict[str, Obstacle]:
         """Return all obstacles by name: those of the header, and those discovered later."""
         found = [r.obstacle for r in self.records if isinstance(r, Discovered)]
         return {o.name: o for o in (*self.header.scenario.obstacles, *found)}
+
+    def regions_of(self, obstacle: Obstacle, need: int) -> tuple[Region, ...]:
+        """Return the regions in which robots fulfil a need of an obstacle."""
+        return obstacle.resolution_regions(self.header.scenario.map, need)
 
     @property
     def steps(self) -> list[tuple[Depart, Arrive | None]]:
@@ -78,7 +93,7 @@ class Trace(Struct, frozen=True):
 
 def unstarted(scenario: Scenario) -> Trace:
     """Return the trace of a run of the scenario that has not begun."""
-    header = Header(0, VERSION, safenav.__version__, scenario_header(scenario, None))
+    header = Header(0, VERSION, safenav.__version__, scenario.recorded, "external")
     return Trace(scenario.name, header, (), cut_off=False, ignored=0)
 
 
@@ -157,6 +172,7 @@ class _Reader:
         self._source = source
         self._header: Header | None = None
         self._records: list[Record] = []
+        self._robots: set[str] = set()
         self._obstacles: set[str] = set()
         self._ignored = 0
         self._diagnostics: list[Diagnostic] = []  # the first ones
@@ -226,10 +242,13 @@ class _Reader:
         header = self._convert(number, Header, {"tick": 0, **data})
         if isinstance(header, Header):
             self._header = header
+            self._robots = {robot.name for robot in header.scenario.robots}
+            if found := _misfit(header.scenario):
+                self._report(number, found)
             # An obstacle that reappears has several entries, in any order.
-            listed = sorted(header.scenario.obstacles, key=lambda each: each.from_ is not None)
+            listed = sorted(header.scenario.obstacles, key=lambda each: each.appears is not None)
             for obstacle in listed:
-                if obstacle.from_ is not None and obstacle.name in self._obstacles:
+                if obstacle.appears is not None and obstacle.name in self._obstacles:
                     continue
                 self._announce(number, obstacle.name, "is the name of two obstacles")
 
@@ -246,11 +265,11 @@ class _Reader:
 
     def _names_robots(self, number: int, record: Record) -> bool:
         """Whether the header has all robots that a line names; a dropped report may name others."""
-        known = {} if self._header is None else self._header.scenario.robots
+        known = self._robots
         named = {getattr(record, "robot", None), *(getattr(record, "robots", None) or ())} - {None}
-        if self._header is None or isinstance(record, Late) or named <= known.keys():
+        if self._header is None or isinstance(record, Late) or named <= known:
             return True
-        self._report(number, f"the header has no robot {min(named - known.keys())}")
+        self._report(number, f"the header has no robot {min(named - known)}")
         return False
 
     def _announce(self, number: int, obstacle: str, problem: str) -> None:
@@ -267,6 +286,31 @@ class _Reader:
         self._found += 1
         if self._found <= _DIAGNOSTIC_LIMIT:
             self._diagnostics.append(Diagnostic(self._source, number, 1, found, hint))
+
+
+def _misfit(scenario: Scenario) -> str | None:
+    """The first name or region of a scenario that does not fit its map and its team."""
+    world, names = scenario.map, {robot.name for robot in scenario.robots}
+    objectives = [change.objective for change in scenario.changes]
+    for robot in scenario.robots:
+        inputs = (objective for _, objective in robot.when)
+        objectives += [robot.objective, robot.while_waiting, *inputs]
+    places = {
+        "the map": {*world.walls, *world.names.values()}.union(*world.areas.values()),
+        "robots": {robot.start.region for robot in scenario.robots},
+        "obstacles": {each.region for each in scenario.obstacles},
+        "objectives": target_regions(None).union(*map(target_regions, objectives)),
+        "chargers": scenario.chargers,
+        "never_together": frozenset[int]().union(*(z.regions for z in scenario.never_together)),
+    }
+    for what, regions in places.items():
+        if regions and max(regions) >= world.size:
+            return f"`scenario`: {what}: region {max(regions)} is not on the map"
+    if len(names) < len(scenario.robots):
+        return "`scenario`: two robots have one name"
+    named = {each.robot for each in scenario.changes}
+    named = named.union(*(zone.robots for zone in scenario.never_together))
+    return f"the header has no robot {min(named - names)}" if named - names else None
 
 
 def _is_json(content: bytes) -> bool:

@@ -16,13 +16,19 @@ from msgspec import Meta, Struct
 
 from safenav.bounds import Count, Heading, Place, Region, Seconds, Sha256
 from safenav.outcome import Outcome, Verdict
+from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.objective import Objective
+from safenav.scenario.settings import Clock
 from safenav.trace import vocabulary
 from safenav.trace.proofs import Proof
-from safenav.trace.setting import ObstacleHeader, ScenarioHeader, without_underscore
 
 VERSION = 4
 """The version of the format; there is no other."""
+
+
+def without_underscore(name: str) -> str:
+    """Return the name of a field in JSON: the underscore distinguishes it from words of Python."""
+    return name.rstrip("_")
 
 
 class TickLine(Struct, frozen=True, rename=without_underscore):
@@ -58,12 +64,20 @@ class Note(Record, frozen=True):
 
 
 class Header(Record, frozen=True, tag="header"):
-    """The first line. ``clock``: ``live`` for a run in time, None for lockstep."""
+    """The first line. ``scenario``: the scenario as it was read, with the clock, the limits and the
+    seed of this run. ``world``: ``external`` if its obstacles are not simulated, so that their
+    truths are unknown. ``cells``: those of beliefs, if a robot keeps any."""
 
     trace: int
     safenav: str
-    scenario: ScenarioHeader
-    clock: Literal["live"] | None = None
+    scenario: Scenario
+    world: Literal["simulated", "external"] = "simulated"
+    cells: tuple[tuple[Region, ...], ...] | None = None
+
+    @property
+    def live(self) -> bool:
+        """Whether the run is in seconds, not in ticks."""
+        return self.scenario.clock is Clock.LIVE
 
 
 class PlacesFrom(Struct, frozen=True, rename=without_underscore):
@@ -243,7 +257,7 @@ class Operator(Record, frozen=True, tag="operator"):
 class Discovered(Record, frozen=True, tag="discovered"):
     """An obstacle that the header does not list; before the first line that names it."""
 
-    obstacle: ObstacleHeader
+    obstacle: Obstacle
 
 
 class ObstacleChange(Record, frozen=True):

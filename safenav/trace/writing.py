@@ -60,7 +60,7 @@ class TraceWriter:
             raise self._failure(error) from error
 
     def _remove_empty(self) -> None:
-        """An interrupt before the first record leaves no file without one."""
+        """An interrupt before the first record leaves no empty file."""
         if self._made and not self._begun:
             self._path.unlink(missing_ok=True)
 

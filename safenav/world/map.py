@@ -137,6 +137,11 @@ class RegionMap(Struct, frozen=True, dict=True):
         return cls(len(rows), cols, frozenset(walls), dict(names or {}), areas=sets)
 
     @property
+    def placement(self) -> tuple[float, float, float]:
+        """x and y in metres of its south-western corner, and its rotation."""
+        return (0.0, 0.0, 0.0) if self.frame is None else (*self.frame.origin, self.frame.yaw)
+
+    @property
     def size(self) -> int:
         """Number of regions, walls included."""
         return self.rows * self.cols

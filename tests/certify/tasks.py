@@ -20,6 +20,7 @@ from safenav.runtime.run.lines import synthesis_line
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.settings import Clock
+from safenav.spec.belief import automatic
 from safenav.spec.compile import compile_task
 from safenav.spec.forms import ObjectiveForm
 from safenav.spec.objective import NO_MEMORY, Memory
@@ -28,7 +29,6 @@ from safenav.spec.task import Known, Observed, Task
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
 from safenav.trace import records
-from safenav.trace.setting import scenario_header
 from safenav.trace.vocabulary import Reason
 from safenav.trace.writing import as_data
 from safenav.verify.verification import first_failure
@@ -110,9 +110,10 @@ def verdict_of(
     if answer.strategy_json is not None:
         kept.strategies[str(answer.strategy_sha256)] = answer.strategy_json
     t = 0.0 if task.live else None
-    told = scenario_header(scenario, {o.name: None for o in scenario.obstacles})
+    listed = scenario.partition or automatic(scenario.map).cells
+    cells = tuple(tuple(sorted(cell)) for cell in listed)
     lines: list[records.Record] = [
-        records.Header(0, records.VERSION, "test", told, clock="live" if task.live else None)
+        records.Header(0, records.VERSION, "test", scenario.recorded, cells=cells)
     ]
     if about.closed:  # met before
         name, at = task.robot.name, task.pose.region

@@ -53,7 +53,8 @@ def test_the_bag_holds_the_facts_of_the_trace(
     assert (grid.info.width, grid.info.height) == (header["cols"], header["rows"])
     southward = [grid.data[r * 13 : (r + 1) * 13] for r in reversed(range(7))]
     drawn = ["".join("#" if value == 100 else "." for value in row) for row in southward]
-    assert drawn == header["grid"]
+    cells = range(header["cols"] * header["rows"])
+    assert "".join(drawn) == "".join("#" if r in header["walls"] else "." for r in cells)
 
     moves = {(move["tick"], move["robot"]): move for move in lines(trace, "move")}
     facing = {"east": 0, "north": 1, "west": 2, "south": -1}

@@ -105,9 +105,9 @@ def records(trace: Path) -> list[dict[str, Any]]:
     return [json.loads(line) for line in trace.read_text(encoding="utf-8").splitlines()]
 
 
-def small_files() -> None:
+def small_files(most: int = 4096) -> None:
     """No file of the process may grow beyond 4 kB: what a full disk looks like."""
-    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
 
 
 def no_privileges() -> None:

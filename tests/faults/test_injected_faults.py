@@ -1,6 +1,7 @@
 """Faults outside safenav, one test each: nothing is lost, nothing is executed, no traceback."""
 
 import json
+from functools import partial
 from pathlib import Path
 
 from faults.conftest import (
@@ -44,7 +45,8 @@ def test_a_strategy_that_is_cut_off_is_refused(safenav: Process, slugs_that: Scr
 
 def test_a_full_disk_is_reported_and_leaves_complete_lines(safenav: Process) -> None:
     # The trace: reported immediately, and all written lines but the last are complete.
-    done = safenav("run", CASE_STUDY, "--trace", "t.jsonl", limit=small_files)
+    beyond_the_header = partial(small_files, 8192)
+    done = safenav("run", CASE_STUDY, "--trace", "t.jsonl", limit=beyond_the_header)
     assert done.returncode == 2
     assert "cannot write the trace t.jsonl" in done.stderr
     *whole, _ = (safenav.folder / "t.jsonl").read_text(encoding="utf-8").split("\n")

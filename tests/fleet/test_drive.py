@@ -69,7 +69,7 @@ def test_a_case_study_is_driven_without_a_listed_obstacle(lab: Lab) -> None:
     assert lines[-1]["outcome"] == "completed"
     hidden = set(re.findall(r"type: (\w+), region: (\d+)", lab.fleet.read_text()))
     discovered = [line["obstacle"] for line in lines if line["type"] == "discovered"]
-    assert {(o["type"], str(o["region"])) for o in discovered} == hidden
+    assert {(o["type"]["name"], str(o["region"])) for o in discovered} == hidden
     assert check_trace(lab.trace).findings == ()
     assert overlap(lines) > 0.0
     judged = safenav("check", "--json", lab.motion, lab.trace)

@@ -135,16 +135,10 @@ class Enemy:
         what = self.rng.randrange(6)
         if what == 0 and header:
             side = self.rng.choice((250, 512, 2000))
-            grid = ["." * side] * side
-            header["map"] |= {"rows": side, "cols": side, "grid": grid}
+            header["map"] |= {"rows": side, "cols": side, "walls": []}
         elif what == 1 and header:
             robots, count = header["robots"], self.rng.choice((200, 1000, 20_000))
-            if isinstance(robots, list):  # of a checkpoint
-                robots += [robots[0] | {"name": f"r{k}"} for k in range(count)]
-            else:
-                robots |= dict.fromkeys(
-                    (f"r{k}" for k in range(count)), next(iter(robots.values()))
-                )
+            robots += [robots[0] | {"name": f"r{k}"} for k in range(count)]
         elif what == 2:
             one, key = self._place(lines, lambda value: isinstance(value, list))
             if isinstance(one[key], list):

@@ -4,7 +4,7 @@ import copy
 import random
 from collections.abc import Callable
 
-from support.damage import Line
+from support.damage import Line, team
 
 Forge = Callable[[list[Line], random.Random], bool]
 FORGERIES: dict[str, Forge] = {}
@@ -26,8 +26,10 @@ def steps(lines: list[Line]) -> list[int]:
 
 
 def world(lines: list[Line]) -> tuple[str, int]:
+    """The regions of the map as characters, and the number of its columns."""
     found = lines[0]["scenario"]["map"]
-    return "".join(found["grid"]), found["cols"]
+    every = range(found["rows"] * found["cols"])
+    return "".join("#" if r in found["walls"] else "." for r in every), found["cols"]
 
 
 def goes(lines: list[Line], k: int, to: int) -> bool:
@@ -69,15 +71,15 @@ def a_step_aside(lines: list[Line], chance: random.Random) -> bool:
 @kind
 def rivals(lines: list[Line], _: random.Random) -> bool:
     """Robots that were never in conflict are."""
-    robots = lines[0]["scenario"]["robots"]
+    robots = team(lines[0])
     for name, robot in robots.items():
-        robot["conflicts"] = sorted({*robots} - {name})
+        robot["avoids"] = sorted({*robots} - {name})
     return len(robots) > 1
 
 
 @kind
 def a_zone(lines: list[Line], chance: random.Random) -> bool:
-    robots = [*lines[0]["scenario"]["robots"]]
+    robots = [*team(lines[0])]
     where = sorted({lines[k]["to"] for k in at(lines, "move")})
     regions = chance.sample(where, min(len(where), 3))
     lines[0]["scenario"]["never_together"] = [{"robots": robots, "regions": regions}]
@@ -98,13 +100,8 @@ def a_door_in_the_way(lines: list[Line], chance: random.Random) -> bool:
     if not steps(lines):
         return False
     region = lines[chance.choice(steps(lines))]["to"]
-    robots = sorted(lines[0]["scenario"]["robots"])
-    about = {"type": "rock", "name": f"rock@{region}", "region": region}
-    about |= {
-        "needs": [{"action": "crush", "regions": [region]}],
-        "blocks": robots,
-        "traversable": None,
-    }
+    rock = {"name": "rock", "action": "crush", "resolve_at": "self", "listed": []}
+    about = {"type": rock, "region": region, "ordered": False, "number": 1}
     lines[0]["scenario"]["obstacles"].append(about)
     return True
 
@@ -123,7 +120,7 @@ def a_later_resolution(lines: list[Line], chance: random.Random) -> bool:
 
 @kind
 def another_robot_resolves(lines: list[Line], chance: random.Random) -> bool:
-    found, robots = at(lines, "resolved") + at(lines, "met"), [*lines[0]["scenario"]["robots"]]
+    found, robots = at(lines, "resolved") + at(lines, "met"), [*team(lines[0])]
     if found:
         lines[chance.choice(found)]["robot"] = chance.choice(robots)
     return bool(found)
@@ -131,8 +128,8 @@ def another_robot_resolves(lines: list[Line], chance: random.Random) -> bool:
 
 @kind
 def without_the_capability(lines: list[Line], _: random.Random) -> bool:
-    for robot in lines[0]["scenario"]["robots"].values():
-        robot["capabilities"] = []
+    for robot in team(lines[0]).values():
+        robot["model"]["capabilities"] = []
     return bool(at(lines, "resolved"))
 
 
@@ -140,7 +137,10 @@ def without_the_capability(lines: list[Line], _: random.Random) -> bool:
 def a_further_need(lines: list[Line], _: random.Random) -> bool:
     found = lines[0]["scenario"]["obstacles"]
     for one in found:
-        one["needs"] = [one["needs"][0], one["needs"][0] | {"action": "crush"}]
+        kind, many = one["type"], {"robots": 1, "together": False, "same": False}
+        alone = many | {"action": kind["action"], "at": kind["resolve_at"]}
+        first = (kind["listed"] or [alone])[0]
+        kind["listed"] = [first, first | {"action": "crush"}]
     return bool(found) and bool(at(lines, "resolved"))
 
 
@@ -173,11 +173,11 @@ def a_goal_left_out(lines: list[Line], chance: random.Random) -> bool:
 
 @kind
 def one_round_more(lines: list[Line], _: random.Random) -> bool:
-    rounds = lines[0]["scenario"]["until"].get("rounds")
-    lines[0]["scenario"]["until"]["rounds"] = (rounds or 1) + 1
+    rounds = lines[0]["scenario"]["until"]["rounds"] + 1
+    lines[0]["scenario"]["until"]["rounds"] = rounds
     for name in lines[-1].get("rounds", {}):
-        lines[-1]["rounds"][name] = (rounds or 1) + 1
-    return rounds is not None
+        lines[-1]["rounds"][name] = rounds
+    return True
 
 
 @kind
@@ -194,8 +194,8 @@ def an_earlier_end(lines: list[Line], chance: random.Random) -> bool:
 
 @kind
 def completed(lines: list[Line], chance: random.Random) -> bool:
-    wanted = lines[0]["scenario"]["until"].get("rounds") or 1
-    rounds = dict.fromkeys(lines[0]["scenario"]["robots"], wanted)
+    wanted = lines[0]["scenario"]["until"]["rounds"]
+    rounds = dict.fromkeys(team(lines[0]), wanted)
     before = lines[-1]["outcome"]
     lines[-1] |= {"outcome": "completed", "rounds": rounds}
     for key in ("cause", "proof"):
@@ -206,10 +206,10 @@ def completed(lines: list[Line], chance: random.Random) -> bool:
 @kind
 def before_its_time(lines: list[Line], chance: random.Random) -> bool:
     found = [
-        one for one in lines[0]["scenario"]["obstacles"] if one.get("from") or one.get("until")
+        one for one in lines[0]["scenario"]["obstacles"] if one.get("appears") or one.get("goes")
     ]
     for one in found:
-        key = "from" if one.get("from") else "until"
+        key = "appears" if one.get("appears") else "goes"
         one[key] += chance.randint(1, 3)
     return bool(found)
 
@@ -230,7 +230,8 @@ def it_never_comes(lines: list[Line], chance: random.Random) -> bool:
 def opened_by_the_world(lines: list[Line], chance: random.Random) -> bool:
     found = lines[0]["scenario"]["obstacles"]
     if found:
-        name = chance.choice(found)["name"]
+        one = chance.choice(found)
+        name = f"{one['type']['name']}@{one['region']}"
         lines.insert(2, {"type": "gone", "tick": 0, "obstacle": name, "cause": "world"})
     return bool(found)
 
@@ -239,30 +240,30 @@ def opened_by_the_world(lines: list[Line], chance: random.Random) -> bool:
 def late(lines: list[Line], chance: random.Random) -> bool:
     """The mission had a deadline, which no line mentions."""
     by = max(1, lines[-1]["tick"] - chance.randint(-2, 3))
-    lines[0]["scenario"]["promises"] = {"within": {}, "by": by, "late": "go_on"}
+    lines[0]["scenario"]["until"]["by"] = by
     lines[-1].setdefault("late", [])
     return lines[-1]["outcome"] == "completed"
 
 
 @kind
 def a_slow_robot(lines: list[Line], chance: random.Random) -> bool:
-    robot = chance.choice([*lines[0]["scenario"]["robots"].values()])
-    robot["timing"] = 2
+    robot = chance.choice([*team(lines[0]).values()])
+    robot["model"]["timing"] = 2
     return bool(steps(lines))
 
 
 @kind
 def an_empty_battery(lines: list[Line], chance: random.Random) -> bool:
-    name = chance.choice([*lines[0]["scenario"]["robots"]])
+    name = chance.choice([*team(lines[0])])
     many = sum(lines[k]["robot"] == name for k in steps(lines))
     battery = {"capacity": 99, "start": chance.randint(0, many + 1), "move": 1, "stay": 0}
-    lines[0]["scenario"]["robots"][name]["battery"] = battery | {"charge": 1}
+    team(lines[0])[name]["model"]["battery"] = battery | {"charge": 1}
     return many > 0
 
 
 @kind
 def an_avoided_region(lines: list[Line], chance: random.Random) -> bool:
-    robots = lines[0]["scenario"]["robots"]
+    robots = team(lines[0])
     name = chance.choice([*robots])
     where = [lines[k]["to"] for k in steps(lines)]
     if where:
@@ -275,7 +276,7 @@ def a_forbidden_step(lines: list[Line], chance: random.Random) -> bool:
     if not steps(lines):
         return False
     one = lines[chance.choice(steps(lines))]
-    own = lines[0]["scenario"]["robots"][one["robot"]]["objective"]
+    own = team(lines[0])[one["robot"]]["objective"]
     own["always"] = [f"region = {one['from']} -> region' != {one['to']}"]
     return True
 
@@ -283,12 +284,12 @@ def a_forbidden_step(lines: list[Line], chance: random.Random) -> bool:
 @kind
 def a_negative(lines: list[Line], chance: random.Random) -> bool:
     """The run ends immediately, with an empty proof: the mission was completed."""
-    names, grid = [*lines[0]["scenario"]["robots"]], world(lines)[0]
+    names, grid = [*team(lines[0])], world(lines)[0]
     honest = lines[-1]["outcome"] == "completed"
     ends = honest and an_earlier_end(lines, chance)
     free = [[r, None] for r, cell in enumerate(grid) if cell != "#"]
     every = {name: {"poses": free, "live": False} for name in names}
-    start = {name: [lines[0]["scenario"]["robots"][name]["start"], None] for name in names}
+    start = {name: [each["start"]["region"], None] for name, each in team(lines[0]).items()}
     proofs = [
         {"kind": "closure", "resolved": [], "never": [], "robots": every},
         {"kind": "tree", "choices": []},
@@ -305,7 +306,7 @@ def a_negative(lines: list[Line], chance: random.Random) -> bool:
 
 @kind
 def out_of_service(lines: list[Line], chance: random.Random) -> bool:
-    name = chance.choice([*lines[0]["scenario"]["robots"]])
+    name = chance.choice([*team(lines[0])])
     lines[0]["scenario"]["changes"] = [{"at": 1, "robot": name, "active": False}]
     service = {"type": "service", "robot": name, "active": False, "cause": "scenario"}
     first = at(lines, "move") or [len(lines) - 1]

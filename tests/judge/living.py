@@ -1,16 +1,17 @@
 """Lockstep traces converted to those of live runs: a tick becomes a pass of one second."""
 
 from collections.abc import Iterable, Iterator
-from typing import Any
 
-Line = dict[str, Any]
+from support.damage import Line, team
+
 RESULT = {True: "done", None: "done", False: "untraversable"}
 
 
 def living(lines: Iterable[Line]) -> list[Line]:
     """Return the lines of the same run with commands and their ends instead of moves."""
     header, *rest = lines
-    told = [{**header, "clock": "live"}, *_Told(header).all(rest)]
+    live = header | {"scenario": header["scenario"] | {"clock": "live"}}
+    told = [live, *_Told(header).all(rest)]
     if told[-1].get("outcome") == "tick_limit":
         told[-1]["outcome"] = "time_limit"
     return told
@@ -18,9 +19,9 @@ def living(lines: Iterable[Line]) -> list[Line]:
 
 class _Told:
     def __init__(self, header: Line) -> None:
-        robots = header["scenario"]["robots"]
+        robots = team(header)
         self.numbers = dict.fromkeys(robots, 0)
-        self.able = {name for name, entry in robots.items() if entry["capabilities"]}
+        self.able = {name for name, robot in robots.items() if robot["model"]["capabilities"]}
         self.under_way: dict[str, int] = {}
 
     def all(self, lines: list[Line]) -> Iterator[Line]:

@@ -18,25 +18,43 @@ class Facts:
 
     def __init__(self, lines: list[Line]) -> None:
         self.scenario = scenario = lines[0]["scenario"]
-        self.live = lines[0].get("clock") == "live"
-        self.lines, self.robots = lines[1:], scenario["robots"]
-        self.grid, self.cols = "".join(scenario["map"]["grid"]), scenario["map"]["cols"]
-        self.at = {n: {r["start"]} for n, r in self.robots.items()}
-        self.here = {n: r["start"] for n, r in self.robots.items()}
+        self.live, world = scenario["clock"] == "live", scenario["map"]
+        self.lines, self.cols = lines[1:], world["cols"]
+        self.free = {*range(world["rows"] * self.cols)} - {*world["walls"]}
+        self.robots = {each["name"]: each["model"] | each for each in scenario["robots"]}
+        self.here = {n: r["start"]["region"] for n, r in self.robots.items()}
+        self.at = {n: {region} for n, region in self.here.items()}
         self.came: dict[str, int | None] = dict.fromkeys(self.robots)
         self.own = {n: r["objective"] for n, r in self.robots.items()}
-        self.seen: dict[str, list[int]] = {n: [r["start"]] for n, r in self.robots.items()}
+        self.seen: dict[str, list[int]] = {n: [region] for n, region in self.here.items()}
         self.held = dict.fromkeys(self.robots, 1)
         self.tick = dict.fromkeys(self.robots, 0)
         self.began: dict[str, int] = {}
         self.out: set[str] = set()
         self.charge = {n: r["battery"]["start"] for n, r in self.robots.items() if r.get("battery")}
         every = scenario["obstacles"] + [x["obstacle"] for x in lines if x["type"] == "discovered"]
-        self.all = {one["name"]: one for one in every}
-        self.open = {n: 0 for n, one in self.all.items() if one.get("from") is None}
+        self.all = {one["name"]: one for one in map(self.obstacle, every)}
+        self.open = {n: 0 for n, one in self.all.items() if one.get("appears") is None}
         """Obstacles that are present, with the number of their needs that are met."""
         self.shut: set[str] = set()
         self.changed = False
+
+    def obstacle(self, one: Line) -> Line:
+        """An obstacle with its name, the robots that it stops, and the regions of its needs."""
+        kind, region = one["type"], one["region"]
+        beside = {region + d for d in (-self.cols, -1, 1, self.cols)} & self.free
+        at = {"self": [region], "neighbours": beside}
+        alone = {"action": kind["action"], "at": kind["resolve_at"]}
+        needs = [
+            need | {"regions": need["at"] if isinstance(need["at"], list) else at[need["at"]]}
+            for need in kind["listed"] or [alone]
+        ]
+        listed = kind.get("blocks")
+        blocks = [n for n, r in self.robots.items() if listed is None or {*listed} & {
+            n, r["layer"], r["model"]["name"]}]  # fmt: skip
+        number = f"#{one['number']}" if one["number"] > 1 else ""
+        name = f"{kind['name']}@{region}{number}"
+        return one | {"name": name, "kind": kind["name"], "needs": needs, "blocks": blocks}
 
     def harms(self) -> Iterator[str]:
         for line in self.lines:
@@ -51,7 +69,8 @@ class Facts:
                     yield from self.moved(line | here)
                 case "resolved":
                     yield from self.resolved(line)
-                    restarts = self.all[line["obstacle"]]["type"] != self.scenario.get("flat")
+                    flat = (self.scenario.get("flat") or {}).get("name")
+                    restarts = self.all[line["obstacle"]]["kind"] != flat
                     for name in self.seen if restarts else ():
                         kept = self.own[name] if "once" in self.own[name] else None
                         self.seen[name] = self.seen[name] if kept else [self.here[name]]
@@ -63,7 +82,7 @@ class Facts:
                 case "gone":
                     self.open.pop(line["obstacle"], None)
                     self.shut.discard(line["obstacle"])
-                    until = [x.get("until") for x in self.scenario["obstacles"]]
+                    until = [x.get("goes") for x in self.scenario["obstacles"]]
                     now = line["t"] if self.live else line["tick"]
                     if line["cause"] == "scenario" and not any(u and u <= now for u in until):
                         yield f"{line['obstacle']} is gone before its time"
@@ -95,7 +114,7 @@ class Facts:
         end = to if toward is None else toward
         (row, col), (row2, col2) = divmod(before, self.cols), divmod(end, self.cols)
         step = row2 - row, col2 - col
-        if not 0 <= end < len(self.grid) or self.grid[end] == "#":
+        if end not in self.free:
             yield f"{name} is in a wall"
         elif end != before and step not in BESIDE:
             yield f"{name} jumps"
@@ -155,9 +174,11 @@ class Facts:
 
     def conflict(self, one: str, other: str) -> bool:
         a, b = self.robots[one], self.robots[other]
-        if a.get("conflicts") is None or b.get("conflicts") is None:
-            return bool(a["layer"] == b["layer"])
-        return other in a["conflicts"] or one in b["conflicts"]
+        same = [one, other] if a["layer"] == b["layer"] else []
+        mine, theirs = a.get("avoids"), b.get("avoids")
+        return other in (same if mine is None else mine) or one in (
+            same if theirs is None else theirs
+        )
 
     def enters(self, name: str, one: Line) -> bool:
         needs = one["needs"]
@@ -179,16 +200,16 @@ class Facts:
             yield f"{name} is not where that is done"
         if met < len(one["needs"]) - 1:
             yield f"a need of {one['name']} is not met"
-        if line["traversable"] is not one["traversable"]:
+        if line["traversable"] is not one.get("traversable"):
             yield f"{one['name']} has another truth"
         self.open.pop(line["obstacle"], None)
 
     def appeared(self, line: Line) -> Iterator[str]:
         one = self.all[line["obstacle"]]
         now = line["t"] if self.live else line["tick"]
-        if line["cause"] == "scenario" and not (one.get("from") or 0) <= now:
+        if line["cause"] == "scenario" and not (one.get("appears") or 0) <= now:
             yield f"{one['name']} appears before its time"
-        if line["cause"] == "scenario" and one.get("from") is None:
+        if line["cause"] == "scenario" and one.get("appears") is None:
             yield f"{one['name']} appears, but the scenario does not say so"
         self.open[line["obstacle"]] = 0
 
@@ -221,10 +242,10 @@ class Facts:
             now = line["t"] if self.live else line["tick"]
             if change["at"] < now and not told and line["outcome"] == "completed":
                 yield f"a change of {change['robot']} is missing"
-        for one in self.scenario["obstacles"]:
+        for one in map(self.obstacle, self.scenario["obstacles"]):
             told = [x for x in self.lines if x.get("obstacle") == one["name"]]
             now = line["t"] if self.live else line["tick"]
-            due = one.get("from") is not None and one["from"] < now
+            due = one.get("appears") is not None and one["appears"] < now
             if (
                 due
                 and not told
@@ -242,8 +263,8 @@ class Facts:
                     [last] if type(last) is int else last
                 ):
                     yield f"{name} is not at its last target"
-        by = (self.scenario.get("promises") or {}).get("by")
-        late = by is not None and line["tick"] > by
+        by = self.scenario["until"].get("by")
+        late = by is not None and not self.live and line["tick"] > by
         if late and "mission" not in (line.get("late") or ()):
             yield "the mission was late"
         if line["outcome"] == "operator_needed":

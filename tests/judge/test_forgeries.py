@@ -13,7 +13,7 @@ from judge.living import living
 from judge.oracle import Facts
 from safenav.judge.engine import judge
 from safenav.judge.lines import NotATraceError
-from support.damage import GOOD, Line, text
+from support.damage import GOOD, Line, live, team, text
 
 MANY = int(os.environ.get("JUDGE_FORGERIES", "6"))
 NEGATIVE = {"a negative", "completed"}
@@ -36,7 +36,7 @@ HONEST = {name: read() for name, read in GOOD.items()}
 HONEST = {
     name: lines
     for name, lines in HONEST.items()
-    if len(lines) > 9 and "clock" not in lines[0] and accepted(lines)
+    if len(lines) > 9 and not live(lines) and accepted(lines)
 }
 
 
@@ -72,7 +72,7 @@ def _is_whole(lines: list[Line]) -> bool:
     """Whether the lines can be told in seconds."""
     keys = {"move": ("tick", "robot", "from", "to", "heading"), "resolved": ("obstacle",)}
     scenario = lines[0]["scenario"]
-    robots = [*scenario.get("robots", ())] if isinstance(scenario, dict) else []
+    robots = [*team(lines[0])] if isinstance(scenario, dict) else []
     return all(
         isinstance(line.get("type"), str)
         and isinstance(line.get("tick", 0), int)

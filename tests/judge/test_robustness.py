@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from safenav.checked_trace import CheckedTrace, check_trace, checked
 from safenav.errors import InputError
 from safenav.trace.reading import read_bytes
-from support.damage import GOOD, Line, text
+from support.damage import GOOD, Line, team, text
 
 NAMES = sorted(GOOD)
 VALUES = st.one_of(
@@ -117,6 +117,6 @@ def test_a_huge_number_is_reported() -> None:
 )
 def test_an_unreadable_formula_is_reported(formula: str) -> None:
     lines = GOOD["door"]()
-    lines[0]["scenario"]["robots"]["quad"]["objective"]["always"] = [formula]
+    team(lines[0])["quad"]["objective"]["always"] = [formula]
     with pytest.raises(InputError, match=r"line 1: .*formula"):
         check_trace(text(lines))

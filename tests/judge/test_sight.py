@@ -17,7 +17,8 @@ def test_both_implementations_see_the_same_on_random_maps(seed: int) -> None:
     cells = ["#" if rng.random() < 0.2 else "." for _ in range(rows * cols)]
     cells[rng.randrange(rows * cols)] = "."
     picture = tuple("".join(cells[i * cols : (i + 1) * cols]) for i in range(rows))
-    world, grid = RegionMap.from_grid(picture), World(picture, cols)
+    world = RegionMap.from_grid(picture)
+    grid = World(rows, cols, world.walls)
     free = sorted(world.free)
     closed = frozenset(rng.sample(free, min(len(free), rng.randint(0, 3))))
     radius = rng.choice([None, 1, 1.5, 2, 3, 4.2])

@@ -84,7 +84,7 @@ def test_a_robot_that_drives_is_not_a_wall() -> None:
         for about in (("a", 9, 11, 22), ("b", 22, 20, 9))
     )
     mine, theirs = lines_of(one), lines_of(other)
-    mine[0]["scenario"]["robots"] |= theirs[0]["scenario"]["robots"]
+    mine[0]["scenario"]["robots"] += theirs[0]["scenario"]["robots"]
     for lines, name, region in ((mine, "b", 22), (theirs, "a", 9)):
         for line in lines:
             if line["type"] == "synthesis":
@@ -93,7 +93,7 @@ def test_a_robot_that_drives_is_not_a_wall() -> None:
     body = sorted((line for line in body if line["tick"] < 5), key=lambda line: int(line["tick"]))
     merged: list[Line] = [mine[0], *body, mine[-1]]
     stated = [line for line in body if line["type"] == "synthesis"]
-    for line in (*mine[0]["scenario"]["robots"].values(), *stated):
+    for line in (*mine[0]["scenario"]["robots"], *stated):
         line["objective"].pop("avoid", None)
     merged = damage(merged, [{"line": len(merged) - 1, "cut": {"outcome": "interrupted"}}])
     assert refused(with_lines(one | {n: d for n, d in other.items() if n[0] in "sp"}, merged))

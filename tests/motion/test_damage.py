@@ -18,6 +18,7 @@ from safenav.motion.check.verdict import check_motion, read_motion_of
 from safenav.motion.file import Motion, parsed, text_of
 from safenav.motion.making import motion_of
 from safenav.motion.walker import advanced
+from safenav.scenario.model import RobotModel
 from safenav.trace.reading import Trace, read_bytes
 
 DAMAGES = yaml.safe_load(beside(__file__, "damages.yaml"))
@@ -80,16 +81,17 @@ def damaged(text: str, damage: dict[str, Any]) -> str:
 
 
 @pytest.mark.parametrize("damage", DAMAGES, ids=lambda damage: damage["name"])
-def test_a_damaged_motion_is_refused(damage: dict[str, Any], tmp_path: Path) -> None:
+def test_a_damaged_motion_is_refused(
+    damage: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     whole, trace = good(damage.get("scenario", "case_study_1"))
     for robot, limits in damage.get("limits", {}).items():
         robots = whole.header.robots | {robot: whole.header.robots[robot] | limits}
         whole = replace(whole, header=replace(whole.header, robots=robots))
-        told = trace.header.scenario.robots[robot]
-        told = replace(told, motion={**(told.motion or {}), **limits})
-        scenario = trace.header.scenario
-        scenario = replace(scenario, robots={**scenario.robots, robot: told})
-        trace = replace(trace, header=replace(trace.header, scenario=scenario))
+        figures = {**(trace.robots[robot].model.figures or {}), **limits}
+        kept = {name: each.model.figures for name, each in trace.robots.items()} | {robot: figures}
+        by_model = {trace.robots[name].model.name: each for name, each in kept.items()}
+        monkeypatch.setattr(RobotModel, "figures", property(lambda of: by_model[of.name]))  # noqa: B023
     text = damaged(text_of(whole), damage) if "line" in damage else text_of(whole)
     (path := tmp_path / "motion.jsonl").write_text(text)
     if "refused" in damage:

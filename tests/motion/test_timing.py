@@ -48,7 +48,7 @@ class Stroller(Pace):
 def disordered(trace: Trace, seed: int) -> list[Finding]:
     """What the checker finds in the order of a run by robots of any pace."""
     paces = {}
-    for name in trace.header.scenario.robots:
+    for name in trace.robots:
         paces[name] = Stroller(trace.header.scenario.map.cols, 2.7, None)
         paces[name].chance = random.Random(f"{seed} {name}")
     serial = dated(trace, paces)
@@ -89,8 +89,8 @@ def test_times_that_ignore_conflicts_or_exclusions_are_refused() -> None:
         (trace_of("two_digits"), "overlap"),
     ):
         scenario = trace.header.scenario
-        robots = {n: replace(each, conflicts=frozenset()) for n, each in scenario.robots.items()}
-        scenario = replace(scenario, robots=robots, never_together=None)
+        robots = tuple(replace(each, avoids=frozenset()) for each in scenario.robots)
+        scenario = replace(scenario, robots=robots, never_together=())
         heedless = replace(trace, header=replace(trace.header, scenario=scenario))
         made = motion_of(heedless)
         serial = dated(heedless, paces_of(heedless, made.header))

@@ -2,13 +2,16 @@
 
 import json
 import random
+from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
 from once import beside, made_once, trace_of_shipped
 from runtime.played import play
+from safenav.trace.fields import convert
 from safenav.world.map import RegionMap
 from safenav.world.sight import visible_from
+from support.damage import team
 
 DETOUR = beside(__file__, "scenarios/scouting.yaml")
 
@@ -90,16 +93,18 @@ def _read(trace: Path) -> Lines:
 def watched(lines: Lines, vision: float, side: int = 5) -> Lines:
     """Another trace as if its robots saw only so far, and kept track of all others by beliefs
     about the square tiles of the map, ``side`` regions wide: the worst that a page can meet."""
-    scenario = lines[0]["scenario"]
-    world = RegionMap.from_grid(scenario["map"]["grid"])
-    robots = {name: {**robot, "vision": vision} for name, robot in scenario["robots"].items()}
+    header = deepcopy(lines[0])
+    world = convert(RegionMap, header["scenario"]["map"])
+    robots = team(header)
+    for robot in robots.values():
+        robot["model"]["vision"] = vision
     tiles: dict[tuple[int, int], list[int]] = {}
     for region in world.free:
         row, col = world.position(region)
         tiles.setdefault((row // side, col // side), []).append(region)
-    where = {name: robot["start"] for name, robot in robots.items()}
+    where = {name: robot["start"]["region"] for name, robot in robots.items()}
     view, known = visible_from(world, vision), dict[tuple[str, str], tuple[bool, list[int]]]()
-    told = [{**lines[0], "scenario": {**scenario, "robots": robots}}]
+    told = [header]
     for line in lines[1:]:
         told.append(line)
         if line["type"] != "move":

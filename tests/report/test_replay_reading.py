@@ -14,9 +14,11 @@ from safenav.report.page.html import page_of
 from safenav.run.reading import RunReader, read_run
 from safenav.run.run import SightCache
 from safenav.scenario.reading.loader import load_scenario_text
+from safenav.scenario.settings import Clock
 from safenav.trace.reading import unstarted
 from safenav.trace.records import Operator
 from safenav.trace.vocabulary import OperatorIntervention
+from support.damage import team
 
 Line = dict[str, Any]
 
@@ -103,8 +105,8 @@ def test_broken_traces_are_refused_with_file_and_line(breakage: str, tmp_path: P
 
 def test_a_robot_that_an_operator_puts_back_is_there() -> None:
     """Pages drew it where it was lost until its next step."""
-    header = unstarted(load_scenario_text(beside(__file__, "scenarios/room.yaml"))).header
-    reader = RunReader(replace(header, clock="live"))
+    scenario = load_scenario_text(beside(__file__, "scenarios/room.yaml"))
+    reader = RunReader(unstarted(replace(scenario, clock=Clock.LIVE)).header)
     put = OperatorIntervention.PUT_BACK
     reader.append(Operator(1, put, robot="quad", region=10, t=2.0))
     assert reader.run.track("quad").regions == [7, 10]
@@ -113,7 +115,7 @@ def test_a_robot_that_an_operator_puts_back_is_there() -> None:
 
 def test_found_obstacles_block_the_view_until_they_are_resolved(tmp_path: Path) -> None:
     lines = made_traces.door()
-    lines[0]["scenario"]["robots"]["quad"]["vision"] = 4
+    team(lines[0])["quad"]["model"]["vision"] = 4
     replay = read_run(made_traces.write(lines, tmp_path / "t.jsonl"))
     sight = SightCache(replay.map)
     quad = replay.track("quad")

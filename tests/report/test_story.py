@@ -7,9 +7,9 @@ from once import beside
 from safenav.report.terminal import story
 from safenav.report.terminal.story import Story, syntheses_words
 from safenav.run.values import SynthesisOutcome
-from safenav.scenario.model import OPERATOR_ACTION
+from safenav.scenario.model import OPERATOR_ACTION, Obstacle, ObstacleType
 from safenav.scenario.reading.loader import load_scenario_text
-from safenav.trace import records, setting, vocabulary
+from safenav.trace import records, vocabulary
 from safenav.trace.reading import unstarted
 
 ROOM = beside(__file__, "scenarios/room.yaml")
@@ -40,8 +40,7 @@ def test_a_large_map_is_drawn_once(most: int, drawn: int, monkeypatch: pytest.Mo
 
 def failure(obstacle: str) -> list[records.Record]:
     """Lines of a robot that is lost, or cannot go on."""
-    needs = (setting.NeedHeader(OPERATOR_ACTION, ()),)
-    about = setting.ObstacleHeader("unknown", obstacle, 9, needs, frozenset({"quad"}), None)
+    about = Obstacle(ObstacleType(obstacle.partition("@")[0], OPERATOR_ACTION), 9)
     met = records.Violation(2, "quad", 8, 9, obstacle, OPERATOR_ACTION)
     return [records.Discovered(2, about), met]
 

@@ -26,7 +26,12 @@ def read(file: Path) -> list[Line]:
 GOOD: dict[str, Callable[[], list[Line]]] = {
     file.stem: partial(read, file) for file in sorted(FOLDER.glob("*.jsonl"))
 }
-"""Traces of correct runs; those with ``clock`` in their header are of runs in time."""
+"""Traces of correct runs."""
+
+
+def live(lines: list[Line]) -> bool:
+    """Whether a trace is of a run in seconds."""
+    return bool(lines[0]["scenario"]["clock"] == "live")
 
 
 def text(lines: list[Line]) -> list[str]:
@@ -35,8 +40,22 @@ def text(lines: list[Line]) -> list[str]:
 
 def value(line: Any, path: str) -> Any:
     for key in path.split("."):
-        line = line[int(key)] if isinstance(line, list) else (line or {}).get(key)
+        listed = isinstance(line, list)
+        line = line[_number(line, key)] if listed else (line or {}).get(key)
     return line
+
+
+def _number(listed: list[Any], key: str) -> int:
+    """The number of an item, perhaps by its name; a new one comes last."""
+    if key.isdigit():
+        return int(key)
+    names = [item.get("name") for item in listed]
+    return names.index(key) if key in names else len(names)
+
+
+def team(header: Line) -> dict[str, Line]:
+    """The robots of a trace by name."""
+    return {robot["name"]: robot for robot in header["scenario"]["robots"]}
 
 
 def fits(line: Line, fields: Line) -> bool:
@@ -95,7 +114,7 @@ def _cut(lines: list[Line], at: int, fields: Line) -> None:
     last = lines[-1]
     del lines[at:]
     tick = lines[-1].get("tick", 0)
-    rounds = dict.fromkeys(lines[0]["scenario"]["robots"], 0)
+    rounds = dict.fromkeys(team(lines[0]), 0)
     rounds |= {line["robot"]: line["round"] for line in lines if line["type"] == "goal"}
     for key in ("cause", "proof", "unrealizable"):
         last.pop(key, None)
@@ -106,4 +125,4 @@ def _place(line: Line, path: str) -> tuple[Any, Any]:
     """The container of a field and its key there."""
     parent, _, key = path.rpartition(".")
     place = value(line, parent) if parent else line
-    return place, int(key) if isinstance(place, list) else key
+    return place, _number(place, key) if isinstance(place, list) else key

@@ -9,10 +9,11 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_typ
 from msgspec import Meta, Struct
 from msgspec.structs import fields
 
+from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Objective
-from safenav.trace.fields import objective_of
+from safenav.trace.fields import convert, objective_of
 from safenav.trace.records import KINDS, Record
-from safenav.trace.setting import MapHeader, ObstacleHeader
+from support.damage import GOOD
 
 _OBJECTIVES = (
     {"patrol": [58, [27, 28]]},
@@ -30,13 +31,10 @@ def examples(seed: int) -> Iterator[Record]:
         yield _example(kind, rng)
 
 
-def _known(owner: type, field: str, value: Any) -> Any:
-    """The value, or robots that the header names in place of names of robots, and a name of an
-    obstacle where it is one."""
+def _known(field: str, value: Any) -> Any:
+    """The value, or robots that the header names in place of names of robots."""
     if field == "robot" and isinstance(value, str):
         return ROBOTS[0]
-    if owner is ObstacleHeader and field == "name":
-        return value.replace("name_", "door@")
     named = field == "robots" and isinstance(value, tuple | frozenset)
     return type(value)(ROBOTS[: len(value)]) if named else value
 
@@ -66,17 +64,17 @@ def _example(annotation: Any, rng: random.Random) -> Any:
         return origin(_example(arguments[0], rng) for _ in range(rng.randrange(4)))
     if origin is not None and issubclass(origin, Mapping):
         return {name: _example(arguments[1], rng) for name in ROBOTS}
+    if annotation is Scenario:
+        return convert(Scenario, GOOD["door"]()[0]["scenario"])
     if annotation is Objective:
         return objective_of(rng.choice(_OBJECTIVES))
     if isinstance(annotation, type) and issubclass(annotation, Struct):
         hints = get_type_hints(annotation, include_extras=True)
         given = {
-            field.name: _known(annotation, field.name, _example(hints[field.name], rng))
+            field.name: _known(field.name, _example(hints[field.name], rng))
             for field in fields(annotation)
             if field.name != "line" and (field.default is not None or rng.random() < 0.5)
         }
-        if annotation is MapHeader:
-            given["grid"] = ("." * given["cols"],) * given["rows"]
         return annotation(**given)
     plain = {
         str: f"name_{rng.randrange(10**9)}",

@@ -19,7 +19,7 @@ def test_a_good_trace_has_no_findings(name: str) -> None:
 @pytest.mark.parametrize("name", ["line", "data", "from_", "late", "outcome", "region", "__a"])
 def test_a_robot_may_be_named_as_a_field(name: str) -> None:
     lines = [json.loads(line.replace("quad", name)) for line in text(GOOD["door"]())]
-    assert read_lines(text(lines)).header.scenario.robots.keys() == {name, "digit"}
+    assert read_lines(text(lines)).robots.keys() == {name, "digit"}
 
 
 HOSTILE: dict[str, tuple[str, dict[str, object], str]] = {
@@ -48,14 +48,14 @@ def test_a_hostile_value_is_refused_with_its_line(name: str) -> None:
 NESTED: list[object] = []
 for _ in range(250):
     NESTED = [NESTED]
-MANY = {f"r{k}": {} for k in range(2000)}
+MANY = [{"name": f"r{k}"} for k in range(2000)]
 HEADERS: dict[str, tuple[dict[str, object], str]] = {
-    "robot": ({"robots": {"a.b": {}}}, "'a.b' cannot name a robot"),
+    "robot": ({"robots": [{"name": "a.b"}]}, "'a.b' cannot name a robot"),
     "robots": ({"robots": MANY}, "at most 1000"),
-    "obstacle": ({"obstacles": [{"name": "quad"}]}, "'quad' cannot name an obstacle"),
-    "rows": ({"map": {"rows": 10**9, "cols": 10**9, "grid": []}}, "at most 262144"),
-    "grid": ({"map": {"rows": 2, "cols": 3, "grid": ["...", ".."]}}, "2 rows of 3 characters"),
-    "nesting": ({"name": [[[]]], "partition": NESTED}, "nested more than"),
+    "obstacle": ({"obstacles": [{"type": {"name": "a.b"}}]}, "'a.b' cannot name an obstacle"),
+    "rows": ({"map": {"rows": 10**9, "cols": 10**9}}, "1 to 262144"),
+    "cols": ({"map": {"rows": 2, "cols": 0}}, "a map of 2 x 0 regions"),
+    "nesting": ({"name": [[[]]], "tiles": NESTED}, "nested more than"),
 }
 
 

@@ -20,12 +20,9 @@ def refused(lines: list[str]) -> tuple[Diagnostic, ...]:
 
 def test_lines_become_typed_records_in_order() -> None:
     trace = read_lines(text(GOOD["door"]()))
-    assert list(trace.header.scenario.robots) == ["quad", "digit"]
-    assert trace.obstacles["door@9"].needs[0].regions == (9,)
-    assert trace.header.scenario.robots["quad"].objective.targets == (
-        frozenset({7}),
-        frozenset({10}),
-    )
+    assert list(trace.robots) == ["quad", "digit"]
+    assert trace.regions_of(trace.obstacles["door@9"], 0) == (9,)
+    assert trace.robots["quad"].objective.targets == (frozenset({7}), frozenset({10}))
     move = next(r for r in trace.records if isinstance(r, Move))
     assert (move.line, move.tick, move.robot, move.from_, move.to) == (4, 1, "quad", 7, 8)
     push = next(r for r in trace.records if isinstance(r, Push))

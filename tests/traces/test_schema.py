@@ -13,6 +13,7 @@ from jsonschema import Draft202012Validator
 
 from safenav.cli.new import new as command
 from safenav.judge import lines
+from safenav.lines import json_line
 from safenav.outcome import Outcome
 from safenav.trace import records, vocabulary
 from safenav.trace.fields import entries
@@ -54,7 +55,7 @@ def test_the_judge_reads_every_fact_that_can_be_recorded(seed: int) -> None:
     """Its words are those of the records."""
     for record in examples(seed):
         if record.type in lines.KINDS:
-            lines.KINDS[record.type](as_data(record))
+            lines.KINDS[record.type](json.loads(json_line(as_data(record))))
 
 
 @pytest.mark.parametrize("name", NAMES)

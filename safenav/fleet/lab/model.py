@@ -14,7 +14,6 @@ from msgspec import Struct, field
 
 from safenav.fleet.transport import Places
 from safenav.scenario.model import Need, Obstacle, Robot
-from safenav.scenario.motion import resolved
 from safenav.world.map import Region
 
 EVERY, FIRST, MOST = 1, 4, 28
@@ -104,7 +103,7 @@ class Dimensions(Struct, frozen=True):
 def body_of(robot: Robot) -> Dimensions:
     """Return the dimensions of a robot, from its model's motion."""
     model = robot.model
-    motion = resolved(model.motion, model.size, model.speed, model.layer) or {}
+    motion = model.figures or {}
     flies = motion.get("kind") == "flyer"
     numbers = {key: float(v) for key, v in motion.items() if isinstance(v, float | int)}
     return Dimensions(

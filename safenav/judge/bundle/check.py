@@ -19,7 +19,6 @@ import json
 import re
 import sys
 import zipfile
-from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -66,22 +65,6 @@ UNCOMPARED = {
     SOURCE: "the source of the scenario (safenav check reads it again)",
     "motion.jsonl": "the motion (safenav check)",
 }
-
-
-@dataclass(frozen=True)
-class Judged:
-    """``verdict``: accepted, refused or too large; the reason if it is not; the claims that are
-    established, and what was not compared. A claim has ``id``, ``kind``, ``text`` and ``evidence``:
-    pairs of a file and a line or None."""
-
-    verdict: str
-    reason: str = ""
-    claims: list[dict[str, Any]] = field(default_factory=list)
-    not_compared: list[str] = field(default_factory=list)
-
-    @property
-    def accepted(self) -> bool:
-        return self.verdict == "accepted"
 
 
 def open_bundle(place: Path) -> dict[str, Any]:
@@ -133,23 +116,23 @@ def examine(files: dict[str, Any], run: Evidence) -> None:
     run.finish(found.strays, found.hands)
 
 
-def check(place: Path) -> Judged:
-    """Check a bundle."""
-    run, files = None, {}
+def check(place: Path) -> tuple[str, str, list[dict[str, Any]], list[str]]:
+    """Return the verdict, the reason, the established claims, and what was not compared."""
+    run, verdict, reason, files = None, "refused", "", {}
     try:
         files = open_bundle(place)
         run = Evidence(files)
         examine(files, run)
-        found = Judged("accepted", claims=run.claims)
+        verdict = "accepted"
     except BundleTooLargeError as error:
-        found = Judged("too large", str(error))
+        verdict, reason = "too large", str(error)
     except (RefusedError, NotATraceError) as error:
-        found = Judged("refused", str(error))
+        reason = str(error)
     except Exception as error:
         last = f" (perhaps {run.last}, the last one that was read)" if run and run.last else ""
-        found = Judged("refused", f"a file is not as documented{last}: {error!r}")
+        reason = f"a file is not as documented{last}: {error!r}"
     left = [what for name, what in UNCOMPARED.items() if any(f.startswith(name) for f in files)]
-    return replace(found, not_compared=left)
+    return verdict, reason, run.claims if run and verdict == "accepted" else [], left
 
 
 def main() -> int:
@@ -161,16 +144,16 @@ def main() -> int:
     if not (options.bundle / "manifest.json").is_file() and not zipfile.is_zipfile(options.bundle):
         print(f"{options.bundle} is not a bundle: a folder with a manifest.json, or a .zip of one")
         return 2
-    found = check(options.bundle)
+    verdict, reason, claims, left = check(options.bundle)
     if options.json:
-        print(json.dumps(asdict(found)))
+        said = {"verdict": verdict, "reason": reason, "claims": claims, "not_compared": left}
+        print(json.dumps(said))
     else:
-        shown = [f"  {claim['id']}: {claim['text']}" for claim in found.claims]
-        shown += [f"  not compared: {what}" for what in found.not_compared]
-        last = f"{found.verdict}: {found.reason}" if found.reason else found.verdict
-        for line in (*shown, last):  # printable
+        shown = [f"  {claim['id']}: {claim['text']}" for claim in claims]
+        shown += [f"  not compared: {what}" for what in left]
+        for line in (*shown, f"{verdict}: {reason}" if reason else verdict):  # printable
             print("".join(c if c.isprintable() else ascii(c)[1:-1] for c in line))
-    return {"accepted": 0, "refused": 1, "too large": 3}[found.verdict]
+    return {"accepted": 0, "refused": 1, "too large": 3}[verdict]
 
 
 if __name__ == "__main__":

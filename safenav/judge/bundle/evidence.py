@@ -290,7 +290,7 @@ class Evidence:
         require(not shut, f"{name} does not know of {', '.join(sorted(shut))}")
         mine, rules = (own.avoid, own.always), (e.objective.avoid, e.objective.always)
         require(rules == mine, f"{name} is not synthesized for its own rules")
-        listed = {each.name: list(each.again or ()) for each in s.scenario.inputs or ()}
+        listed = {each.name: list(each.again) for each in s.scenario.inputs}
         again = {each: listed[each] for each in task.heard if listed[each]}
         stated = {each: list(values) for each, values in (e.again or {}).items()}
         same = again == stated and all(
@@ -418,8 +418,8 @@ class Evidence:
 def _word(regions: Collection[int], s: State) -> str:
     """Return the name of an area or a region, or its numbers."""
     known = s.scenario.map
-    names = {frozenset([region]): name for name, region in (known.names or {}).items()}
-    names |= {area: name for name, area in (known.areas or {}).items()}
+    names = {frozenset([region]): name for name, region in known.names.items()}
+    names |= {area: name for name, area in known.areas.items()}
     each = (names.get(frozenset([region]), str(region)) for region in sorted(regions))
     return names.get(frozenset(regions)) or " or ".join(each)
 
@@ -433,7 +433,7 @@ def _objective(own: Objective, s: State) -> str:
 
 def _end(e: Line, s: State) -> str:
     """Return the claim about the end of a run, which the judge has judged."""
-    what, rounds = e.outcome, s.scenario.until.rounds or 0
+    what, rounds = e.outcome, s.scenario.until.rounds
     if what == "completed":
         often = "once" if rounds == 1 else f"{rounds} times"
         stay = [name for name, robot in s.robots.items() if robot.own.settles]

@@ -392,8 +392,9 @@ class Others:
     def __init__(self, e: Line, s: State) -> None:
         self.line, self.world, self.live = e, s.world, s.live
         self.radius = s.robots[e.robot].data.vision
-        self.cells = s.scenario.partition or ()
-        known = e.knowledge or {}
+        self.cells, known = s.cells, e.knowledge or {}
+        whole = s.world.free.issubset(frozenset().union(*s.cells))
+        require(whole or not known, "the cells of beliefs leave out a free region")
         require(set(known) <= {*s.robots} - {e.robot}, "it knows of robots that do not exist")
         self.first = {name: self.number(name, what) for name, what in known.items()}
         self.names = {name: f"at_{name}" for name in self.first}

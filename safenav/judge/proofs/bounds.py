@@ -35,10 +35,10 @@ class Bound:
                 ready = max(ready + 1, robot.began + self.takes(name) - 1)
             self.start[name] = s.destination(name), ready
         every = s.obstacles.values()
-        shut = [one for one in every if one.there and one.shut and one.until is None]
+        shut = [one for one in every if one.there and one.shut and one.goes is None]
         self.sealed = {name: {one.region for one in shut if name in one.blocks} for name in s.names}
         self.open = [one for one in every if one.open and one.known and not one.shut
-                     and one.until is None]  # fmt: skip
+                     and one.goes is None]  # fmt: skip
         self.met: dict[str, list[int]] = {
             one.name: [self.turn if k < one.stage else NEVER for k in range(len(one.needs))]
             for one in self.open
@@ -49,7 +49,7 @@ class Bound:
             changed, self.met = found != self.met, found
 
     def takes(self, robot: str) -> int:
-        return int(self.s.robots[robot].data.timing or 1)
+        return int(self.s.robots[robot].data.timing)
 
     def resolution(self, name: str) -> int:
         turn = self.met[name][-1] if name in self.met else self.turn
@@ -183,7 +183,7 @@ def _left(robot: Robot, wanted: int) -> Iterator[list[frozenset[int]]]:
 def mission(bound: Bound, tick: int) -> int:
     """Return a tick before which the mission cannot be completed."""
     s, ends = bound.s, [tick]
-    wanted = s.scenario.until.rounds or 1
+    wanted = s.scenario.until.rounds
     for name, robot in s.robots.items():
         own, start = robot.own, robot.pose[0]
         if not (own.settles or own.in_turn):
@@ -205,7 +205,7 @@ def lost_problems(e: Line, s: State) -> Iterator[str]:
     """Yield why a deadline may still be met."""
     bound = Bound(s, e.tick)
     if e.of == "mission":
-        if s.dues.get(e.of, s.scenario.promises.by) != e.due:
+        if s.dues.get(e.of, s.by) != e.due:
             yield f"the mission is not due in tick {e.due}"
         least = mission(bound, e.tick)
     elif e.of in s.robots:
@@ -229,8 +229,8 @@ def refused_problems(e: Line, s: State) -> Iterator[str]:
     """Yield why a deadline or a charge that is refused at the start may suffice."""
     for of, stated in e.refused.items():
         name = of.removesuffix(".battery")
-        if of == "mission" and s.scenario.promises is not None:
-            least, most = mission(Bound(s, 0), 0), s.scenario.promises.by
+        if of == "mission" and s.by is not None:
+            least, most = mission(Bound(s, 0), 0), s.by
         elif name not in s.robots:
             yield f"there is no deadline of {of}"
             continue
@@ -299,7 +299,7 @@ def _least_round(s: State, name: str, ends_in: Collection[int] | None) -> int:
 def charge_needed(robot: Robot, s: State) -> int:
     """Return the least charge with which a robot can meet its targets in turn forever, by numbers
     on poses that grow until nothing changes."""
-    battery, own, chargers = robot.data.battery, robot.own, s.scenario.chargers or frozenset()
+    battery, own, chargers = robot.data.battery, robot.own, s.scenario.chargers
     shut = own.avoid | {one.region for one in s.obstacles.values() if one.there and one.shut}
     graph = s.world.graph(robot.faces)
     if own.formulas is not None:

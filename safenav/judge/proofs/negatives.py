@@ -123,7 +123,7 @@ def goals_of(name: str, case: Case) -> Goals:
     robot, s = case.state.robots[name], case.state
     if name in case.out:
         return Goals([frozenset([case.at[name]])], True, False, False, [(0, 0)], False)
-    own, progress, wanted = robot.own, robot.progress, case.state.scenario.until.rounds or 1
+    own, progress, wanted = robot.own, robot.progress, case.state.scenario.until.rounds
     steps, count = case.state.world.graph(robot.faces), robot.own.count
     targets = [frozenset(pose for pose in steps if pose[0] in target) for target in own.targets]
     if own.kind == "ltl":
@@ -238,7 +238,7 @@ class Enumeration:
 
     def _anew(self, own: Goals, left: Left) -> Left:
         """Return the remaining goals after a resolution: rounds restart, the order is kept."""
-        rounds, count = self.case.state.scenario.until.rounds or 1, len(own.targets)
+        rounds, count = self.case.state.scenario.until.rounds, len(own.targets)
         if own.ends:
             return count - left[1], left[1]
         if own.settles:

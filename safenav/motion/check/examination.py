@@ -28,7 +28,6 @@ from safenav.motion.file import (
     Segment,
 )
 from safenav.motion.geometry import Mass, mass, path
-from safenav.motion.timing import in_conflict
 from safenav.trace.reading import Trace
 
 Array = NDArray[np.float64]
@@ -216,7 +215,8 @@ class Examination:
             self.wrong(float(times[worst]), robot, rule, words.format(found[worst], most))
 
     def in_conflict(self, one: str, other: str) -> bool:
-        return in_conflict(self.trace.header.scenario.robots, one, other)
+        robots = self.trace.robots
+        return one != other and robots[one].conflicts(robots[other])
 
     def radius(self, robot: str) -> float:
         """The radius of the disc that its body fits in, in metres."""

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from msgspec.structs import replace
 
 from safenav.judge.engine import judge
 from safenav.judge.rules import RULES
@@ -26,7 +25,6 @@ from safenav.motion.timing import (
     ordered,
     paces_of,
 )
-from safenav.scenario.settings import Clock
 from safenav.trace import records
 from safenav.trace.reading import Trace
 from safenav.trace.records import (
@@ -74,9 +72,9 @@ def disorder(trace: Trace, serial: Sequence[Dated]) -> Iterator[Finding]:
     """Yield the rules that the lines of a trace break at their times, by the judge of live runs.
     ``serial``: the lines in their own order, in which robots move and act after the decision that
     their strategy follows."""
-    lines = [each for each in by_instants(trace).records if not isinstance(each, ELSEWHERE)]
-    live = (replace(trace.header, clock=Clock.LIVE), *lines)
-    texts = (json_line(as_data(each)).encode() for each in live)
+    live = by_instants(trace)
+    lines = [each for each in live.records if not isinstance(each, ELSEWHERE)]
+    texts = (json_line(as_data(each)).encode() for each in (live.header, *lines))
     for found in judge(texts, [rule for rule in RULES if rule.name in JUDGED]).findings:
         robot, t = found.robot or "", lines[found.line - 2].t or 0.0
         told = found.explanation.removeprefix(f"{robot} ")
@@ -95,7 +93,7 @@ def disorder(trace: Trace, serial: Sequence[Dated]) -> Iterator[Finding]:
 def _steps(case: Examination, trace: Trace) -> None:
     """The pieces of each robot that cross a border are its steps, one by one and at their times; a
     driven robot arrives after the end of its reference or goal, wherever that is."""
-    steps: dict[str, list[Step]] = {name: [] for name in case.trace.header.scenario.robots}
+    steps: dict[str, list[Step]] = {name: [] for name in case.trace.robots}
     for depart, arrive in trace.steps:
         if arrive is None or arrive.at != depart.from_:
             to = depart.to if case.driven or arrive is None else arrive.at
@@ -138,8 +136,8 @@ def _merged(pieces: Sequence[Piece]) -> list[tuple[int, int, int, float, float]]
 
 def _reservations(case: Examination, trace: Trace) -> None:
     """Regions are reserved and released at the times of the steps."""
-    robots = trace.header.scenario.robots
-    reserved = {(name, robot.start, True): [0.0] for name, robot in robots.items()}
+    starts = {name: robot.start.region for name, robot in trace.robots.items()}
+    reserved = {(name, start, True): [0.0] for name, start in starts.items()}
     for depart, arrive in trace.steps:
         reserved.setdefault((depart.robot, depart.to, True), []).append(depart.t or 0.0)
         if arrive is not None and arrive.result is not MoveEnd.LOST:
@@ -198,7 +196,7 @@ def _done(
         waiting.remove(done)
         _performed(case, done, record.at if robot == record.robot else None)
         least = 0.0
-        if case.trace.header.clock is None:  # else the trace has its times
+        if not case.trace.header.live:  # else the trace has its times
             least = case.numbers[robot].get("action_seconds", 0.0)
         if done.t1 - done.t0 < least - NEAR or done.action != wanted.action:
             what = f"performs '{done.action}' for {done.t1 - done.t0:.3f} s on {done.obstacle}"

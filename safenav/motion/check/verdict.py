@@ -63,13 +63,13 @@ def mismatch(motion: Motion, trace: Trace) -> str:
         return "the motion is of another trace: the sha256 of its header is not this one's"
     if (header.rows, header.cols) != (world.rows, world.cols):
         return f"a map of {header.rows} x {header.cols} regions"
-    if set(header.robots) != set(trace.header.scenario.robots):
+    if set(header.robots) != set(trace.robots):
         return f"the robots {', '.join(sorted(header.robots))[:80]} are not those of the trace"
     if header.side <= 0:
         return f"regions of {header.side:g} m"
     if not 0 <= motion.outcome.makespan <= LONGEST:
         return f"a makespan of {motion.outcome.makespan:g} s, not of 0 to {LONGEST:,} s"
-    if header.origin != (world.origin or (0.0, 0.0, 0.0)):
+    if header.origin != world.placement:
         return "the origin of its map is not that of the trace"
     for name, limits in header.robots.items():
         if not isinstance(limits.get("kind"), str):
@@ -96,7 +96,7 @@ def mismatch(motion: Motion, trace: Trace) -> str:
 def _limits(trace: Trace, name: str, limits: Mapping[str, object]) -> str:
     """The first parameter of a robot that is not that of the trace, or a limit that no robot has;
     empty if there is none."""
-    for key, value in (trace.header.scenario.robots[name].motion or {}).items():
+    for key, value in (trace.robots[name].model.figures or {}).items():
         if limits.get(key) != value:
             return f"'{key}' is {limits.get(key)!r}, in the trace {value!r}"
     for key, bound in BUILD.items() if limits["kind"] == "walker" else ():
@@ -105,7 +105,7 @@ def _limits(trace: Trace, name: str, limits: Mapping[str, object]) -> str:
         if not (value >= bound if key in AT_LEAST else value <= bound):
             return f"'{key}' is {value:g}; the limit of a walker is {bound:g}"
     if "driven" in limits:
-        if trace.header.scenario.world != "external":
+        if trace.header.world != "external":
             return "it is driven, but the trace is of a simulated world"
         most, gap = GAPS.get(str(limits["driven"]), 0.0), limits.get("gap")
         if not (isinstance(gap, int | float) and gap <= most):
@@ -128,12 +128,12 @@ def check_motion(motion: Motion, trace: Trace) -> list[Finding]:
 
 def _paths(case: Examination) -> None:
     """The rules for motions whose pieces are sound."""
-    for name, robot in case.trace.header.scenario.robots.items():
+    for name, robot in case.trace.robots.items():
         pieces = case.pieces[name]
         if case.motion.header.robots[name].get("driven") != GOALS:
             check_joins(case, name)
-        if pieces and pieces[0].origin != robot.start:
-            what = f"it starts in region {pieces[0].origin}, not in {robot.start}"
+        if pieces and pieces[0].origin != robot.start.region:
+            what = f"it starts in region {pieces[0].origin}, not in {robot.start.region}"
             case.wrong(0.0, name, "order", what)
     case.held = holdings(case)
     check_room(case)

@@ -18,20 +18,19 @@ from msgspec.structs import replace
 
 from safenav.errors import UsageError
 from safenav.formula.parser import Bounds, FormulaError, check, parse
+from safenav.line_values import TYPE
 from safenav.runtime.control.roles import Role
 from safenav.runtime.run.deadlines import LedgerKept
 from safenav.runtime.worlds.protocol import checked_obstacle
 from safenav.runtime.worlds.simulation import Truth
 from safenav.scenario.model import Obstacle, ResolveAt, Robot, Scenario
 from safenav.scenario.objective import Ltl, Objective, formulas_in
-from safenav.scenario.settings import Clock, Limits
+from safenav.scenario.settings import Clock
 from safenav.team.formulas import pursuit_of
 from safenav.team.state import Is, Plan, RobotNow, State
 from safenav.team.team import Member, Team, assigned, introduced, team_of
 from safenav.trace import records
 from safenav.trace.fields import WrongError, convert, plain
-from safenav.trace.setting import scenario_header
-from safenav.world.map import MAX_REGIONS
 from safenav.world.poses import Mobility
 
 if TYPE_CHECKING:
@@ -60,8 +59,7 @@ class Memory(Struct, frozen=True, forbid_unknown_fields=True):
 class Kept(Struct, frozen=True, forbid_unknown_fields=True):
     """A run before a pass. ``own``: the objective of each robot, with rounds of at most ``within``
     ticks; ``helps``: the obstacle that each robot serves; ``introduced``: the obstacles that the
-    scenario does not list, each with the robot whose battery it is. ``scenario``: in the first
-    checkpoint."""
+    scenario does not list, each with the robot whose battery it is."""
 
     state: State
     own: tuple[Objective, ...]
@@ -70,12 +68,11 @@ class Kept(Struct, frozen=True, forbid_unknown_fields=True):
     memory: Memory
     introduced: tuple[tuple[Obstacle, int | None], ...] = ()
     truth: Truth | None = None
-    scenario: Scenario | None = None
     sha256: str = ""
 
-    def checkpoint(self, lines: int, scenario: Scenario | None) -> records.Checkpoint:
-        """The run after so many lines of its trace, with its scenario unless that is known."""
-        run = plain(self if scenario is None else replace(self, scenario=scenario))
+    def checkpoint(self, lines: int) -> records.Checkpoint:
+        """The run after so many lines of its trace."""
+        run = plain(self)
         return records.Checkpoint(self.memory.tick, lines, {**run, "sha256": _digest(run)})
 
 
@@ -101,23 +98,8 @@ class Resumption(Struct, frozen=True):
         return replace(scenario, robots=tuple(robots))
 
 
-def scenario_of(trace: Trace) -> Scenario:
-    """Return the scenario of a run, which its first checkpoint holds. Raises UsageError if there is
-    none, or another one."""
-    found, known = _checkpoints(trace)[0][1].scenario, trace.header.scenario
-    if found is None or (
-        not 0 < found.map.size <= MAX_REGIONS
-        or len(found.robots) != len(known.robots)
-        or len(found.obstacles) != len(known.obstacles)
-        or not known.robots.keys() >= {each.robot for each in found.changes}
-        or not all(known.robots.keys() >= zone.robots for zone in found.never_together)
-    ):
-        raise UsageError(f"{trace.source}: its first checkpoint has not the scenario of the run")
-    return replace(found, source=trace.source)
-
-
-def _checkpoints(trace: Trace) -> list[tuple[int, Kept]]:
-    """The first and the last checkpoint of a trace, each with the number of lines before it."""
+def _last_checkpoint(trace: Trace) -> tuple[int, Kept]:
+    """The last checkpoint of a trace, and the number of lines before it."""
     found = [line for line in trace.records if isinstance(line, records.Checkpoint)]
     if not found:
         none = "it ends before its first checkpoint; run the scenario again, with --trace"
@@ -129,11 +111,10 @@ def _checkpoints(trace: Trace) -> list[tuple[int, Kept]]:
     if changed:
         raise UsageError(f"{trace.source}: a checkpoint was changed; resume needs it as written")
     try:
-        read = [(line.lines, convert(Kept, line.run)) for line in (found[0], found[-1])]
+        return found[-1].lines, convert(Kept, found[-1].run)
     except WrongError as error:
         why = f"another version of safenav wrote its checkpoints ({error}): run the scenario again"
         raise UsageError(f"{trace.source}: {why}") from error
-    return read
 
 
 def resumption(trace: Trace, scenario: Scenario) -> Resumption:
@@ -142,31 +123,32 @@ def resumption(trace: Trace, scenario: Scenario) -> Resumption:
     scenario."""
     if trace.outcome is not None and trace.outcome.outcome.value in ENDED:
         raise UsageError(f"nothing to resume: the run ended ({trace.outcome.outcome.value})")
-    count, kept = _checkpoints(trace)[-1]
-    limits = _compare(trace, scenario)
+    count, kept = _last_checkpoint(trace)
+    _compare(trace, scenario)
     try:
         team = _restored(scenario, kept)
     except WrongError as error:
         raise UsageError(f"{trace.source}: a checkpoint does not fit its run: {error}") from error
+    lines = trace.records[: max(0, count - 1)]
+    told = {line.obstacle.name for line in lines if isinstance(line, records.Discovered)}
+    if strange := {source.name for source, _ in kept.introduced} - told:
+        raise UsageError(f"{trace.source}: no line before it introduces {min(strange)!a}")
     state = kept.state
     pairs = zip(state.robots, kept.helps, strict=True)
     roles = tuple(Role(robot.objective, helps) for robot, helps in pairs)
-    header = replace(trace.header, scenario=replace(trace.header.scenario, limits=limits))
-    return Resumption(team, state, roles, kept, (header, *trace.records)[:count])
+    recorded = replace(trace.header.scenario, limits=scenario.limits)
+    header = replace(trace.header, scenario=recorded)
+    return Resumption(team, state, roles, kept, (header, *lines))
 
 
-def _compare(trace: Trace, scenario: Scenario) -> Limits:
-    """Compare a scenario with the header of its trace; return its limits."""
-    header = trace.header.scenario
-    here = scenario_header(scenario, None, live=trace.header.clock is not None)
-    hidden = tuple(replace(each, traversable=None) for each in header.obstacles)
-    there, parts = replace(header, obstacles=hidden), ("map", "robots", "obstacles", "until")
-    other = [name for name in parts if getattr(there, name) != getattr(here, name)]
+def _compare(trace: Trace, scenario: Scenario) -> None:
+    """Compare a scenario with that of a trace. Raises UsageError if it is another one."""
+    there, parts = trace.header.scenario, ("map", "robots", "obstacles", "until")
+    other = [name for name in parts if getattr(there, name) != getattr(scenario, name)]
     if other:
         raise UsageError(
             f"the scenario is not that of {trace.source}: it differs in {' and '.join(other)}"
         )
-    return here.limits
 
 
 def _restored(scenario: Scenario, kept: Kept) -> Team:
@@ -227,6 +209,8 @@ def _misplaced(source: Obstacle, scenario: Scenario) -> str | None:
         checked_obstacle(source)
     except ValueError as error:
         return str(error)
+    if not TYPE.fullmatch(source.type.name):
+        return f"{source.type.name!a} cannot name an obstacle"
     places = (need.at for need in source.needs if not isinstance(need.at, ResolveAt))
     there = [region for each in places for region in each]
     if scenario.map.is_free(source.region) and all(0 <= r < scenario.map.size for r in there):
@@ -354,8 +338,8 @@ def _unplanned(team: Team, state: State, plan: Plan) -> Iterator[str]:
 class Checkpoints:
     """The checkpoints of a run, of which it ``emits`` the lines: at most a share of the trace."""
 
-    def __init__(self, scenario: Scenario, emit: Callable[[records.Record], None]) -> None:
-        self._scenario, self._emit = scenario, emit
+    def __init__(self, emit: Callable[[records.Record], None]) -> None:
+        self._emit = emit
         self.lines = self._last = self._size = self._at = 0
         self._kept: Kept | None = None
 
@@ -369,7 +353,7 @@ class Checkpoints:
     def write(self) -> None:
         """Record the run as it was before the present pass."""
         if self._kept is not None and self._at > self._last:
-            line = self._kept.checkpoint(self._at, None if self._last else self._scenario)
-            self._size = len(msgspec.json.encode(replace(line, run={**line.run, "scenario": None})))
+            line = self._kept.checkpoint(self._at)
+            self._size = len(msgspec.json.encode(line))
             self._last = self._at
             self._emit(line)

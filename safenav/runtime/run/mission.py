@@ -13,6 +13,8 @@ from contextlib import suppress
 from threading import get_ident
 from typing import Any, NoReturn
 
+from msgspec.structs import replace
+
 from safenav.errors import SafenavError, UsageError
 from safenav.outcome import Outcome
 from safenav.runtime.control.answers import Answers
@@ -94,16 +96,15 @@ class Mission:
             world = LiveSimulation(scenario) if live else SimulatedWorld(scenario)
         self._world = World(scenario, world, attended=attended)
         live = self._world.live
+        scenario = self.scenario = replace(scenario, clock=Clock.LIVE if live else Clock.LOCKSTEP)
         if (found := (unsafe_live if live else unsafe_lockstep)(scenario)) is not None:
             raise UsageError(found)
         self._stop, team = Stop(None if live else scenario.limits.seconds), team_of(scenario)
         synthesizer = synthesizer or default_synthesizer(scenario)
         answers = Answers(synthesizer, self._stop.check, progress)
-        truth = self._world.truth
-        truths = None if truth is None else truth.truths
-        recorder = Recorder(team, truths, self._tell, live=live)
+        recorder = Recorder(team, self._tell, simulated=self._world.truth is not None, live=live)
         self._begun = begun
-        self._checkpoints = Checkpoints(scenario, recorder.emit) if checkpoints else None
+        self._checkpoints = Checkpoints(recorder.emit) if checkpoints else None
         self._run = Run(team, self._world, answers, recorder, self._stop.check)
         self.ending = self._started = False
         self._thread: int | None = None

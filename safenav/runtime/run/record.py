@@ -6,7 +6,7 @@ the plan.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 from msgspec.structs import replace
 
@@ -21,6 +21,7 @@ from safenav.runtime.run.deadlines import Ledger
 from safenav.runtime.run.lines import CommandLines, Emit, PlanLines, TickLines, synthesis_line
 from safenav.scenario.objective import Objective
 from safenav.solve.reasons import shortfall_words
+from safenav.spec.belief import automatic
 from safenav.team import floor as floors
 from safenav.team import state as now
 from safenav.team.apply import apply, goals, rounds
@@ -28,7 +29,6 @@ from safenav.team.state import State
 from safenav.team.team import Team
 from safenav.trace import records
 from safenav.trace.proofs import Proof
-from safenav.trace.setting import obstacle_header, scenario_header
 from safenav.trace.vocabulary import (
     ActResult,
     AvertedEnd,
@@ -53,12 +53,12 @@ class Recorder:
     def __init__(
         self,
         team: Team,
-        truths: Mapping[str, bool | None] | None,
         listener: Emit,
         *,
+        simulated: bool,
         live: bool,
     ) -> None:
-        self.team, self.truths, self._listen, self.live = team, truths, listener, live
+        self.team, self._listen, self.simulated, self.live = team, listener, simulated, live
         self.moves = CommandLines(team, self.emit) if live else TickLines(team, self.emit)
         self.time = 0.0
         self.stack: list[Entry] = []
@@ -73,9 +73,13 @@ class Recorder:
         self.ledger = Ledger(team, self.emit)
 
     def begins(self) -> None:
-        header = scenario_header(self.team.scenario, self.truths, live=self.live)
-        version = records.VERSION, safenav.__version__
-        self.emit(records.Header(0, *version, header, "live" if self.live else None))
+        scenario, version = self.team.scenario, (records.VERSION, safenav.__version__)
+        cells = None
+        if any(robot.tracks for robot in scenario.robots):
+            listed = scenario.partition or automatic(scenario.map).cells
+            cells = tuple(tuple(sorted(cell)) for cell in listed)
+        header = records.Header(0, *version, scenario.recorded, cells=cells)
+        self.emit(header if self.simulated else replace(header, world="external"))
 
     def kept(self) -> Memory:
         """The recorder's memory, for a checkpoint."""
@@ -139,9 +143,7 @@ class Recorder:
                     self.emit(records.Assumption(self.tick, self._robot(i), rule))
                 self.why = Reason.BLOCKED
             case now.Introduced(source):
-                truth = (self.truths or {}).get(source.name)
-                header = obstacle_header(source, self.team.scenario, truth)
-                self.emit(records.Discovered(self.tick, header))
+                self.emit(records.Discovered(self.tick, source))
             case now.Seen(k) if before.obstacles[k].state in (now.Is.OVER, now.Is.AWAY):
                 self.emit(records.Appeared(self.tick, self._name(k), ChangeCause.WORLD))
             case now.Met(i, k, pose):

@@ -18,7 +18,6 @@ from msgspec.structs import replace
 
 from safenav.pace.robot import SIDE, Pace, acted_by, pace_of
 from safenav.runtime.worlds.protocol import Acted, Arrived, Blocked, Change, Ended, WorldEvent
-from safenav.scenario import motion as motions
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.team import state as now
 from safenav.team.apply import acts_on, apply, initial, participants, resolved
@@ -425,5 +424,5 @@ def pace_on(world: RegionMap, robot: Robot) -> Pace:
     """The pace of a robot at its start at time 0."""
     model = robot.model
     side = SIDE if world.frame is None else max(world.frame.resolution)
-    motion = motions.resolved(model.motion, model.size, model.speed, model.layer)
+    motion = model.figures
     return pace_of(motion, world.cols, side, robot.start.facing, model.timing)
