@@ -170,8 +170,24 @@ def under_way(lab: Lab, departs: int) -> subprocess.Popen[str]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("lab", labs((FIRST, "ros2")), indirect=True)
-def test_a_robot_whose_programs_die_is_reported_as_lost(lab: Lab) -> None:
-    process = under_way(lab, 8)
+def test_robots_stop_when_safenav_ends_and_are_lost_when_their_programs_do(lab: Lab) -> None:
+    process = under_way(lab, 6)
+    process.send_signal(signal.SIGTERM)
+    process.communicate(timeout=300)
+    assert process.returncode == 130
+    lines = lines_of(lab.trace)
+    departs = [line for line in lines[1:] if line["type"] == "depart"]
+    allowed = {line["robot"]: {line["from"], line["to"]} for line in departs}
+    rested(lab)
+    log = lab.physics.log()
+    assert all(log["regions"][name] in regions for name, regions in allowed.items())
+    assert lines[-1]["outcome"] == "interrupted"
+
+    lab.physics.send("quad", 3.0, 11.0, None)
+    lab.physics.send("digit", 13.0, 3.0, 0.0)
+    rested(lab)
+    lab.trace.unlink()
+    process = under_way(lab, 4)
     lab.processes[-1].kill()  # digit's
     told = process.communicate(timeout=300)[0]
     lines = lines_of(lab.trace)
@@ -181,26 +197,6 @@ def test_a_robot_whose_programs_die_is_reported_as_lost(lab: Lab) -> None:
     assert ended[-1]["result"] == "lost"
     assert "digit" in lines[-1]["explanation"]
     assert check_trace(lab.trace).findings == ()
-
-
-@pytest.mark.parametrize("lab", labs((FIRST, "ros2")), indirect=True)
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL], ids=str)
-def test_no_robot_continues_beyond_its_goal_when_safenav_ends(
-    lab: Lab, number: signal.Signals
-) -> None:
-    process = under_way(lab, 6)
-    process.send_signal(number)
-    process.communicate(timeout=300)
-    assert process.returncode == (-signal.SIGKILL if number is signal.SIGKILL else 130)
-    allowed = {}
-    for line in lines_of(lab.trace)[1:]:
-        if line["type"] == "depart":
-            allowed[line["robot"]] = {line["from"], line["to"]}
-    rested(lab)
-    log = lab.physics.log()
-    assert all(log["regions"][name] in regions for name, regions in allowed.items())
-    if number is not signal.SIGKILL:
-        assert lines_of(lab.trace)[-1]["outcome"] == "interrupted"
 
 
 @pytest.mark.parametrize("name", ["case_study_1", "hospital", "warehouse_orders"])
