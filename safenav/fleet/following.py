@@ -80,11 +80,10 @@ class Following:
         robots: Iterable[Robot],
         places: Places,
         stations: Mapping[str, Station],
-        clock: Callable[[], float],
     ) -> None:
         self._inner = inner
+        self.now, self.step = inner.now, inner.step
         self._places = places
-        self._clock = clock
         self._lock = RLock()
         self._post: Callable[[Message], None] = print  # set by ``open``
         side = min(places.frame.resolution)
@@ -148,7 +147,7 @@ class Following:
         follower = self.followers.get(robot)
         if follower is None or follower.reference is None:
             return 0.0
-        return max(0.0, follower.reference.end - self._clock())
+        return max(0.0, follower.reference.end - self.now())
 
     def _go(self, follower: Follower, goal: GoalPoint) -> None:
         to = self._places.region(goal.x, goal.y)
@@ -181,7 +180,7 @@ class Following:
 
     def _rest(self, follower: Follower) -> None:
         """Fill the plan up to a moment from now with rest."""
-        begin, body = self._clock() + LEAD, follower.mover
+        begin, body = self.now() + LEAD, follower.mover
         if not follower.plan:
             body.time = max(body.time, begin)
         elif body.time < begin:
@@ -206,7 +205,7 @@ class Following:
 
     def _reset(self, follower: Follower, at: Located, reason: str) -> str:
         """Restart the plan at the measured position, at rest; return why that is impossible."""
-        body, now = follower.mover, self._clock()
+        body, now = follower.mover, self.now()
         region = self._places.region(at.x, at.y)
         _cut_off(follower, now)
         east, north = self._places.frame.on_map(at.x, at.y)
@@ -247,7 +246,7 @@ class Following:
                 self._judge(follower, message)
 
     def _judge(self, follower: Follower, at: Located) -> None:
-        reference, now = follower.reference, self._clock()
+        reference, now = follower.reference, self.now()
         if reference is None or follower.action is not None:
             return  # while it acts, its own controller moves it
         if follower.goal is None:  # rest would pull it back through regions that others may enter

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
-
-from msgspec import Struct
 
 from safenav.errors import UsageError
 from safenav.extras import missing
@@ -46,17 +43,6 @@ PAUSE, RETURNING = 1.0, 20.0
 emergency stop is pressed, or whose navigation restarts, rejects every goal immediately."""
 
 
-class FleetClock(Struct, frozen=True):
-    """Clock in seconds. ``step``: advances a simulation, whose time passes only while the run
-    waits, to its next messages."""
-
-    now: Callable[[], float] = time.monotonic
-    step: Callable[[], None] | None = None
-
-
-REAL_TIME = FleetClock()
-
-
 def frame_of(scenario: Scenario) -> Frame:
     """Return the frame of the map in metres. Raises UsageError if the scenario has none."""
     if scenario.map.frame is None:
@@ -74,16 +60,14 @@ class Goals:
         scenario: Scenario,
         stations: Mapping[str, Station],
         transport: Transport,
-        clock: FleetClock = REAL_TIME,
         recording: DriveRecording | None = None,
     ) -> None:
         self.scenario = scenario
         self.places = Places(scenario.map, frame_of(scenario))
         self.recording = recording
-        self.following = _following(scenario, self.places, stations, transport, clock.now)
+        self.following = _following(scenario, self.places, stations, transport)
         self.transport = self.following or transport
-        self.clock = clock
-        self.begun = clock.now()
+        self.begun = transport.now()
         """Time of the clock at which this world's time is 0."""
         self.bodies = {
             robot.name: DrivenRobot(robot, stations[robot.name], robot.start)
@@ -99,7 +83,7 @@ class Goals:
         return {} if self.following is None else self.following.followers
 
     def now(self) -> float:
-        return self.clock.now() - self.begun
+        return self.transport.now() - self.begun
 
     def begins_elsewhere(self, body: DrivenRobot) -> str | None:
         """Return the error message for a robot that is not where the run begins, or continues."""
@@ -132,7 +116,7 @@ class Goals:
         short = task.phase is Phase.GOING and self.sensing.at(pose.region) is not None
         goal = GoalPoint(task.goal, x, y, self.places.yaw(pose), short)
         if self.recording is not None and body.robot.name not in self.followers:
-            self.recording.sent(body.robot.name, goal, self.clock.now())
+            self.recording.sent(body.robot.name, goal, self.transport.now())
         self.transport.navigate(body.robot.name, goal)
         task.due = max(task.due, self.now() + SETTLING + self._seconds_left(body))
 
@@ -307,7 +291,6 @@ def _following(
     places: Places,
     stations: Mapping[str, Station],
     transport: Transport,
-    clock: Callable[[], float],
 ) -> Following | None:
     """Return the generator of references if a robot follows them; its libraries are loaded only
     then."""
@@ -317,4 +300,4 @@ def _following(
         from safenav.fleet.following import Following
     except ImportError as error:
         raise missing("'follow' of a robot", "numpy", "motion") from error
-    return Following(transport, scenario.robots, places, stations, clock)
+    return Following(transport, scenario.robots, places, stations)

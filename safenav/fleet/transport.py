@@ -155,7 +155,15 @@ Message = InputHeard | GoalEnded | Performed | Located | Scanned | Reported
 
 
 class Transport(Protocol):
-    """One middleware. No method waits for a robot."""
+    """One middleware. No method waits for a robot, except ``step``."""
+
+    @property
+    def step(self) -> Callable[[], None] | None:
+        """Advances a simulation, whose time passes only while the run waits, to its next messages;
+        None: time passes by itself."""
+
+    def now(self) -> float:
+        """Return the time on the clock of the middleware, in seconds."""
 
     def open(self, post: Callable[[Message], None]) -> None:
         """Connect. ``post`` takes messages from any thread until ``close`` returns.
@@ -173,8 +181,8 @@ class Transport(Protocol):
 
     def follow(self, robot: str, reference: Setpoints) -> None:
         """Stream a reference to a robot that tracks it, ``Setpoints.ahead`` 20 times per second,
-        until the next one or ``close``; no message follows. Its times are on the clock of the
-        fleet's world. A robot must stop by itself when its stream ends."""
+        until the next one or ``close``; no message follows. Its times are those of ``now``. A robot
+        must stop by itself when its stream ends."""
 
     def perform(self, robot: str, action: str, obstacle: str, number: int) -> None:
         """Let a robot act on an obstacle from its present position; Performed follows, once."""

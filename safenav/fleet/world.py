@@ -20,10 +20,8 @@ from safenav.fleet.file import FleetFile, Station, TransportKind
 from safenav.fleet.goals import (
     FRESH,
     LATE,
-    REAL_TIME,
     SET_BACK,
     SETTLING,
-    FleetClock,
     Goals,
     frame_of,
 )
@@ -67,13 +65,12 @@ class FleetWorld:
         scenario: Scenario,
         stations: Mapping[str, Station],
         transport: Transport,
-        clock: FleetClock = REAL_TIME,
         recording: DriveRecording | None = None,
     ) -> None:
-        self.goals = Goals(scenario, stations, transport, clock, recording)
+        self.goals = Goals(scenario, stations, transport, recording)
         self.now = self.goals.now
         self._bodies, self._sensing = self.goals.bodies, self.goals.sensing
-        self._clock, self._places = clock, self.goals.places
+        self._places = self.goals.places
         self._messages: queue.SimpleQueue[tuple[float, Message]] = queue.SimpleQueue()
         self._progress = FleetProgress(scenario)
         self._untold: dict[str, FleetTask] = {}
@@ -88,7 +85,7 @@ class FleetWorld:
 
     @property
     def pauses(self) -> bool:
-        return self._clock.step is not None
+        return self.goals.transport.step is not None
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
         self._take_all()
@@ -258,12 +255,12 @@ class FleetWorld:
 
     def _heard(self, message: Message) -> None:
         if self.goals.recording is not None:
-            self.goals.recording.heard(message, self._clock.now())
+            self.goals.recording.heard(message, self.goals.transport.now())
         self._messages.put((self.now(), message))
 
     def _take_next(self, pause: float) -> None:
-        if self._clock.step is not None:
-            self._clock.step()
+        if (step := self.goals.transport.step) is not None:
+            step()
         else:
             with suppress(queue.Empty):
                 self._take(*self._messages.get(timeout=pause))
@@ -448,11 +445,10 @@ def fleet_world(
         from safenav.fleet.lab.simulation import SimulationTransport
 
         simulated = SimulationTransport(scenario, stations, fleet.simulation)
-        clock = FleetClock(lambda: simulated.physics.now, simulated.step)
-        return FleetWorld(scenario, stations, simulated, clock, recording)
+        return FleetWorld(scenario, stations, simulated, recording)
     try:
         from safenav.fleet.ros2.transport import Ros2Transport
     except ImportError as error:
         raise missing("transport ros2", "cyclonedds", "ros2") from error
     transport = Ros2Transport(fleet.network, stations, fleet.inputs)
-    return FleetWorld(scenario, stations, transport, recording=recording)
+    return FleetWorld(scenario, stations, transport, recording)

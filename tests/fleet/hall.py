@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator
 from once import beside
 from safenav.fleet import transport
 from safenav.fleet.file import ScanUse, Station
-from safenav.fleet.goals import FleetClock
 from safenav.fleet.world import FleetWorld
 from safenav.runtime.worlds import protocol
 from safenav.scenario.model import Obstacle
@@ -46,14 +45,16 @@ class Robots:
         self.results: list[tuple[ActResult, str]] = []
         self.goals: list[transport.GoalPoint] = []
         self.cancelled: list[str] = []
-        self.stamp = self.now = 0.0
-        self.clock = FleetClock(lambda: self.now, self.step)
+        self.stamp = self.time = 0.0
         self.x = {"digit": 1.5, "quad": 1.5}
         self.y = {"digit": 2.5, "quad": 1.5}
         self.post: Callable[[transport.Message], None] = print
 
+    def now(self) -> float:
+        return self.time
+
     def step(self) -> None:
-        self.now += 0.01
+        self.time += 0.01
 
     def open(self, post: Callable[[transport.Message], None]) -> None:
         self.post = post
@@ -156,7 +157,7 @@ class Case:
             scan=ScanUse("door") if "scan" in first else None,
             report="obstacles" if "report" in first else None,
         )
-        self.world = FleetWorld(scenario, dict.fromkeys(robots.x, station), robots, robots.clock)
+        self.world = FleetWorld(scenario, dict.fromkeys(robots.x, station), robots)
         self.world.open()
         for name in robots.x if "scan" in first and "blind" not in first else ():
             scanned(robots, name, 9.0)
@@ -298,7 +299,7 @@ class Case:
         self.marked = self.robots.stamp
 
     def later(self, seconds: str) -> None:
-        self.robots.now += float(seconds)
+        self.robots.time += float(seconds)
 
     def clock(self, seconds: str) -> None:
         self.robots.stamp += float(seconds)

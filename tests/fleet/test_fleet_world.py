@@ -9,7 +9,6 @@ from runtime.played import Run
 from safenav import Mission
 from safenav.errors import UsageError
 from safenav.fleet.file import Station
-from safenav.fleet.goals import FleetClock
 from safenav.fleet.transport import (
     GoalEnd,
     GoalEnded,
@@ -40,20 +39,20 @@ def test_a_robot_that_is_silent_or_begins_in_another_pose_is_named() -> None:
     robots = Robots()
     robots.x = {}
     with pytest.raises(UsageError, match=r"no answer in 0\.05 s from /digit/odom, /quad/odom"):
-        FleetWorld(scenario, stations, robots, robots.clock).open(patience=0.05)
+        FleetWorld(scenario, stations, robots).open(patience=0.05)
     robots = Robots()
     robots.x["digit"] = 3.5
     with pytest.raises(
         UsageError,
         match=r"digit is in region 10 \(3.50, 2.50 m\).* begins with it in 8 \(.*\n.*of the map",
     ):
-        FleetWorld(scenario, stations, robots, robots.clock).open()
+        FleetWorld(scenario, stations, robots).open()
     robots = Robots()
     robots.open = lambda post: [  # type: ignore[method-assign, assignment]
         post(Located(name, 1.0, robots.x[name], robots.y[name], 1.5)) for name in robots.x
     ]
     with pytest.raises(UsageError, match=r"digit faces north; the run .* facing east\n"):
-        FleetWorld(scenario, stations, robots, robots.clock).open()
+        FleetWorld(scenario, stations, robots).open()
 
 
 def test_a_map_without_metres_is_refused() -> None:
@@ -69,8 +68,7 @@ class Obedient:
     passes during waits, with odometry."""
 
     def __init__(self, places: Places, scenario: Scenario) -> None:
-        self.places, self.stamp, self.now = places, 0.0, 0.0
-        self.clock = FleetClock(lambda: self.now, self.step)
+        self.places, self.stamp, self.time = places, 0.0, 0.0
         self.at = {r.name: places.centre(r.start.region) for r in scenario.robots}
         self.entered: list[int | None] = []
 
@@ -78,8 +76,11 @@ class Obedient:
         self.post = post
         self.step()
 
+    def now(self) -> float:
+        return self.time
+
     def step(self) -> None:
-        self.now += 0.01
+        self.time += 0.01
         for name, (x, y) in self.at.items():
             self.locate(name, x, y)
 
@@ -108,7 +109,7 @@ def test_no_robot_enters_a_region_into_which_a_person_moved_another() -> None:
     scenario = load_scenario_text(CORRIDOR, "corridor.yaml")
     robots = Obedient(Places(scenario.map, scenario.map.frame), scenario)  # type: ignore[arg-type]
     stations = {name: Station(f"/{name}") for name in ("digit", "cart")}
-    world = FleetWorld(scenario, stations, robots, robots.clock)  # type: ignore[arg-type]
+    world = FleetWorld(scenario, stations, robots)  # type: ignore[arg-type]
     world.open()
     run = Run()
     mission = Mission(scenario, world=world, listeners=[run, world.observe], attended=True)

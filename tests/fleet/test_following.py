@@ -45,12 +45,16 @@ class Bodies:
     (x); time passes when the test says so."""
 
     def __init__(self) -> None:
-        self.now = 100.0
+        self.time = 100.0
         self.off = dict.fromkeys(("digit", "quad", "jackal", "spot"), 0.0)
         self.references: dict[str, Setpoints] = {}
         self.sent: list[tuple[str, object]] = []
         self.told: list[Message] = []
         self.post: Callable[[Message], None] = print
+        self.step = None
+
+    def now(self) -> float:
+        return self.time
 
     def open(self, post: Callable[[Message], None]) -> None:
         self.post = post
@@ -74,14 +78,14 @@ class Bodies:
         self.sent.append(("all", "close"))
 
     def locate(self, robot: str) -> None:
-        row = self.references[robot].at(self.now)
-        self.post(Located(robot, self.now, row[0] + self.off[robot], row[1], row[9]))
+        row = self.references[robot].at(self.time)
+        self.post(Located(robot, self.time, row[0] + self.off[robot], row[1], row[9]))
 
     def pass_by(self, robot: str, seconds: float) -> list[Message]:
         """Let time pass; the ends that were told."""
         self.told.clear()
         for _ in range(round(seconds / PERIOD)):
-            self.now += PERIOD
+            self.time += PERIOD
             self.locate(robot)
         return [message for message in self.told if not isinstance(message, Located)]
 
@@ -92,12 +96,12 @@ def prepared() -> tuple[Following, Bodies, Places, Scenario]:
     places, bodies = Places(scenario.map, scenario.map.frame), Bodies()
     stations = {name: Station(f"/{name}", follow=FollowUse()) for name in bodies.off}
     stations["spot"] = Station("/spot")
-    follows = Following(bodies, scenario.robots, places, stations, lambda: bodies.now)
+    follows = Following(bodies, scenario.robots, places, stations)
     follows.open(bodies.told.append)
     for robot in scenario.robots:
         if robot.name in follows.followers:
             place = follows.begins(robot.name)
-            bodies.post(Located(robot.name, bodies.now, *place))
+            bodies.post(Located(robot.name, bodies.time, *place))
     return follows, bodies, places, scenario
 
 
@@ -140,13 +144,13 @@ def test_a_robot_off_its_reference_is_held_and_can_return(robot: str, to: int) -
     assert isinstance(ended, GoalEnded) and ended.end is GoalEnd.ABORTED
     assert ended.reason == "0.40 m off its reference"
     (reset,) = follows.followers[robot].resets
-    held = bodies.references[robot].at(bodies.now + 1.0)
+    held = bodies.references[robot].at(bodies.time + 1.0)
     assert np.allclose(places.frame.on_map(*held[:2]), (reset.x, reset.y))
     bodies.off[robot] = 0.0
     follows.navigate(robot, goal(places, start, 2))
     ended = bodies.pass_by(robot, 9.0)[0]
     assert ended == GoalEnded(robot, 2, GoalEnd.SUCCEEDED)
-    row = bodies.references[robot].at(bodies.now)
+    row = bodies.references[robot].at(bodies.time)
     assert places.distance(start, row[0], row[1]) < 1e-6
     plan = follows.followers[robot].plan
     assert all(abs(a.t1 - b.t0) < 1e-9 for a, b in pairwise(plan))
@@ -170,7 +174,7 @@ def test_a_robot_that_rests_is_not_drawn_back_from_another_region(
     away, bodies.off[robot] = bodies.off[robot], 0.0
     assert "outside the region in which it rests" in reset.reason
     assert bodies.sent == ([] if held else [(robot, "cancel")])
-    row = bodies.references[robot].at(bodies.now + 1)
+    row = bodies.references[robot].at(bodies.time + 1)
     there = places.frame.on_map(row[0] if held else row[0] + away, row[1])
     assert (reset.x, reset.y) == pytest.approx(there)
 
@@ -228,7 +232,7 @@ def test_a_robot_that_stands_where_no_reference_begins_is_named() -> None:
     follows, bodies, _, _ = prepared()
     x, y, yaw = follows.begins("digit")
     assert follows.start_error("digit") is None
-    bodies.post(Located("digit", bodies.now, x + 0.4, y, yaw))
+    bodies.post(Located("digit", bodies.time, x + 0.4, y, yaw))
     assert "digit is 0.40 m from" in (follows.start_error("digit") or "")
 
 

@@ -57,6 +57,9 @@ class SimulationTransport:
     def open(self, post: Callable[[transport.Message], None]) -> None:
         self._post = post
 
+    def now(self) -> float:
+        return self.physics.now
+
     def missing(self) -> list[str]:
         return []
 

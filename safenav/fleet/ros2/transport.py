@@ -296,6 +296,9 @@ class _Robot:
 class Ros2Transport:
     """A fleet on one domain of ROS 2. Use one at a time in a process."""
 
+    now = staticmethod(time.monotonic)
+    step = None
+
     def __init__(
         self, network: Network, stations: Mapping[str, Station], inputs: Mapping[str, str]
     ) -> None:

@@ -18,7 +18,6 @@ from safenav.checked_trace import check_trace
 from safenav.errors import Diagnostic, InputError, UsageError
 from safenav.fleet.driven import driven_motion
 from safenav.fleet.file import load_fleet
-from safenav.fleet.goals import FleetClock
 from safenav.fleet.transport import DriveRecording
 from safenav.fleet.world import FleetWorld
 from safenav.motion.check.verdict import check_motion
@@ -58,9 +57,8 @@ def late_drive(seed: int) -> list[str]:
         robots = LateTransport(*given)
     except UsageError as error:
         raise InputError([Diagnostic("late.yaml", 0, 0, str(error))]) from error
-    clock = FleetClock(lambda: robots.physics.now, robots.step)
     recording, lines = DriveRecording(), list[records.Record]()
-    world = FleetWorld(scenario, fleet.stations, robots, clock, recording)
+    world = FleetWorld(scenario, fleet.stations, robots, recording)
     log, sensed = PhysicsLog(robots), list[Sensed]()
     waits = world.wait
 
