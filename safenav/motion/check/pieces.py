@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import partial
 from itertools import pairwise
-from math import cos, hypot, sin
+from math import cos, hypot, remainder, sin, tau
 
 import numpy as np
 
@@ -76,7 +76,7 @@ def _support(segment: Segment, limits: Mapping[str, float], wrong: Wrong) -> boo
         if not down:
             wrong(begin, "support", "no foot is on the ground")
             return False
-        ends = ((phase.x, phase.y), (phase.to_x, phase.to_y))
+        ends = {(phase.x, phase.y), (phase.to_x, phase.to_y)}  # one, while it rests
         off = max(_off(down, x, y, sole) for x, y in ends)
         if off > NEAR:
             what = f"the centre of pressure is {off:.3f} m outside the feet on the ground"
@@ -309,7 +309,7 @@ def _feet(before: Segment, after: Segment, wrong: Callable[[str], None]) -> None
         there = [f for f in before.feet if f.side == side and abs(f.up - lasting) < NEAR]
         here = [f for f in after.feet if f.side == side and abs(f.down) < NEAR]
         if there and here:
-            jump = float(np.hypot(there[0].x - here[0].x, there[0].y - here[0].y))
+            jump = hypot(there[0].x - here[0].x, there[0].y - here[0].y)
             if jump > NEAR:
                 wrong(f"a foot on the ground jumps by {jump:.4f} m")
     up = [
@@ -318,15 +318,15 @@ def _feet(before: Segment, after: Segment, wrong: Callable[[str], None]) -> None
     on = [swing for swing in after.swings if abs(swing.t0) < NEAR and swing.u0 > NEAR]
     if len(up) != len(on):
         wrong("a foot in the air is lost")
-    turned = np.remainder(_yaw(after, 0.0) - _yaw(before, lasting) + np.pi, 2 * np.pi) - np.pi
+    turned = remainder(_yaw(after, 0.0) - _yaw(before, lasting), tau)
     if abs(turned) > NEAR:
         wrong(f"its body jumps by {turned:.4f} rad")
     for one, other in zip(up, on, strict=False):
         if abs(one.u1 - other.u0) > NEAR:
             wrong("a foot in the air jumps up or down")
-        off = np.abs(np.subtract(one.goal, other.start))
-        turned = abs(np.remainder(off[2] + np.pi, 2 * np.pi) - np.pi)
-        if one.side != other.side or max(*off[[0, 1, 3, 4, 5]], turned) > NEAR:
+        off = [a - b for a, b in zip(one.goal, other.start, strict=True)]
+        off[2] = remainder(off[2], tau)
+        if one.side != other.side or max(map(abs, off[:6])) > NEAR:
             wrong("a foot in the air jumps")
 
 
