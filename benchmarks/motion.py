@@ -24,8 +24,7 @@ from safenav.motion.mover import Crossing, Start
 from safenav.motion.walker import WalkerMover
 from safenav.runtime.run.mission import Mission
 from safenav.scenario.reading.loader import load_scenario
-from safenav.trace.reading import read_bytes
-from safenav.trace.writing import TraceWriter
+from safenav.trace.file import TraceWriter, read_bytes
 
 ROOT = Path(__file__).parents[1]
 VALUES = {"size": 0.6, "speed": 0.45, "height": 0.8, "foot": 0.18, "clearance": 0.12}

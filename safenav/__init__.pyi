@@ -30,9 +30,9 @@ from safenav.spec.compile import compile_task as compile_task
 from safenav.spec.task import Task as Task
 from safenav.studio.server import LiveView as LiveView
 from safenav.synthesis.slugs import Synthesizer as Synthesizer
-from safenav.trace.reading import read_trace as read_trace
+from safenav.trace.file import TraceWriter as TraceWriter
+from safenav.trace.file import read_trace as read_trace
 from safenav.trace.vocabulary import ActResult as ActResult
-from safenav.trace.writing import TraceWriter as TraceWriter
 from safenav.verify.verification import first_failure as first_failure
 from safenav.world.map import Heading as Heading
 from safenav.world.poses import Pose as Pose

@@ -13,9 +13,8 @@ from safenav.errors import Diagnostic, InputError
 from safenav.judge.engine import Finding, judge
 from safenav.judge.lines import NotATraceError
 from safenav.lines import json_line
-from safenav.trace.reading import Trace, read_bytes, read_content
+from safenav.trace.file import Trace, as_data, read_bytes, read_content
 from safenav.trace.records import Arrive, Move, Push
-from safenav.trace.writing import as_data
 
 
 class CheckedTrace(Struct, frozen=True):

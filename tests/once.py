@@ -13,7 +13,7 @@ from pathlib import Path
 
 from safenav.runtime.run.mission import Mission
 from safenav.scenario.reading.loader import load_scenario
-from safenav.trace.writing import TraceWriter
+from safenav.trace.file import TraceWriter
 
 FOLDER = "SAFENAV_TEST_FOLDER"
 """The variable that names the folder of this test run; it is removed at the end."""

@@ -40,8 +40,7 @@ from safenav.scenario.yaml.findings import Findings, root_of
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.program import Binary, find_binary
 from safenav.synthesis.slugs import Synthesizer
-from safenav.trace.reading import read_trace
-from safenav.trace.writing import Listener, TraceWriter
+from safenav.trace.file import Listener, TraceWriter, read_trace
 
 if TYPE_CHECKING:
     from safenav.motion.requirements import Judgement

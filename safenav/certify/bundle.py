@@ -37,9 +37,8 @@ from safenav.spec.assignable import may_leave
 from safenav.spec.specification import read_specification
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
-from safenav.trace.reading import Trace, read_bytes
+from safenav.trace.file import Trace, TraceWriter, read_bytes
 from safenav.trace.records import Synthesis
-from safenav.trace.writing import TraceWriter
 from safenav.verify.verification import Measure, NoMeasureError, first_failure, measure
 
 

@@ -21,7 +21,7 @@ from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.yaml.findings import STDIN, referenced_files, root_of
 from safenav.trace.fields import plain
-from safenav.trace.reading import Trace, read_bytes
+from safenav.trace.file import Trace, read_bytes
 from safenav.trace.records import Header
 
 

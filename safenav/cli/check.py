@@ -75,7 +75,7 @@ class GivenFile(Struct, frozen=True):
         return "<stdin>" if str(self.path) == "-" else str(self.path)
 
     def bytes(self) -> bytes:
-        from safenav.trace.reading import read_content
+        from safenav.trace.file import read_content
 
         return read_content(self.path) if self.content is None else self.content
 
@@ -167,7 +167,7 @@ def recognized(path: Path) -> GivenFile:
             with path.open("rb") as stream:
                 text = stream.read(BEGINNING).decode("utf-8", "replace")
         elif name == "-" or path.exists():
-            from safenav.trace.reading import read_content
+            from safenav.trace.file import read_content
 
             content = read_content(path)
             text = content[:BEGINNING].decode("utf-8", "replace")
@@ -297,7 +297,7 @@ def _ahead(plan: Scenario, ahead: Rehearsal, warnings: Sequence[str]) -> list[st
 def of_trace(file: GivenFile, with_motion: bool) -> JudgedFile:
     """Judge a trace. Its requirements are judged on the motion, if that is given."""
     from safenav.checked_trace import checked
-    from safenav.trace.reading import read_bytes
+    from safenav.trace.file import read_bytes
 
     content = file.bytes()
     trace = read_bytes(content, file.source)
@@ -339,7 +339,7 @@ def of_motion(
     from safenav.motion.check.verdict import check_motion
     from safenav.motion.file import parsed
     from safenav.motion.requirements import SATISFIED, MotionRecording, judged, requirements_of
-    from safenav.trace.reading import read_bytes
+    from safenav.trace.file import read_bytes
 
     motion = parsed(file.bytes(), file.source)
     runs = [read_bytes(each.bytes(), each.source) for each in traces]

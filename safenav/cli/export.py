@@ -14,7 +14,7 @@ from safenav.outfile import tell, write_all, write_out, write_whole
 from safenav.report.bag import Poses, messages
 from safenav.report.tables import tables
 from safenav.run.reading import run_of
-from safenav.trace.reading import Trace, read_trace
+from safenav.trace.file import Trace, read_trace
 from safenav.world.map import Frame
 
 BAG_RATE = 20.0

@@ -15,7 +15,7 @@ from safenav.outfile import tell, write_out, write_whole
 from safenav.report.picture.scene import Options, svg_of
 from safenav.run.reading import run_of
 from safenav.run.run import Run
-from safenav.trace.reading import Trace, read_trace
+from safenav.trace.file import Trace, read_trace
 
 REPLAY_EPILOG = """\b
 TICK is a number (of seconds in a live run), 'last', or the kind of an

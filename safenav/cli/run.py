@@ -24,8 +24,7 @@ from safenav.scenario.settings import Clock
 if TYPE_CHECKING:
     from safenav.fleet.world import FleetWorld
     from safenav.runtime.run.checkpoint import Resumption
-    from safenav.trace.reading import Trace
-    from safenav.trace.writing import Listener
+    from safenav.trace.file import Listener, Trace
 
 RUN_EPILOG = """\b
 Examples:
@@ -125,7 +124,7 @@ def _write_motion(trace: Path, motion: Path) -> list[str]:
     from safenav.motion.file import text_of
     from safenav.motion.making import motion_of
     from safenav.motion.requirements import MotionRecording, judged, requirements_of
-    from safenav.trace.reading import read_trace
+    from safenav.trace.file import read_trace
 
     read = read_trace(trace)
     made = motion_of(read)
@@ -170,7 +169,7 @@ def resume(
     """Continue the run of TRACE from its last checkpoint. Strategies are synthesized again where
     the robots are. The trace of the resumed run begins with the lines
     before that checkpoint, so it is the trace of one run. It has the clock of TRACE."""
-    from safenav.trace.reading import read_trace
+    from safenav.trace.file import read_trace
 
     before = read_trace(trace)
     if before.header.world == "external":
@@ -267,7 +266,7 @@ def drive(
     from safenav.fleet.transport import DriveRecording
     from safenav.fleet.world import fleet_world
     from safenav.scenario.lint import imprecise, oversized
-    from safenav.trace.reading import read_trace
+    from safenav.trace.file import read_trace
 
     plan = load_scenario(scenario)
     plan = limited(replace(plan, clock=Clock.LIVE), None, time_limit)

@@ -28,7 +28,7 @@ from safenav.outfile import write_out
 from safenav.runtime.run.mission import Mission
 from safenav.scenario.model import Scenario
 from safenav.scenario.settings import Clock, Expect
-from safenav.trace.writing import Listener, TraceWriter
+from safenav.trace.file import Listener, TraceWriter
 
 if TYPE_CHECKING:
     from safenav.runtime.interventions import Intervention
@@ -122,7 +122,7 @@ def carried_out(
         ended()
         if files.html is not None and trace is not None:
             from safenav.report.page.html import page_of_trace
-            from safenav.trace.reading import read_trace
+            from safenav.trace.file import read_trace
 
             write_out(files.html, page_of_trace(read_trace(trace), trace.name))
         unmet = motion(trace, files.motion) if files.motion is not None and trace else ()

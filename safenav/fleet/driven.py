@@ -42,7 +42,7 @@ from safenav.motion.making import (
 from safenav.motion.mover import Mover
 from safenav.motion.timing import TimedAction, actions_of, by_command
 from safenav.trace import records
-from safenav.trace.reading import Trace
+from safenav.trace.file import Trace
 
 ROWS = 200
 """Measurements of one line of the file."""

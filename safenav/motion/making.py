@@ -37,7 +37,7 @@ from safenav.pace.robot import SIDE as SIDE
 from safenav.scenario.model import Robot, Scenario
 from safenav.scenario.motion import KINDS
 from safenav.trace import records
-from safenav.trace.reading import Trace, unstarted
+from safenav.trace.file import Trace, unstarted
 from safenav.trace.vocabulary import MoveEnd
 
 

@@ -18,7 +18,7 @@ from safenav.motion.timing import in_time
 from safenav.scenario.yaml.findings import suggestion
 from safenav.stl.robustness import Robustness, robustness
 from safenav.stl.syntax import Compound, Happens, Requirement, RobotSignal, nodes, parse_requirement
-from safenav.trace.reading import Trace
+from safenav.trace.file import Trace
 from safenav.trace.records import Request, Resolved
 
 Array = NDArray[np.float64]

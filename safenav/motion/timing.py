@@ -22,7 +22,7 @@ from safenav.pace.robot import Pace, acted_by, pace_of
 from safenav.scenario.model import Need, Obstacle, Robot
 from safenav.scenario.settings import Clock
 from safenav.trace import records
-from safenav.trace.reading import Trace
+from safenav.trace.file import Trace
 from safenav.trace.vocabulary import ActResult, ChangeCause, MovedBy, MoveEnd
 
 

@@ -20,7 +20,7 @@ from safenav.lines import csv_text
 from safenav.motion.file import GoalLine, Motion, Moving, Piece, Segment
 from safenav.pace.robot import YAW
 from safenav.run.run import Run
-from safenav.trace.reading import Trace
+from safenav.trace.file import Trace
 from safenav.world.map import Frame
 
 _DECIMALS = 6

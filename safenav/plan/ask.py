@@ -22,7 +22,7 @@ from safenav.scenario.reachability import room_words, without_room
 from safenav.solve.solve import Solver, settle
 from safenav.team.floor import Floor, Joint, Stages, put
 from safenav.team.state import Plan, Stage
-from safenav.trace import proofs
+from safenav.trace import vocabulary
 from safenav.world.poses import Mask, PoseGraph, bits
 
 WORK, WORK_OF_A_ROBOT = 3_000_000, 60_000
@@ -50,7 +50,7 @@ class Deadlock(Struct, frozen=True):
     ``whole``: with the open obstacles."""
 
     robots: tuple[int, ...]
-    proof: proofs.JointSearch | proofs.NoRoom
+    proof: vocabulary.JointSearch | vocabulary.NoRoom
     why: str = ""
     whole: bool = False
 
@@ -198,7 +198,7 @@ def _crowded(floor: Floor) -> Deadlock | None:
     if group is None:
         return None
     who = tuple(i for i in floor.robots if team.members[i].robot in group)
-    proof = proofs.NoRoom(tuple(team.members[i].name for i in who))
+    proof = vocabulary.NoRoom(tuple(team.members[i].name for i in who))
     return Deadlock(who, proof, f"deadlock: {room_words(group, team.world)}")
 
 
@@ -297,7 +297,7 @@ def _spread(floor: Floor, joint: Joint, group: tuple[int, ...]) -> int:
     return sum(max(side) - min(side) for side in zip(*at, strict=True))
 
 
-def _stated(floor: Floor, joint: Joint, reached: Exhausted) -> proofs.JointSearch:
+def _stated(floor: Floor, joint: Joint, reached: Exhausted) -> vocabulary.JointSearch:
     """The proof in the words of a trace: all joint poses, counted and hashed."""
     graphs, found = floor.graphs, set()
     for poses in {tuple(each.poses[i] for i in floor.robots) for each in reached}:
@@ -307,8 +307,11 @@ def _stated(floor: Floor, joint: Joint, reached: Exhausted) -> proofs.JointSearc
     names = {i: floor.team.members[i].name for i in floor.robots}
     there = {name: graphs[i].pose(joint.poses[i]).place for i, name in names.items()}
     stages = {floor.gate(g).name: joint.stages[g].need for g in floor.open(joint.stages)}
-    goal, sha256 = proofs.JointGoal(floor.team.rounds), hashlib.sha256(text.encode()).hexdigest()
+    goal, sha256 = (
+        vocabulary.JointGoal(floor.team.rounds),
+        hashlib.sha256(text.encode()).hexdigest(),
+    )
     own = {i: floor.team.members[i].graph.memory(joint.poses[i]) for i in names}
     memory = {names[i]: dict(values) for i, values in own.items() if values}
     who = tuple(names.values())
-    return proofs.JointSearch(who, there, stages, goal, len(found), sha256, memory or None)
+    return vocabulary.JointSearch(who, there, stages, goal, len(found), sha256, memory or None)

@@ -239,7 +239,7 @@ class FailureFolder:
             files[-1].write_bytes(trace)
             try:
                 from safenav.report.page.html import page_of_trace
-                from safenav.trace.reading import read_trace
+                from safenav.trace.file import read_trace
 
                 page = page_of_trace(read_trace(files[-1]), files[-1].name)
             except Exception as error:

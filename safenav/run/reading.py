@@ -33,7 +33,7 @@ from safenav.run.wording import Wording, synthesis_words
 from safenav.scenario.model import OPERATOR_ACTION, Obstacle, Robot
 from safenav.scenario.objective import Ltl, Objective, TargetObjective
 from safenav.trace import records
-from safenav.trace.reading import Trace, read_trace
+from safenav.trace.file import Trace, read_trace
 from safenav.trace.vocabulary import ActResult, ChangeCause, DeadlineVerdict, MoveEnd
 from safenav.world.map import Region, RegionMap
 

@@ -16,7 +16,7 @@ from msgspec.structs import replace
 
 from safenav.scenario.reachability import too_many
 from safenav.team.floor import Floor, Stages
-from safenav.trace import proofs
+from safenav.trace import vocabulary
 from safenav.world.poses import FAR, Mask, PoseGraph, bits
 
 MOST_NODES = 20_000
@@ -295,20 +295,20 @@ def _loses_nothing(step: Step, now: Sets) -> bool:
 # In the words of a trace.
 
 
-def stated(now: Sets, found: Refutation, given_up: tuple[str, ...] = ()) -> proofs.Proof:
+def stated(now: Sets, found: Refutation, given_up: tuple[str, ...] = ()) -> vocabulary.Proof:
     floor = now.floor
     name = [floor.gate(g).name for g in range(len(floor.gates))]
     if isinstance(found, Closure):
         robots = zip(floor.team.members, floor.graphs, found.reach, found.live, strict=True)
-        reach = {m.name: proofs.Reach(places(graph, at), live) for m, graph, at, live in robots}
+        reach = {m.name: vocabulary.Reach(places(graph, at), live) for m, graph, at, live in robots}
         never = (*(name[g] for g in found.never), *given_up)
-        return proofs.Closure(tuple(name[g] for g in found.resolved), never, reach)
+        return vocabulary.Closure(tuple(name[g] for g in found.resolved), never, reach)
     choices = []
     for each in found:
         group = tuple(floor.team.members[i].name for i in each.step.group)
-        option = proofs.Option(name[each.step.g], each.step.need, group, each.lossless)
-        choices.append(proofs.Choice(option, stated(now, each.because, given_up)))
-    return proofs.Tree(tuple(choices))
+        option = vocabulary.Option(name[each.step.g], each.step.need, group, each.lossless)
+        choices.append(vocabulary.Choice(option, stated(now, each.because, given_up)))
+    return vocabulary.Tree(tuple(choices))
 
 
 def places(graph: PoseGraph, poses: Mask) -> tuple[tuple[int, str | None], ...]:

@@ -36,7 +36,7 @@ from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_draft, load_scenario_text
 from safenav.scenario.settings import Clock
 from safenav.scenario.yaml.findings import ReadableFolder
-from safenav.trace.writing import as_data
+from safenav.trace.file import as_data
 
 LIMIT = 32 * 2**20
 """Largest line of a process, in bytes."""

@@ -40,8 +40,8 @@ from safenav.scenario.reading.loader import schema_text
 from safenav.studio.live import WatchedRun
 from safenav.studio.process import RunOrder
 from safenav.studio.session import ReplaceError, Studio
+from safenav.trace.file import as_data
 from safenav.trace.records import Record
-from safenav.trace.writing import as_data
 
 LARGEST = 8_000_000
 """Bytes of the largest request: an edited text."""

@@ -27,7 +27,7 @@ from safenav.scenario.yaml.findings import STDIN
 from safenav.studio.drawing import palette
 from safenav.studio.live import StudioRun
 from safenav.studio.process import RunOrder
-from safenav.trace.reading import read_bytes
+from safenav.trace.file import read_bytes
 
 
 def replay_page(trace: bytes, name: str) -> bytes:

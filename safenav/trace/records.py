@@ -20,18 +20,17 @@ from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.objective import Objective
 from safenav.scenario.settings import Clock
 from safenav.trace import vocabulary
-from safenav.trace.proofs import Proof
+from safenav.trace.vocabulary import Proof
 
 VERSION = 4
 """The version of the format; there is no other."""
 
 
-def without_underscore(name: str) -> str:
-    """Return the name of a field in JSON: the underscore distinguishes it from words of Python."""
-    return name.rstrip("_")
+_RENAMED = {"from_": "from"}
+"""Fields whose JSON name is a word of Python."""
 
 
-class TickLine(Struct, frozen=True, rename=without_underscore):
+class TickLine(Struct, frozen=True, rename=_RENAMED):
     """``tick``: 0 before the first move; in a live run the number of the pass."""
 
     tick: Count
@@ -80,7 +79,7 @@ class Header(Record, frozen=True, tag="header"):
         return self.scenario.clock is Clock.LIVE
 
 
-class PlacesFrom(Struct, frozen=True, rename=without_underscore):
+class PlacesFrom(Struct, frozen=True, rename=_RENAMED):
     """Regions that a robot can be sent to from some places only: from ``from_``, while it remembers
     ``memory``, and from those of other entries of the same ``places``."""
 

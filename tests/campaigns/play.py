@@ -30,8 +30,7 @@ from safenav.runtime.run.checkpoint import resumption
 from safenav.runtime.run.mission import default_synthesizer
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.synthesis.cache import Cache
-from safenav.trace.reading import read_lines
-from safenav.trace.writing import as_data
+from safenav.trace.file import as_data, read_lines
 
 MOST_PASSES = 20_000
 LIMITS = ("tick_limit", "time_limit", "search_limit")

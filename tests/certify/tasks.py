@@ -29,8 +29,8 @@ from safenav.spec.task import Known, Observed, Task
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
 from safenav.trace import records
+from safenav.trace.file import as_data
 from safenav.trace.vocabulary import Reason
-from safenav.trace.writing import as_data
 from safenav.verify.verification import first_failure
 from safenav.world.partition import Partition
 

@@ -19,8 +19,7 @@ from safenav.motion.file import Motion, parsed, text_of
 from safenav.runtime.run.mission import Mission
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.settings import Clock
-from safenav.trace.reading import Trace, read_bytes
-from safenav.trace.writing import Listener, TraceWriter
+from safenav.trace.file import Listener, Trace, TraceWriter, read_bytes
 
 HALL = beside(__file__, "scenarios/hall.yaml")
 FLEET = beside(__file__, "scenarios/hall.fleet.yaml")

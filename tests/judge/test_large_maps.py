@@ -4,8 +4,8 @@ from safenav import Mission
 from safenav.checked_trace import check_trace
 from safenav.lines import json_line
 from safenav.scenario.reading.loader import load_scenario_text
+from safenav.trace.file import as_data
 from safenav.trace.records import Record
-from safenav.trace.writing import as_data
 
 ROWS = ["#" * 300, "#..." + "#" * 296, *["#" * 300] * 298]
 LARGE = f"""

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from safenav.checked_trace import CheckedTrace, check_trace, checked
 from safenav.errors import InputError
-from safenav.trace.reading import read_bytes
+from safenav.trace.file import read_bytes
 from support.damage import GOOD, Line, team, text
 
 NAMES = sorted(GOOD)

@@ -12,7 +12,7 @@ from safenav.motion.making import motion_of
 from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.settings import Clock
-from safenav.trace.reading import Trace, read_bytes
+from safenav.trace.file import Trace, read_bytes
 
 SHIPPED = sorted(path.stem for path in SCENARIOS.glob("*.yaml"))
 

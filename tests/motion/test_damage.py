@@ -19,7 +19,7 @@ from safenav.motion.file import Motion, parsed, text_of
 from safenav.motion.making import motion_of
 from safenav.motion.walker import advanced
 from safenav.scenario.model import RobotModel
-from safenav.trace.reading import Trace, read_bytes
+from safenav.trace.file import Trace, read_bytes
 
 DAMAGES = yaml.safe_load(beside(__file__, "damages.yaml"))
 

@@ -14,7 +14,7 @@ from safenav.motion.check.verdict import check_motion
 from safenav.motion.columns import columns_of
 from safenav.motion.file import parsed, text_of
 from safenav.motion.making import motion_of
-from safenav.trace.reading import read_bytes
+from safenav.trace.file import read_bytes
 
 
 @pytest.mark.parametrize("name", ["case_study_1", "team_of_six"])

@@ -15,7 +15,7 @@ from motion.runs import played as traced
 from safenav.motion.check.verdict import check_motion
 from safenav.motion.file import parsed, text_of
 from safenav.motion.making import motion_of
-from safenav.trace.reading import read_bytes
+from safenav.trace.file import read_bytes
 from support.missions import mission
 from support.mixed import metric_mission
 

@@ -27,7 +27,7 @@ from safenav.motion.timing import dated, in_time, ordered, paces_of
 from safenav.pace.robot import Pace, acted_by, pace_of
 from safenav.scenario.motion import resolved
 from safenav.trace import records
-from safenav.trace.reading import Trace, read_bytes
+from safenav.trace.file import Trace, read_bytes
 from safenav.trace.records import Service
 
 SLOWED = int(os.environ.get("SAFENAV_MOTION_SLOWED", "10"))

@@ -16,7 +16,7 @@ from safenav.report.page.motion import page3d_of
 from safenav.run.reading import read_run, run_of
 from safenav.run.run import Run
 from safenav.trace import records
-from safenav.trace.reading import read_trace
+from safenav.trace.file import read_trace
 
 CART = beside(__file__, "scenarios/cart.yaml")
 

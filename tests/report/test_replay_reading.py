@@ -15,7 +15,7 @@ from safenav.run.reading import RunReader, read_run
 from safenav.run.run import SightCache
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.settings import Clock
-from safenav.trace.reading import unstarted
+from safenav.trace.file import unstarted
 from safenav.trace.records import Operator
 from safenav.trace.vocabulary import OperatorIntervention
 from support.damage import team

@@ -10,7 +10,7 @@ from safenav.run.values import SynthesisOutcome
 from safenav.scenario.model import OPERATOR_ACTION, Obstacle, ObstacleType
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace import records, vocabulary
-from safenav.trace.reading import unstarted
+from safenav.trace.file import unstarted
 
 ROOM = beside(__file__, "scenarios/room.yaml")
 

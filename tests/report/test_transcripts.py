@@ -20,7 +20,7 @@ from safenav.report.terminal.story import Story
 from safenav.run.reading import run_of
 from safenav.run.run import Run
 from safenav.run.values import StoryKind
-from safenav.trace.reading import Trace, read_lines
+from safenav.trace.file import Trace, read_lines
 
 TRANSCRIPTS = Path(__file__).with_name("transcripts")
 

@@ -11,7 +11,7 @@ from report.browser import Browser, Keys
 from safenav.cli import group
 from safenav.motion.file import Action
 from safenav.motion.making import motion_of
-from safenav.trace.reading import read_trace
+from safenav.trace.file import read_trace
 
 SCENARIO = Path(__file__).parents[2] / "scenarios" / "case_study_1.yaml"
 

@@ -8,8 +8,7 @@ from safenav.lines import json_line
 from safenav.runtime.run.checkpoint import resumption
 from safenav.runtime.run.mission import Mission
 from safenav.scenario.model import Scenario
-from safenav.trace.reading import read_lines
-from safenav.trace.writing import as_data
+from safenav.trace.file import as_data, read_lines
 
 MOST = 12
 

@@ -13,8 +13,8 @@ from safenav.lines import json_line
 from safenav.runtime.run.mission import Mission
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
+from safenav.trace.file import as_data
 from safenav.trace.records import Record
-from safenav.trace.writing import as_data
 
 Line = dict[str, Any]
 

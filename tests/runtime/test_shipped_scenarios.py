@@ -8,7 +8,7 @@ from once import SCENARIOS, trace_of_shipped
 from safenav.batch.case import Ledger, differences
 from safenav.checked_trace import check_trace
 from safenav.scenario.reading.loader import load_scenario
-from safenav.trace.reading import read_bytes
+from safenav.trace.file import read_bytes
 
 SHIPPED = sorted(SCENARIOS.glob("*.yaml"))
 

@@ -14,7 +14,7 @@ from safenav.motion.making import motion_of
 from safenav.report.picture.svg import obstacle_pictogram, robot_pictogram
 from safenav.scenario.model import Catalogue
 from safenav.scenario.reading.catalogue import built_in
-from safenav.trace.reading import read_bytes
+from safenav.trace.file import read_bytes
 from safenav.trace.records import Resolved
 
 LIBRARY: Catalogue = built_in()

@@ -11,7 +11,7 @@ import pytest
 from report.browser import Browser, Keys
 from safenav.checked_trace import check_trace
 from safenav.scenario.reading.loader import load_scenario_text
-from safenav.trace.reading import read_bytes
+from safenav.trace.file import read_bytes
 from safenav.trace.records import Appeared, Resolved
 from safenav.trace.vocabulary import ChangeCause
 from studio.board import SHIPPED, Board, answer, close_with, toast

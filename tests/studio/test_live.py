@@ -21,7 +21,7 @@ from safenav.studio import live
 from safenav.studio.live import StudioRun
 from safenav.studio.process import RunOrder
 from safenav.studio.server import WatchedRun
-from safenav.trace.reading import read_bytes
+from safenav.trace.file import read_bytes
 from safenav.trace.records import Resolved
 from studio.serving import MINUTES, SCENARIOS, Page, Served, opened, visit
 

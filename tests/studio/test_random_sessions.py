@@ -10,7 +10,7 @@ import pytest
 
 from report.browser import Browser
 from safenav.checked_trace import check_trace
-from safenav.trace.reading import read_bytes
+from safenav.trace.file import read_bytes
 from studio.serving import SCENARIOS, Page, Served, opened
 from studio.test_editing import something
 

@@ -12,8 +12,8 @@ from children import ran
 from safenav.runtime.run.mission import Mission
 from safenav.scenario.reading.loader import load_scenario
 from safenav.studio import session
+from safenav.trace.file import as_data
 from safenav.trace.records import Record
-from safenav.trace.writing import as_data
 from studio.serving import SCENARIOS
 
 

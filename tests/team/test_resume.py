@@ -20,8 +20,7 @@ from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario
 from safenav.trace import records
 from safenav.trace.fields import convert, plain
-from safenav.trace.reading import read_trace
-from safenav.trace.writing import TraceWriter, as_data
+from safenav.trace.file import TraceWriter, as_data, read_trace
 from scenario.mistakes import places
 from warm import safenav
 

@@ -7,7 +7,7 @@ import pytest
 from safenav.errors import InputError
 from safenav.judge.lines import NotATraceError, Reader
 from safenav.line_values import flaws
-from safenav.trace.reading import read_lines
+from safenav.trace.file import read_lines
 from support.damage import GOOD, damage, find, text
 
 

@@ -7,7 +7,7 @@ import pytest
 from safenav.errors import Diagnostic, InputError
 from safenav.outcome import Outcome
 from safenav.trace.fields import WrongError, convert
-from safenav.trace.reading import read_bytes, read_lines, read_trace
+from safenav.trace.file import read_bytes, read_lines, read_trace
 from safenav.trace.records import Gone, Move, Push, Resolved
 from support.damage import GOOD, Line, damage, find, text
 

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 from runtime.played import completed
 from safenav.checked_trace import check_trace
 from safenav.errors import InputError
-from safenav.trace.reading import read_lines, read_trace
+from safenav.trace.file import TraceWriter, as_data, read_lines, read_trace
 from safenav.trace.records import (
     KINDS,
     VERSION,
@@ -17,7 +17,6 @@ from safenav.trace.records import (
     Header,
     Record,
 )
-from safenav.trace.writing import TraceWriter, as_data
 from traces.examples import examples
 from traces.real import NAMES, real_trace
 

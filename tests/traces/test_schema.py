@@ -17,8 +17,8 @@ from safenav.lines import json_line
 from safenav.outcome import Outcome
 from safenav.trace import records, vocabulary
 from safenav.trace.fields import entries
+from safenav.trace.file import as_data
 from safenav.trace.schema import schema_text, trace_schema
-from safenav.trace.writing import as_data
 from traces.examples import examples
 from traces.real import NAMES, real_trace
 

@@ -28,7 +28,7 @@ from safenav.motion.file import (
     Segment,
 )
 from safenav.motion.geometry import Mass, mass, path
-from safenav.trace.reading import Trace
+from safenav.trace.file import Trace
 
 Array = NDArray[np.float64]
 

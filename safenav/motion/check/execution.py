@@ -24,7 +24,7 @@ from safenav.motion.check.examination import (
     outside,
 )
 from safenav.motion.file import GoalLine, Measured, Motion, Reset
-from safenav.trace.reading import Trace
+from safenav.trace.file import Trace
 from safenav.trace.records import Act, Operator
 from safenav.trace.vocabulary import ActResult, MoveEnd
 from safenav.trace.words import counted

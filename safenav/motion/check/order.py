@@ -26,7 +26,7 @@ from safenav.motion.timing import (
     paces_of,
 )
 from safenav.trace import records
-from safenav.trace.reading import Trace
+from safenav.trace.file import Trace, as_data
 from safenav.trace.records import (
     Act,
     Arrive,
@@ -36,7 +36,6 @@ from safenav.trace.records import (
     Service,
 )
 from safenav.trace.vocabulary import ChangeCause, MoveEnd
-from safenav.trace.writing import as_data
 
 JUDGED = {
     **dict.fromkeys(("continuity", "mobility", "service"), "order"),

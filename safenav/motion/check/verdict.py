@@ -28,7 +28,7 @@ from safenav.motion.file import (
     Segment,
     read_motion,
 )
-from safenav.trace.reading import Trace
+from safenav.trace.file import Trace
 
 AT_LEAST = ("aside", "least_double")
 """The limits of a walker that are lower bounds; the others are upper ones."""

@@ -43,7 +43,7 @@ from safenav.run.values import (
     looks,
 )
 from safenav.scenario.objective import Objective, target_regions
-from safenav.trace.reading import Trace
+from safenav.trace.file import Trace
 from safenav.world.map import Region, RegionMap
 
 

@@ -29,7 +29,7 @@ from safenav.run.paths import SAME
 from safenav.run.reading import run_of
 from safenav.run.run import Run
 from safenav.run.values import Changes
-from safenav.trace.reading import Trace
+from safenav.trace.file import Trace
 
 RATE = 20
 """Samples per second."""

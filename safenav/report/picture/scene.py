@@ -43,7 +43,7 @@ from safenav.run.reading import run_of
 from safenav.run.values import Event, Hidden, Look, ObstacleStatus, Placed, Scene, StoryKind, looks
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import target_regions
-from safenav.trace.reading import unstarted
+from safenav.trace.file import unstarted
 from safenav.world.map import Region
 
 MARGIN = 16.0

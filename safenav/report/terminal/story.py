@@ -23,7 +23,7 @@ from safenav.run.run import Run
 from safenav.run.values import Event, ObstacleStatus, StoryKind, SynthesisOutcome, labels
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.objective import describe, target_regions
-from safenav.trace.reading import unstarted
+from safenav.trace.file import unstarted
 from safenav.trace.words import (
     MANY,
     counted,

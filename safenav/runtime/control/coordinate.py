@@ -34,7 +34,7 @@ from safenav.team.failures import FAILURE
 from safenav.team.floor import driven, floor_now, gates_of, stages_of, without_memory
 from safenav.team.state import Is, RobotNow, State
 from safenav.team.team import Team
-from safenav.trace.proofs import JointSearch, Proof
+from safenav.trace.vocabulary import JointSearch, Proof
 from safenav.trace.words import listed
 
 Coming = Callable[[], bool]

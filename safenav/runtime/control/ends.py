@@ -38,8 +38,7 @@ from safenav.team.floor import (
 )
 from safenav.team.state import Is, State
 from safenav.team.team import Team
-from safenav.trace.proofs import JointSearch, Proof
-from safenav.trace.vocabulary import OperatorCause
+from safenav.trace.vocabulary import JointSearch, OperatorCause, Proof
 from safenav.trace.words import MANY, counted, listed, obstacle_words, seconds_words, some
 
 _TRAPPED = "every remaining option traps a robot needed elsewhere"

@@ -34,7 +34,7 @@ from safenav.trace.fields import WrongError, convert, plain
 from safenav.world.poses import Mobility
 
 if TYPE_CHECKING:
-    from safenav.trace.reading import Trace
+    from safenav.trace.file import Trace
 
 ENDED = ("completed", "unrealizable", "late")
 FEWEST, SHARE, LINE = 50, 2, 150

@@ -41,8 +41,8 @@ from safenav.synthesis.slugs import Listener as SynthesisListener
 from safenav.synthesis.slugs import Synthesizer
 from safenav.team.team import team_of
 from safenav.trace import records
+from safenav.trace.file import Listener
 from safenav.trace.records import Record
-from safenav.trace.writing import Listener
 from safenav.verify.verification import first_failure
 
 WAITED = 0.05

@@ -28,7 +28,6 @@ from safenav.team.apply import apply, goals, rounds
 from safenav.team.state import State
 from safenav.team.team import Team
 from safenav.trace import records
-from safenav.trace.proofs import Proof
 from safenav.trace.vocabulary import (
     ActResult,
     AvertedEnd,
@@ -37,6 +36,7 @@ from safenav.trace.vocabulary import (
     OperatorCause,
     OperatorIntervention,
     PlanEndReason,
+    Proof,
     Reason,
 )
 

@@ -26,8 +26,7 @@ from safenav.runtime.run.mission import Mission
 from safenav.runtime.worlds.protocol import Sensed, WorldEvent
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace import records
-from safenav.trace.reading import read_bytes
-from safenav.trace.writing import TraceWriter
+from safenav.trace.file import TraceWriter, read_bytes
 from support.examples import quiet
 
 TOLD_OF_TRANSPORT = ("measured clock", "measured rate")

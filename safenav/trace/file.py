@@ -1,29 +1,32 @@
-"""Reads a trace (docs/trace.md) into typed records.
+"""Trace files (docs/trace.md): typed records are read from them, and appended to them.
 
 A writer that was killed leaves an incomplete last line: that is not an error, ``cut_off`` records
-it. Any other line that violates the format is one diagnostic; all are reported.
+it. Any other line that violates the format is one diagnostic; all are reported. Each line is
+flushed when it happens.
 """
 
 from __future__ import annotations
 
+import os
 import re
-from collections.abc import Iterable
+import stat
+from collections.abc import Callable, Iterable
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from msgspec import Struct
 from msgspec.structs import replace
 
 import safenav
-from safenav.errors import Diagnostic, InputError
+from safenav.errors import Diagnostic, InputError, UsageError
 from safenav.file_kind import another_kind
 from safenav.line_values import flaws, note_flaw
-from safenav.lines import json_flaw, read_file
+from safenav.lines import json_flaw, json_line, read_file
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.objective import target_regions
 from safenav.strict_json import read_json
-from safenav.trace.fields import WrongError, convert
+from safenav.trace.fields import WrongError, convert, plain
 from safenav.trace.records import (
     KINDS,
     VERSION,
@@ -319,3 +322,69 @@ def _is_json(content: bytes) -> bool:
     except ValueError:
         return False
     return True
+
+
+Listener = Callable[[Record], None]
+"""Receives each record of a run as it happens."""
+
+
+def as_data(record: Record) -> dict[str, Any]:
+    """The record as one JSON object of the trace."""
+    data = {"type": record.type, **plain(record)}
+    if record.note:
+        data["note"] = True
+    if isinstance(record, Header):
+        del data["tick"]
+    return data
+
+
+class TraceWriter:
+    """A listener that appends each record to a file and flushes it. The first record replaces what
+    the file held; a run that is refused before leaves it as it was.
+
+    Raises UsageError when the file cannot be opened or written: a run whose trace is lost must
+    not continue.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self._path = path = Path(path)
+        self._begun = False
+        self._made = not path.exists()
+        try:
+            self._file: IO[str] = path.open("a", encoding="utf-8")
+        except OSError as error:
+            raise self._failure(error) from error
+        except BaseException:
+            self._remove_empty()
+            raise
+
+    def __call__(self, record: Record) -> None:
+        line = json_line(as_data(record))
+        try:
+            if not self._begun and stat.S_ISREG(os.fstat(self._file.fileno()).st_mode):
+                self._made = True
+                self._file.truncate(0)
+            self._file.write(line)
+            self._file.flush()
+            self._begun = True
+        except OSError as error:
+            raise self._failure(error) from error
+
+    def _remove_empty(self) -> None:
+        """An interrupt before the first record leaves no empty file."""
+        if self._made and not self._begun:
+            self._path.unlink(missing_ok=True)
+
+    def _failure(self, error: OSError) -> UsageError:
+        return UsageError(f"cannot write the trace {self._path}: {error.strerror}")
+
+    def __enter__(self) -> TraceWriter:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        try:
+            self._file.close()
+            self._remove_empty()
+        except OSError as failure:
+            if kind is None:
+                raise self._failure(failure) from failure
