@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from enum import StrEnum
 from math import floor
 from pathlib import Path
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -20,7 +20,7 @@ from safenav.scenario.model import Obstacle, ObstacleType, Scenario
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.settings import Failures
 from safenav.scenario.values import RegionValue
-from safenav.scenario.yaml.document import Node, Scalar, clipped
+from safenav.scenario.yaml.document import Node, Scalar, below, clipped
 from safenav.scenario.yaml.findings import Findings, parsed, read_source
 from safenav.scenario.yaml.json_schema import schema_text as schema_of
 from safenav.scenario.yaml.typed import Item, Key, key, read, version
@@ -141,22 +141,34 @@ class FollowUse(Struct, frozen=True):
 
 
 class Station(Struct, frozen=True):
-    """One robot. ``tolerance``: distance from the centre of a region, in metres, that counts as
-    arrival; ``speed``: metres per second, for the time limit of a goal, which is ``timeout`` times
-    the expected time; ``scan`` and
-    ``report``: its sensors; ``tf``: None for a robot whose odometry is in the frame of the map;
-    ``follow``: None for a robot that navigates to goals by itself;
-    ``act``: the service that performs each action."""
+    """A robot of the fleet. ``namespace``: of its topics, services and actions; ``tf``: None for a
+    robot whose odometry is in the frame of the map; ``follow``: None for a robot that navigates to
+    goals by itself."""
 
-    namespace: str
-    tolerance: float = 0.3
-    speed: float = 0.5
-    timeout: float = 3.0
+    one: ClassVar = "robot '{name}'"
+    namespace: Annotated[
+        str, _in_ros(NAMESPACE, "Prefix of its topics. Default: / and its name.")
+    ] = ""
+    tolerance: Annotated[
+        float,
+        Key(
+            "Distance from a region's centre that counts as arrival, in metres; less on sides "
+            "below a metre.",
+            above=0,
+            check=_inside,
+        ),
+    ] = 0.3
+    speed: Annotated[float, Key("Metres per second, for time limits.", above=0)] = 0.5
+    timeout: Annotated[
+        float, Key("Time limit of a goal, as a multiple of the expected time.", above=0)
+    ] = 3.0
     scan: ScanUse | None = None
-    report: str | None = None
+    report: Annotated[
+        str | None, _in_ros(NAME, "A text topic: 'door@47' is present, '-door@47' is gone.")
+    ] = None
     tf: TfUse | None = None
     follow: FollowUse | None = None
-    act: Mapping[str, str] = field(default_factory=dict)
+    act: Annotated[dict[str, RosName], Key("The service that performs each action.")] = {}
 
     @property
     def pose_topic(self) -> str:
@@ -225,30 +237,6 @@ class SimulationKeys(Item, frozen=True):
     )
 
 
-class StationKeys(Item, frozen=True):
-    """A robot of the fleet."""
-
-    one: ClassVar = "robot '{name}'"
-    namespace: Annotated[str, _in_ros(NAMESPACE)] | None = key(
-        "Prefix of its topics. Default: / and its name."
-    )
-    tolerance: float | None = key(
-        "Distance from a region's centre that counts as arrival, in metres. "
-        "Default: 0.3 of its side, at most 0.3 m.",
-        above=0,
-        check=_inside,
-    )
-    speed: float = key("Metres per second, for time limits.", above=0, default=0.5)
-    timeout: float = key(
-        "Time limit of a goal, as a multiple of the expected time.", above=0, default=3.0
-    )
-    scan: ScanUse | None = None
-    report: RosName | None = key("A text topic: 'door@47' is present, '-door@47' is gone.")
-    tf: TfUse | None = None
-    follow: FollowUse | None = None
-    act: dict[Scalar, RosName] | None = key("The service that performs each action.")
-
-
 class FleetKeys(Item, frozen=True):
     """Connection, sensors and actions of each robot of a scenario."""
 
@@ -262,8 +250,8 @@ class FleetKeys(Item, frozen=True):
     simulation: SimulationKeys | None = None
     failures: Failures = key(default=Failures())
     inputs: dict[Scalar, RosName] | None = key("ROS: the topic (std_msgs/Bool) of each input.")
-    defaults: StationKeys | None = key("Values for robots that set no others.")
-    robots: dict[Scalar, StationKeys] | None = key("By name; others have the defaults.")
+    defaults: Station | None = key("Values for robots that set no others.")
+    robots: dict[Scalar, Station] | None = key("By name; others have the defaults.")
 
 
 def load_fleet(path: Path, scenario: Scenario) -> FleetFile:
@@ -283,7 +271,7 @@ def load_fleet(path: Path, scenario: Scenario) -> FleetFile:
 def _fleet(item: FleetKeys, scenario: Scenario, findings: Reading) -> FleetFile:
     own = {name.text: station for name, station in (item.robots or {}).items()}
     names = [robot.name for robot in scenario.robots]
-    stations = {name: _station(name, own.get(name), item.defaults, findings) for name in names}
+    stations = {name: _station(item, name, own.get(name), findings.world) for name in names}
     for name in item.robots or ():
         if name.text not in names:
             its = f"its robots are {', '.join(names)}"
@@ -342,33 +330,18 @@ def _kind(word: Scalar | None, findings: Reading) -> ObstacleType | None:
     return None
 
 
-def _station(
-    name: str, own: StationKeys | None, defaults: StationKeys | None, findings: Reading
-) -> Station:
+def _station(item: FleetKeys, name: str, own: Station | None, world: RegionMap | None) -> Station:
     """Return a robot's station: its own keys, else those of the defaults."""
-
-    def given(field: str) -> Any:
-        by = own if own is not None and own.at(field) is not None else defaults or own
-        return None if by is None else getattr(by, field)
-
-    base, side = Station(f"/{name}"), side_of(findings.world)
-    numbers = {field: given(field) for field in ("speed", "timeout")}
-    return replace(
-        base,
-        **{field: value for field, value in numbers.items() if value is not None},
-        report=given("report"),
-        tolerance=given("tolerance") or on_regions(base.tolerance, side),
-        namespace=_absolute(given("namespace") or base.namespace),
-        scan=given("scan"),
-        tf=given("tf"),
-        follow=given("follow"),
-        act={action.text: service for action, service in (given("act") or {}).items()},
-    )
-
-
-def _absolute(namespace: str) -> str:
-    """Return a namespace as ROS 2 uses it on the wire: absolute, or empty for the root."""
-    return f"/{stripped}" if (stripped := namespace.strip("/")) else ""
+    place, defaults = below(item.at("robots"), name), item.at("defaults")
+    found = item.defaults or Station()
+    mine = {
+        key: getattr(own, key) for key in Station.__struct_fields__ if own and below(place, key)
+    }
+    if not below(place, "tolerance") and not below(defaults, "tolerance"):
+        mine["tolerance"] = on_regions(Station().tolerance, side_of(world))
+    found = replace(found, **mine)
+    stripped = (found.namespace or name).strip("/")
+    return replace(found, namespace=f"/{stripped}" if stripped else "")
 
 
 def schema_text() -> str:

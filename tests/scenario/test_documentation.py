@@ -12,7 +12,7 @@ import yaml
 from msgspec import Struct
 
 from safenav.errors import InputError
-from safenav.fleet.file import FleetKeys, StationKeys
+from safenav.fleet.file import FleetKeys, Station
 from safenav.scenario import language
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.settings import Failures
@@ -107,13 +107,13 @@ def test_the_tables_of_the_page_are_those_of_the_language() -> None:
     [
         ("batteries.md", language.BatteryKeys),
         ("drive.md", Failures),
-        ("drive.md", StationKeys),
+        ("drive.md", Station),
     ],
 )
 def test_a_table_of_the_documentation_has_every_key(page: str, table: type[Struct]) -> None:
     most = max(tables(page), key=lambda words: len(words & entries(table).keys()))
     assert set(entries(table)) - most == set()
-    if table is not StationKeys:  # that one begins with keys of the file
+    if table is not Station:  # that one begins with keys of the file
         assert most - set(entries(table)) == set()
 
 

@@ -3,9 +3,9 @@
 ``read`` returns the value of a node, or None after it reported why there is none; it continues
 after an error, so that one error does not hide another. ``json_schema`` writes the JSON Schema of
 the same annotations: ``int``, ``float``, ``str``, ``bool``, ``Literal``, ``StrEnum``, ``X | Y``,
-lists (``tuple[X, ...]``), pairs (``tuple[X, Y]``), mappings (``dict[Scalar, X]``), ``Scalar`` (a
-text with its place), frozen classes (a mapping with a key for each field), and ``Raw`` values. A
-``Key``, in ``Annotated`` or in place of a default, describes and limits a value.
+lists (``tuple[X, ...]``), pairs (``tuple[X, Y]``), mappings (``dict[Scalar, X]`` or ``dict[str,
+X]``), ``Scalar`` (a text with its place), frozen classes (a mapping with a key for each field), and
+``Raw`` values. A ``Key``, in ``Annotated`` or in place of a default, describes and limits a value.
 """
 
 from __future__ import annotations
@@ -354,7 +354,7 @@ def _mapping(inner: tuple[Any, ...], node: Node, what: str, findings: Findings, 
         if names is not None and not names.check(name, findings):
             value = replace(value, flawed=True) if isinstance(value, Item) else None
         if value is not None:
-            found[name] = value
+            found[name.text if inner[0] is str else name] = value
     return found
 
 
