@@ -326,6 +326,14 @@ def test_a_robot_that_cannot_open_what_it_enters_does_not_try_forever() -> None:
     assert run.outcome["outcome"] == "operator_needed" and not run.findings
 
 
+def test_a_blocking_world_makes_a_step_of_several_ticks_when_it_begins() -> None:
+    scenario = loaded(case("outside/slow_step_ends_elsewhere"))
+    world = Driven(scenario)
+    mission, run = begin(scenario, world=world)
+    mission.step()
+    assert run.one("move", robot="slow")["toward"] == 27 and world.count["slow"] == 1
+
+
 class Outside(Driven):
     """A world of a user: no simulation, it does what it is told."""
 
