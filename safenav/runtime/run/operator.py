@@ -31,7 +31,6 @@ from safenav.team.team import Team
 from safenav.trace import records
 from safenav.trace.vocabulary import OperatorIntervention
 from safenav.trace.words import obstacle_words
-from safenav.world.map import Region
 from safenav.world.poses import Mobility
 
 AWAY = (interventions.MarkResolved, interventions.RemoveObstacle)
@@ -228,8 +227,6 @@ class Operator:
                 self._may_put(run, wanted)
 
     def _may_close(self, run: Running, wanted: interventions.AddObstacle) -> None:
-        if not self.scenario.map.is_free(wanted.region):
-            raise UsageError(f"{self._closed(wanted.region)}: choose a free region to close")
         standing = self._simulation().standing().get(wanted.region)
         if standing is not None:
             raise UsageError(f"{standing.name} already exists there: remove it first")
@@ -247,8 +244,6 @@ class Operator:
     def _may_order(self, wanted: interventions.PlaceOrder) -> None:
         if wanted.type.has_truth:
             raise UsageError(f"a {wanted.type.name} has a truth, which orders do not reveal")
-        if not self.scenario.map.is_free(wanted.region):
-            raise UsageError(f"{self._closed(wanted.region)}: place the order in a free region")
         if wanted.type.blocks != frozenset():
             raise UsageError(f"a {wanted.type.name} stops robots: an order needs 'blocks: []'")
 
@@ -269,8 +264,6 @@ class Operator:
         region, heading = wanted.pose.region, wanted.pose.heading
         if not run.state.robots[i].idle:
             raise UsageError(f"{member.name} executes a command: wait until it has ended")
-        if not self.scenario.map.is_free(region):
-            raise UsageError(f"{self._closed(region)}: put {member.name} into a free one")
         if (member.robot.model.mobility is Mobility.HEADING) is (heading is None):
             reason = "needs a heading" if heading is None else "has no heading"
             raise UsageError(f"{member.name} {reason}")
@@ -288,9 +281,6 @@ class Operator:
         there = None if self.truth is None else self.truth.standing().get(region)
         if there is not None and there.name not in away and there.blocks(member.robot):
             raise UsageError(f"{there.name} is in region {region}: resolve it first")
-
-    def _closed(self, region: Region) -> str:
-        return f"region {region} is {self.scenario.map.closed_words(region)}"
 
     def _live(self, what: str) -> None:
         if not self.commands.live:
