@@ -40,7 +40,6 @@ from safenav.trace.records import (
     Late,
     Record,
 )
-from safenav.world.map import Region
 
 
 class Trace(Struct, frozen=True):
@@ -75,10 +74,6 @@ class Trace(Struct, frozen=True):
         """Return all obstacles by name: those of the header, and those discovered later."""
         found = [r.obstacle for r in self.records if isinstance(r, Discovered)]
         return {o.name: o for o in (*self.header.scenario.obstacles, *found)}
-
-    def regions_of(self, obstacle: Obstacle, need: int) -> tuple[Region, ...]:
-        """Return the regions in which robots fulfil a need of an obstacle."""
-        return obstacle.resolution_regions(self.header.scenario.map, need)
 
     @property
     def steps(self) -> list[tuple[Depart, Arrive | None]]:

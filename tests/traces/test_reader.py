@@ -21,7 +21,7 @@ def refused(lines: list[str]) -> tuple[Diagnostic, ...]:
 def test_lines_become_typed_records_in_order() -> None:
     trace = read_lines(text(GOOD["door"]()))
     assert list(trace.robots) == ["quad", "digit"]
-    assert trace.regions_of(trace.obstacles["door@9"], 0) == (9,)
+    assert trace.obstacles["door@9"].resolution_regions(trace.scenario.map) == (9,)
     assert trace.robots["quad"].objective.targets == (frozenset({7}), frozenset({10}))
     move = next(r for r in trace.records if isinstance(r, Move))
     assert (move.line, move.tick, move.robot, move.from_, move.to) == (4, 1, "quad", 7, 8)
