@@ -50,7 +50,6 @@ DIGITS = 5
 """Decimals of metres, seconds and radians that were measured."""
 ROUNDING = 1e-6
 """Tolerance in seconds between a time of the trace and the world's clock."""
-
 P = TypeVar("P", bound=Piece)
 Step = tuple[records.Depart, records.Arrive | None]
 

@@ -46,7 +46,6 @@ class View(Enum):
 
 UNREAD = 100
 """Maximum number of scans of a robot that wait for its odometry."""
-
 STILL = 0.05
 """Largest difference (metres, radians) between two measurements of a robot at rest."""
 
@@ -161,10 +160,8 @@ class DrivenRobot(Struct):
 
 STALE = 2.0
 """Seconds without odometry after which a robot's position is unknown."""
-
 WORST = (ActResult.DONE, ActResult.UNTRAVERSABLE, ActResult.NOTHING, ActResult.FAILED)
 """Results of a group in ascending order: the worst one counts."""
-
 GOOD = frozenset({ActResult.DONE, ActResult.UNTRAVERSABLE})
 
 

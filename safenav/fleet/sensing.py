@@ -21,11 +21,9 @@ from safenav.world.map import Region
 FRESH_SIGHT = 2.0
 """Seconds for which a sighting by one sensor outweighs a miss by another: a leaf is thin when seen
 edge-on, and messages may be late."""
-
 BEFORE = 0.1
 """Share of a region's side by which the end of a ray must be outside it to count as before the
 region, or past its middle to count as behind it."""
-
 NARROW, WIDE = 0.1, 0.3
 """Maximum distances of rays from the line to a region's middle, as shares of its side: NARROW to
 detect an obstacle, WIDE to find that it is gone, since the leaves of a door that is ajar are beside

@@ -20,7 +20,6 @@ from safenav.motion.flyer import HORIZON, PERIOD
 from safenav.world.map import Frame
 
 Array = NDArray[np.float64]
-
 TABLE = 0.01
 """Seconds between the samples of a whole reference, which is interpolated linearly."""
 VELOCITY, ACCELERATION, MOVING, YAW = slice(3, 6), slice(6, 9), slice(3, 9), 9

@@ -22,9 +22,7 @@ from safenav.scenario.yaml.document import DocumentError, plain, read_document, 
 from safenav.world.map import Region, RegionMap
 
 _LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-
 _WORD = re.compile(r"[A-Za-z_][\w-]*")
-
 Step = str | int
 """A key of a mapping or an index of a list."""
 
@@ -164,7 +162,6 @@ class YamlText:
 
 
 _NODES = (yaml.ScalarEvent, yaml.AliasEvent, yaml.MappingStartEvent, yaml.SequenceStartEvent)
-
 _ENDS = (yaml.MappingEndEvent, yaml.SequenceEndEvent)
 
 
@@ -200,9 +197,7 @@ def _leaves(spot: Spot) -> Iterator[Spot]:
 
 Operation = Mapping[str, Any]
 """A request of a page: ``op`` and its arguments."""
-
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
-
 _HEADINGS = ("north", "east", "south", "west")
 
 

@@ -23,15 +23,11 @@ from safenav.studio.process import RealizabilityQueue, RunOrder
 from safenav.studio.session import Made, Message, ReplaceError, Studio
 
 _ENDINGS = (".yaml", ".yml")
-
 _DEEP = 3
 """Depth of the search, in folders."""
-
 _SEEN = 3000
 """Folder entries after which the search ends: the folder may be a whole disk."""
-
 _MOST = 300
-
 _HEAD = 4096
 """Bytes of a file in which ``safenav:`` is searched."""
 

@@ -24,16 +24,12 @@ from safenav.trace.fields import convert
 from safenav.trace.records import KINDS, Header, Inputs, Move, Record
 
 SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
-
 PATIENCE = 1.0
 """Seconds after a request to end the run until its processes are killed."""
-
 IDLE = 0.1
 """Seconds until the next tick after one without a trace line: the run waits for its operator."""
-
 BUSY = 0.3
 """Seconds after which pages show a tick as long."""
-
 Tell = Callable[[dict[str, Any]], None]
 
 

@@ -40,7 +40,6 @@ from safenav.trace.file import as_data
 
 LIMIT = 32 * 2**20
 """Largest line of a process, in bytes."""
-
 DONE, REFUSED, FAILED = "~done", "~refused", "~failed"
 
 

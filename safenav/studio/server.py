@@ -45,7 +45,6 @@ from safenav.trace.records import Record
 
 LARGEST = 8_000_000
 """Bytes of the largest request: an edited text."""
-
 HEADERS = {
     "Content-Security-Policy": (
         "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; "
@@ -100,19 +99,14 @@ class Guard(Struct, frozen=True):
 
 
 PORT = 7246
-
 PORTS = 20
 """Number of ports that are tried, starting with ``PORT``."""
-
 PAGES = 64
 """Maximum number of open pages."""
-
 BEHIND = 2000
 """Unsent messages after which a page is disconnected; it then reconnects."""
-
 HEARTBEAT = 20.0
 """Seconds between signs of life to a page without news."""
-
 PATIENCE = 30.0
 """Seconds until a connection has to have sent its request."""
 
@@ -360,7 +354,6 @@ async def _served(studio: Studio, port: int | None, browser: bool) -> None:
 
 
 _PAUSE = 0.2
-
 _GONE = 2.0
 """Seconds without an open page after which ``wait`` ends; a reload is shorter."""
 

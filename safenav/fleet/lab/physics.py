@@ -54,7 +54,6 @@ RAYS, FAR = 72, 8.0
 """Number of rays of a lidar, and their range in metres."""
 ACTING, WAITING = 2.0, 2.0
 """Seconds of an action on a box, and of the wait for other robots that lift it."""
-
 Goal = tuple[float, float, float | None]
 """x, y and yaw; None: any yaw."""
 

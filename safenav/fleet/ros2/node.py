@@ -71,109 +71,59 @@ SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
 """Final states of a goal (action_msgs/msg/GoalStatus)."""
 
 Time = _message("builtin_interfaces/Time")
-
 Duration = _message("builtin_interfaces/Duration")
-
 MessageHeader = _message("std_msgs/Header")
-
 String = _message("std_msgs/String")
-
 Bool = _message("std_msgs/Bool")
-
 UUID = _message("unique_identifier_msgs/UUID")
 
 Point = _message("geometry_msgs/Point")
-
 Quaternion = _message("geometry_msgs/Quaternion")
-
 PlacedPose = _message("geometry_msgs/Pose")
-
 PoseStamped = _message("geometry_msgs/PoseStamped")
-
 Vector3 = _message("geometry_msgs/Vector3")
-
 Twist = _message("geometry_msgs/Twist")
-
 Transform = _message("geometry_msgs/Transform")
-
 PoseWithCovariance = _message("geometry_msgs/PoseWithCovariance")
-
 TwistWithCovariance = _message("geometry_msgs/TwistWithCovariance")
-
 TransformStamped = _message("geometry_msgs/TransformStamped")
-
 TFMessage = _message("tf2_msgs/TFMessage")
-
 Odometry = _message("nav_msgs/Odometry")
-
 LaserScan = _message("sensor_msgs/LaserScan")
-
 MultiDOFJointTrajectoryPoint = _message("trajectory_msgs/MultiDOFJointTrajectoryPoint")
-
 Trajectory = _message("trajectory_msgs/MultiDOFJointTrajectory")
 
 GoalInfo = _message("action_msgs/GoalInfo")
-
 CancelRequest = _message("action_msgs/srv/CancelGoal_Request")
 """An empty id and stamp cancel every goal of the server."""
-
 CancelReply = _message("action_msgs/srv/CancelGoal_Response")
 
 NAVIGATE = "nav2_msgs/action/NavigateToPose_"
-
 NavigateGoal = _message(NAVIGATE + "Goal")
-
 NavigateResult = _message(NAVIGATE + "Result")
-
 NavigateFeedback = _message(NAVIGATE + "Feedback")
-
 NavigateRequest = _message(NAVIGATE + "SendGoal_Request")
-
 NavigateReply = _message(NAVIGATE + "SendGoal_Response")
-
 ResultRequest = _message(NAVIGATE + "GetResult_Request")
-
 ResultReply = _message(NAVIGATE + "GetResult_Response")
-
 FeedbackMessage = _message(NAVIGATE + "FeedbackMessage")
 
 TriggerRequest = _message("std_srvs/srv/Trigger_Request")
-
 TriggerReply = _message("std_srvs/srv/Trigger_Response")
 
 M = TypeVar("M", bound=IdlStruct)
-
+_RELIABLY = Policy.Reliability.Reliable(duration(seconds=1))
+_NEW, _LAST = Policy.Durability.Volatile, Policy.History.KeepLast(10)
 _CDR = Policy.DataRepresentation(use_cdrv0_representation=True)
-
-_SECOND = duration(seconds=1)
-
-SERVICE = Qos(
-    Policy.Reliability.Reliable(_SECOND), Policy.Durability.Volatile, Policy.History.KeepAll, _CDR
-)
-
-RELIABLE = Qos(
-    Policy.Reliability.Reliable(_SECOND),
-    Policy.Durability.Volatile,
-    Policy.History.KeepLast(10),
-    _CDR,
-)
-
-SENSOR = Qos(
-    Policy.Reliability.BestEffort, Policy.Durability.Volatile, Policy.History.KeepLast(5), _CDR
-)
+SERVICE = Qos(_RELIABLY, _NEW, Policy.History.KeepAll, _CDR)
+RELIABLE = Qos(_RELIABLY, _NEW, _LAST, _CDR)
+SENSOR = Qos(Policy.Reliability.BestEffort, _NEW, Policy.History.KeepLast(5), _CDR)
 """A best-effort reader also receives from reliable writers; a reliable reader receives only from
 those."""
-
-LATCHED = Qos(
-    Policy.Reliability.Reliable(_SECOND),
-    Policy.Durability.TransientLocal,
-    Policy.History.KeepLast(10),
-    _CDR,
-)
+LATCHED = Qos(_RELIABLY, Policy.Durability.TransientLocal, _LAST, _CDR)
 """Settings of topics whose last messages a reader also receives when it joins."""
 
 CYCLONE = "0110"
-
 VENDORS = {"0101": "RTI Connext", "0103": "OpenDDS", "010f": "Fast DDS", CYCLONE: "Cyclone DDS"}
 """Middleware by the first two bytes of a participant's guid (RTPS 2.2, 9.3.1.5)."""
 

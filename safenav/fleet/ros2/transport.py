@@ -44,15 +44,11 @@ PERIOD = 0.05
 
 FRAME = "map"
 """The frame of goals and setpoints."""
-
 Joints = tuple[str, ...]
-
 BODY, FEET = ("mass",), ("left_foot", "right_foot")
 """The joints of trajectories: the middle of a body or a walker's centre of mass; its feet."""
-
 TOPICS: Mapping[Joints, str] = {BODY: "", FEET: "_steps"}
 """Suffixes of their topics, appended to the topic of the reference."""
-
 Pose = tuple[float, float, float, float]
 """x, y, z, yaw."""
 
