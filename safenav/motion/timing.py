@@ -214,8 +214,6 @@ class _SerialRun:
         """The last step with which each robot left a region."""
         self._opened: dict[int, list[tuple[frozenset[str], float]]] = defaultdict(list)
         """Actions that opened a region to the robots that an obstacle had kept out."""
-        self._charged: dict[str, float] = {}
-        """The action that replaced the battery of a robot, which has not moved since."""
         self._since: dict[str, float] = defaultdict(float)
         """The last line about each obstacle."""
         self._due: dict[str, tuple[float, float, records.Record]] = {}
@@ -282,7 +280,7 @@ class _SerialRun:
 
     def _step(self, move: records.Move, step: _Step) -> None:
         name, origin, to = move.robot, move.from_, move.to
-        before = [self._ended[name], step.cause, self._charged.pop(name, 0.0)]
+        before = [self._ended[name], step.cause]
         before += self._left_before(name, origin, to)
         before += [end for kept, end in self._opened[to] if name in kept]
         begin, pace = max(before), self._paces[name]
@@ -377,12 +375,12 @@ class _SerialRun:
 
     def _serve(self, record: records.Service) -> None:
         """Take a robot out of service, as it has no charge, or back into it."""
-        region = self._at[record.robot]
-        if record.active:
-            for _, end in self._opened[region][-1:]:
-                self._charged[record.robot] = end
+        name, region = record.robot, self._at[record.robot]
         past = [t for o, t in self._since.items() if self._obstacles[o].region == region]
-        self._tell(max([self._ended[record.robot], *past]), record)
+        now = max([self._ended[name], *past])
+        if record.active:
+            self._cause[name] = max(self._cause[name], now)
+        self._tell(now, record)
 
     def _await(self, obstacle: str, least: float, record: records.Record) -> None:
         """Let an obstacle appear or disappear once all activities until then have ended, at least

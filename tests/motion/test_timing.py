@@ -72,6 +72,16 @@ def test_a_robot_without_charge_stands_until_its_battery_is_replaced() -> None:
     told = in_time(trace_of("battery_delivery"), motion("battery_delivery")).records
     served = [(record.active, record.t) for record in told if isinstance(record, Service)]
     assert served == [(False, pytest.approx(flat)), (True, pytest.approx(replaced))]
+    trace, decisions = trace_of("battery_delivery"), records.Synthesis | records.Plan
+    kept = tuple(record for record in trace.records if not isinstance(record, decisions))
+    undecided = replace(trace, records=kept)  # a decision after it would hide that it waits
+    assert check_motion(motion_of(undecided), undecided) == []
+
+
+def test_all_robots_of_a_joint_action_act_at_the_same_time() -> None:
+    acts = motion("beam").of(Action)
+    assert len(acts) == 2 * len({(act.t0, act.t1) for act in acts})
+    assert len({act.robot for act in acts}) == 2
 
 
 APART = beside(__file__, "scenarios/apart.yaml")
