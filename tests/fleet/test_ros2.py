@@ -6,9 +6,18 @@ from typing import Any
 
 import pytest
 
+pytest.importorskip("cyclonedds", reason="the ROS 2 transport needs the extra 'ros2'")
+pytest.importorskip("numpy", reason="references need the extra 'motion'")
+
+import numpy
+
 from safenav.errors import UsageError
+from safenav.fleet.file import Network
 from safenav.fleet.ros2 import transport as streams
+from safenav.fleet.ros2.node import Client, Participant, Taking
+from safenav.fleet.setpoints import PERIOD, Setpoints
 from safenav.fleet.transport import Located, Scanned
+from safenav.motion.file import Foothold
 
 
 def odometry(w: float, x: float, y: float, z: float, east: float = 1.0) -> Message:
@@ -74,9 +83,6 @@ def test_a_pose_from_transforms_is_that_of_the_whole_chain_when_odometry_moves()
 )
 def test_a_server_of_other_middleware_gets_no_request(guid: str, other: str) -> None:
     """It would read the header of a request as lengths."""
-    pytest.importorskip("cyclonedds", reason="the ROS 2 transport needs the extra 'ros2'")
-    from safenav.fleet.ros2.node import Client
-
     written: list[object] = []
     key = Message(bytes=bytes.fromhex(guid) + bytes(14))
     writer = Message(
@@ -103,14 +109,8 @@ def test_a_range_outside_the_limits_of_a_lidar_has_its_meaning(told: float, metr
 
 
 def test_a_stream_is_the_reference_sample_by_sample() -> None:
-    numpy = pytest.importorskip("numpy", reason="references need the extra 'motion'")
-    pytest.importorskip("cyclonedds", reason="the ROS 2 transport needs the extra 'ros2'")
-    from safenav.fleet.file import Network
-    from safenav.fleet.ros2.transport import Ros2Transport
-    from safenav.fleet.setpoints import PERIOD, Setpoints
-
     sent: list[Any] = []
-    ros = Ros2Transport(Network(), {}, {})
+    ros = streams.Ros2Transport(Network(), {}, {})
     ros._references["digit", streams.BODY] = Message(write=sent.append)
     ros._send("digit", Setpoints(4.0, PERIOD, numpy.arange(30, dtype=float).reshape(3, 10)))
     points = sent[0].points
@@ -122,10 +122,6 @@ def test_a_stream_is_the_reference_sample_by_sample() -> None:
 
 
 def test_steps_describe_both_feet_from_each_landing_on() -> None:
-    numpy = pytest.importorskip("numpy", reason="references need the extra 'motion'")
-    from safenav.fleet.setpoints import PERIOD, Setpoints
-    from safenav.motion.file import Foothold
-
     feet = (
         Foothold(1.0, 0.2, 0.1, 1, 8.0, 10.4),
         Foothold(1.0, -0.2, 0.1, -1, 9.0, 11.0),
@@ -142,9 +138,6 @@ def test_steps_describe_both_feet_from_each_landing_on() -> None:
 
 def test_messages_of_a_reader_that_has_left_are_ignored() -> None:
     """A drive that ends closes its readers while robots still send."""
-    pytest.importorskip("cyclonedds", reason="the ROS 2 transport needs the extra 'ros2'")
-    from safenav.fleet.ros2.node import Taking
-
     heard: list[str] = []
     sent = Message(valid_data=True)
     reader = Message(take=lambda **_: [Message(sample_info=sent, text="on")])
@@ -168,9 +161,6 @@ def test_an_unknown_network_interface_or_peer_is_refused(
     interface: str, peers: tuple[str, ...], told: str
 ) -> None:
     """cyclonedds ended the process for a peer whose name it did not know."""
-    pytest.importorskip("cyclonedds", reason="the ROS 2 transport needs the extra 'ros2'")
-    from safenav.fleet.ros2.node import Participant
-
     with pytest.raises(UsageError) as error:
         Participant(9, interface, peers)
     assert told in str(error.value)
