@@ -14,21 +14,9 @@ from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError
 from safenav.outcome import Verdict
+from safenav.run import values
 from safenav.run.paths import Charges, ContradictionError, RobotPaths
 from safenav.run.run import Run
-from safenav.run.values import (
-    Changes,
-    Ending,
-    Event,
-    Hidden,
-    ObstacleStatus,
-    RobotBelief,
-    RobotProgress,
-    RobotTrack,
-    StackRow,
-    StoryKind,
-    SynthesisOutcome,
-)
 from safenav.run.wording import Wording, synthesis_words
 from safenav.scenario.model import OPERATOR_ACTION, Obstacle, Robot
 from safenav.scenario.objective import Ltl, Objective, TargetObjective
@@ -38,19 +26,19 @@ from safenav.trace.vocabulary import ActResult, ChangeCause, DeadlineVerdict, Mo
 from safenav.world.map import Region, RegionMap
 
 _KINDS = {
-    **{str(kind): kind for kind in StoryKind if kind not in ("deadline", "note")},
-    **dict.fromkeys(("told", "order", "resumed"), StoryKind.NOTE),
-    "met": StoryKind.RESOLVED,
-    "late": StoryKind.FAILURE,
+    **{str(kind): kind for kind in values.StoryKind if kind not in ("deadline", "note")},
+    **dict.fromkeys(("told", "order", "resumed"), values.StoryKind.NOTE),
+    "met": values.StoryKind.RESOLVED,
+    "late": values.StoryKind.FAILURE,
 }
 """The kind of the event of a line."""
 _STATUSES = {
-    "violation": ObstacleStatus.FOUND,
-    "reopened": ObstacleStatus.FOUND,
-    "blocked": ObstacleStatus.BLOCKED,
-    "resolved": ObstacleStatus.RESOLVED,
-    "appeared": ObstacleStatus.HIDDEN,
-    "gone": ObstacleStatus.ABSENT,
+    "violation": values.ObstacleStatus.FOUND,
+    "reopened": values.ObstacleStatus.FOUND,
+    "blocked": values.ObstacleStatus.BLOCKED,
+    "resolved": values.ObstacleStatus.RESOLVED,
+    "appeared": values.ObstacleStatus.HIDDEN,
+    "gone": values.ObstacleStatus.ABSENT,
 }
 """The status of the obstacle of a line."""
 
@@ -118,11 +106,11 @@ class RunReader:
             name=scenario.name,
             map=scenario.map,
             robots=tuple(tracks.values()),
-            objectives={robot.name: Changes.of(robot.objective) for robot in robots},
-            progress={robot.name: Changes.of(RobotProgress()) for robot in robots},
+            objectives={robot.name: values.Changes.of(robot.objective) for robot in robots},
+            progress={robot.name: values.Changes.of(values.RobotProgress()) for robot in robots},
             version=header.safenav,
             seconds=seconds,
-            charges={n: Changes.of(self._charges.percent(n, 0.0)) for n in batteries},
+            charges={n: values.Changes.of(self._charges.percent(n, 0.0)) for n in batteries},
             inputs={each.name: False for each in scenario.inputs},
             chargers=chargers,
             exclusions=scenario.never_together,
@@ -132,12 +120,12 @@ class RunReader:
             if each.name not in self.run.hidden:
                 self._add(each)
             elif each.appears is None:  # one of several that appear in a region one after the other
-                self.run.statuses[each.name] = Changes.of(ObstacleStatus.HIDDEN)
+                self.run.statuses[each.name] = values.Changes.of(values.ObstacleStatus.HIDDEN)
         self._wording = self._worded()
 
     def _add(self, each: Obstacle) -> None:
         run, needs = self.run, each.needs
-        run.hidden[each.name] = Hidden(
+        run.hidden[each.name] = values.Hidden(
             each.name,
             each.type.name,
             self._paths.on_map(each.region),
@@ -146,9 +134,9 @@ class RunReader:
             each.ordered,
         )
         absent = each.appears or any(need.action == OPERATOR_ACTION for need in needs)
-        first = ObstacleStatus.ABSENT if absent else ObstacleStatus.HIDDEN
-        run.statuses[each.name] = Changes.of(first)
-        run.loads[each.name], run.met[each.name] = Changes.of(()), Changes.of(0)
+        first = values.ObstacleStatus.ABSENT if absent else values.ObstacleStatus.HIDDEN
+        run.statuses[each.name] = values.Changes.of(first)
+        run.loads[each.name], run.met[each.name] = values.Changes.of(()), values.Changes.of(0)
 
     def _worded(self) -> Wording:
         world, place = self.run.map, self._style.place
@@ -186,9 +174,9 @@ class RunReader:
                 self._paths.arrive(line.robot, line.tick, line.at, line.heading)
                 self._charges.came(line.robot, line.at, now)
                 if line.result is not MoveEnd.ARRIVED:
-                    kind = StoryKind.FAILURE
+                    kind = values.StoryKind.FAILURE
                 elif line.reason:
-                    kind = StoryKind.NOTE
+                    kind = values.StoryKind.NOTE
             case records.Violation():
                 self._violation = line
             case records.Backtrack() if self._violation is not None:
@@ -202,7 +190,7 @@ class RunReader:
                 for name in line.results:
                     self._seen(begun, name)
                 if line.reason or ActResult.FAILED in line.results.values():
-                    kind = StoryKind.FAILURE
+                    kind = values.StoryKind.FAILURE
             case records.Told() | records.NewObjective():
                 self._told(line)
             case records.Belief():
@@ -217,14 +205,14 @@ class RunReader:
                 self._switched(line)
             case records.Deadline():
                 lost = line.verdict in (DeadlineVerdict.LATE, DeadlineVerdict.LOST)
-                kind = StoryKind.DEADLINE if lost else StoryKind.NOTE
+                kind = values.StoryKind.DEADLINE if lost else values.StoryKind.NOTE
             case records.Waiting(until=float()):
-                kind = StoryKind.PAUSED
+                kind = values.StoryKind.PAUSED
             case records.Operator(robot=str() as robot, region=int() as region):
                 self._paths.put(robot, region, line.heading)
                 self._charges.placed(robot, region, now)
             case records.End():
-                self.run.ending = convert(line, Ending, from_attributes=True)
+                self.run.ending = convert(line, values.Ending, from_attributes=True)
                 self.run.within = self._paths.end(line.tick)
             case _:
                 self._obstacle(line, now)
@@ -257,11 +245,11 @@ class RunReader:
                     self._add(line.obstacle)
                     self._wording = self._worded()
                 if OPERATOR_ACTION in run.hidden[name].actions:  # a failure
-                    self._status(line.tick, name, ObstacleStatus.HIDDEN)
+                    self._status(line.tick, name, values.ObstacleStatus.HIDDEN)
             case records.Request():
                 helpers = line.helpers
                 if helpers:
-                    self._status(line.tick, line.obstacle, ObstacleStatus.REQUESTED)
+                    self._status(line.tick, line.obstacle, values.ObstacleStatus.REQUESTED)
                 else:  # perhaps an order
                     self._seen(line.tick, self._known(line.obstacle).name)
                 # The helpers change with its next need, for example.
@@ -282,7 +270,7 @@ class RunReader:
                 run.met[line.obstacle].put(line.tick, line.need + 1)
             case records.Resolved():
                 if line.traversable is False:
-                    self._status(line.tick, line.obstacle, ObstacleStatus.BLOCKED)
+                    self._status(line.tick, line.obstacle, values.ObstacleStatus.BLOCKED)
                 run.met[line.obstacle].put(line.tick, len(run.hidden[line.obstacle].actions))
                 run.loads[line.obstacle].put(line.tick, ())
                 if run.restarts_rounds(line.obstacle):  # they count from the last resolution
@@ -297,26 +285,26 @@ class RunReader:
             case records.Gone():
                 run.loads[line.obstacle].put(line.tick, ())
 
-    def _known(self, obstacle: str) -> Hidden:
+    def _known(self, obstacle: str) -> values.Hidden:
         if obstacle not in self.run.hidden:
             raise ContradictionError(f"the header has no obstacle {obstacle}")
         return self.run.hidden[obstacle]
 
-    def _status(self, tick: int, obstacle: str, status: ObstacleStatus) -> None:
+    def _status(self, tick: int, obstacle: str, status: values.ObstacleStatus) -> None:
         self.run.statuses[self._known(obstacle).name].append((tick, status))
 
     def _seen(self, tick: int, name: str) -> None:
         """A robot acts on an obstacle, so it is not hidden, even if no robot has requested it."""
         statuses = self.run.statuses.get(name)
-        if statuses is not None and statuses.now is ObstacleStatus.HIDDEN:
-            statuses.append((tick, ObstacleStatus.FOUND))
+        if statuses is not None and statuses.now is values.ObstacleStatus.HIDDEN:
+            statuses.append((tick, values.ObstacleStatus.FOUND))
 
     def _restart(self, tick: int, *robots: str) -> None:
         for robot in robots:
             progress = self.run.progress[robot]
             progress.put(tick, replace(progress.now, rounds=0))
 
-    def _event(self, line: records.Record, kind: StoryKind, text: str = "") -> None:
+    def _event(self, line: records.Record, kind: values.StoryKind, text: str = "") -> None:
         """Add an event, at the region that its line names, else at that of its obstacle."""
         robot: str | None = getattr(line, "robot", None) or getattr(line, "requester", None)
         late = isinstance(line, records.Late)
@@ -333,7 +321,7 @@ class RunReader:
         if robot is not None:
             self._paths.robot(robot)
         text = text or self._wording.sentence(line)
-        self.run.events.append(Event(line.tick, kind, text, robot, region, obstacle))
+        self.run.events.append(values.Event(line.tick, kind, text, robot, region, obstacle))
 
     def _reword(self, **changes: object) -> None:
         """Change the last event, with knowledge from other lines."""
@@ -346,7 +334,9 @@ class RunReader:
         mine = [n for n in (line.requester, *helpers) if n is not None and n in line.objectives]
         if isinstance(line, records.Push):
             # With another helper, the entry is pushed again at the same depth.
-            rows[max(0, line.depth - 1) :] = [StackRow(line.obstacle, line.requester, helpers)]
+            rows[max(0, line.depth - 1) :] = [
+                values.StackRow(line.obstacle, line.requester, helpers)
+            ]
             for name in mine:
                 if name not in helpers:
                     run.waits.setdefault(name, []).append(run.objectives[name].now)
@@ -367,17 +357,17 @@ class RunReader:
         realizable = line.verdict is Verdict.REALIZABLE
         if realizable and line.tick:
             self._set_objective(line.tick, line.robot, line.objective)
-        self._event(line, StoryKind.SYNTHESIS)
+        self._event(line, values.StoryKind.SYNTHESIS)
         doing = (line.robot, self.run.doing(line.robot, line.objective))
-        result = convert(line, SynthesisOutcome, from_attributes=True)
+        result = convert(line, values.SynthesisOutcome, from_attributes=True)
         result = replace(result, time=now, found=synthesis_words(line))
         self._reword(synthesis=result, pursued=(doing,) if realizable else ())
 
     def _believe(self, line: records.Belief) -> None:
         names = (self._paths.robot(line.robot).name, self._paths.robot(line.of).name)
         regions = frozenset(map(self._paths.on_map, line.regions))
-        beliefs = self.run.beliefs.setdefault(names, Changes.of(None))
-        beliefs.append((line.tick, RobotBelief(line.seen, regions)))
+        beliefs = self.run.beliefs.setdefault(names, values.Changes.of(None))
+        beliefs.append((line.tick, values.RobotBelief(line.seen, regions)))
 
     def _goal(self, line: records.Goal) -> None:
         progress = self.run.progress[self._paths.robot(line.robot).name]
@@ -385,7 +375,7 @@ class RunReader:
         settles = isinstance(objective, TargetObjective) and objective.settles
         last = objective.targets[-1] if isinstance(objective, TargetObjective) else frozenset()
         rounds = 0 if settles else line.round  # a round per held tick is not shown
-        progress.append((line.tick, RobotProgress(rounds, self._paths.on_map(line.region))))
+        progress.append((line.tick, values.RobotProgress(rounds, self._paths.on_map(line.region))))
         if settles and before.reached == line.region:  # continued holding is not an event
             return
         new = 0 if line.round == before.rounds else line.round  # reported with its last target
@@ -394,7 +384,7 @@ class RunReader:
             text = self._wording.holding(line)
         else:
             text = self._wording.goal(shown, formulas=isinstance(objective, Ltl))
-        self._event(line, StoryKind.GOAL, text)
+        self._event(line, values.StoryKind.GOAL, text)
         self._reword(round=new)
 
     def _switched(self, line: records.Inputs) -> None:
@@ -417,12 +407,12 @@ class RunReader:
 
     def _given(self, tick: int, name: str, objective: Objective) -> None:
         self.run.objectives[self._paths.robot(name).name].append((tick, objective))
-        self.run.progress[name].append((tick, RobotProgress()))
+        self.run.progress[name].append((tick, values.RobotProgress()))
 
 
-def _track(robot: Robot) -> RobotTrack:
+def _track(robot: Robot) -> values.RobotTrack:
     model, start = robot.model, robot.start
     if model.vision is not None and model.vision < 1:
         raise ContradictionError(f"{robot.name} does not even see the next region")
     pose, can = ([start.region], [start.heading]), tuple(sorted(robot.capabilities))
-    return RobotTrack(robot.name, model.name, model.layer, can, *pose, model.vision)
+    return values.RobotTrack(robot.name, model.name, model.layer, can, *pose, model.vision)

@@ -30,18 +30,9 @@ from safenav.report.picture.svg import (
     opened_pictogram,
     robot_pictogram,
 )
+from safenav.run import values
 from safenav.run.reading import Beginning, RunReader, run_of
 from safenav.run.run import Run, SightCache, viewers
-from safenav.run.values import (
-    Changes,
-    Event,
-    Hidden,
-    RobotBelief,
-    RobotProgress,
-    RobotTrack,
-    StackRow,
-    looks,
-)
 from safenav.scenario.objective import Objective, target_regions
 from safenav.trace.file import Trace
 from safenav.world.map import Region, RegionMap
@@ -159,7 +150,7 @@ class PageKnowledge:
         self._counts[key] = len(entries)
         return entries[begin:]
 
-    def steps(self, track: RobotTrack) -> list[Any]:
+    def steps(self, track: values.RobotTrack) -> list[Any]:
         """Return the number of the first step that pages lack, and the steps from it on; the last
         one may still continue."""
         begin = max(0, self._counts.get(("steps", track.name), 0) - 1)
@@ -200,7 +191,7 @@ def encoded(run: Run, source: str) -> dict[str, Any]:
     """Return the data of the page. ``source``: the name of the trace."""
     ending, known = run.ending, PageKnowledge(run.map, numbered=True)
     now = grown(run, known)
-    style = looks([track.name for track in run.robots])
+    style = values.looks([track.name for track in run.robots])
     now["robots"] = [
         {**_robot(track), **new, "steps": new["steps"][1], "look": asdict(look)}
         for track, new, look in zip(run.robots, now["robots"], style, strict=True)
@@ -260,13 +251,13 @@ class _Growth:
         self._viewers = viewers(run)
 
     def changes(
-        self, changes: Changes[T], value: Callable[[T], list[Any]], *key: str
+        self, changes: values.Changes[T], value: Callable[[T], list[Any]], *key: str
     ) -> list[list[Any]]:
         """Return new ticks with the value that holds from each on; the last of a tick counts."""
         latest = dict(self._known.new(changes, *key))
         return [[max(0, tick), *value(held)] for tick, held in latest.items()]
 
-    def robot(self, track: RobotTrack) -> dict[str, Any]:
+    def robot(self, track: values.RobotTrack) -> dict[str, Any]:
         run, name, charge = self._run, track.name, self._run.charges.get(track.name)
         path = self._known.new(track.regions, "path", name)
         headings = self._known.new(track.headings, "headings", name)
@@ -283,7 +274,7 @@ class _Growth:
             "view": self._view(track) if name in self._viewers else None,
         }
 
-    def _view(self, track: RobotTrack) -> dict[str, Any]:
+    def _view(self, track: values.RobotTrack) -> dict[str, Any]:
         """Return a robot's sight and beliefs."""
         sight = self._known.sight(self._run, track.name)
         return {
@@ -296,12 +287,12 @@ class _Growth:
             ],
         }
 
-    def _belief(self, held: RobotBelief | None) -> list[Any]:
+    def _belief(self, held: values.RobotBelief | None) -> list[Any]:
         if held is None:
             return [0, -1]
         return [int(held.seen), self._known.placed(sorted(held.regions))]
 
-    def obstacle(self, hidden: Hidden) -> dict[str, Any]:
+    def obstacle(self, hidden: values.Hidden) -> dict[str, Any]:
         run, name = self._run, hidden.name
         new = {
             "status": self.changes(run.statuses[name], lambda s: [s.value], "status", name),
@@ -313,15 +304,15 @@ class _Growth:
     def _carriers(self, robots: Sequence[str]) -> list[Any]:
         return [[self._index[robot] for robot in robots]]
 
-    def rows(self, stack: Sequence[StackRow]) -> list[Any]:
+    def rows(self, stack: Sequence[values.StackRow]) -> list[Any]:
         word = self._run.map.word
         return [[[row.about(word), row.roles, row.requester, [*row.helpers]] for row in stack]]
 
     @staticmethod
-    def _progress(done: RobotProgress) -> list[Any]:
+    def _progress(done: values.RobotProgress) -> list[Any]:
         return [done.rounds, -1 if done.reached is None else done.reached]
 
-    def event(self, event: Event) -> list[Any]:
+    def event(self, event: values.Event) -> list[Any]:
         return [
             min(event.tick, self._run.last),
             event.kind.value,
@@ -331,7 +322,7 @@ class _Growth:
         ]
 
 
-def _obstacle(hidden: Hidden, world: RegionMap) -> dict[str, Any]:
+def _obstacle(hidden: values.Hidden, world: RegionMap) -> dict[str, Any]:
     return {
         "name": hidden.name,
         "label": hidden.label(world),
@@ -345,7 +336,7 @@ def _obstacle(hidden: Hidden, world: RegionMap) -> dict[str, Any]:
     }
 
 
-def _robot(track: RobotTrack) -> dict[str, Any]:
+def _robot(track: values.RobotTrack) -> dict[str, Any]:
     return {
         "name": track.name,
         "model": track.model,

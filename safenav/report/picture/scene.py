@@ -13,32 +13,7 @@ from enum import Enum
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.report.picture.floor import (
-    INK,
-    MUTED,
-    PlacedName,
-    cell_size,
-    draw_areas,
-    draw_axes,
-    draw_floor,
-    draw_names,
-    draw_numbers,
-    key_of,
-    legend_of,
-    outline,
-    placed_names,
-    window,
-)
-from safenav.report.picture.svg import (
-    GLYPHS,
-    STATUS_MARKS,
-    SvgWriter,
-    obstacle_pictogram,
-    opened_pictogram,
-    polyline,
-    separated,
-    wrapped,
-)
+from safenav.report.picture import floor, svg
 from safenav.run.reading import run_of
 from safenav.run.values import Event, Hidden, Look, ObstacleStatus, Placed, Scene, StoryKind, looks
 from safenav.scenario.model import Scenario
@@ -105,41 +80,41 @@ def scene_of(scenario: Scenario) -> Scene:
 
 def svg_of(scene: Scene, options: Options | None = None) -> str:
     options = options or Options()
-    cell = cell_size(scene.map)
-    left, upper, width, height = (side * cell for side in window(scene.map))
+    cell = floor.cell_size(scene.map)
+    left, upper, width, height = (side * cell for side in floor.window(scene.map))
     inner = max(width, NARROWEST)
-    title = wrapped(scene.title, 17, inner, bold=True)
+    title = svg.wrapped(scene.title, 17, inner, bold=True)
     top = MARGIN + 21 * len(title) + 22
     told = [event for event in scene.happened if event.kind not in _QUIET]
     told = sorted(told, key=lambda event: event.kind is not StoryKind.OUTCOME)[:SPOKEN]
     film = options.caption is not None
     says = [options.caption or ""] if film else [f"{event.text}." for event in told]
-    caption = [line for text in says for line in wrapped(text, 13, inner)]
+    caption = [line for text in says for line in svg.wrapped(text, 13, inner)]
     spoken = LINE * (CAPTION_LINES if film else len(caption))
     below = top + height + (14.0 if options.axes else 0.0) + (spoken + 14 if spoken else 0.0)
-    legend = key_of(scene) if film else legend_of(scene, EXCLUSION)
+    legend = floor.key_of(scene) if film else floor.legend_of(scene, EXCLUSION)
     end = below + legend.height(inner) + 20 + MARGIN
-    page = SvgWriter()
+    page = svg.SvgWriter()
     if Layer.GROUND in options.layers:
         page.rect(0, 0, inner + 2 * MARGIN, end, fill="#FFFFFF")
         for i, line in enumerate(title):
-            page.text(MARGIN, MARGIN + 15 + 21 * i, line, 17, bold=True, fill=INK)
+            page.text(MARGIN, MARGIN + 15 + 21 * i, line, 17, bold=True, fill=floor.INK)
         legend.draw(page, MARGIN, below + 20, inner)
         if options.axes:
             page.open("g", transform=f"translate({MARGIN - left} {top - upper})")
-            draw_axes(page, scene.map, cell)
+            floor.draw_axes(page, scene.map, cell)
             page.close("g")
     if Layer.STATE in options.layers:
-        page.text(MARGIN, top - 9, scene.moment, 13, fill=MUTED)
+        page.text(MARGIN, top - 9, scene.moment, 13, fill=floor.MUTED)
         for i, line in enumerate(caption[: CAPTION_LINES if film else None]):
-            page.text(MARGIN, below - spoken + 10 + LINE * i, line, 13, fill=INK)
+            page.text(MARGIN, below - spoken + 10 + LINE * i, line, 13, fill=floor.INK)
     inside = "g"  # a cut at the window costs a third of the time, and only the ground needs it
     if Layer.GROUND in options.layers:
         inside, box = "svg", f"{left:g} {upper:g} {width:g} {height:g}"
         page.open(inside, x=MARGIN, y=top, width=width, height=height, viewBox=box)
     else:
         page.open(inside, transform=f"translate({MARGIN - left:g} {top - upper:g})")
-    _Drawing(page, scene, cell, options, placed_names(scene.map, cell)).draw(told)
+    _Drawing(page, scene, cell, options, floor.placed_names(scene.map, cell)).draw(told)
     page.close(inside)
     return page.document(inner + 2 * MARGIN, end, scene.title, _described(scene))
 
@@ -156,39 +131,39 @@ def _described(scene: Scene) -> str:
 class _Drawing(Struct):
     """Drawing of the map and its contents, bottom layer first."""
 
-    page: SvgWriter
+    page: svg.SvgWriter
     scene: Scene
     cell: float
     options: Options
-    names: list[PlacedName]
+    names: list[floor.PlacedName]
 
     def draw(self, told: Sequence[Event]) -> None:
         style = looks([robot.name for robot in self.scene.robots])
         robots = [*zip(self.scene.robots, style, strict=True)]
         layers = self.options.layers
         if Layer.GROUND in layers:
-            draw_floor(self.page, self.scene.map, self.cell)
+            floor.draw_floor(self.page, self.scene.map, self.cell)
             self._signs()
         if Layer.STATE in layers:
             self._state(robots)
             self._spoken_of(told)
-            draw_names(self.page, self.names, INK)
+            floor.draw_names(self.page, self.names, floor.INK)
         if Layer.ROBOTS in layers:
             drawn = [pair for pair in robots if self.options.robot in (None, pair[0].name)]
-            shifts = separated([(robot.row, robot.col) for robot, _ in drawn])
+            shifts = svg.separated([(robot.row, robot.col) for robot, _ in drawn])
             for (robot, look), (down, right) in zip(drawn, shifts, strict=True):
                 self._robot(robot, look, robot.row + down, robot.col + right)
 
     def _signs(self) -> None:
-        draw_areas(self.page, self.scene.map, self.cell)
+        floor.draw_areas(self.page, self.scene.map, self.cell)
         for each in self.scene.exclusions:
-            border = outline(self.scene.map, each.regions, self.cell, 0.06 * self.cell)
+            border = floor.outline(self.scene.map, each.regions, self.cell, 0.06 * self.cell)
             self.page.path(border, fill="none", **EXCLUSION)
         for region in self.scene.chargers:
             x, y = self._corner(region)
             place = (x + 0.13 * self.cell, y + 0.62 * self.cell)
-            self.page.glyph(GLYPHS.charger, *place, 0.11 * self.cell, fill="#B87900")
-        draw_numbers(self.page, self.scene.map, self.cell, self.names)
+            self.page.glyph(svg.GLYPHS.charger, *place, 0.11 * self.cell, fill="#B87900")
+        floor.draw_numbers(self.page, self.scene.map, self.cell, self.names)
 
     def _state(self, robots: Sequence[tuple[Placed, Look]]) -> None:
         """Draw the parts that change from tick to tick."""
@@ -200,16 +175,16 @@ class _Drawing(Struct):
         for robot, look in robots:
             line = {"stroke": look.colour, "stroke_width": wide, "fill": "none"}
             if robot.taken:  # in transit
-                border = outline(
+                border = floor.outline(
                     self.scene.map, frozenset(robot.taken), self.cell, 0.06 * self.cell
                 )
                 self.page.path(border, stroke_linecap="round", **line)
             if robot.objective is not None and robot.objective.avoid:
-                border = outline(self.scene.map, robot.objective.avoid, self.cell, wide)
+                border = floor.outline(self.scene.map, robot.objective.avoid, self.cell, wide)
                 self.page.path(border, stroke_dasharray=f"{wide} {2 * wide}", **line)
             if len(robot.ahead) > 1:
                 points = [(robot.col + 0.5) * self.cell, (robot.row + 0.5) * self.cell]
-                ahead = polyline((points[0], points[1]), *map(self._centre, robot.ahead[1:]))
+                ahead = svg.polyline((points[0], points[1]), *map(self._centre, robot.ahead[1:]))
                 thin = line | {"stroke_width": max(1.2, self.cell * 0.035)}
                 self.page.path(ahead, stroke_dasharray="3 3", stroke_linejoin="round", **thin)
         self._targets(robots)
@@ -223,7 +198,7 @@ class _Drawing(Struct):
         return x + self.cell / 2, y + self.cell / 2
 
     def _obstacle(self, obstacle: Hidden, status: ObstacleStatus) -> None:
-        mark, cell = STATUS_MARKS[status], self.cell
+        mark, cell = svg.STATUS_MARKS[status], self.cell
         x, y = self._corner(obstacle.region)
         resolved = status is ObstacleStatus.RESOLVED
         dashes = "3 3" if status is ObstacleStatus.HIDDEN else None
@@ -237,7 +212,7 @@ class _Drawing(Struct):
             return
         radius = cell * (0.16 if status is ObstacleStatus.HIDDEN else 0.22)
         middle_x, middle_y = self._centre(obstacle.region)
-        shape = (opened_pictogram if resolved else obstacle_pictogram)(obstacle.type)
+        shape = (svg.opened_pictogram if resolved else svg.obstacle_pictogram)(obstacle.type)
         faded = {"stroke": mark.colour, "stroke_width": 0.08, "stroke_opacity": 0.7}
         look = {"fill": "none", **faded} if resolved else {"fill": mark.colour}
         if cell < LEAST_SHAPE:
@@ -260,7 +235,7 @@ class _Drawing(Struct):
             kept = [p for k, p in enumerate(part) if k == 0 or p != part[k - 1]]
             if len(kept) > 1:
                 more = {"stroke_linejoin": "round", "stroke_opacity": opacity}
-                self.page.path(polyline(*kept), **line, **more)
+                self.page.path(svg.polyline(*kept), **line, **more)
 
     def _targets(self, robots: Iterable[tuple[Placed, Look]]) -> None:
         """Draw a ring in the robot's colour in each of its target regions, or a line around an
@@ -287,37 +262,43 @@ class _Drawing(Struct):
                 radius = min(RING * self.cell, room / 2 - 2) * (1 - 0.15 * slot)
                 if len(regions) > 1:
                     inset = 2.6 + 3.2 * slot
-                    self.page.path(outline(self.scene.map, regions, self.cell, inset), **ring)
+                    self.page.path(floor.outline(self.scene.map, regions, self.cell, inset), **ring)
                     radius = 0.4 * self.cell
                 else:
                     self.page.element("circle", cx=x, cy=y, r=radius, **ring)
                 right, down = ASIDE[slot]
                 place = (x + radius * right, y + radius * down, max(3.0, self.cell * 0.08))
-                self.page.glyph(look.path, *place, fill=look.colour, stroke=INK, stroke_width=0.22)
+                self.page.glyph(
+                    look.path, *place, fill=look.colour, stroke=floor.INK, stroke_width=0.22
+                )
 
     def _spoken_of(self, told: Sequence[Event]) -> None:
         """Draw a frame around the region that the words below the map are about."""
         for region in [event.region for event in told if event.region is not None][:1]:
             x, y = self._corner(region)
-            frame = {"fill": "none", "stroke": INK, "stroke_width": 1.2}
+            frame = {"fill": "none", "stroke": floor.INK, "stroke_width": 1.2}
             self.page.rect(x + 3, y + 3, self.cell - 6, self.cell - 6, rx=2, **frame)
 
     def _robot(self, robot: Placed, look: Look, row: float, col: float) -> None:
         x, y = (col + 0.5) * self.cell, (row + 0.5) * self.cell
         radius = max(ROBOT * self.cell, LEAST_ROBOT)
         if robot.heading is not None:
-            self.page.glyph(GLYPHS.nose, x, y, radius * 0.92, robot.heading, fill=INK)
-        self.page.glyph(look.path, x, y, radius, fill=look.colour, stroke=INK, stroke_width=0.09)
+            self.page.glyph(svg.GLYPHS.nose, x, y, radius * 0.92, robot.heading, fill=floor.INK)
+        self.page.glyph(
+            look.path, x, y, radius, fill=look.colour, stroke=floor.INK, stroke_width=0.09
+        )
         size, baseline = radius * look.size, y + radius * look.drop
         centred = {"fill": look.ink, "text_anchor": "middle"}
         self.page.text(x, baseline, look.letters, size, bold=True, **centred)
         if robot.loads:
             held_x, held_y, side = x - BADGE * radius, y - BADGE * radius, 1.4 * radius
             corner = (held_x - side / 2, held_y - side / 2, side, side)
-            self.page.rect(*corner, rx=side / 12, fill="#FFFFFF", stroke=INK, stroke_width=0.8)
-            shape = obstacle_pictogram(robot.loads[0].type) or GLYPHS.obstacles["crate"]
-            self.page.glyph(shape, held_x, held_y, radius * 0.6, fill=INK)
+            self.page.rect(
+                *corner, rx=side / 12, fill="#FFFFFF", stroke=floor.INK, stroke_width=0.8
+            )
+            shape = svg.obstacle_pictogram(robot.loads[0].type) or svg.GLYPHS.obstacles["crate"]
+            self.page.glyph(shape, held_x, held_y, radius * 0.6, fill=floor.INK)
             if len(robot.loads) > 1:
                 words = f"{len(robot.loads)} x"
-                above = {"fill": INK, "text_anchor": "middle"}
+                above = {"fill": floor.INK, "text_anchor": "middle"}
                 self.page.text(held_x, held_y - side * 0.6, words, radius * 0.7, bold=True, **above)

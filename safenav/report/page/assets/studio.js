@@ -1,4 +1,4 @@
-/* sources 68c456612208ab16714b743fa9722e45629befb5c5ce82c97a0804bc399e705c */
+/* sources eb5770fbbfb63544cea43cd779dcf13eae730ee5ed4fe6cf50462f8a266ef4cb */
 /* Contains @codemirror/view:
 MIT License
 

@@ -116,9 +116,8 @@ export function Obstacles({ run, tick }: PanelProps) {
           if (status === "absent") return null;
           const need = status === "resolved" ? undefined : obstacle.needs[at(obstacle.met, tick)[1]];
           return (
-            <li key={obstacle.name} class="row" data-obstacle={obstacle.name} data-status={status}>
-              <StatusSign run={run} status={status} />
-              <b>{obstacle.label}</b>
+            <li key={obstacle.name} data-obstacle={obstacle.name} data-status={status}>
+              <StatusSign run={run} status={status} /> <b>{obstacle.label}</b>{" "}
               <span class="quiet">
                 {obstacle.ordered && status === "hidden" ? UNORDERED : run.marks.status[status].meaning}
                 {need && `, needs ${need}`}

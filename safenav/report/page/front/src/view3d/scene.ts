@@ -240,7 +240,7 @@ export class RunScene implements Eye {
       const image = new Image();
       image.src = this.pending;
       this.pending = null;
-      await image.decode();
+      if (await image.decode().then(() => false, () => true)) continue;
       this.floor.material.map?.dispose();
       const map = (this.floor.material.map = new Texture(image));
       map.colorSpace = SRGBColorSpace;

@@ -2,7 +2,7 @@
 
 import { useLayoutEffect, useReducer, useRef, useState } from "preact/hooks";
 import { calm, dark, type Run, when } from "../run/run";
-import { resized } from "../panels/shell";
+import { heard, resized } from "../panels/shell";
 import { CELL } from "../map/camera";
 import { Floor, Names, useNames } from "../map/floor";
 import { Knowledge, Shading } from "../map/knowledge";
@@ -65,15 +65,14 @@ function SceneView({ run, player, tick, shown, spoken, scene }: StageProps & { s
       cancelAnimationFrame(frame);
       frame = requestAnimationFrame(draw);
     };
-    const paint = (): void => scene.paint(map.current!, scale);
-    dark.addEventListener("change", paint);
     const stops = [resized(room.current!, fit), player.onFrame(draw), scene.onChange(changed)];
-    return () => {
-      dark.removeEventListener("change", paint);
-      stops.forEach((stop) => stop());
-    };
+    return () => stops.forEach((stop) => stop());
   }, [run, player, scene]);
-  useLayoutEffect(() => scene.paint(map.current!, scale), [run, tick, shown, scale]);
+  useLayoutEffect(() => {
+    const paint = (): void => scene.paint(map.current!, scale);
+    paint();
+    return heard(dark, { change: paint });
+  }, [run, tick, shown, scale, scene.followed]);
   return (
     <div class="stage3d" ref={room} role="img" aria-label={`The run in three dimensions, ${when(run, tick)}`}>
       <svg class="floor-map" ref={map}>
