@@ -109,20 +109,9 @@ def test_times_that_ignore_conflicts_or_exclusions_are_refused() -> None:
         assert check_motion(motion_of(trace), trace) == []
 
 
-PUSHING = """\
-safenav: 1
-map: {grid: ["#####", "#...#", "#####"]}
-catalogue:
-  robots: {cart: {mobility: free, layer: ground, capabilities: [push], speed: 1, size: 0.5}}
-robots: {cart: {model: cart, start: 6, objective: {visit: [8, 6]}}}
-obstacles: [{type: door, region: 7}]
-until: {rounds: 1}
-"""
-
-
 def test_a_robot_that_opens_a_door_by_entering_acts_in_front_of_it() -> None:
     """Its body is in the first half of the region, 5 cm behind the border."""
-    moved = motion_of(read_bytes(played(PUSHING)))
+    moved = motion_of(read_bytes(played(beside(__file__, "scenarios/pushing.yaml"))))
     (act,) = moved.of(Action)
     (x, _) = columns_at(moved, "cart", np.array([act.t0, act.t1])).place
     assert x == pytest.approx([2 * 2.7 + 0.25 + 0.05] * 2)
