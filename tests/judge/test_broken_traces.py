@@ -21,8 +21,8 @@ CASES = [
     for name, each in BROKEN.items()
     for number, (told, *edits) in enumerate(each)
 ]
-TIMED = {"refused_round"}
-"""A deadline is in ticks."""
+TIMED = {"lost_deadline", "refused_round"}
+"""Deadlines are in ticks."""
 LIVE = {name for name, lines in GOOD.items() if live(lines())}
 
 

@@ -35,16 +35,6 @@ def _excuse(measures: list[Any], node: int, source: Random) -> None:
     source.choice(measures)["a"][node] = source.choice([None, 0, 1, 7])
 
 
-def _no_excuses(measures: list[Any], _node: int, source: Random) -> None:
-    measure = source.choice(measures)
-    measure["a"] = [None] * len(measure["a"])
-
-
-def _flat(measures: list[Any], _node: int, source: Random) -> None:
-    measure = source.choice(measures)
-    measure["n"] = [0] * len(measure["n"])
-
-
 def _one_fewer(measures: list[Any], _node: int, _source: Random) -> None:
     measures.pop()
 
@@ -58,25 +48,6 @@ def _section(lines: list[str], name: str) -> list[int]:
         elif inside and line and not line.startswith("#"):
             found.append(number)
     return found
-
-
-def _another_assumption(lines: list[str], source: Random) -> list[str] | None:
-    inputs = [line for number in _section(lines, "INPUT") for line in [lines[number]]]
-    if not inputs:
-        return None
-    name = source.choice(inputs)
-    formula = f"{name.partition(':')[0]}' = 14" if ":" in name else f"!{name}'"
-    at = lines.index("[ENV_TRANS]") + 1
-    return [*lines[:at], formula, *lines[at:]]
-
-
-def _another_guarantee(lines: list[str], source: Random) -> list[str] | None:
-    at = lines.index("[SYS_TRANS]") + 1
-    return [
-        *lines[:at],
-        source.choice(["region' = region", "FALSE", "region' != region"]),
-        *lines[at:],
-    ]
 
 
 def _text(change: Callable[[list[str], Random], list[str] | None]) -> Change:
@@ -137,13 +108,11 @@ def _separator(lines: list[str], source: Random) -> list[str] | None:
 KINDS: dict[str, Change] = {
     "a number": _measures(_number),
     "an excuse": _measures(_excuse),
-    "no excuses": _measures(_no_excuses),
-    "a flat measure": _measures(_flat),
     "a measure fewer": _measures(_one_fewer),
-    "an assumption more": _text(_another_assumption),
+    "an assumption more": _text(_more("ENV_TRANS", "FALSE")),
     "an assumption fewer": _text(_less("ENV_TRANS")),
     "an assumption that fails": _text(_more("ENV_LIVENESS", "FALSE")),
-    "a guarantee more": _text(_another_guarantee),
+    "a guarantee more": _text(_more("SYS_TRANS", "region' = region", "FALSE", "region' != region")),
     "a guarantee fewer": _text(_less("SYS_TRANS")),
     "a goal more": _text(_more("SYS_LIVENESS", "region' = 0", "region' = region", "TRUE")),
     "a goal fewer": _text(_less("SYS_LIVENESS")),

@@ -212,7 +212,7 @@ def test_mutants_of_real_strategies_are_judged_as_by_the_verifier(
         cases.append(replace(altered, name=f"{kind}: {altered.name}"))
         refused |= {kind} if altered.checked() else set()
     assert disagreements(program, cases, tmp_path) == []
-    assert len(refused) >= 10, sorted(refused)
+    assert len(refused) >= 9, sorted(refused)
 
 
 @pytest.mark.parametrize(
