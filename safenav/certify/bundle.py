@@ -20,9 +20,9 @@ from msgspec.structs import replace
 import safenav
 import safenav.judge
 from safenav import line_values, strict_json
-from safenav.certify.check import Acceptance, BundleVerdict, check_bundle, page_of, sources_of
+from safenav.certify.check import check_bundle, page_of, sources_of
 from safenav.errors import FULL_DISK, NotCertifiedError, ResourceLimitError, UsageError
-from safenav.judge.bundle.check import VERSION
+from safenav.judge.bundle.check import VERSION, Judged
 from safenav.judge.bundle.evidence import proof_file
 from safenav.judge.bundle.strategies import BundleTooLargeError, Met, RefusedError, Task
 from safenav.judge.engine import judge
@@ -86,7 +86,7 @@ class Made(Struct, frozen=True):
     """A bundle that was written, and the verdict of its own checker."""
 
     path: Path
-    verdict: BundleVerdict
+    verdict: Judged
     files: int
     bytes: int
 
@@ -117,7 +117,7 @@ def make_bundle(
             files["motion.jsonl"] = motion
         write_files(folder, files)
         verdict = check_bundle(folder)
-        if verdict.result is Acceptance.TOO_LARGE:
+        if verdict.verdict == "too large":
             raise ResourceLimitError(f"no bundle: {verdict.reason}")
         if not verdict.accepted:
             raise NotCertifiedError(f"the checker refuses this run: {verdict.reason}")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shlex
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -363,22 +364,18 @@ def of_motion(
 
 def of_bundle(file: GivenFile) -> JudgedFile:
     """Check a bundle by the installed checker, not by the copy in the bundle."""
-    from safenav.certify.check import Acceptance, check_bundle
+    from safenav.certify.check import check_bundle
     from safenav.report.terminal.layout import table
 
-    verdict = check_bundle(file.path)
-    claims = [dict(claim) for claim in verdict.claims]
-    rows = [(claim["id"], claim["text"]) for claim in claims]
-    colour = "green" if verdict.accepted else "red"
-    reason = f": {verdict.reason}" if verdict.reason else ""
+    found = check_bundle(file.path)
+    rows = [(claim["id"], claim["text"]) for claim in found.claims]
+    colour = "green" if found.accepted else "red"
+    reason = f": {found.reason}" if found.reason else ""
     lines = [*table(("claim", "established"), rows)] if rows else []
-    lines += [f"not compared: {what}" for what in verdict.not_compared]
-    lines.append(f"{file.path}: {click.style(verdict.result, fg=colour)}{reason}")
-    large = verdict.result is Acceptance.TOO_LARGE
-    data = {"verdict": verdict.result, "reason": verdict.reason, "claims": claims}
-    data["not_compared"] = list(verdict.not_compared)
-    status = ExitCode.RESOURCE_LIMIT if large else ExitCode.OK
-    return JudgedFile(verdict.accepted, data, lines, status=status)
+    lines += [f"not compared: {what}" for what in found.not_compared]
+    lines.append(f"{file.path}: {click.style(found.verdict, fg=colour)}{reason}")
+    status = ExitCode.RESOURCE_LIMIT if found.verdict == "too large" else ExitCode.OK
+    return JudgedFile(found.accepted, asdict(found), lines, status=status)
 
 
 def broken(source: object, found: Sequence[object], rest: str = "more") -> Iterator[str]:

@@ -19,6 +19,7 @@ import json
 import re
 import sys
 import zipfile
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -65,6 +66,22 @@ UNCOMPARED = {
     SOURCE: "the source of the scenario (safenav check reads it again)",
     "motion.jsonl": "the motion (safenav check)",
 }
+
+
+@dataclass(frozen=True)
+class Judged:
+    """``verdict``: accepted, refused or too large; the reason if it is not; the claims that are
+    established, and what was not compared. A claim has ``id``, ``kind``, ``text`` and ``evidence``:
+    pairs of a file and a line or None."""
+
+    verdict: str
+    reason: str = ""
+    claims: list[dict[str, Any]] = field(default_factory=list)
+    not_compared: list[str] = field(default_factory=list)
+
+    @property
+    def accepted(self) -> bool:
+        return self.verdict == "accepted"
 
 
 def open_bundle(place: Path) -> dict[str, Any]:
@@ -116,23 +133,23 @@ def examine(files: dict[str, Any], run: Evidence) -> None:
     run.finish(found.strays, found.hands)
 
 
-def check(place: Path) -> tuple[str, str, list[dict[str, Any]], list[str]]:
-    """Return the verdict, the reason, the established claims, and what was not compared."""
-    run, verdict, reason, files = None, "refused", "", {}
+def check(place: Path) -> Judged:
+    """Check a bundle."""
+    run, files = None, {}
     try:
         files = open_bundle(place)
         run = Evidence(files)
         examine(files, run)
-        verdict = "accepted"
+        found = Judged("accepted", claims=run.claims)
     except BundleTooLargeError as error:
-        verdict, reason = "too large", str(error)
+        found = Judged("too large", str(error))
     except (RefusedError, NotATraceError) as error:
-        reason = str(error)
+        found = Judged("refused", str(error))
     except Exception as error:
         last = f" (perhaps {run.last}, the last one that was read)" if run and run.last else ""
-        reason = f"a file is not as documented{last}: {error!r}"
+        found = Judged("refused", f"a file is not as documented{last}: {error!r}")
     left = [what for name, what in UNCOMPARED.items() if any(f.startswith(name) for f in files)]
-    return verdict, reason, run.claims if run and verdict == "accepted" else [], left
+    return replace(found, not_compared=left)
 
 
 def main() -> int:
@@ -144,16 +161,16 @@ def main() -> int:
     if not (options.bundle / "manifest.json").is_file() and not zipfile.is_zipfile(options.bundle):
         print(f"{options.bundle} is not a bundle: a folder with a manifest.json, or a .zip of one")
         return 2
-    verdict, reason, claims, left = check(options.bundle)
+    found = check(options.bundle)
     if options.json:
-        said = {"verdict": verdict, "reason": reason, "claims": claims, "not_compared": left}
-        print(json.dumps(said))
+        print(json.dumps(asdict(found)))
     else:
-        shown = [f"  {claim['id']}: {claim['text']}" for claim in claims]
-        shown += [f"  not compared: {what}" for what in left]
-        for line in (*shown, f"{verdict}: {reason}" if reason else verdict):  # printable
+        shown = [f"  {claim['id']}: {claim['text']}" for claim in found.claims]
+        shown += [f"  not compared: {what}" for what in found.not_compared]
+        last = f"{found.verdict}: {found.reason}" if found.reason else found.verdict
+        for line in (*shown, last):  # printable
             print("".join(c if c.isprintable() else ascii(c)[1:-1] for c in line))
-    return {"accepted": 0, "refused": 1, "too large": 3}[verdict]
+    return {"accepted": 0, "refused": 1, "too large": 3}[found.verdict]
 
 
 if __name__ == "__main__":
