@@ -156,6 +156,7 @@ def _moved(e: Line, robot: Robot, s: State) -> None:
     if step.at != here[0]:
         robot.came = None if step.strays else here[0]
     robot.pose = step.at, step.heading if robot.faces else None
+    s.left |= dict.fromkeys(robot.holds - step.holds, s.time)
     robot.holds, robot.bound, robot.before = step.holds, step.bound, here
     robot.lost = e.kind == "arrive" and bool(e.regions)
     robot.moved = e.tick if e.kind == "move" else robot.moved

@@ -345,7 +345,11 @@ def due_changes(e: Line, s: State) -> Iterator[str]:
         if one.appears > now or (s.live and one.appears >= now):
             break
         here = one.goes is None or now < one.goes
-        if here and not s.obstacles[one.name].open and (one.ordered or not _taken(one.region, s)):
+        if (
+            here
+            and not s.obstacles[one.name].open
+            and (one.ordered or not _taken(one.region, now, s))
+        ):
             yield f"{one.name} does not appear by {now:g}"
     for change in s.changes:
         if change.at > now or (s.live and change.at >= now):
@@ -362,9 +366,11 @@ def due_changes(e: Line, s: State) -> Iterator[str]:
             yield f"{each.name} must be {'on' if on else 'off'} in tick {e.tick}"
 
 
-def _taken(region: int, s: State) -> bool:
-    """Return whether a robot or another obstacle, not an order, is in a region."""
-    if any(region in robot.holds for robot in s.robots.values()):
+def _taken(region: int, now: float, s: State) -> bool:
+    """Return whether a robot is in a region, or leaves it at this instant, or another obstacle is
+    there, not an order."""
+    held = any(region in robot.holds for robot in s.robots.values())
+    if held or (s.live and s.left.get(region) == now):
         return True
     return any(one.open and not one.ordered for one in s.at[region])
 

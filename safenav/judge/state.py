@@ -229,6 +229,7 @@ class State:
         self.found: set[str] = set()  # untraversable obstacles of this tick
         self.entering: list[tuple[str, str, int]] = []
         self.waiting: Line | None = None
+        self.left: dict[int, float] = {}  # live: when a robot left a region last
         self.moves = self.strays = self.hands = 0
         self.assumptions = self.reopenings = 0
         self.unrealizable: dict[str, str] = {}  # by robot, in this tick: the specification
