@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import operator
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache
 from itertools import product
 from math import prod
@@ -214,10 +214,3 @@ class Formulas:
 
 def _number(heading: str | None) -> int:
     return -1 if heading is None else HEADINGS.index(heading)
-
-
-def all_memories(formulas: Formulas, pairs: Iterable[tuple[Pose, Pose]]) -> Iterator[Any]:
-    """Yield each allowed step between poses with its memories: (before, i), (after, j), goals."""
-    for before, after in pairs:
-        for i, j, goals in formulas.steps(before, after):
-            yield (before, i), (after, j), goals

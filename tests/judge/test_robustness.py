@@ -49,11 +49,6 @@ def test_flipped_bytes_never_crash(name: str, data: st.DataObject) -> None:
     judged(bytes(raw))
 
 
-@given(st.binary(max_size=200))
-def test_arbitrary_bytes_never_crash(raw: bytes) -> None:
-    judged(raw)
-
-
 @given(st.sampled_from(NAMES), st.randoms(use_true_random=False))
 def test_shuffled_dropped_and_doubled_lines_never_crash(name: str, rng: random.Random) -> None:
     header, *lines = GOOD[name]()

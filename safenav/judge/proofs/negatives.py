@@ -10,7 +10,7 @@ from heapq import heappop, heappush
 from itertools import product
 from typing import Any, NamedTuple
 
-from safenav.judge.formulas import Pose, all_memories
+from safenav.judge.formulas import Pose
 from safenav.judge.lines import Line
 from safenav.judge.proofs.closures import Case, Open, TooLargeError, closure_problems, tree_problems
 from safenav.judge.rules import NotJudged
@@ -440,7 +440,7 @@ def _live(formulas: Any, inside: frozenset[Pose], steps: Mapping[Pose, Any]) -> 
     """Return the greatest set of poses with memories from which a robot can meet every goal
     infinitely often by steps, or by staying, within it."""
     pairs = ((a, b) for a in inside for b in (a, *steps.get(a, ())) if b in inside)
-    edges = [*all_memories(formulas, pairs)]
+    edges = [((a, i), (b, j), goals) for a, b in pairs for i, j, goals in formulas.steps(a, b)]
     kept, before = {state for edge in edges for state in edge[:2]}, set[Any]()
     while kept != before:
         before = kept
