@@ -324,13 +324,9 @@ def outside(
             into[(disc.times >= span.begin - NEAR) & (disc.times <= span.end + NEAR)] = -1.0
         worst = int(into.argmax())
         if into[worst] > touch:
-            x, y = disc.centres[worst]
-            what = (
-                f"its {disc.what} at ({x:.3f}, {y:.3f}) m reaches {into[worst]:.3f} m into region "
-            )
-            return float(
-                disc.times[worst]
-            ), f"{what}{case.grid.region(cell)}, which it does not have"
+            (x, y), region = disc.centres[worst], case.grid.region(cell)
+            what = f"its {disc.what} at ({x:.3f}, {y:.3f}) m reaches {into[worst]:.3f} m into "
+            return float(disc.times[worst]), f"{what}region {region}, which it does not have"
     return None
 
 
