@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from cli.conftest import Command
-from once import trace_of_shipped
-from report import clinic
+from once import ROOT, trace_of_shipped
 from safenav.report.bag import TRAIL
 
 
@@ -91,7 +90,9 @@ def test_a_robot_named_map_has_another_frame_than_the_map(
 
 
 def test_foxglove_gets_bodies_names_and_the_plan(safenav: Command, tmp_path: Path) -> None:
-    trace = clinic.run(tmp_path)
+    clinic = ROOT / "tests/report/scenarios/clinic.yaml"
+    assert safenav("run", clinic, "--trace", "clinic.jsonl").returncode == 0
+    trace = tmp_path / "clinic.jsonl"
     assert safenav("export", trace, "-o", "clinic.mcap").returncode == 0
     bag = read(tmp_path / "clinic.mcap")
     ((_, robots),) = bag["/robots"]
@@ -107,7 +108,7 @@ def test_foxglove_gets_bodies_names_and_the_plan(safenav: Command, tmp_path: Pat
 
     ((_, places),) = bag["/places"]
     named = {marker.text: marker.pose.position for marker in places.markers if marker.text}
-    assert len(named) == clinic.NAMES
+    assert len(named) == 20
     assert (named["dock"].x, named["dock"].y) == pytest.approx((22.5 * 1.5, 1.5 * 1.5))
 
     plans = lines(trace, "plan")
