@@ -158,7 +158,7 @@ class Following:
             reason = refused or f"no motion leads from region {follower.mover.region} to {to}"
             self._post(GoalEnded(follower.name, goal.number, GoalEnd.ABORTED, reason))
             return
-        follower.goal = goal.number
+        follower.goal, follower.action = goal.number, None  # the world waits for one thing
         self._send(follower, pieces)
 
     def _moved(self, follower: Follower, to: Region, *, short: bool) -> list[Moving]:

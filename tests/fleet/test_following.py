@@ -206,6 +206,17 @@ def test_the_own_controller_of_a_robot_moves_it_during_an_action(obstacle: str) 
     assert follows.followers["jackal"].resets
 
 
+def test_a_goal_ends_an_action_that_was_never_answered() -> None:
+    """Its service has died: the world has given up the action, and sends the robot on."""
+    follows, bodies, places, _ = prepared()
+    follows.perform("jackal", "sense", "uncertainty@19", 7)
+    follows.navigate("jackal", goal(places, 11, 8))
+    bodies.pass_by("jackal", 1.5)
+    bodies.off["jackal"] = 0.4
+    (ended,) = bodies.pass_by("jackal", PERIOD)
+    assert isinstance(ended, GoalEnded) and ended.end is GoalEnd.ABORTED and ended.number == 8
+
+
 def test_cancelled_robots_end_their_step_and_others_get_goals() -> None:
     follows, bodies, places, _ = prepared()
     follows.navigate("spot", goal(places, 18))
