@@ -15,7 +15,7 @@ from safenav.fleet.file import ScanUse
 from safenav.fleet.robots import PASSED, STALE, DrivenRobot, View
 from safenav.fleet.transport import Located, Places, Reported, Scanned, turned
 from safenav.scenario.model import Obstacle, Robot, Scenario
-from safenav.team.failures import lost
+from safenav.team.acts import lost
 from safenav.world.map import Region
 
 FRESH_SIGHT = 2.0

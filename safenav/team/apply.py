@@ -3,15 +3,15 @@ it."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator
 
 from msgspec.structs import replace
 
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.objective import Ltl, Objective
 from safenav.team import state as now
-from safenav.team.failures import stands_for
-from safenav.team.floor import acting_floor, restarted
+from safenav.team.acts import stands_for
+from safenav.team.floor import restarted
 from safenav.team.formulas import pursuit_of
 from safenav.team.state import Count, Is, ObstacleNow, RobotNow, State
 from safenav.team.team import Member, Team
@@ -477,40 +477,3 @@ def stands(team: Team, state: State, i: int) -> bool:
     places = {o.region for o, each in pairs if each.known and stands_for(o.source, member.name)}
     places.add(robot.pose % team.size)
     return robot.to is None and all(member.objective.stays(robot.own.memory, r) for r in places)
-
-
-# Acting.
-
-
-def acts_on(
-    team: Team, state: State, at: Sequence[int | None], i: int, among: Collection[int] | None = None
-) -> tuple[tuple[int, now.Stage], ...]:
-    """Return what a robot changes by acting where it stands: obstacles with their new stages.
-    ``at``: the region of each robot (None: it cannot take part); ``among``: the obstacles that
-    count (None: all that are known)."""
-    if at[i] is None or not team.members[i].robot.capabilities:
-        return ()
-    floor = acting_floor(team, state, among)
-    if not floor.gates:
-        return ()
-    stages = tuple(state.obstacles[k].stage for k in floor.gates)
-    after = floor.acted(stages, at, i)
-    pairs = zip(floor.gates, stages, after, strict=True)
-    return tuple((k, new) for k, old, new in pairs if old != new)
-
-
-def participants(
-    team: Team, state: State, at: Sequence[int | None], i: int, k: int
-) -> tuple[int, ...]:
-    """Return the robots that act when robot ``i`` acts on an obstacle: all that must do so
-    together, else itself."""
-    stage = state.obstacles[k].stage
-    need = team.obstacles[k].needs[stage.need]
-    if not need.together:
-        return (i,)
-    able = acting_floor(team, state, (k,)).able(0, (stage,))
-    return tuple(j for j in able if (region := at[j]) is not None and need.regions >> region & 1)
-
-
-def resolved(team: Team, k: int, stage: now.Stage) -> bool:
-    return stage.need >= len(team.obstacles[k].needs)

@@ -16,8 +16,7 @@ from typing import Any
 
 from campaigns.judge.log import Walk, verdict
 from campaigns.judge.mission import NotJudgedError, judged_mission
-from campaigns.judge.outcome import judge_outcome, told_by_signals
-from campaigns.judge.replay import Replay
+from campaigns.judge.replay import Replay, judge_outcome, told_by_signals
 from campaigns.operator import Operator
 from campaigns.world import FaultyWorld
 from runtime.worlds import Driven

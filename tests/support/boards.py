@@ -9,8 +9,8 @@ from typing import Any
 
 import networkx
 
+from campaigns.judge.joint import Poses
 from campaigns.judge.mission import HEADINGS, Mission, read_mission
-from campaigns.judge.poses import Poses
 
 ACTIONS = ("push", "sense", "clear", "lift")
 

@@ -9,7 +9,8 @@ from safenav.plan.order import at_end, closed, joint_now, next_step
 from safenav.solve.solve import Solver, settle
 from safenav.team import floor as floors
 from safenav.team import state as now
-from safenav.team.apply import acts_on, apply, initial, resolved
+from safenav.team.acts import acts_on, resolved
+from safenav.team.apply import apply, initial
 from safenav.team.floor import Floor, Joint, floor_now, standing
 from safenav.team.state import Is, State
 from safenav.team.team import Team, team_of

@@ -29,8 +29,8 @@ from safenav.scenario.objective import Ltl
 from safenav.scenario.settings import Clock
 from safenav.solve import solve
 from safenav.team import state as now
+from safenav.team.acts import FAILURE
 from safenav.team.apply import apply, charged, done, initial, stands
-from safenav.team.failures import FAILURE
 from safenav.team.floor import driven, floor_now, gates_of, stages_of, without_memory
 from safenav.team.state import Is, RobotNow, State
 from safenav.team.team import Team

@@ -31,8 +31,8 @@ from safenav.runtime.run.record import Recorder
 from safenav.runtime.run.world import World
 from safenav.scenario.model import Obstacle
 from safenav.team import state as now
+from safenav.team.acts import noticed
 from safenav.team.apply import apply, initial, on_own
-from safenav.team.failures import noticed
 from safenav.team.team import Team, assigned, introduced
 from safenav.trace.records import Act, Depart, Synthesis
 

@@ -24,7 +24,7 @@ from safenav.runtime.worlds.simulation import SimulatedWorld
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.reachability import Reachability
 from safenav.team import state as now
-from safenav.team.failures import number, stands_for
+from safenav.team.acts import number, stands_for
 from safenav.team.floor import reserved
 from safenav.team.state import Is
 from safenav.team.team import Team

@@ -26,8 +26,18 @@ from safenav.runtime.worlds.simulation import LiveSimulation, SimulatedWorld, Tr
 from safenav.scenario import model
 from safenav.scenario.settings import switching
 from safenav.team import state as now
-from safenav.team.apply import acts_on, charged, participants, resolved
-from safenav.team.failures import consequences, met, noticed, number, unknown, vain
+from safenav.team.acts import (
+    acts_on,
+    consequences,
+    met,
+    noticed,
+    number,
+    participants,
+    resolved,
+    unknown,
+    vain,
+)
+from safenav.team.apply import charged
 from safenav.team.floor import occupied, standing
 from safenav.team.state import State
 from safenav.team.team import Team

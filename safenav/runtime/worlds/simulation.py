@@ -20,7 +20,8 @@ from safenav.pace.robot import SIDE, Pace, acted_by, pace_of
 from safenav.runtime.worlds.protocol import Acted, Arrived, Blocked, Change, Ended, WorldEvent
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.team import state as now
-from safenav.team.apply import acts_on, apply, initial, participants, resolved
+from safenav.team.acts import acts_on, participants, resolved
+from safenav.team.apply import apply, initial
 from safenav.team.state import Is, ObstacleNow, Stage
 from safenav.team.team import Team, introduced, team_of
 from safenav.trace.vocabulary import ActResult

@@ -7,7 +7,7 @@ delays. Robots' clocks differ in offset and speed, and may be set.
 from __future__ import annotations
 
 import heapq
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from itertools import count
 from math import tau
 from random import Random
@@ -15,11 +15,14 @@ from typing import Any
 
 from msgspec import Struct
 
+from fleet.lab import watched
 from safenav.fleet import transport
 from safenav.fleet.file import SimulationUse, Station
 from safenav.fleet.lab.simulation import SimulationTransport
+from safenav.runtime.worlds.protocol import Sensed
 from safenav.scenario.model import Scenario
-from safenav.trace.vocabulary import ActResult
+from safenav.trace import records
+from safenav.trace.vocabulary import ActResult, MoveEnd
 
 MOST = 1.5
 """Seconds by which a message comes late at most."""
@@ -156,3 +159,174 @@ def clocks(random: Random, names: list[str]) -> dict[str, RobotClock]:
             one.set_at, one.back = random.uniform(2, 40), random.choice([0.4, 3.0, 3600.0, -3600.0])
         found[name] = one
     return found
+
+
+# A judge of drives by the physics: sightings, ends of steps and contacts. The check of motions
+# judges the regions in which robots are.
+
+
+AJAR = 0.9
+"""Radians of a leaf from which on a lidar may look past it."""
+
+
+class Moment(Struct):
+    """The physics at a time: positions of robots, obstacles that stand (doors not wide open, doors
+    shut), new contacts, acting robots."""
+
+    t: float
+    at: dict[str, tuple[float, float, float]]
+    stands: dict[str, bool]
+    shut: frozenset[str]
+    touches: tuple[tuple[str, str], ...]
+    acting: frozenset[str]
+
+
+class PhysicsLog:
+    """The log of the physics, independent of the run."""
+
+    def __init__(self, late: LateTransport) -> None:
+        self._late = late
+        self.moments: list[Moment] = []
+        self._contacts: dict[tuple[str, str], int] = {}
+        late.watch = self.note
+        watched(late.physics)
+
+    def note(self) -> None:
+        """Keep the present moment."""
+        physics: Any = self._late.physics
+        bodies = physics._bodies
+        new = tuple(k for k, n in physics.contacts.items() if n > self._contacts.get(k, 0))
+        self._contacts = dict(physics.contacts)
+        standing = physics.standing
+        stands = {n: not physics.is_open(one) for n, one in standing.items()}
+        shut = frozenset(
+            name
+            for name, one in standing.items()
+            if not one.is_door or all(abs(float(physics._data.qpos[j])) < AJAR for j in one.leaves)
+        )
+        acting = frozenset(n for n, b in bodies.items() if b.acts is not None)
+        at = {name: physics._at(body) for name, body in bodies.items()}
+        self.moments.append(Moment(physics.now, at, stands, shut, new, acting))
+
+
+def close_to(places: Any, region: int, at: tuple[float, float, float]) -> float:
+    """Metres from a region's middle."""
+    return float(places.distance(region, at[0], at[1]))
+
+
+class Judge:
+    """Compares a trace with the log of the physics."""
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        stations: Mapping[str, Station],
+        places: Any,
+        log: PhysicsLog,
+        lines: list[records.Record],
+        sensed: list[Sensed],
+        zero: float,
+    ) -> None:
+        self._scenario, self._stations, self._places = scenario, stations, places
+        self._log, self._lines, self._zero = log.moments, lines, zero
+        self._sensed = sensed
+        self.defects: list[str] = []
+        self._sightings()
+        self._ends()
+        self._contacts()
+
+    def _wrong(self, t: float, what: str) -> None:
+        self.defects.append(f"{t:.2f} s: {what}")
+
+    def _once(self, t: float, what: str) -> None:
+        if not any(what in told for told in self.defects):
+            self._wrong(t, what)
+
+    def _known(self, obstacle: str, t: float) -> bool:
+        """Return whether an obstacle was discovered before: then only a robot that resolves it may
+        enter."""
+        return any(
+            event.obstacle.name == obstacle and event.at - self._zero < t
+            for event in self._sensed
+            if event.there
+        )
+
+    def _around(self, t: float, before: float, after: float = 0.05) -> Iterator[Moment]:
+        at = t + self._zero
+        return (one for one in self._log if at - before <= one.t <= at + after)
+
+    def _sightings(self) -> None:
+        """What is seen was there, and what is gone was not, within the last 3 seconds."""
+        for event in self._sensed:
+            t, name = event.at - self._zero, event.obstacle.name
+            if name.startswith(("lost_", "unknown_")):
+                continue
+            stood = [bool(one.stands.get(name)) for one in self._around(t, 3.0)]
+            if event.there and not any(stood):
+                self._wrong(t, f"{event.by} has not seen {name}")
+            elif (
+                not event.there
+                and all(name in one.shut for one in self._around(t, 3.0))
+                and not self._from_its_edge(event, t)
+            ):
+                self._wrong(t, f"{event.by} tells that {name} is gone")
+
+    def _from_its_edge(self, event: Sensed, t: float) -> bool:
+        """Whether a robot looks along the leaves of a door, which no ray may hit."""
+        world, region = self._places.world, event.obstacle.region
+        row, col = world.position(region)
+        along = any(world.position(r)[0] == row for r in world.neighbours(region))
+        x, y, _ = [*self._around(t, 0.05)][-1].at[event.by or ""]
+        seen_from = world.position(self._places.region(x, y))
+        pushed = any(need.action == "push" for need in event.obstacle.needs)
+        return pushed and (seen_from[0] != row if along else seen_from[1] != col)
+
+    def _ends(self) -> None:
+        """Check that each step ends where the trace says."""
+        for line in self._lines:
+            if not isinstance(line, records.Arrive) or self._bumped(line.robot, line.t or 0.0):
+                continue
+            t, name = line.t or 0.0, line.robot
+            now = [*self._around(t, 0.05)][-1].at[name]
+            here = self._places.region(now[0], now[1])
+            if line.result is MoveEnd.LOST:
+                if here not in (line.regions or ()):
+                    self._wrong(t, f"{name} is in {here}, not lost in {line.regions}")
+                continue
+            far = close_to(self._places, line.at, now)
+            if here != line.at or far > self._limit(name):
+                self._wrong(t, f"{name} {line.result} {far:.2f} m from the centre of {line.at}")
+            if line.heading is not None:
+                facing = self._places.heading(now[2]).label
+                if facing != line.heading:
+                    self._wrong(t, f"{name} {line.result}: faces {facing}, not {line.heading}")
+
+    def _limit(self, name: str) -> float:
+        station = self._stations[name]
+        if station.follow is None:
+            return station.tolerance + 0.05
+        return float(max(self._places.frame.resolution)) / 2 + 0.05
+
+    def _contacts(self) -> None:
+        """Check that no robot touches another one, or an obstacle on which it does not act."""
+        for one in self._log:
+            for pair in one.touches:
+                robots = [name for name in pair if name in one.at]
+                t = one.t - self._zero
+                if t < 0:
+                    continue
+                team = {robot.name: robot for robot in self._scenario.robots}
+                if len(robots) == 2 and team[robots[0]].conflicts(team[robots[1]]):
+                    self._once(t, f"{pair[0]} touches {pair[1]}")
+                for thing in {*pair} - {*robots} - {"wall"}:
+                    name = thing.split("~")[0]
+                    acts = robots[0] in one.acting or any(
+                        robots[0] in m.acting for m in self._around(t, 1.0)
+                    )
+                    if one.stands.get(name) and not acts and not self._known(name, t):
+                        self._once(t, f"{robots[0]} touches {thing}")
+
+    def _bumped(self, name: str, t: float) -> bool:
+        """Whether a robot touches another one, which the scenario lets share its regions."""
+        pairs = (pair for one in self._around(t, 0.5) for pair in one.touches)
+        return any(name in pair and all(one in self._log[0].at for one in pair) for pair in pairs)

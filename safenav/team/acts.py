@@ -1,19 +1,54 @@
-"""Consequences of failed steps, unknown obstacles and lost robots (ASYNC.md, policies)."""
+"""Actions of robots where they stand; consequences of failed steps, unknown obstacles and lost
+robots (ASYNC.md, policies)."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 
 from safenav.scenario.model import OPERATOR_ACTION, Obstacle, ObstacleType, Robot
 from safenav.scenario.settings import FailedMoves
 from safenav.team import state as now
-from safenav.team.floor import barred, reserved
+from safenav.team.floor import acting_floor, barred, reserved
 from safenav.team.state import Is, State
 from safenav.team.team import Team, introduced
 from safenav.world.map import Region
 
 FAILURE = "world"
 """The cause of a robot's time out of service that its own failures explain."""
+
+
+def acts_on(
+    team: Team, state: State, at: Sequence[int | None], i: int, among: Collection[int] | None = None
+) -> tuple[tuple[int, now.Stage], ...]:
+    """Return what a robot changes by acting where it stands: obstacles with their new stages.
+    ``at``: the region of each robot (None: it cannot take part); ``among``: the obstacles that
+    count (None: all that are known)."""
+    if at[i] is None or not team.members[i].robot.capabilities:
+        return ()
+    floor = acting_floor(team, state, among)
+    if not floor.gates:
+        return ()
+    stages = tuple(state.obstacles[k].stage for k in floor.gates)
+    after = floor.acted(stages, at, i)
+    pairs = zip(floor.gates, stages, after, strict=True)
+    return tuple((k, new) for k, old, new in pairs if old != new)
+
+
+def participants(
+    team: Team, state: State, at: Sequence[int | None], i: int, k: int
+) -> tuple[int, ...]:
+    """Return the robots that act when robot ``i`` acts on an obstacle: all that must do so
+    together, else itself."""
+    stage = state.obstacles[k].stage
+    need = team.obstacles[k].needs[stage.need]
+    if not need.together:
+        return (i,)
+    able = acting_floor(team, state, (k,)).able(0, (stage,))
+    return tuple(j for j in able if (region := at[j]) is not None and need.regions >> region & 1)
+
+
+def resolved(team: Team, k: int, stage: now.Stage) -> bool:
+    return stage.need >= len(team.obstacles[k].needs)
 
 
 def consequences(
