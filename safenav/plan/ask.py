@@ -25,7 +25,7 @@ from safenav.team.state import Plan, Stage
 from safenav.trace import vocabulary
 from safenav.world.poses import Mask, PoseGraph, bits
 
-WORK, WORK_OF_A_ROBOT = 3_000_000, 60_000
+WORK, WORK_OF_A_ROBOT, CHARGED_WORK = 3_000_000, 60_000, 40_000
 FEW_WORK, FEW_GROUPS, FEW_STATES = 200_000, 300, 20_000
 AHEAD, MOST_AHEAD = 2, 6
 """A mission of more than ``MOST_AHEAD`` rounds is planned ``AHEAD`` rounds at a time."""
@@ -136,18 +136,18 @@ def ask_charged(
         c if m.energy is None or m.energy.chargers >> p & 1 else c - m.energy.battery.stay
         for c, m, p in zip(charges, floor.team.members, joint.poses, strict=True)
     )
-
-    def found(lasting: bool, full: bool, begins: Charges) -> list[Joint] | None:
-        start, how = joint._replace(charges=begins), (lasting, full)
-        answer = ChargedSearch(floor, wanted, _guide(floor, wanted), start, seed, how).run()
-        return None if isinstance(answer, Exhausted) else answer
-
-    # Where a charger is near, short stops cost least; where it is far, few do.
-    answers = [one for full in (False, True) if (one := found(True, full, late)) is not None]
-    for lasting in (True, False):
-        if not answers and (one := found(lasting, False, charges)) is not None:
-            answers.append(one)
-    return Found(charged_plan(floor, min(answers, key=len), time)) if answers else None
+    guide, work = _guide(floor, wanted), CHARGED_WORK
+    for lasting, begins in ((True, late), (True, charges), (False, charges)):
+        start, answers = joint._replace(charges=begins), list[Sequence[Joint]]()
+        # Where a charger is near, short stops cost least; where it is far, few do.
+        for full in (False, True) if begins is late else (False,):
+            search = ChargedSearch(floor, wanted, guide, start, seed, work, (lasting, full))
+            if search.fits(start) and (answer := search.run()) is not None:
+                answers.append(answer)
+        if answers:
+            return Found(charged_plan(floor, min(answers, key=len), time))
+        work //= 4 if search.fits(start) else 1  # what asks for less is likely to fail as well
+    return None
 
 
 def _alone(floor: Floor, joint: Joint) -> Deadlock | None:

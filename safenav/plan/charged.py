@@ -11,11 +11,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from itertools import cycle, islice, pairwise
 
+from safenav.cached_method import cached_method
 from safenav.plan.order import linear, plan_of
 from safenav.plan.search import (
     FARTHEST,
     FIRST_BUDGET,
     ONE,
+    SINGLES,
     STATIC,
     Answer,
     Exhausted,
@@ -24,13 +26,21 @@ from safenav.plan.search import (
     Search,
 )
 from safenav.scenario.settings import Clock
-from safenav.team.battery import NEVER, dominated
-from safenav.team.floor import Floor, Joint
+from safenav.team.battery import DECIMALS, NEVER, dominated
+from safenav.team.floor import Floor, Joint, Stages
 from safenav.team.state import Plan, Waypoint
 from safenav.world.poses import Mask
 
 Charges = tuple[float, ...]
-WORK, STATES, TRIES = 40_000, 3_000, 12
+Effect = tuple[
+    tuple[tuple[int, ...], tuple[tuple[int, int], ...], Stages],
+    tuple[tuple[int, float, float, float], ...],
+]
+"""The state after a transition without charges; of each robot with a battery its number, the most
+charge that it can have, what it gains, and the least charge that it needs there."""
+
+TRIES, STATES = 12, 3_000
+"""Most searches for a better plan; most states with one move at a time."""
 
 ACTING = 2
 """Seconds that actions are expected to take in a live run."""
@@ -39,8 +49,8 @@ LONG_AGO = -1e9
 
 
 class ChargedSearch(Search):
-    """``charges``: those of all robots at the start. ``lasting``: they must suffice
-    forever, not only for the plan; ``full``: robots leave chargers with a full battery."""
+    """``start``: with the charges of all robots. ``how``: they must suffice forever, not only for
+    the plan; robots leave chargers with a full battery."""
 
     def __init__(
         self,
@@ -49,26 +59,33 @@ class ChargedSearch(Search):
         guide: Guide,
         start: Joint,
         seed: int,
+        work: int,
         how: tuple[bool, bool],
     ) -> None:
-        super().__init__(floor, served, guide, start, seed, WORK)
+        super().__init__(floor, served, guide, start, seed, work)
         self.how, self.team = how, floor.team
         self.live = self.team.scenario.clock is Clock.LIVE
-        self.charged = [i for i in floor.robots if self.team.members[i].energy is not None]
+        self.energies = {
+            i: energy for i in floor.robots if (energy := self.team.members[i].energy) is not None
+        }
         self._best: dict[object, list[Charges]] = {}
+        self._effects: dict[object, dict[tuple[int, ...], Effect]] = {}
 
     def goal(self, joint: Joint) -> bool:
-        return super().goal(joint) and self._fit(joint, final=True)
+        return super().goal(joint) and all(self._lasts(joint))
+
+    def _lasts(self, joint: Joint) -> Iterator[bool]:
+        for i, energy in self.energies.items() if self.how[0] else ():
+            allowed, turn = self.floor.allowed(i, joint.stages), energy.turn(joint.counts[i][0])
+            yield joint.charges[i] >= energy.need(allowed, joint.poses[i], turn)
 
     def run(self) -> Answer:
         """The plan with the fewest ticks of several."""
         if self.goal(self.start):
             return [self.start]
-        if not (all(map(self._suffices, self.charged)) and self._fit(self.start)):
-            return None
-        best, orders = super().run(), cycle((FARTHEST, STATIC, ONE))
-        for how in islice(orders, TRIES):
-            if best is None or self.work < WORK // 2:
+        enough, best = self.work // 2, super().run()
+        for how in islice(cycle((FARTHEST, STATIC, ONE)), TRIES):
+            if best is None or self.work < enough:
                 break
             found = self.deep(self.start, self.goal, FIRST_BUDGET, how, self._order(how))
             if found is not None and self._ticks(found) < self._ticks(best):
@@ -76,20 +93,7 @@ class ChargedSearch(Search):
         return best
 
     def _ticks(self, states: Sequence[Joint]) -> int:
-        return sum(_lasts(self.floor, before, joint) for before, joint in pairwise(states))
-
-    def _suffices(self, i: int) -> bool:
-        """Whether a robot could meet its targets alone: others and open obstacles only restrict
-        it. A search would need a third of a second for the same answer."""
-        member, (memory, met) = self.team.members[i], self.start.counts[i]
-        if member.energy is None or self.floor.is_done(i, (memory, met)):
-            return True
-        turn, pose = member.energy.turn(memory), self.start.poses[i]
-        left = len(member.targets) - turn
-        if not member.pursuit.settles:
-            left = self.team.rounds * len(member.targets) - met
-        least = member.energy.suffices(self.floor.floors[i], turn, left).get(pose, NEVER)
-        return bool(least <= self.start.charges[i])
+        return sum(_duration(self.floor, before, joint) for before, joint in pairwise(states))
 
     def deep(self, start: Joint, goal: Goal, budget: int, how: str, order: list[int]) -> Answer:
         self._best = {}
@@ -97,8 +101,10 @@ class ChargedSearch(Search):
         return None if isinstance(found, Exhausted) else found
 
     def singles(self, budget: int) -> Answer:
+        if budget > SINGLES:
+            return None  # the smaller search has found nothing
         self._best = {}
-        found = super().singles(min(budget, STATES))
+        found = super().singles(STATES)
         return None if isinstance(found, Exhausted) else found
 
     def _singles(self, joint: Joint, alive: Sequence[Mask] | None = None) -> Iterator[Joint]:
@@ -112,51 +118,45 @@ class ChargedSearch(Search):
 
     def _new(self, after: Joint, before: dict[Joint, Joint | None]) -> bool:
         """Whether a state is worth it: no known one differs only by higher charges."""
-        return after not in before and not dominated(
-            after.charges, self._best.setdefault(after[:3], [])
-        )
+        best = self._best.setdefault(after[:3], [])
+        return after not in before and not dominated(after.charges, best)
 
     def _forced(self, joint: Joint, i: int) -> Iterator[int]:
         """The poses that a robot may take; also its own, where it charges."""
-        energy = self.team.members[i].energy
-        if energy is not None and energy.chargers >> joint.poses[i] & 1:
+        if i in self.energies and self.energies[i].chargers >> joint.poses[i] & 1:
             yield joint.poses[i]
         yield from super()._forced(joint, i)
 
     def _reached(self, joint: Joint, poses: tuple[int, ...]) -> Joint | None:
-        poses = self._held(joint, poses)
-        moving = [i for i in self.floor.robots if poses[i] != joint.poses[i]]
-        ticks = max((self.team.members[i].ticks for i in moving), default=1)
+        effects = self._effects.setdefault(joint[:3], {})
+        if poses not in effects:
+            effects[poses] = self._effect(joint, poses)
+        after, gains = effects[poses]
         charges = [*joint.charges]
-        for i in self.charged:
-            member, charge = self.team.members[i], charges[i]
-            assert member.energy is not None
-            if i in moving:
-                if charge < member.energy.battery.move:
-                    return None
-                wait = self._waits(i, poses[i], ticks - member.ticks)
-                charge = member.energy.stepped(charge) - wait
-            elif not member.energy.chargers >> poses[i] & 1:
-                charge -= self._waits(i, poses[i], ticks)
-            else:
-                charge = member.energy.stayed(charge, poses[i], ticks)
-            charges[i] = charge
-        if poses == joint.poses and charges == [*joint.charges]:
-            return None
-        after = self.floor.moved(joint, poses, self.floor.robots)
+        for i, most, gain, least in gains:
+            charges[i] = min(most, round(charges[i] + gain, DECIMALS))
+            if charges[i] < least:
+                return None
+        found = Joint(*after, tuple(charges))
+        return None if found == joint else found
+
+    def _effect(self, joint: Joint, poses: tuple[int, ...]) -> Effect:
+        poses = self._held(joint, poses)
+        after, ticks = self.floor.moved(joint, poses, self.floor.robots), 1
+        for i, pose in enumerate(poses):
+            ticks = max(ticks, self.team.members[i].ticks if pose != joint.poses[i] else 1)
         acts = self.live and after.stages != joint.stages
         acting = self.floor.acting(joint.stages) if acts else 0
-        for i in self.charged:
-            if acting >> poses[i] % self.team.size & 1:
-                charges[i] -= self._waits(i, poses[i], ACTING)
-        after = after._replace(charges=tuple(charges))
-        return after if self._fit(after) else None
-
-    def _waits(self, i: int, pose: int, ticks: float) -> float:
-        """The charge that a robot uses while it stands somewhere."""
-        energy = self.team.members[i].energy
-        on = energy is None or energy.chargers >> pose & 1
-        return 0 if energy is None or on else energy.battery.stay * ticks
+        gains = []
+        for i, energy in self.energies.items():
+            on, moves = energy.chargers >> poses[i] & 1, poses[i] != joint.poses[i]
+            waits = ticks - self.team.members[i].ticks if moves else ticks
+            waits += ACTING if acting >> poses[i] % self.team.size & 1 else 0
+            gain: float = -energy.battery.move if moves else on * energy.battery.charge * ticks
+            gain -= 0 if on else energy.battery.stay * waits
+            least = self._least(i, after.poses[i], after.counts[i])
+            gains.append((i, energy.battery.capacity, gain, least))
+        return after[:3], tuple(gains)
 
     def _held(self, joint: Joint, poses: tuple[int, ...]) -> tuple[int, ...]:
         """The poses, where robots stay that would have to wait for another one to leave."""
@@ -180,22 +180,35 @@ class ChargedSearch(Search):
                         break
         return tuple(found)
 
-    def _fit(self, joint: Joint, *, final: bool = False) -> bool:
-        for i in self.charged:
-            energy, pose = self.team.members[i].energy, joint.poses[i]
-            assert energy is not None
-            least = 0.0
-            if self.how[0]:
-                turn = energy.turn(joint.counts[i][0])
-                allowed = self.floor.allowed(i, joint.stages) if final else self.floor.floors[i]
-                least = energy.need(allowed, pose, turn)
-            if joint.charges[i] < least:
-                return False
-        return True
+    def fits(self, joint: Joint) -> bool:
+        """Whether the charges may suffice."""
+        return all(
+            joint.charges[i] >= self._least(i, joint.poses[i], joint.counts[i])
+            for i in self.energies
+        )
+
+    @cached_method
+    def _least(self, i: int, pose: int, count: tuple[int, int]) -> float:
+        """The charge that a robot alone needs: others and open obstacles only restrict it."""
+        energy, pursuit, allowed = (
+            self.energies[i],
+            self.team.members[i].pursuit,
+            self.floor.floors[i],
+        )
+        turn = energy.turn(count[0])
+        if self.how[0]:
+            return energy.need(allowed, pose, turn)
+        if self.floor.is_done(i, count):
+            return 0
+        goals = (
+            pursuit.targets - turn
+            if pursuit.settles
+            else self.team.rounds * pursuit.targets - count[1]
+        )
+        return energy.suffices(allowed, turn, goals).get(pose, NEVER)
 
     def _aim(self, joint: Joint, i: int, goal: Mask, *, own: bool) -> Mask:
-        energy = self.team.members[i].energy
-        if energy is None:
+        if (energy := self.energies.get(i)) is None:
             return goal
         allowed = self.floor.allowed(i, joint.stages)
         if not goal:
@@ -204,7 +217,7 @@ class ChargedSearch(Search):
         return energy.aim(allowed, goal, turn, (joint.poses[i], joint.charges[i]), self.how)
 
 
-def _lasts(floor: Floor, before: Joint, joint: Joint) -> int:
+def _duration(floor: Floor, before: Joint, joint: Joint) -> int:
     """The ticks of a transition: those of its slowest step."""
     moving = (i for i in floor.robots if before.poses[i] != joint.poses[i])
     return max((floor.team.members[i].ticks for i in moving), default=1)
@@ -224,7 +237,7 @@ def charged_plan(floor: Floor, states: Sequence[Joint], begun: float) -> Plan:
             if energy is not None and energy.chargers >> before.poses[i] & 1:
                 charge, due = before.charges[i], begun + 1 + tick
                 ways[i][at[i]] = ways[i][at[i]]._replace(charge=charge, tick=due)
-        tick += _lasts(floor, before, joint)
+        tick += _duration(floor, before, joint)
     batteries = {i: e.battery for i in floor.robots if (e := floor.team.members[i].energy)}
     for i in () if any(each.stay for each in batteries.values()) else batteries:
         _needed(floor, states[-1], i, ways[i])

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Mapping, Sequence
 from heapq import heappop, heappush
+from operator import ge
 
 from msgspec import Struct
 
@@ -176,8 +177,8 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
 
 def dominated(charges: Sequence[float], known: list[tuple[float, ...]]) -> bool:
     """Whether some known charges are at least as high everywhere; keeps only the highest."""
-    if any(all(a >= b for a, b in zip(one, charges, strict=True)) for one in known):
+    if any(all(map(ge, one, charges)) for one in known):
         return True
-    known[:] = [one for one in known if not all(b >= a for a, b in zip(one, charges, strict=True))]
+    known[:] = [one for one in known if not all(map(ge, charges, one))]
     known.append(tuple(charges))
     return False

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Sequence
 from contextlib import suppress
 from functools import partial
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from msgspec import Struct
 
@@ -68,6 +68,7 @@ class Answers:
         self._questions: dict[Hashable, Question] = {}
         self._pool: ThreadPoolExecutor | None = None
         self._awaited = self.background = self.busy = False
+        self._recent: dict[Hashable, Any] = {}
         self.count, self.seconds = 0, 0.0
 
     def strategies(self, specs: Sequence[Specification]) -> list[SynthesisResult | None]:
@@ -146,11 +147,14 @@ class Answers:
     def _ask(self, key: Hashable, compute: Callable[[Check], Answer]) -> Answer:
         self._check()
         if not self.background:
-            self.busy = True
-            try:
-                return compute(self._check)
-            finally:
-                self.busy = False
+            if key not in self._recent:  # passes at one instant may ask the same again
+                self.busy = True
+                try:
+                    answer = compute(self._check)
+                finally:
+                    self.busy = False
+                self._recent = {**dict([*self._recent.items()][-1:]), key: answer}
+            return cast("Answer", self._recent[key])
         question = self._questions.get(key)
         if question is None:
             from concurrent.futures import ThreadPoolExecutor  # only runs with a clock need it
