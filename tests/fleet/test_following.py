@@ -17,7 +17,7 @@ from once import beside
 from safenav.checked_trace import check_trace
 from safenav.fleet.file import FollowUse, Station
 from safenav.fleet.following import Following, mover_of
-from safenav.fleet.setpoints import ACCELERATION, HORIZON, PERIOD, Setpoints
+from safenav.fleet.setpoints import ACCELERATION, HORIZON, MOVING, PERIOD, Setpoints
 from safenav.fleet.transport import (
     GoalEnd,
     GoalEnded,
@@ -123,6 +123,7 @@ def test_the_stream_has_the_next_second_and_the_next_steps() -> None:
         assert 1 <= len(feet) <= 2
         pressure = part.rows[0][:2] - part.rows[0][ACCELERATION][:2] * 0.8 / 9.81
         assert min(hypot(*(pressure - (f.x, f.y))) for f in feet) < 0.25
+    assert not reference.at(reference.end + 1.0)[MOVING].any()
     segments = [piece for piece in follows.followers["digit"].plan if isinstance(piece, Segment)]
     omega = (9.81 / 0.8) ** 0.5
     for segment in segments:
@@ -154,6 +155,16 @@ def test_a_robot_off_its_reference_is_held_and_can_return(robot: str, to: int) -
     assert places.distance(start, row[0], row[1]) < 1e-6
     plan = follows.followers[robot].plan
     assert all(abs(a.t1 - b.t0) < 1e-9 for a, b in pairwise(plan))
+
+
+def test_a_step_begins_where_the_robot_rests() -> None:
+    follows, bodies, places, _ = prepared()
+    x, y, yaw = follows.begins("quad")
+    bodies.post(Located("quad", bodies.time, x + 0.3, y, yaw))
+    follows.navigate("quad", goal(places, SOUTH))
+    assert len(follows.followers["quad"].resets) == 1
+    reference = bodies.references["quad"]
+    assert reference.at(reference.begin)[0] == pytest.approx(x + 0.3)
 
 
 @pytest.mark.parametrize(

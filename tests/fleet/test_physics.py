@@ -11,7 +11,7 @@ pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation
 from fleet.drives import driven
 from fleet.lab import watched
 from once import beside
-from safenav.fleet.lab.physics import FAR, Physics
+from safenav.fleet.lab.physics import FAR, Physics, straight
 from safenav.fleet.transport import Places
 from safenav.scenario.model import Need, Obstacle, ObstacleType
 from safenav.scenario.reading.catalogue import built_in
@@ -139,6 +139,20 @@ def test_a_gate_is_unlocked_before_it_is_pushed() -> None:
     physics.perform("left", "push")
     assert ended(physics, "left", "acted") == "done"
     assert physics.log()["closed"] == []
+
+
+def test_a_crate_is_lifted_by_two_robots_at_once() -> None:
+    """One alone fails after a wait. References that come meanwhile do not move it away."""
+    physics = yard(CRATE)
+    physics.perform("left", "lift")
+    x, y = physics._places.centre(9)
+    physics.follow("left", straight(physics.now, (x, y, 0.0), (x - 0.5, y, 0.0), 1.0))
+    assert ended(physics, "left", "acted") == "failed"
+    assert physics.state("left")["x"] == pytest.approx(x, abs=0.01)
+    for name in ("left", "right"):
+        physics.perform(name, "lift")
+    assert [ended(physics, name, "acted") for name in ("left", "right")] == ["done"] * 2
+    assert not physics.standing
 
 
 def ahead(physics: Physics) -> float:
