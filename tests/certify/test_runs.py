@@ -20,7 +20,6 @@ from certify.making import (
     with_lines,
 )
 from certify.tasks import scenario_of, task_of, verdict_of
-from judge.living import living
 from once import made_once
 from runtime.worlds import Driven
 from safenav import Mission, TraceWriter, load_scenario
@@ -147,14 +146,6 @@ def test_an_objective_that_was_not_assigned_is_refused(tmp_path: Path) -> None:
     files = files_of(changed())
     lines = [line for line in lines_of(files) if line["type"] != "objective"]
     assert judged(rewrite(with_lines(files, lines), tmp_path / "bundle"))[0] == 1
-
-
-@pytest.mark.parametrize("name", ["hello", "case_study_2", "corridor_swap"])
-def test_a_run_in_seconds_is_followed_as_one_in_ticks(name: str, tmp_path: Path) -> None:
-    files = files_of(shipped(name))
-    files = with_lines(files, [*living(lines_of(files))])
-    status, said = judged(rewrite(files, tmp_path / "bundle"))
-    assert status == 0, said
 
 
 TOTES = "totes"

@@ -10,10 +10,9 @@ from pathlib import Path
 import pytest
 import yaml
 
-from judge.living import living
 from safenav.judge.engine import judge
 from safenav.judge.lines import NotATraceError
-from support.damage import GOOD, Edit, damage, live, text
+from support.damage import GOOD, Edit, damage, text
 
 BROKEN = yaml.safe_load((Path(__file__).parent / "broken.yaml").read_text())
 CASES = [
@@ -21,20 +20,12 @@ CASES = [
     for name, each in BROKEN.items()
     for number, (told, *edits) in enumerate(each)
 ]
-TIMED = {"lost_deadline", "refused_round"}
-"""Deadlines are in ticks."""
-LIVE = {name for name, lines in GOOD.items() if live(lines())}
 
 
 @pytest.mark.parametrize("name", GOOD)
 def test_a_good_trace_is_accepted(name: str) -> None:
     found = judge(text(GOOD[name]()))
     assert found.ok and found.outcome
-
-
-@pytest.mark.parametrize("name", sorted(GOOD.keys() - LIVE - TIMED))
-def test_a_good_trace_in_seconds_is_accepted(name: str) -> None:
-    assert judge(text(living(GOOD[name]()))).findings == []
 
 
 @pytest.mark.parametrize(("name", "told", "edits"), CASES)
