@@ -87,10 +87,9 @@ def _measure(page: Path, seconds: float, speeds: tuple[int, ...], solid: bool = 
         paint = f", painted at {statistics.median(painted):.0f} ms" if painted else ""
         print(f"opens in          {loaded:8.0f} ms{paint}")
         for speed in speeds:
-            browser.run('document.querySelector(".speed select").value = arguments[0]', str(speed))
-            browser.run(
-                'document.querySelector(".speed select").dispatchEvent(new Event("change"))'
-            )
+            choice = browser.one("select[aria-label=Speed]")
+            browser.run("arguments[0].value = arguments[1]", choice, str(speed))
+            browser.run("arguments[0].dispatchEvent(new Event('change'))", choice)
             browser.press(Keys.HOME)
             browser.button("Play").click()
             gaps = gaps_of(browser.driver, seconds)

@@ -251,7 +251,7 @@ def test_the_page_hatches_beliefs_and_tints_sight(browser: Browser, pages: dict[
     chosen = browser.one(".viewer select")
     for option in chosen.find_elements("css selector", "option"):
         option.click()
-        many = {"everyone": ["west", "east"], "nobody": []}
+        many = {"everyone": ["west", "east"], "no robot": []}
         expected = many.get(option.text, [option.text])
         for kind in ("sight", "belief"):
             shown = [e.get_attribute("data-viewer") for e in browser.all(f".shading .{kind}")]

@@ -1,4 +1,4 @@
-/* sources eb5770fbbfb63544cea43cd779dcf13eae730ee5ed4fe6cf50462f8a266ef4cb */
+/* sources 71860118388c02632606dfad2bce51236e697860af613cfc4c630f17cf56320c */
 /* Contains @codemirror/view:
 MIT License
 

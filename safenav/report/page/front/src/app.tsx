@@ -203,7 +203,7 @@ function Choices({ run, shown, onChange }: ChoicesProps) {
               <option value={String(run.robots.indexOf(robot))}>{robot.name}</option>
             ))}
             {viewers.length > 1 && <option value={String(EVERYONE)}>everyone</option>}
-            <option value={String(NOBODY)}>nobody</option>
+            <option value={String(NOBODY)}>no robot</option>
           </select>
         </label>
       )}

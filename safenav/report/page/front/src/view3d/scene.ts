@@ -244,7 +244,6 @@ export class RunScene implements Eye {
       this.floor.material.map?.dispose();
       const map = (this.floor.material.map = new Texture(image));
       map.colorSpace = SRGBColorSpace;
-      map.anisotropy = this.renderer.capabilities.getMaxAnisotropy();
       map.needsUpdate = this.floor.material.needsUpdate = true;
       this.changed();
     }
