@@ -185,15 +185,18 @@ def _pgm(data: bytes) -> Image:
         hint = "check width and height in the header, or copy it again"
         what = f"{given:.10g} pixels where the header announces {count}"
         raise InputError([flaw(what, hint)])
-    if not 0 <= int(found.min()) <= int(found.max()) <= white <= 65535:
-        what = f"a pixel is brighter ({found.max()}) than the header allows ({white})"
-        raise InputError([flaw(what, "the third number of the header is the brightest value")])
+    least, most = int(found.min()), int(found.max())
+    if not 0 <= least <= most <= white <= 65535:
+        what = f"pixels from {least} to {most} where the header announces 0 to {white}"
+        hint = "the third number of the header is the brightest value, at most 65535"
+        raise InputError([flaw(what, hint)])
     return Image(found.astype(np.uint16).reshape(height, width), white)
 
 
 def _png(data: bytes) -> Image:
     try:
         from PIL import Image as Pillow
+        from PIL import UnidentifiedImageError
     except ImportError:
         hint = install_command("maps")
         raise InputError([flaw("a PNG needs Pillow, which is not installed", hint)]) from None
@@ -201,8 +204,13 @@ def _png(data: bytes) -> Image:
         _check_size(int.from_bytes(data[16:20], "big"), int.from_bytes(data[20:24], "big"))
     try:
         with Pillow.open(BytesIO(data), formats=["PNG"]) as picture:
+            _check_size(*picture.size)  # of the last header; other chunks may precede it
             picture.load()
             return _decoded(picture)
+    except InputError:
+        raise
+    except UnidentifiedImageError:
+        raise InputError([flaw("a broken image: not the header of a PNG", _CONVERT)]) from None
     except Exception as error:  # its readers raise errors of any kind
         reason = str(error).splitlines()[0][:100] if str(error) else type(error).__name__
         raise InputError([flaw(f"a broken image: {reason}", "save it again")]) from None

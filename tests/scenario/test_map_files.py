@@ -3,6 +3,8 @@
 
 import builtins
 import re
+import struct
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -141,21 +143,33 @@ def test_unknown_pixels_of_a_ros_map_are_walls(tmp_path: Path) -> None:
         assert found.grid_rows() == [expected]
 
 
+def chunk(kind: bytes, data: bytes) -> bytes:
+    """A chunk of a PNG."""
+    check = zlib.crc32(kind + data)
+    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", check)
+
+
+PNG = b"\x89PNG\r\n\x1a\n"
+HUGE = chunk(b"IHDR", struct.pack(">IIBBBBB", 9000, 9000, 1, 0, 0, 0, 0)) + chunk(b"IDAT", b"")
+
+
 @pytest.mark.parametrize(
     ("header", "body", "words"),
     [
         (b"P5 4 2 255\n", b"\xff" * 9, "9 pixels where the header announces 8"),
         (b"P5 # from a robot\n4 2 255\n", b"\xff" * 7, "7 pixels where the header announces 8"),
-        (b"P5 4 2 9\n", b"\x40" * 8, r"a pixel is brighter \(64\) than the header allows \(9\)"),
+        (b"P5 4 2 9\n", b"\x40" * 8, "pixels from 64 to 64 where the header announces 0 to 9"),
         (b"P5 2 2 65535\n", b"\xff" * 9, "4.5 pixels where the header announces 4"),
         (b"P2 4 2 9\n", b"9 " * 9, "9 pixels where the header announces 8"),
-        (b"P2 4 2 9\n", b"9 " * 7 + b"-1", "a pixel is brighter"),
+        (b"P2 4 2 9\n", b"9 " * 7 + b"-1", "pixels from -1 to 9 where"),
         (b"P2 4 2 9\n", b"9 " * 7 + b"white", "not a number"),
         (b"P5 20000 20000 9\n", b"", "an image of 20000 x 20000 pixels; the maximum is"),
         (b"P4 4 2\n", b"\x00\x00", "neither a PNG nor a PGM image"),
+        (PNG, b"", "a broken image: not the header of a PNG"),
+        (PNG + chunk(b"teXt", b"\0\0\0\1" * 2), HUGE, "an image of 9000 x 9000"),
     ],
 )
-def test_a_pgm_is_what_its_header_announces(
+def test_an_image_is_what_its_header_announces(
     header: bytes, body: bytes, words: str, tmp_path: Path
 ) -> None:
     """A header that lies would draw another map."""
