@@ -124,6 +124,8 @@ def read_intervention(wanted: str | Mapping[str, Any], scenario: Scenario) -> In
     """Return the intervention of a line of words, or of data that a page sends, read like the parts
     of a scenario. Raises UsageError for an impossible one, with the expected form."""
     data = _data(wanted) if isinstance(wanted, str) else wanted
+    if not isinstance(data, Mapping):
+        raise UsageError(f"{data!r} is no intervention: give a line, or its data")
     reading = Reading("the change", world=scenario.map, reachable=False)
     found = _read(data, scenario, reading)
     reading.refuse_if_any()
@@ -183,12 +185,12 @@ def _read(data: Mapping[str, Any], scenario: Scenario, reading: Reading) -> Inte
             if name not in types:
                 raise UsageError(f"the catalogue has no obstacle type '{name[:40]}'")
             region = reading.region(_node(data.get("region"), reading), "'region'")
-            truth = bool(data.get("truth", True)) if types[name].has_truth else None
+            truth = _flag({"truth": True, **data}, "truth") if types[name].has_truth else None
             if region is None or kind == "order":
                 return None if region is None else PlaceOrder(types[name], region)
             return AddObstacle(types[name], region, truth)
         case "input":
-            return SetInput(str(data.get("input")), bool(data.get("on")))
+            return SetInput(str(data.get("input")), _flag(data, "on"))
         case "open":
             return RemoveObstacle(str(data.get("obstacle")))
         case "resolved":
@@ -206,10 +208,12 @@ def _read(data: Mapping[str, Any], scenario: Scenario, reading: Reading) -> Inte
         case "give_up":
             return GiveUp()
         case "truth":
-            return SetTruth(str(data.get("obstacle")), bool(data.get("traversable")))
+            return SetTruth(str(data.get("obstacle")), _flag(data, "traversable"))
         case "objective" | "service" as kind:
-            what = "back" if data.get("active") else "out"
-            value = data.get("objective") if kind == "objective" else what
+            if kind == "objective":
+                value = data.get("objective")
+            else:
+                value = "back" if _flag(data, "active") else "out"
             reading.team = scenario.robots
             reading.named = tuple(robot.name for robot in scenario.robots)
             listed = [{"at": 1, "robot": data.get("robot"), kind: value}]
@@ -221,6 +225,14 @@ def _read(data: Mapping[str, Any], scenario: Scenario, reading: Reading) -> Inte
                     return AssignObjective(change.robot, change.objective)
                 return SetService(change.robot, change.active is True)
     return None
+
+
+def _flag(data: Mapping[str, Any], key: str) -> bool:
+    """A truth, which must be stated as one: every text would be true, ``"out"`` as well."""
+    value = data.get(key)
+    if not isinstance(value, bool):
+        raise UsageError(f"'{key}' must be true or false, not {value!r}")
+    return value
 
 
 def _obstacle(data: Mapping[str, Any], reading: Reading) -> str:
