@@ -18,6 +18,7 @@ from safenav.runtime.run.checkpoint import _digest, resumption
 from safenav.runtime.run.mission import Mission
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario
+from safenav.scenario.settings import Clock
 from safenav.trace import records
 from safenav.trace.fields import convert, plain
 from safenav.trace.file import TraceWriter, as_data, read_trace
@@ -63,6 +64,8 @@ def test_runs_that_cannot_be_resumed_are_refused(tmp_path: Path) -> None:
     assert path is not None
     with pytest.raises(UsageError, match=r"the scenario is not that of .*: it differs in map and"):
         resumption(read_trace(path), other)
+    with pytest.raises(UsageError, match="is the trace of a run in ticks"):
+        resumption(read_trace(path), replace(hello, clock=Clock.LIVE))
     lines = path.read_text().splitlines()
     path.write_text("".join(line + "\n" for line in lines if '"checkpoint"' not in line))
     with pytest.raises(UsageError, match="it ends before its first checkpoint"):
@@ -134,6 +137,32 @@ def test_a_checkpoint_that_lies_is_refused(name: str, lies: Sequence[Any], tmp_p
         made["sha256"] = _digest(made)
         data = [*lines[:at], lines[at] | {"run": made}, *lines[at + 1 :]]
         path.write_text("".join(json.dumps(line) + "\n" for line in data))
+        done = safenav("resume", path)
+        assert done.returncode == 2 and re.search(told, done.stderr), (place, done.stderr)
+
+
+WRONG = {"visit": [12], "always": ["nothing = 3"]}
+HEADERS = [
+    (("limits", "seconds"), -1, "'seconds' of 'limits' is -1"),
+    (("limits", "ticks"), 0, "'ticks' of 'limits' is 0"),
+    (("until", "rounds"), 0, "'rounds' of 'until' is 0"),
+    (("failures", "patience"), 0, "'patience' of 'failures' is 0"),
+    (("robots", 0, "objective"), WRONG, "a: the objective has a wrong formula"),
+    (("robots", 1, "while_waiting"), {"visit": [0]}, "b: target .0.: expected free regions"),
+    (("robots", 1, "when"), [["alarm", WRONG]], "b: the objective has a wrong formula"),
+    (("changes",), [{"at": 5, "robot": "a", "objective": WRONG}], "a: the objective has a wrong"),
+]
+
+
+def test_a_header_that_lies_is_refused(tmp_path: Path) -> None:
+    """No digest covers the scenario in it, which has not been read by the reader of scenarios."""
+    path = interrupted(load_scenario(ROOT / "scenarios" / "corridor_swap.yaml"), 2, tmp_path)
+    assert path is not None
+    lines = path.read_text().splitlines()
+    for place, value, told in HEADERS:
+        header = json.loads(lines[0])
+        reduce(getitem, place[:-1], header["scenario"])[place[-1]] = value
+        path.write_text("\n".join([json.dumps(header), *lines[1:]]) + "\n")
         done = safenav("resume", path)
         assert done.returncode == 2 and re.search(told, done.stderr), (place, done.stderr)
 

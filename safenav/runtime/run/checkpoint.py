@@ -26,6 +26,7 @@ from safenav.runtime.worlds.simulation import Truth
 from safenav.scenario.model import Obstacle, ResolveAt, Robot, Scenario
 from safenav.scenario.objective import Ltl, Objective, formulas_in
 from safenav.scenario.settings import Clock
+from safenav.scenario.yaml.typed import entries
 from safenav.team.formulas import pursuit_of
 from safenav.team.state import Is, Plan, RobotNow, State
 from safenav.team.team import Member, Team, assigned, introduced, team_of
@@ -125,6 +126,8 @@ def resumption(trace: Trace, scenario: Scenario) -> Resumption:
         raise UsageError(f"nothing to resume: the run ended ({trace.outcome.outcome.value})")
     count, kept = _last_checkpoint(trace)
     _compare(trace, scenario)
+    if (wrong := next(_flaws(scenario), None)) is not None:
+        raise UsageError(f"{trace.source}: the scenario in its header cannot be run: {wrong}")
     try:
         team = _restored(scenario, kept)
     except WrongError as error:
@@ -144,11 +147,34 @@ def resumption(trace: Trace, scenario: Scenario) -> Resumption:
 def _compare(trace: Trace, scenario: Scenario) -> None:
     """Compare a scenario with that of a trace. Raises UsageError if it is another one."""
     there, parts = trace.header.scenario, ("map", "robots", "obstacles", "until")
+    if there.clock is not scenario.clock:
+        clock = "in seconds" if trace.header.live else "in ticks"
+        raise UsageError(f"{trace.source} is the trace of a run {clock}, so it continues {clock}")
     other = [name for name in parts if getattr(there, name) != getattr(scenario, name)]
     if other:
         raise UsageError(
             f"the scenario is not that of {trace.source}: it differs in {' and '.join(other)}"
         )
+
+
+def _flaws(scenario: Scenario) -> Iterator[str]:
+    """Yield what no scenario that was read from its file has: numbers beyond their limits, and
+    objectives that its robots cannot have."""
+    parts: dict[str, Struct] = {"until": scenario.until, "limits": scenario.limits}
+    for name, part in {**parts, "failures": scenario.failures}.items():
+        for word, key in entries(type(part)).items():
+            value, least = getattr(part, key.field), key.least or 0
+            number = isinstance(value, int | float)
+            if number and (value < least or (key.above is not None and value <= key.above)):
+                yield f"'{word}' of '{name}' is {value:g}"
+    given = [(each.robot, each.objective) for each in scenario.changes]
+    for robot in scenario.robots:
+        inputs = (objective for _, objective in robot.when)
+        given += [(robot.name, each) for each in (robot.objective, robot.while_waiting, *inputs)]
+    for who, objective in given:
+        if objective is not None:
+            found = _wrong_objective(objective, scenario.robot(who), scenario)
+            yield from (f"{who}: {each}" for each in found)
 
 
 def _restored(scenario: Scenario, kept: Kept) -> Team:
