@@ -311,8 +311,10 @@ class Scenario(Struct, frozen=True):
 
     @property
     def recorded(self) -> Scenario:
-        """The scenario as a trace has it: without the names of the files that it was read from."""
-        return replace(self, source="", catalogue=replace(self.catalogue, sources={}))
+        """The scenario as a trace has it: without the names of the files that it was read from,
+        which are also in the notes on its map."""
+        world, catalogue = replace(self.map, notes=()), replace(self.catalogue, sources={})
+        return replace(self, source="", map=world, catalogue=catalogue)
 
     @property
     def partition(self) -> tuple[frozenset[Region], ...] | None:

@@ -220,6 +220,23 @@ def test_a_trace_of_an_earlier_run_is_certified(
     assert "is no longer in the cache" in said
 
 
+def test_a_run_on_a_map_with_warnings_is_certified(tmp_path: Path) -> None:
+    """A warning names the map's file, which has another place when the source is read again."""
+    pixels = bytes([254] * 7 + [205])
+    (tmp_path / "hall.pgm").write_bytes(b"P5 8 1 255\n" + pixels)
+    settings = "image: hall.pgm\nresolution: 1\norigin: [0, 0, 0]\nnegate: 0\n"
+    settings += "occupied_thresh: 0.65\nfree_thresh: 0.25\n"
+    (tmp_path / "hall.yaml").write_text(settings)
+    scenario = tmp_path / "ros.yaml"
+    scenario.write_text(
+        "safenav: 1\nname: hall\nmap: {ros: hall.yaml, rows: 1, cols: 8}\n"
+        "robots: {q: {model: quadcopter, start: 0, objective: {visit: [0, 3]}}}\n"
+    )
+    assert "gray 205" in safenav("check", scenario)[1]
+    status, said = safenav("certify", scenario, "-o", tmp_path / "hall")
+    assert (status, said.split()[-1]) == (0, "accepted")
+
+
 class Links(HTMLParser):
     """The anchors and the links of a page."""
 

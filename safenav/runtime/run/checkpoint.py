@@ -146,11 +146,12 @@ def resumption(trace: Trace, scenario: Scenario) -> Resumption:
 
 def _compare(trace: Trace, scenario: Scenario) -> None:
     """Compare a scenario with that of a trace. Raises UsageError if it is another one."""
-    there, parts = trace.header.scenario, ("map", "robots", "obstacles", "until")
+    there, here = trace.header.scenario.recorded, scenario.recorded
     if there.clock is not scenario.clock:
         clock = "in seconds" if trace.header.live else "in ticks"
         raise UsageError(f"{trace.source} is the trace of a run {clock}, so it continues {clock}")
-    other = [name for name in parts if getattr(there, name) != getattr(scenario, name)]
+    parts = ("map", "robots", "obstacles", "until")
+    other = [name for name in parts if getattr(there, name) != getattr(here, name)]
     if other:
         raise UsageError(
             f"the scenario is not that of {trace.source}: it differs in {' and '.join(other)}"
