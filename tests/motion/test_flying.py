@@ -33,6 +33,8 @@ def test_a_simulated_flight_tracks_its_reference_through_centres() -> None:
 
     assert refused(track.rows[:-2]) == refused(track.rows[::2], 2 * track.step) == {"track"}
     assert refused(tuple((row[0] + 0.07, *row[1:]) for row in track.rows)) == {"track"}
+    jumps = tuple((row[0] + 0.04 * (k > 500), *row[1:]) for k, row in enumerate(track.rows))
+    assert refused(jumps) == {"dynamics"}
     assert {"track", "room"} <= refused(tuple((row[0] + 2.7, *row[1:]) for row in track.rows))
     assert refused(tuple((*row[:13], row[13] * 1.1) for row in track.rows)) == {"dynamics"}
     assert "dynamics" in refused(tuple((*row[:3], 2.0, *row[4:]) for row in track.rows))
