@@ -132,6 +132,23 @@ def test_long_chains_are_flat() -> None:
     assert not evaluate(formula, {"x": 5000})
 
 
+@pytest.mark.parametrize("a", [False, True])
+@pytest.mark.parametrize("b", [False, True])
+def test_operators_have_their_truth_tables(a: bool, b: bool) -> None:
+    truth = {
+        "!a": not a,
+        "a & b": a and b,
+        "a | b": a or b,
+        "a ^ b": a is not b,
+        "a ^ b ^ !a ^ a": a is b,
+        "a -> b": not a or b,
+        "a <-> b": a is b,
+        "next(a) & b'": a and b,
+    }
+    state = {"a": a, "b": b}
+    assert {text: evaluate(parse(text), state, state) for text in truth} == truth
+
+
 def test_variables_of_a_formula() -> None:
     assert syntax.variables(parse("a & (x + y' < 3) -> next(b)")) == {"a", "x", "y", "b"}
 

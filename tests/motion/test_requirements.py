@@ -246,6 +246,23 @@ def _leaves(tree: Node) -> list[Node]:
     return [node for node in nodes(tree) if isinstance(node, Margin | Happens)]
 
 
+@pytest.mark.parametrize("seed", range(FIRST, FIRST + FORMULAS, 10))
+def test_every_continuation_of_the_record_is_in_the_interval(seed: int) -> None:
+    for number in range(5):
+        chance = random.Random(7000 * (seed + 1) + number)
+        whole = made(chance, length=14)
+        part = Made(
+            tuple(row[:7] for row in whole.values),
+            tuple(tuple(t for t in row if t <= 6) for row in whole.events),
+            finished=False,
+        )
+        tree = formula(chance, 3, 1.0, events=True)
+        found, later = robustness(tree, part), robustness(tree, whole)
+        error = found.error + later.error + 1e-4
+        assert found.low[0] - error <= later.low[0], tree
+        assert later.high[0] <= found.high[0] + error, tree
+
+
 @pytest.mark.parametrize("seed", range(20))
 def test_coarse_samples_err_by_at_most_their_bound(seed: int) -> None:
     @dataclass(frozen=True)
