@@ -270,7 +270,10 @@ def drive(
 
     plan = load_scenario(scenario)
     plan = limited(replace(plan, clock=Clock.LIVE), None, time_limit)
-    first = None if begun is None else _continued(read_trace(begun), plan)
+    before = None if begun is None else read_trace(begun)
+    first = None if before is None else _continued(before, plan)
+    if before is not None and not rehearse and before.header.world == "simulated":
+        raise UsageError(f"{begun}: no real robot has run it; add --rehearse")
     if motion is not None and rehearse:
         hint = "use safenav export TRACE --motion FILE"
         raise UsageError(f"--motion: no robot moves in a rehearsal\n    {hint}")

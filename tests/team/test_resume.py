@@ -16,12 +16,13 @@ from safenav.checked_trace import check_trace
 from safenav.errors import InputError, UsageError
 from safenav.runtime.run.checkpoint import _digest, resumption
 from safenav.runtime.run.mission import Mission
-from safenav.scenario.model import Scenario
+from safenav.scenario.model import Robot, Scenario
 from safenav.scenario.reading.loader import load_scenario
 from safenav.scenario.settings import Clock
 from safenav.trace import records
 from safenav.trace.fields import convert, plain
 from safenav.trace.file import TraceWriter, as_data, read_trace
+from safenav.world.poses import Pose
 from scenario.mistakes import places
 from warm import safenav
 
@@ -75,6 +76,30 @@ def test_runs_that_cannot_be_resumed_are_refused(tmp_path: Path) -> None:
     path.write_text("".join(json.dumps(as_data(line)) + "\n" for line in whole))
     with pytest.raises(UsageError, match="nothing to resume"):
         resumption(read_trace(path), hello)
+
+
+def test_a_simulated_run_is_not_continued_by_real_robots(tmp_path: Path) -> None:
+    """Its trace says that it was simulated, so what real robots do breaks its rules."""
+    path = interrupted(load_scenario(ROOT / "scenarios" / "hello.yaml"), 5, tmp_path)
+    assert path is not None
+    trace = read_trace(path)
+    mission = Mission(trace.scenario, world=Outside(), begun=resumption(trace, trace.scenario))
+    with pytest.raises(UsageError, match="the run was simulated"):
+        mission.run()
+
+
+class Outside:
+    """A world outside of safenav."""
+
+    def sense(self, robot: Robot, region: int) -> None:
+        """There are no obstacles."""
+
+    def move(self, robot: Robot, pose: Pose) -> None:
+        """Each robot arrives."""
+
+    def act(self, robot: Robot) -> tuple[()]:
+        del robot
+        return ()
 
 
 def test_a_changed_checkpoint_is_refused(tmp_path: Path) -> None:

@@ -102,6 +102,8 @@ class World:
         pairs = zip(members, robots, strict=True)
         poses = {member.name: member.graph.pose(robot.pose) for member, robot in pairs}
         self.commands.resume(run.state.time, poses, last)
+        if self.truth is None and truth is not None:
+            raise UsageError("the run was simulated: continue it in its simulation")
         if self.truth is not None:
             if truth is None:
                 raise UsageError("the run used real robots: pass their world")
