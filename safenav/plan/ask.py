@@ -25,7 +25,8 @@ from safenav.team.state import Plan, Stage
 from safenav.trace import vocabulary
 from safenav.world.poses import Mask, PoseGraph, bits
 
-WORK, WORK_OF_A_ROBOT, CHARGED_WORK = 3_000_000, 60_000, 40_000
+WORK, WORK_OF_A_ROBOT, CHARGED_WORK, CHARGED_LEAST = 3_000_000, 60_000, 250_000, 40_000
+"""``CHARGED_LEAST``: where obstacles are open, so that the question will be another one soon."""
 FEW_WORK, FEW_GROUPS, FEW_STATES = 200_000, 300, 20_000
 AHEAD, MOST_AHEAD = 2, 6
 """A mission of more than ``MOST_AHEAD`` rounds is planned ``AHEAD`` rounds at a time."""
@@ -136,7 +137,8 @@ def ask_charged(
         c if m.energy is None or m.energy.chargers >> p & 1 else c - m.energy.battery.stay
         for c, m, p in zip(charges, floor.team.members, joint.poses, strict=True)
     )
-    guide, work = _guide(floor, wanted), CHARGED_WORK
+    guide = _guide(floor, wanted)
+    work = CHARGED_LEAST if floor.open(joint.stages) else CHARGED_WORK
     for lasting, begins in ((True, late), (True, charges), (False, charges)):
         start, answers = joint._replace(charges=begins), list[Sequence[Joint]]()
         # Where a charger is near, short stops cost least; where it is far, few do.

@@ -39,8 +39,9 @@ Effect = tuple[
 """The state after a transition without charges; of each robot with a battery its number, the most
 charge that it can have, what it gains, and the least charge that it needs there."""
 
-TRIES, STATES = 12, 3_000
-"""Most searches for a better plan; most states with one move at a time."""
+TRIES, STATES, BETTER = 12, 3_000, 20_000
+"""Most searches for a better plan; most states with one move at a time; the work for a better plan
+where the first one took less."""
 
 ACTING = 2
 """Seconds that actions are expected to take in a live run."""
@@ -83,7 +84,8 @@ class ChargedSearch(Search):
         """The plan with the fewest ticks of several."""
         if self.goal(self.start):
             return [self.start]
-        enough, best = self.work // 2, super().run()
+        given, best = self.work, super().run()
+        enough = self.work - max(BETTER, given - self.work)
         for how in islice(cycle((FARTHEST, STATIC, ONE)), TRIES):
             if best is None or self.work < enough:
                 break
