@@ -79,9 +79,14 @@ def disorder(trace: Trace, serial: Sequence[Dated]) -> Iterator[Finding]:
         told = found.explanation.removeprefix(f"{robot} ")
         yield Finding(t, robot, JUDGED[found.rule], told)
     bound: dict[str, float] = {}
+    planned: tuple[str, ...] = ()
     for t, record in serial:
         if isinstance(record, records.Synthesis):
             bound[record.robot] = t
+        elif isinstance(record, records.Plan):
+            planned = tuple(record.robots)
+        if isinstance(record, records.Plan | records.PlanEnd):
+            bound |= dict.fromkeys(planned, t)
         team = record.robots if isinstance(record, Act) else ()
         for name in (record.robot,) if isinstance(record, Depart) else team:
             if (early := bound.get(name, 0.0) - t) > NEAR:
