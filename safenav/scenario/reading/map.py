@@ -20,7 +20,6 @@ from safenav.scenario.yaml.document import Node, Place, Scalar, Sequence, clippe
 from safenav.scenario.yaml.findings import (
     FOREIGN,
     Findings,
-    ReadableFolder,
     described,
     listed,
     parsed,
@@ -165,13 +164,12 @@ def map_lines(path: Path, division: Division, folder: Path) -> list[str]:
     return [f"{form}: {quoted}", *division.keys]
 
 
-def load_map(path: Path, division: Division, reach: ReadableFolder | None = None) -> RegionMap:
-    """Return the regions of a map file. ``reach``: the folder whose files it may name (None: any).
-    Raises InputError with all errors."""
+def load_map(path: Path, division: Division) -> RegionMap:
+    """Return the regions of a map file. Raises InputError with all errors."""
     if not path.is_file():
         message = "this is a directory" if path.is_dir() else "no such file"
         raise InputError([Diagnostic(str(path), 0, 0, message, "check the path")])
-    reading = Reading(str(path), reach)
+    reading = Reading(str(path))
     reading.folder = Path.cwd()
     root = parsed("{" + ", ".join(map_lines(path, division, reading.folder)) + "}", reading)
     resolve_map(read(MapKeys, root, "map", reading), reading)

@@ -39,11 +39,10 @@ Standing = tuple[Robot, Node | None, Node | None]
 
 
 def resolve_robots(
-    team: Mapping[Scalar, language.RobotKeys], reading: Reading, others: Collection[Robot] = ()
+    team: Mapping[Scalar, language.RobotKeys], reading: Reading
 ) -> tuple[Robot, ...]:
-    """Return the readable robots; errors in the others are reported. ``others``: robots that the
-    scenario already has."""
-    standing: list[Standing] = [(robot, None, None) for robot in others]
+    """Return the readable robots; errors in the others are reported."""
+    standing: list[Standing] = []
     robots = [_robot(key.text, item, standing, reading) for key, item in team.items()]
     _check_starts(standing, reading)
     _check_timing(standing, reading)
