@@ -8,7 +8,7 @@ play repeats."""
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from copy import copy
 from enum import StrEnum
 from itertools import islice
@@ -25,7 +25,7 @@ from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.strategy import Strategy
 from safenav.verify.automaton import Automaton, clauses, cyclic_parts
-from safenav.verify.completions import Clause, Completions, Slot, unanswered
+from safenav.verify.completions import Clause, Completions, Row, Slot
 from safenav.verify.verification import counterstrategy_starts
 
 BUDGET_SECONDS = 60.0
@@ -224,8 +224,14 @@ class _Arena:
         inputs = Completions(found.current, found.next_inputs, assumed)
         outputs = Completions((*found.current, *found.next_inputs), found.next_outputs, promised)
         now = found.values[node]
-        row = unanswered(islice(inputs.each(now), MOST_INPUTS), outputs, now)
+        row = _without_output(inputs.each(now), outputs, now)
         return tuple(zip(self._inputs, row or (), strict=False))
+
+
+def _without_output(rows: Iterable[Row], outputs: Completions, now: Row = ()) -> Row | None:
+    """Return the first of some inputs that no output completes."""
+    few = islice(rows, MOST_INPUTS)
+    return next((row for row in few if next(outputs.each((*now, *row)), None) is None), None)
 
 
 def _refused(spec: Specification) -> tuple[tuple[str, int], ...]:
@@ -234,7 +240,7 @@ def _refused(spec: Specification) -> tuple[tuple[str, int], ...]:
     inputs, outputs = ([Slot(v, False) for v in spec.owned(owner)] for owner in Owner)
     promised = clauses(spec, Section.SYS_INIT)
     rows = Completions((), inputs, clauses(spec, Section.ENV_INIT)).each(())
-    row = unanswered(islice(rows, MOST_INPUTS), Completions(inputs, outputs, promised))
+    row = _without_output(rows, Completions(inputs, outputs, promised))
     mentioned = {name for clause in promised for name, _ in clause.places}
     names = [slot.variable.name for slot in inputs]
     return tuple((n, v) for n, v in zip(names, row or (), strict=False) if n in mentioned)

@@ -1,23 +1,25 @@
-"""Truth of formulas on many rows in parallel, and the completions of a partial transition: the
-valuations of its unknown variables (the next inputs, say) that satisfy all constraints.
+"""Number of completions of a partial transition, without listing them.
 
-Bit r of a Python integer is that of row r. A row is a state, a transition, or a partial one. Each
-bit of a variable is a plane, an integer with one bit for each row; connectives are single
-operations on planes, and comparisons and sums are the circuits that a processor has for them. For
-Boolean work this beats arrays of bytes (an operation on a million rows moves 125 kB), and it needs
-no import: on the hundred nodes of a typical strategy, loading an array library would cost more than
-all the checking.
+For each row of known values (a state, say): how many valuations of the unknown variables (the
+next inputs, say) satisfy all constraints. The 2^n valuations are never enumerated:
+
+- variables that no constraint connects are counted apart and multiplied;
+- a constraint sees few of the known variables, so its verdict on every value of an unknown is
+  computed once per valuation of those, as a bit mask, and looked up for the rows;
+- connected variables whose joint domain is large are split by the values of one of them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
-from functools import cache, cached_property, partial, reduce
-from itertools import islice
-from operator import and_, or_, xor
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cache, cached_property, reduce
+from itertools import product
+from math import prod
+from operator import and_, itemgetter, or_, xor
 
 from msgspec import Struct
 
+from safenav.components import components
 from safenav.errors import ResourceLimitError
 from safenav.formula import syntax
 from safenav.formula.syntax import Connective, Operation
@@ -117,8 +119,10 @@ def first_row(plane: int) -> int:
     return (plane & -plane).bit_length() - 1
 
 
-_WIDEST = 1 << 16
+_JOINT_DOMAIN = 1 << 12
 _BLOCK_BITS = 1 << 22
+_MOST_ROWS = 1 << 20
+_WIDEST = 1 << 16
 
 Row = tuple[int, ...]
 """Values of the known places, in their order."""
@@ -155,112 +159,197 @@ class Clause(Struct, frozen=True, dict=True):
 
 
 class Completions:
-    """Completes rows over ``known`` places with values of the ``unknown`` ones. Which values of a
-    place satisfy the clauses that it is the last to decide is computed once for each valuation of
-    the other places of these clauses."""
+    """Completes rows over ``known`` places with values of the ``unknown`` ones."""
 
     def __init__(
         self, known: Sequence[Slot], unknown: Sequence[Slot], clauses: Sequence[Clause]
     ) -> None:
-        self._known, self._unknown, self._counts = len(known), unknown, dict[Row, int]()
-        column = {place.key: k for k, place in enumerate((*known, *unknown))}
-        read = {key for clause in clauses for key in clause.places}
-        self._read = sorted(column[key] for key in read if column[key] < len(known))
-        alike: dict[tuple[Slot | None, frozenset[Key]], list[syntax.Formula]] = {}
-        for clause in clauses:
-            last = max((column[key] for key in clause.places), default=-1) - len(known)
-            place = unknown[last] if last >= 0 else None
-            support = clause.places - ({place.key} if place else set())
-            alike.setdefault((place, support), []).append(clause.formula)
-        self._tables: dict[Slot | None, list[_Table]] = {}
-        for (place, support), formulas in alike.items():
-            table = _Table(place, {key: column[key] for key in support}, formulas)
-            self._tables.setdefault(place, []).append(table)
+        self._known, self._unknown, self._clauses = known, unknown, clauses
 
-    def prepare(self, rows: Sequence[Row]) -> None:
-        """Compute what known values decide for many rows in parallel."""
-        for table in (table for tables in self._tables.values() for table in tables):
-            if all(column < self._known for column in table.columns.values()):
-                table.fill(rows)
+    def count(self, rows: Sequence[Row]) -> list[int]:
+        """Return the number of completions of each row.
+
+        Raises ResourceLimitError if the constraints connect too many unknowns.
+        """
+        index = {place.key: i for i, place in enumerate(self._known)}
+        return _count(rows, index, self._unknown, self._clauses)
 
     def each(self, row: Row) -> Iterator[Row]:
         """Yield the completions of one row in ascending order."""
-        if all(table(row) for table in self._tables.get(None, ())):
-            yield from self._extended(row)
-
-    def _extended(self, row: Row) -> Iterator[Row]:
-        depth = len(row) - self._known
-        if depth == len(self._unknown):
-            yield row[self._known :]
+        values: tuple[dict[str, int | bool], dict[str, int | bool]] = ({}, {})
+        for place, value in zip(self._known, row, strict=True):
+            values[place.primed][place.variable.name] = value
+        known = {place.key for place in self._known}
+        due: list[list[syntax.Predicate]] = []
+        if not all(c.holds(*values) for c in self._clauses if c.places <= known):
             return
-        place = self._unknown[depth]
-        masks = [table(row) for table in self._tables.get(place, ())]
-        for k, value in enumerate(place.variable.range):
-            if all(mask >> k & 1 for mask in masks):
-                yield from self._extended((*row, value))
-
-    def missing(self, row: Row, there: Set[Row]) -> Row | None:
-        """Return a completion of a row that is not ``there``, if one of them is missing. Counting
-        usually suffices: all that is there is a completion, or another fault."""
-        key = tuple([row[column] for column in self._read])
-        if self._counts.get(key) == len(there):
-            return None
-        found = [*islice(self.each(row), len(there) + 1)]
-        missing = next((each for each in found if each not in there), None)
-        if missing is None:
-            self._counts[key] = len(found)
-        return missing
+        for place in self._unknown:
+            known.add(place.key)
+            ready = [c for c in self._clauses if place.key in c.places and c.places <= known]
+            due.append([clause.holds for clause in ready])
+        yield from _backtrack(self._unknown, due, values, ())
 
 
-class _Table:
-    """The values of a place (bit k: the k-th one; without a place bit 0) that satisfy formulas, for
-    each valuation of the other places that these read. ``columns``: where rows have these."""
+def _backtrack(
+    unknown: Sequence[Slot],
+    due: Sequence[Sequence[syntax.Predicate]],
+    values: tuple[dict[str, int | bool], dict[str, int | bool]],
+    chosen: Row,
+) -> Iterator[Row]:
+    depth = len(chosen)
+    if depth == len(unknown):
+        yield chosen
+        return
+    place = unknown[depth]
+    for value in place.variable.range:
+        values[place.primed][place.variable.name] = value
+        if all(holds(*values) for holds in due[depth]):
+            yield from _backtrack(unknown, due, values, (*chosen, value))
 
-    def __init__(
-        self, place: Slot | None, columns: Mapping[Key, int], formulas: Sequence[syntax.Formula]
-    ) -> None:
-        values = range(1) if place is None else place.variable.range
-        if place is not None and len(values) > _WIDEST:
-            raise ResourceLimitError(
-                f"the strategy is too large to verify: {place.variable.name} has {len(values):,} "
-                f"values, and constraints on it; at most {_WIDEST:,} can be verified"
-            )
-        self._own, self._values, self._formulas = place and place.key, values, formulas
-        self.columns, self._masks = columns, dict[Row, int]()
 
-    def __call__(self, row: Row) -> int:
-        key = tuple([row[column] for column in self.columns.values()])
-        if key not in self._masks:
-            self.fill([row])
-        return self._masks[key]
+def _count(
+    rows: Sequence[Row],
+    index: Mapping[Key, int],
+    unknown: Sequence[Slot],
+    clauses: Sequence[Clause],
+) -> list[int]:
+    free = {place.key for place in unknown}
+    settled = [c for c in clauses if not c.places & free]
+    totals = [mask & 1 for mask in _masks(rows, index, (), settled)]
+    for part, tied in _components(unknown, [c for c in clauses if c.places & free]):
+        counts = _count_component(rows, index, part, tied)
+        totals = [total * count for total, count in zip(totals, counts, strict=True)]
+    return totals
 
-    def fill(self, rows: Sequence[Row]) -> None:
-        columns, size = self.columns.values(), len(self._values)
-        keys = list(dict.fromkeys(tuple([row[column] for column in columns]) for row in rows))
-        block = max(1, _BLOCK_BITS // size)
-        for start in range(0, len(keys), block):
-            some = keys[start : start + block]
-            evaluator = Evaluator(len(some) * size, partial(self._planes, some))
-            found = reduce(and_, map(evaluator.holds, self._formulas))
-            digits = f"{found:0{len(some) * size}b}"
-            for k, key in enumerate(some):
-                self._masks[key] = int(digits[k * size : (k + 1) * size], 2)
 
-    def _planes(self, keys: Sequence[Row], name: str, primed: bool) -> Vector:
-        """Return the planes of a variable on the pairs of a key and a value, the last one first."""
-        if (name, primed) == self._own:
-            values, width, times = list(reversed(self._values)), 1, len(keys)
+def _count_component(
+    rows: Sequence[Row], index: Mapping[Key, int], part: Sequence[Slot], tied: Sequence[Clause]
+) -> list[int]:
+    domain = prod(len(place.variable.range) for place in part)
+    if not tied:
+        return [domain] * len(rows)
+    widest = max(part, key=lambda place: len(place.variable.range)).variable
+    if len(widest.range) > _WIDEST:
+        raise ResourceLimitError(
+            f"the strategy is too large to verify: {widest.name} has {len(widest.range):,} values, "
+            f"and constraints on it; at most {_WIDEST:,} can be verified"
+        )
+    if len(part) == 1 or domain <= _JOINT_DOMAIN:
+        return [mask.bit_count() for mask in _masks(rows, index, part, tied)]
+    seen = frozenset().union(*(c.places for c in tied))
+    places, keys, distinct = _projected(rows, index, seen)
+    split = max(part, key=lambda place: sum(place.key in c.places for c in tied))
+    rest = [place for place in part if place is not split]
+    deeper = {key: i for i, key in enumerate((*places, split.key))}
+    if len(distinct) * len(split.variable.range) > _MOST_ROWS:
+        raise ResourceLimitError(
+            "the strategy is too large to verify: its constraints tie too many variables together"
+        )
+    counts = dict.fromkeys(distinct, 0)
+    extended = [(*key, value) for key in distinct for value in split.variable.range]
+    settled = [c for c in tied if not c.places & {place.key for place in rest}]
+    possible = _masks(extended, deeper, (), settled)
+    alive = [row for row, mask in zip(extended, possible, strict=True) if mask & 1]
+    later = [c for c in tied if c not in settled]
+    for row, count in zip(alive, _count(alive, deeper, rest, later), strict=True):
+        counts[row[:-1]] += count
+    return [counts[key] for key in keys]
+
+
+def _components(
+    unknown: Sequence[Slot], clauses: Sequence[Clause]
+) -> Iterator[tuple[list[Slot], list[Clause]]]:
+    """Yield the groups of unknown places that constraints connect, with those constraints."""
+    index = {place.key: i for i, place in enumerate(unknown)}
+    seen = [[index[key] for key in clause.places if key in index] for clause in clauses]
+    graph: list[list[int]] = [[] for _ in unknown]
+    for first, *others in seen:
+        for other in others:
+            graph[first].append(other)
+            graph[other].append(first)
+    for part in map(sorted, components(graph)):
+        tied = [clause for clause, (one, *_) in zip(clauses, seen, strict=True) if one in part]
+        yield [unknown[i] for i in part], tied
+
+
+def _masks(
+    rows: Sequence[Row],
+    index: Mapping[Key, int],
+    part: Sequence[Slot],
+    clauses: Sequence[Clause],
+) -> list[int]:
+    """Return for each row the valuations of ``part`` (bit d: the d-th of their product) that
+    satisfy all clauses. Clauses that read the same known places are computed together."""
+    domain = prod(len(place.variable.range) for place in part)
+    masks = [(1 << domain) - 1] * len(rows)
+    free = {place.key for place in part}
+    by_support: dict[frozenset[Key], list[syntax.Formula]] = {}
+    for clause in clauses:
+        by_support.setdefault(clause.places - free, []).append(clause.formula)
+    for support, formulas in by_support.items():
+        places, keys, distinct = _projected(rows, index, support)
+        allowed: dict[Row, int] = {}
+        block = max(1, _BLOCK_BITS // domain)
+        for start in range(0, len(distinct), block):
+            some = distinct[start : start + block]
+            allowed.update(zip(some, _block(some, places, part, formulas), strict=True))
+        masks = [mask & allowed[key] for mask, key in zip(masks, keys, strict=True)]
+    return masks
+
+
+def _projected(
+    rows: Sequence[Row], index: Mapping[Key, int], support: frozenset[Key]
+) -> tuple[list[Key], list[Row], list[Row]]:
+    """Return the known places of ``support`` in order, their values per row, the distinct ones."""
+    places = sorted(support & index.keys(), key=index.__getitem__)
+    columns = [index[key] for key in places]
+    if len(columns) > 1:
+        keys = list(map(itemgetter(*columns), rows))
+    else:
+        keys = [tuple(row[column] for column in columns) for row in rows]
+    return places, keys, list(dict.fromkeys(keys))
+
+
+def _block(
+    keys: Sequence[Row],
+    places: Sequence[Key],
+    part: Sequence[Slot],
+    formulas: Sequence[syntax.Formula],
+) -> list[int]:
+    """Evaluate on all pairs of a key and a valuation of ``part``; return a mask for each key."""
+    valuations = list(product(*(place.variable.range for place in part)))
+    width = (len(valuations) + 7) // 8  # bytes of each key in a plane
+    unknown = {place.key: i for i, place in enumerate(part)}
+    known = {key: i for i, key in enumerate(places)}
+
+    blanks = (bytes(width), b"\xff" * width)
+
+    def lookup(name: str, primed: bool) -> Vector:
+        column = unknown.get((name, primed))
+        if column is None:
+            values = [key[known[name, primed]] for key in keys]
         else:
-            column = [*self.columns].index((name, primed))
-            values, width, times = [key[column] for key in keys], len(self._values), 1
-        bits = range(max(1, max(values).bit_length()))
-        digits = [["01"[value >> bit & 1] * width for value in values] for bit in bits]
-        return [int("".join(each) * times, 2) for each in digits]
+            values = [valuation[column] for valuation in valuations]
+        planes = []
+        for bit in range(max(1, max(values).bit_length())):
+            bits = [value >> bit & 1 for value in values]
+            if column is None:
+                plane = b"".join([blanks[one] for one in bits])
+            else:
+                packed = sum(one << i for i, one in enumerate(bits))
+                plane = packed.to_bytes(width, "little") * len(keys)
+            planes.append(int.from_bytes(plane, "little"))
+        return planes
 
-
-def unanswered(rows: Iterable[Row], answers: Completions, known: Row = ()) -> Row | None:
-    """Return the first of some rows that has no completion after the ``known`` values."""
-    return next((row for row in rows if answers.missing((*known, *row), set()) is None), None)
+    evaluator = Evaluator(len(keys) * width * 8, lookup)
+    result = evaluator.everywhere
+    for formula in formulas:
+        result &= evaluator.holds(formula)
+    data = result.to_bytes(len(keys) * width, "little")
+    inside = (1 << len(valuations)) - 1
+    return [
+        int.from_bytes(data[i : i + width], "little") & inside for i in range(0, len(data), width)
+    ]
 
 
 def _keys(formula: syntax.Formula, primed: bool) -> Iterator[Key]:

@@ -23,14 +23,17 @@ proof that a specification is unrealizable if
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence, Set
+from itertools import islice
 from typing import Any
 
 from safenav.components import components
 from safenav.spec.specification import Constraint, Owner, Section, Specification
 from safenav.synthesis.strategy import Strategy
 from safenav.verify.automaton import Alive, Automaton, Failure, Fault, Verification, clauses, quiet
-from safenav.verify.completions import Clause, Completions, Row, Slot, unanswered
+from safenav.verify.completions import Clause, Completions, Row, Slot
+
+_SOME = 256
 
 
 def counterstrategy_starts(spec: Specification, counterstrategy: Strategy) -> tuple[int, ...]:
@@ -69,7 +72,11 @@ def lost_opening(spec: Specification) -> Row | None:
     )
     answers = Completions(inputs, outputs, clauses(spec, Section.SYS_INIT))
     openings = Completions((), inputs, clauses(spec, Section.ENV_INIT)).each(())
-    return unanswered(openings, answers)
+    while rows := list(islice(openings, _SOME)):
+        counts = answers.count(rows)
+        if 0 in counts:
+            return rows[counts.index(0)]
+    return None
 
 
 def _opening_failures(automaton: Automaton) -> Iterator[Failure]:
@@ -81,10 +88,18 @@ def _opening_failures(automaton: Automaton) -> Iterator[Failure]:
         return
     answers = Completions(inputs, outputs, automaton.clauses(Section.SYS_INIT))
     chosen = automaton.parts(Owner.INPUT)[automaton.starts[0]]
-    missing = answers.missing(chosen, automaton.begun(Owner.OUTPUT))
+    missing = _missing(answers, chosen, automaton.begun(Owner.OUTPUT))
     if missing is not None:
         detail = f"for the initial output {automaton.move_in_words(outputs, missing)}"
         yield Failure(Fault.NO_START, detail=detail)
+
+
+def _missing(completions: Completions, row: Row, there: Set[Row]) -> Row | None:
+    """Return a completion of a row that is not ``there``, if one of them is missing. Counting
+    usually suffices: all that is there is a completion, or another fault."""
+    if completions.count([row])[0] == len(there):
+        return None
+    return next((each for each in completions.each(row) if each not in there), None)
 
 
 def _answer_failures(
@@ -108,7 +123,11 @@ def _answer_failures(
     yield from _move_failures(automaton, Owner.OUTPUT, answers, moves)
     for node in (node for node, chosen in ends if not chosen):
         state = automaton.values[node]
-        if unanswered(choices.each(state), answers, state) is None:
+        found = choices.each(state)
+        while some := list(islice(found, _SOME)):
+            if 0 in answers.count([(*state, *row) for row in some]):
+                break
+        else:
             detail = "expected a successor for each next input, found none"
             yield automaton.failure(Fault.MISSING_SUCCESSOR, node, detail=detail)
             return
@@ -124,16 +143,17 @@ def _move_failures(
     without one for an allowed move. ``moves``: nodes, their known values, and their successors."""
     reported: set[Fault] = set()
     parts, places = automaton.parts(owner), [Slot(v, True) for v in automaton.spec.owned(owner)]
-    completions.prepare([row for _, row, _ in moves])
-    for node, row, targets in moves:
+    counts = completions.count([row for _, row, _ in moves])
+    for (node, row, targets), count in zip(moves, counts, strict=True):
         there = {parts[target] for target in targets}
         wrong = dict[Fault, Row | None]()
         if len(there) < len(targets):
             seen = [parts[target] for target in targets]
             twice = next(one for k, one in enumerate(seen) if one in seen[:k])
             wrong[Fault.SEVERAL_SUCCESSORS] = twice
-        if Fault.MISSING_SUCCESSOR not in reported:
-            wrong[Fault.MISSING_SUCCESSOR] = completions.missing(row, there)
+        if len(there) != count and Fault.MISSING_SUCCESSOR not in reported:
+            missing = (each for each in completions.each(row) if each not in there)
+            wrong[Fault.MISSING_SUCCESSOR] = next(missing, None)
         for fault, move in wrong.items():
             if move is not None and fault not in reported:
                 reported.add(fault)
@@ -144,11 +164,12 @@ def _move_failures(
 def verify_strategy(spec: Specification, strategy: Strategy, alive: Alive = quiet) -> Verification:
     """Check a strategy of the system. ``alive`` is called now and then; it may raise.
 
-    Raises InputError if the specification cannot be read, ResourceLimitError if a variable has too
-    many values."""
+    Raises InputError if the specification cannot be read, ResourceLimitError if its
+    assumptions tie so many inputs together that they cannot be counted.
+    """
     automaton = Automaton(spec, strategy, strategy.initial(), alive)
     failures = tuple(_strategy_failures(automaton))
-    vacuous = next(_starts(automaton).each(()), None) is None
+    vacuous = not _starts(automaton).count([()])[0]
     return Verification(failures, len(automaton.nodes), len(automaton.edges), vacuous)
 
 
@@ -202,7 +223,7 @@ def _strategy_failures(automaton: Automaton) -> Iterator[Failure]:
 def _start_failures(automaton: Automaton) -> Iterator[Failure]:
     """Yield a missing start: each initial input of the environment needs a node that satisfies both
     INITs."""
-    missing = _starts(automaton).missing((), automaton.begun(Owner.INPUT))
+    missing = _missing(_starts(automaton), (), automaton.begun(Owner.INPUT))
     if missing is not None:
         places = automaton.places(Owner.INPUT)
         detail = f"for the initial input {automaton.move_in_words(places, missing)}"
@@ -292,10 +313,7 @@ def _choices(automaton: Automaton) -> Iterator[Row]:
             yield inputs[targets[0]]
         else:
             state = automaton.values[node]
-            found = unanswered(choices.each(state), answers, state)
-            if found is None:
-                raise NoMeasureError("the system has an answer to each input")
-            yield found
+            yield _unanswered(choices.each(state), answers, state)
 
 
 def _opening(automaton: Automaton) -> Row:
@@ -306,6 +324,13 @@ def _opening(automaton: Automaton) -> Row:
     if found is None:
         raise NoMeasureError("the system has an output for each initial input")
     return found
+
+
+def _unanswered(rows: Iterator[Row], answers: Completions, known: Row) -> Row:
+    for row in rows:
+        if not answers.count([(*known, *row)])[0]:
+            return row
+    raise NoMeasureError("the system has an answer to each input")
 
 
 def measure(
