@@ -9,11 +9,10 @@ import random
 import pytest
 
 from judge.forgeries import FORGERIES
-from judge.living import living
 from judge.oracle import Facts
 from safenav.judge.engine import judge
 from safenav.judge.lines import NotATraceError
-from support.damage import GOOD, Line, live, team, text
+from support.damage import GOOD, Line, live, text
 
 MANY = int(os.environ.get("JUDGE_FORGERIES", "6"))
 NEGATIVE = {"a negative", "completed"}
@@ -61,22 +60,5 @@ def test_a_forgery_that_is_accepted_is_harmless(kind: str) -> None:
         if believed:
             seen = harm(lines, negative=kind in NEGATIVE)
             assert seen == "", f"{name}: {seen}"
-        if _is_whole(lines) and accepted(told := living(lines)):
-            seen = harm(told, negative=kind in NEGATIVE)
-            assert seen == "", f"{name} in seconds: {seen}"
     assert made == MANY
     assert refused, "no forgery of this kind is refused"
-
-
-def _is_whole(lines: list[Line]) -> bool:
-    """Whether the lines can be told in seconds."""
-    keys = {"move": ("tick", "robot", "from", "to", "heading"), "resolved": ("obstacle",)}
-    scenario = lines[0]["scenario"]
-    robots = [*team(lines[0])] if isinstance(scenario, dict) else []
-    return all(
-        isinstance(line.get("type"), str)
-        and isinstance(line.get("tick", 0), int)
-        and all(key in line for key in keys.get(line["type"], ()))
-        and (line["type"] != "move" or line["robot"] in robots)
-        for line in lines
-    ) and bool(robots)

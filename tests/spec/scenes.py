@@ -77,7 +77,7 @@ class Oracle:
     def __init__(self, scene: Scene) -> None:
         self.rows = scene.world.grid_rows()
         self.cols = len(self.rows[0])
-        self.grid = World(self.rows, self.cols)
+        self.grid = World(len(self.rows), self.cols, scene.world.walls)
         self.task = scene.task
         self.cells = belief.watch_for(scene.task, scene.world).partition.cells
 
