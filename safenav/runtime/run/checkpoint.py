@@ -25,7 +25,7 @@ from safenav.runtime.worlds.protocol import checked_obstacle
 from safenav.runtime.worlds.simulation import Truth
 from safenav.scenario.model import Obstacle, ResolveAt, Robot, Scenario
 from safenav.scenario.objective import Ltl, Objective, formulas_in
-from safenav.scenario.settings import Clock, Limits
+from safenav.scenario.settings import Clock
 from safenav.scenario.yaml.typed import entries
 from safenav.team.formulas import pursuit_of
 from safenav.team.state import Is, Plan, RobotNow, State
@@ -60,8 +60,7 @@ class Memory(Struct, frozen=True, forbid_unknown_fields=True):
 class Kept(Struct, frozen=True, forbid_unknown_fields=True):
     """A run before a pass. ``own``: the objective of each robot, with rounds of at most ``within``
     ticks; ``helps``: the obstacle that each robot serves; ``introduced``: the obstacles that the
-    scenario does not list, each with the robot whose battery it is; ``scenario``: the digest of the
-    one in the header."""
+    scenario does not list, each with the robot whose battery it is."""
 
     state: State
     own: tuple[Objective, ...]
@@ -70,7 +69,6 @@ class Kept(Struct, frozen=True, forbid_unknown_fields=True):
     memory: Memory
     introduced: tuple[tuple[Obstacle, int | None], ...] = ()
     truth: Truth | None = None
-    scenario: str = ""
     sha256: str = ""
 
     def checkpoint(self, lines: int) -> records.Checkpoint:
@@ -85,21 +83,13 @@ def _digest(run: Mapping[str, object]) -> str:
     return hashlib.sha256(msgspec.json.encode(data, order="sorted")).hexdigest()
 
 
-def _scenario_digest(scenario: Scenario) -> str:
-    """The digest of a scenario as recorded, whatever its limits."""
-    data = plain(replace(scenario.recorded, limits=Limits()))
-    return hashlib.sha256(msgspec.json.encode(data, order="sorted")).hexdigest()
-
-
 class Resumption(Struct, frozen=True):
-    """A run to continue: its team and state, the roles, and the lines before it, with the
-    ``scenario`` of their header."""
+    """A run to continue: its team and state, the roles and the lines before it."""
 
     team: Team
     state: State
     roles: tuple[Role, ...]
     kept: Kept
-    scenario: Scenario
     lines: tuple[records.Record, ...]
 
     def standing(self, scenario: Scenario) -> Scenario:
@@ -138,8 +128,6 @@ def resumption(trace: Trace, scenario: Scenario) -> Resumption:
     _compare(trace, scenario)
     if (wrong := next(_flaws(scenario), None)) is not None:
         raise UsageError(f"{trace.source}: the scenario in its header cannot be run: {wrong}")
-    if kept.scenario != _scenario_digest(trace.header.scenario):
-        raise UsageError(f"{trace.source}: its header was changed; resume needs it as written")
     try:
         team = _restored(scenario, kept)
     except WrongError as error:
@@ -153,7 +141,7 @@ def resumption(trace: Trace, scenario: Scenario) -> Resumption:
     roles = tuple(Role(robot.objective, helps) for robot, helps in pairs)
     recorded = replace(trace.header.scenario, limits=scenario.limits)
     header = replace(trace.header, scenario=recorded)
-    return Resumption(team, state, roles, kept, recorded, (header, *lines))
+    return Resumption(team, state, roles, kept, (header, *lines))
 
 
 def _compare(trace: Trace, scenario: Scenario) -> None:
@@ -375,11 +363,10 @@ def _unplanned(team: Team, state: State, plan: Plan) -> Iterator[str]:
 
 
 class Checkpoints:
-    """The checkpoints of a run, of which it ``emits`` the lines: at most a share of the trace.
-    ``scenario``: that of the header."""
+    """The checkpoints of a run, of which it ``emits`` the lines: at most a share of the trace."""
 
-    def __init__(self, emit: Callable[[records.Record], None], scenario: Scenario) -> None:
-        self._emit, self._scenario = emit, scenario
+    def __init__(self, emit: Callable[[records.Record], None]) -> None:
+        self._emit = emit
         self.lines = self._last = self._size = self._at = 0
         self._kept: Kept | None = None
 
@@ -393,8 +380,7 @@ class Checkpoints:
     def write(self) -> None:
         """Record the run as it was before the present pass."""
         if self._kept is not None and self._at > self._last:
-            kept = replace(self._kept, scenario=_scenario_digest(self._scenario))
-            line = kept.checkpoint(self._at)
+            line = self._kept.checkpoint(self._at)
             self._size = len(msgspec.json.encode(line))
             self._last = self._at
             self._emit(line)

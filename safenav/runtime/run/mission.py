@@ -104,8 +104,7 @@ class Mission:
         answers = Answers(synthesizer, self._stop.check, progress)
         recorder = Recorder(team, self._tell, simulated=self._world.truth is not None, live=live)
         self._begun = begun
-        told = scenario if begun is None else begun.scenario
-        self._checkpoints = Checkpoints(recorder.emit, told) if checkpoints else None
+        self._checkpoints = Checkpoints(recorder.emit) if checkpoints else None
         self._run = Run(team, self._world, answers, recorder, self._stop.check)
         self.ending = self._started = False
         self._thread: int | None = None
