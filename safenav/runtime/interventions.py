@@ -200,7 +200,7 @@ def _read(data: Mapping[str, Any], scenario: Scenario, reading: Reading) -> Inte
         case "put_back":
             place = reading.region(_node(data.get("region"), reading), "'region'")
             heading = data.get("heading")
-            if heading is not None and heading not in HEADINGS:
+            if heading is not None and heading not in [*HEADINGS]:
                 raise UsageError(f"unknown heading '{str(heading)[:40]}'")
             if place is None:
                 return None

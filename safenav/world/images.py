@@ -176,7 +176,7 @@ def _pgm(data: bytes) -> Image:
         with catch_warnings():
             simplefilter("error")
             try:
-                found = np.fromstring(body, np.int64, sep=" ")
+                found = np.fromstring(re.sub(rb"#[^\r\n]*", b"", body), np.int64, sep=" ")
             except (DeprecationWarning, OverflowError, ValueError):
                 hint = "the pixels of 'P2' are whole numbers"
                 raise InputError([flaw("a broken image: not a number", hint)]) from None

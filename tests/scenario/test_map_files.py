@@ -161,6 +161,7 @@ HUGE = chunk(b"IHDR", struct.pack(">IIBBBBB", 9000, 9000, 1, 0, 0, 0, 0)) + chun
         (b"P5 4 2 9\n", b"\x40" * 8, "pixels from 64 to 64 where the header announces 0 to 9"),
         (b"P5 2 2 65535\n", b"\xff" * 9, "4.5 pixels where the header announces 4"),
         (b"P2 4 2 9\n", b"9 " * 9, "9 pixels where the header announces 8"),
+        (b"P2 4 2 9\n", b"9 # a row\n" * 9, "9 pixels where the header announces 8"),
         (b"P2 4 2 9\n", b"9 " * 7 + b"-1", "pixels from -1 to 9 where"),
         (b"P2 4 2 9\n", b"9 " * 7 + b"white", "not a number"),
         (b"P5 20000 20000 9\n", b"", "an image of 20000 x 20000 pixels; the maximum is"),
