@@ -43,7 +43,7 @@ from safenav.synthesis.slugs import Synthesizer
 from safenav.trace.file import Listener, TraceWriter, read_trace
 
 if TYPE_CHECKING:
-    from safenav.motion.requirements import Judgement
+    from safenav.motion.check.requirements import Judgement
 
 
 def execute(case: Case, conditions: Conditions, trace: Path | None = None) -> Result:
@@ -105,8 +105,8 @@ def _run(case: Case, scenario: Scenario, conditions: Conditions, trace: Path | N
 def _required(trace: Path) -> list[Judgement]:
     """Return the verdicts on the requirements of a run, on the motion computed from its trace."""
     try:
+        from safenav.motion.check.requirements import MotionRecording, judged, requirements_of
         from safenav.motion.making import motion_of
-        from safenav.motion.requirements import MotionRecording, judged, requirements_of
     except ModuleNotFoundError as error:
         raise missing("'requirements' of a scenario", str(error.name), "motion") from error
     run = read_trace(trace)

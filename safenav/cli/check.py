@@ -337,9 +337,14 @@ def of_motion(
     """Judge a motion against its trace (if none of the traces is its own, against the first), then
     the requirements of the scenario and ``more``."""
     from safenav.motion.check.execution import trackings
+    from safenav.motion.check.requirements import (
+        SATISFIED,
+        MotionRecording,
+        judged,
+        requirements_of,
+    )
     from safenav.motion.check.verdict import check_motion
     from safenav.motion.file import parsed
-    from safenav.motion.requirements import SATISFIED, MotionRecording, judged, requirements_of
     from safenav.trace.file import read_bytes
 
     motion = parsed(file.bytes(), file.source)

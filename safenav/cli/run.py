@@ -121,9 +121,9 @@ def _check_movable(plan: Scenario, motion: Path | None) -> None:
 
 def _write_motion(trace: Path, motion: Path) -> list[str]:
     """Write the motion of a run; return a message for each requirement that is not satisfied."""
+    from safenav.motion.check.requirements import MotionRecording, judged, requirements_of
     from safenav.motion.file import text_of
     from safenav.motion.making import motion_of
-    from safenav.motion.requirements import MotionRecording, judged, requirements_of
     from safenav.trace.file import read_trace
 
     read = read_trace(trace)

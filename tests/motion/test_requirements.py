@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from motion.runs import motion, trace_of
 from safenav.formula.parser import FormulaError
+from safenav.motion.check.requirements import MotionRecording, curve, judged
 from safenav.motion.file import Action
-from safenav.motion.requirements import MotionRecording, curve, judged
 from safenav.report.page.html import curves_of
 from safenav.stl.robustness import robustness
 from safenav.stl.syntax import (

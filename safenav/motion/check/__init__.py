@@ -1,5 +1,6 @@
-"""Checks of a motion file against its trace, by independent rules and code.
+"""Checks of a motion file: against its trace, by independent rules and code, and against the
+requirements of its scenario.
 
-It uses only the file format of the rest of ``safenav.motion``: geometry, dynamics, reservations
-and order are recomputed from docs/motion.md.
+The rules use only the file format of the rest of ``safenav.motion``: geometry, dynamics,
+reservations and order are recomputed from docs/motion.md.
 """

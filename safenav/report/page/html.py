@@ -45,8 +45,8 @@ def curves_of(trace: Trace) -> list[dict[str, object]]:
     if not requirements:
         return []
     try:
+        from safenav.motion.check.requirements import curves
         from safenav.motion.making import motion_of
-        from safenav.motion.requirements import curves
 
         return curves(motion_of(trace), trace)
     except ModuleNotFoundError as error:

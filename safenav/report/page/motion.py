@@ -21,8 +21,8 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from safenav.motion import file as records
+from safenav.motion.check.requirements import curves
 from safenav.motion.columns import columns_of
-from safenav.motion.requirements import curves
 from safenav.motion.timing import in_time, turns_in_time
 from safenav.report.page.html import asset, data_element, document, encoded
 from safenav.run.paths import SAME
