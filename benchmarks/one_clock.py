@@ -32,7 +32,7 @@ import yaml
 from floors import benchmark_map, crowd, maps_folder, mission, scattered
 from msgspec.structs import replace
 
-from safenav.outcome import Outcome
+from safenav.errors import Outcome
 from safenav.pace.robot import Pace
 from safenav.plan import ask
 from safenav.plan.order import linear, plan_of

@@ -1,5 +1,5 @@
 # The public names and their modules: what type checkers read, and __init__.py at run time.
-from safenav.checked_trace import check_trace as check_trace
+from safenav.run.checked import check_trace as check_trace
 from safenav.run.reading import read_run as read_run
 from safenav.runtime.run.checkpoint import resumption as resumption
 from safenav.runtime.run.mission import Mission as Mission

@@ -1,17 +1,44 @@
-"""All deliberate errors of safenav, and their exit codes.
+"""Outcomes of runs, verdicts of syntheses, and all deliberate errors with their exit codes.
 
 A proven negative (unrealizable, operator needed) is not an error but an outcome, returned as data.
-This module covers bad input, exhausted resources, and broken tools.
+Errors are bad input, exhausted resources, and broken or missing tools.
 """
 
 from __future__ import annotations
 
 import errno
+import re
+import shlex
+import sys
 from collections.abc import Sequence
-from enum import IntEnum
+from enum import IntEnum, StrEnum
+from pathlib import Path
 from typing import NamedTuple
 
-from safenav.outcome import Outcome
+
+class Outcome(StrEnum):
+    """The end of a run. ``ERROR``: a defect; its trace is kept."""
+
+    COMPLETED = "completed"
+    OPERATOR_NEEDED = "operator_needed"
+    UNREALIZABLE = "unrealizable"
+    TICK_LIMIT = "tick_limit"
+    TIME_LIMIT = "time_limit"
+    SEARCH_LIMIT = "search_limit"
+    ASSUMPTION_VIOLATED = "assumption_violated"
+    LATE = "late"
+    INTERRUPTED = "interrupted"
+    ERROR = "error"
+
+
+class Verdict(StrEnum):
+    """The result of a synthesis. Only REALIZABLE and UNREALIZABLE are proven."""
+
+    REALIZABLE = "realizable"
+    UNREALIZABLE = "unrealizable"
+    TIMEOUT = "timeout"
+    OUT_OF_MEMORY = "out_of_memory"
+    INTERRUPTED = "interrupted"
 
 
 class ExitCode(IntEnum):
@@ -139,3 +166,46 @@ class NotCertifiedError(SafenavError):
     """The checker refuses the bundle of a run."""
 
     exit_code = ExitCode.NEGATIVE
+
+
+def requirements(extra: str = "") -> tuple[str, ...]:
+    """Return the requirements of an extra and of the extras that it includes; ``""``: safenav's
+    own.
+
+    Empty if safenav is not installed, since there is no metadata.
+    """
+    # Imported here: it takes longer than the rest of the command line.
+    from importlib import metadata
+
+    try:
+        listed = metadata.requires("safenav") or []
+    except metadata.PackageNotFoundError:
+        return ()
+    found: list[str] = []
+    for entry in listed:
+        required, _, marker = (part.strip() for part in entry.partition(";"))
+        named = re.search(r"""extra == ['"]([\w-]+)['"]""", marker)
+        if (named[1] if named else "") != extra:
+            continue
+        own = re.fullmatch(r"safenav\[([\w, -]+)\]", required)
+        if own is None:
+            found.append(re.sub(r"(<[^,]+),(>=.+)", r"\2,\1", required))
+        else:
+            found += [r for name in own[1].split(",") for r in requirements(name.strip())]
+    return tuple(dict.fromkeys(found))
+
+
+def install_command(extra: str = "") -> str:
+    """Return the command that installs the requirements of an extra for this Python."""
+    pip = "pip" if Path(sys.executable).with_name("pip").exists() else f"{sys.executable} -m pip"
+    wanted = requirements(extra)
+    if not wanted:  # run from its sources
+        return f"{pip} install {shlex.quote(f'{Path(__file__).parents[1]}[{extra}]')}"
+    return f"{pip} install {' '.join(map(shlex.quote, wanted))}"
+
+
+def missing_package(user: str, package: str, extra: str) -> UsageError:
+    """Return the error that ``user`` (a feature) needs a package of an extra."""
+    return UsageError(
+        f"{user} needs {package}, which is not installed\n    {install_command(extra)}"
+    )

@@ -1,13 +1,18 @@
-"""JSON that every program reads alike. It needs only Python's library: bundles contain it.
+"""JSON that every program reads alike, and the strings that a line of a trace may hold. It needs
+only Python's library: bundles contain it.
 
 Python accepts more than the standard, and of two equal keys it takes the last, other programs the
-first. So a file could mean one thing to a program and another to its checker.
+first. So a file could mean one thing to a program and another to its checker. The strings of a line
+are checked once when it is read: each is a word or a name, or one of a few texts for people, which
+nothing but output reads. The readers check the types of fields.
 """
 
 from __future__ import annotations
 
 import json
+import re
 from collections import Counter
+from collections.abc import Iterator
 from typing import Any
 
 MOST_NUMBER = 2**53 - 1
@@ -60,3 +65,102 @@ def _fraction(digits: str) -> float:
 
 def _constant(word: str) -> float:
     raise JsonError(f"{word} is not a number of JSON")
+
+
+MOST_LEVELS = 200
+"""Deepest nesting of a line: a proof nests as deep as its choices."""
+MOST_ROBOTS = 1000
+MOST_REGIONS = 2**18
+NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.@#-]{0,199}")
+"""Names of robots, obstacles, regions and variables, references to them, and checksums."""
+ROBOT = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,99}")
+TYPE = re.compile(r"[A-Za-z_][A-Za-z0-9_-]{0,99}")
+"""Names of types of obstacles."""
+_TEXTS = {
+    *("allows", "always", "assumptions", "because", "event", "explanation", "grid", "init"),
+    *("liveness", "name", "notes", "reason", "requirements", "safenav", "safety", "source"),
+}
+"""Keys of texts: for people, formulas, and the map."""
+
+
+def flaws(line: Any, kind: str) -> Iterator[str]:
+    """Yield the values of a line that no file may have. ``kind``: its type. The state in a
+    checkpoint is left to the reader that continues its run."""
+    if kind == "checkpoint":
+        line = {key: value for key, value in line.items() if key != "run"}
+    left: list[tuple[str, Any, int]] = [("", line, 0)]
+    while left:
+        key, value, level = left.pop()
+        if level > MOST_LEVELS:
+            yield f"`{key}` is nested more than {MOST_LEVELS} deep"
+            return
+        if isinstance(value, dict):
+            for name, inner in value.items():
+                if not NAME.fullmatch(name) and key not in _TEXTS:  # a requirement has any name
+                    yield f"{_shown(name)} is neither a field nor a name"
+                left.append((key if key in _TEXTS else name, inner, level + 1))
+        elif isinstance(value, list):
+            left.extend((key, inner, level + 1) for inner in value)
+        elif isinstance(value, str) and not (key in _TEXTS or NAME.fullmatch(value)):
+            yield f"`{key}` must be a name, not {_shown(value)}"
+    if kind == "header":
+        yield from _flaws_of_scenario(line.get("scenario"))
+    elif kind == "discovered" and isinstance(line.get("obstacle"), dict):
+        yield from _flaw_of_type(line["obstacle"])
+
+
+def note_flaw(line: dict[str, Any], kind: str, *, fact: bool) -> str:
+    """Return the error in a line's mark as a note. A fact that is marked would not be judged; a
+    line that is neither might be a fact of another version."""
+    if fact:
+        return f"`{kind}` is a fact, but marked as a note" if "note" in line else ""
+    return (
+        ""
+        if line.get("note") is True
+        else f"`{kind}` is not a known fact, and not marked as a note"
+    )
+
+
+def _flaws_of_scenario(scenario: Any) -> Iterator[str]:
+    if not isinstance(scenario, dict):
+        return
+    robots, obstacles = scenario.get("robots"), scenario.get("obstacles")
+    if isinstance(robots, list) and len(robots) > MOST_ROBOTS:
+        yield f"{len(robots)} robots; at most {MOST_ROBOTS} can be read"
+    for robot in robots if isinstance(robots, list) else ():
+        if isinstance(robot, dict):
+            yield from _flaw_of_name(ROBOT, robot.get("name"), "a robot")
+    for obstacle in obstacles if isinstance(obstacles, list) else ():
+        if isinstance(obstacle, dict):
+            yield from _flaw_of_type(obstacle)
+    world = scenario.get("map")
+    if isinstance(world, dict):
+        yield from _flaws_of_map(world)
+
+
+def _flaws_of_map(world: dict[str, Any]) -> Iterator[str]:
+    rows, cols = world.get("rows"), world.get("cols")
+    if (
+        type(rows) is int
+        and type(cols) is int
+        and not (
+            0 < rows <= MOST_REGIONS and 0 < cols <= MOST_REGIONS and rows * cols <= MOST_REGIONS
+        )
+    ):
+        yield f"a map of {rows} x {cols} regions; 1 to {MOST_REGIONS} can be read"
+
+
+def _flaw_of_type(obstacle: dict[str, Any]) -> Iterator[str]:
+    kind = obstacle.get("type")
+    if isinstance(kind, dict):
+        yield from _flaw_of_name(TYPE, kind.get("name"), "an obstacle")
+
+
+def _flaw_of_name(form: re.Pattern[str], name: Any, what: str) -> Iterator[str]:
+    if not isinstance(name, str) or not form.fullmatch(name):
+        yield f"{_shown(name)} cannot name {what}"
+
+
+def _shown(value: Any) -> str:
+    text = ascii(value)
+    return text if len(text) <= 60 else text[:60] + "..."

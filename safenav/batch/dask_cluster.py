@@ -14,8 +14,7 @@ import safenav
 from safenav.batch.case import Case, CaseVerdict, Conditions, Result, without_a_run
 from safenav.batch.session import Pool
 from safenav.batch.worker import leave, run_case
-from safenav.errors import SafenavError, UsageError
-from safenav.extras import missing
+from safenav.errors import SafenavError, UsageError, missing_package
 
 _CONNECT_SECONDS = 10
 
@@ -36,7 +35,7 @@ class DaskCluster(Pool):
         try:
             dask = importlib.import_module("distributed")  # large, and optional
         except ImportError as error:
-            raise missing("a Dask cluster", "distributed", "dask") from error
+            raise missing_package("a Dask cluster", "distributed", "dask") from error
         self._address = address
         try:
             self._client = dask.Client(address, timeout=_CONNECT_SECONDS, set_as_default=False)

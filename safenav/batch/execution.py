@@ -30,8 +30,7 @@ from safenav.batch.case import (
 from safenav.batch.matrix import varied
 from safenav.certify.bundle import make_bundle
 from safenav.certify.check import sources_of
-from safenav.extras import missing
-from safenav.outcome import Outcome
+from safenav.errors import Outcome, missing_package
 from safenav.runtime.run.mission import Mission, default_synthesizer
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text, scenario_text
@@ -108,7 +107,7 @@ def _required(trace: Path) -> list[Judgement]:
         from safenav.motion.check.requirements import MotionRecording, judged, requirements_of
         from safenav.motion.making import motion_of
     except ModuleNotFoundError as error:
-        raise missing("'requirements' of a scenario", str(error.name), "motion") from error
+        raise missing_package("'requirements' of a scenario", str(error.name), "motion") from error
     run = read_trace(trace)
     return judged(MotionRecording(motion_of(run), run), requirements_of(run))
 

@@ -21,9 +21,9 @@ from msgspec import Struct, field
 
 from safenav.batch.case import Case, Settings
 from safenav.batch.matrix import Matrix, Named, is_matrix, read_matrix, varied
-from safenav.cached_method import cached_method
+from safenav.data import cached_method
 from safenav.errors import UsageError
-from safenav.file_kind import kind_of
+from safenav.files import kind_of
 from safenav.scenario.yaml.document import DocumentError, Mapping, Node, read_document
 from safenav.scenario.yaml.findings import (
     STDIN,

@@ -25,7 +25,7 @@ from msgspec.structs import replace
 from safenav.batch.case import Case, Conditions, Result
 from safenav.batch.worker import leave, run_case, running
 from safenav.errors import UsageError
-from safenav.lines import json_line
+from safenav.files import json_line
 
 NAME = "results.jsonl"
 

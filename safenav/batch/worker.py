@@ -32,7 +32,7 @@ from msgspec.structs import replace
 
 from safenav.batch.case import Case, CaseVerdict, Conditions, Result, without_a_run
 from safenav.errors import SafenavError
-from safenav.lines import json_line, line_output
+from safenav.files import json_line, line_output
 
 _START_SECONDS = 60.0
 _STACK_SECONDS = 0.5

@@ -19,9 +19,10 @@ from msgspec.structs import replace
 
 import safenav
 import safenav.judge
-from safenav import line_values, strict_json
+from safenav import strict_json
 from safenav.certify.check import check_bundle, page_of, sources_of
-from safenav.errors import FULL_DISK, NotCertifiedError, ResourceLimitError, UsageError
+from safenav.errors import FULL_DISK, NotCertifiedError, ResourceLimitError, UsageError, Verdict
+from safenav.files import json_line, read_file
 from safenav.judge.bundle.check import VERSION, Judged
 from safenav.judge.bundle.evidence import proof_file
 from safenav.judge.bundle.strategies import BundleTooLargeError, Met, RefusedError, Task
@@ -29,8 +30,6 @@ from safenav.judge.engine import judge
 from safenav.judge.lines import Line, NotATraceError
 from safenav.judge.rules import Rule
 from safenav.judge.state import State
-from safenav.lines import json_line, read_file
-from safenav.outcome import Verdict
 from safenav.runtime.run.mission import Mission, default_synthesizer, uninterrupted
 from safenav.scenario.reading.loader import load_scenario_text, scenario_text
 from safenav.spec.assignable import may_leave
@@ -175,12 +174,8 @@ def programs() -> dict[str, bytes]:
     found = {f"judge/{path.relative_to(judge).as_posix()}": path for path in judge.rglob("*.py")}
     found["check.py"] = found.pop("judge/bundle/check.py")
     own = {"safenav.judge": "judge"}
-    for module in (line_values, strict_json):
-        name = module.__name__.rpartition(".")[2]
-        found[f"judge/{name}.py"], own[module.__name__] = (
-            Path(str(module.__file__)),
-            f"judge.{name}",
-        )
+    found["judge/strict_json.py"] = Path(str(strict_json.__file__))
+    own["safenav.strict_json"] = "judge.strict_json"
     texts = {name: found[name].read_text() for name in sorted(found)}
     for before, after in own.items():
         texts = {name: text.replace(before, after) for name, text in texts.items()}

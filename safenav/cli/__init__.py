@@ -19,7 +19,6 @@ from typing import Any
 import click
 
 import safenav
-from safenav import extras
 from safenav.errors import (
     FULL_DISK,
     WRONG_NAMES,
@@ -27,6 +26,7 @@ from safenav.errors import (
     SafenavError,
     UsageError,
     file_words,
+    missing_package,
 )
 
 COMMANDS = {
@@ -166,7 +166,7 @@ def main() -> None:
         missing = (getattr(error, "name", None) or "").partition(".")[0]
         if isinstance(error, ImportError) and missing in EXTRAS:
             user = " ".join(["safenav", *sys.argv[1:2]])
-            _fail(str(extras.missing(user, missing, EXTRAS[missing])), ExitCode.BAD_INPUT)
+            _fail(str(missing_package(user, missing, EXTRAS[missing])), ExitCode.BAD_INPUT)
         _fail(
             f"internal error: {type(error).__name__}: {error}\n"
             "    this is a defect of safenav; set SAFENAV_DEBUG=1 to see where it happened",
@@ -227,7 +227,7 @@ def warn_of(lines: Iterable[str]) -> None:
 
 def report_error(message: str) -> None:
     """Print an error."""
-    from safenav.lines import printable
+    from safenav.files import printable
     from safenav.report.terminal.layout import folded_message, terminal_width
 
     line = f"{click.style('error:', fg='red', bold=True)} {printable(message)}"

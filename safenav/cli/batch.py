@@ -12,8 +12,7 @@ import click
 
 from safenav.cli import options
 from safenav.errors import ExitCode, UsageError
-from safenav.lines import printable
-from safenav.outfile import write_out
+from safenav.files import printable, write_out
 from safenav.report.terminal.layout import echo_folded
 
 if TYPE_CHECKING:

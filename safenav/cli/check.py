@@ -22,13 +22,13 @@ from safenav.errors import (
     SafenavError,
     UsageError,
 )
-from safenav.file_kind import another_kind, kind_of
+from safenav.files import another_kind, kind_of
 from safenav.report.terminal.layout import echo_folded
 from safenav.trace.words import counted, listed, shortened
 
 if TYPE_CHECKING:
-    from safenav.checked_trace import CheckedTrace
     from safenav.review.foresight import Rehearsal
+    from safenav.run.checked import CheckedTrace
     from safenav.runtime.control.strategies import Controller
     from safenav.scenario.model import Scenario
 
@@ -297,7 +297,7 @@ def _ahead(plan: Scenario, ahead: Rehearsal, warnings: Sequence[str]) -> list[st
 
 def of_trace(file: GivenFile, with_motion: bool) -> JudgedFile:
     """Judge a trace. Its requirements are judged on the motion, if that is given."""
-    from safenav.checked_trace import checked
+    from safenav.run.checked import checked
     from safenav.trace.file import read_bytes
 
     content = file.bytes()

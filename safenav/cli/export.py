@@ -8,9 +8,9 @@ import click
 
 from safenav.cli import options
 from safenav.errors import ExitCode, UsageError
+from safenav.files import tell, write_all, write_out, write_whole
 from safenav.motion.file import Motion
 from safenav.motion.waypoints import as_csv, as_json, frame_of, timed_waypoints, waypoints
-from safenav.outfile import tell, write_all, write_out, write_whole
 from safenav.report.bag import Poses, messages
 from safenav.report.tables import tables
 from safenav.run.reading import run_of

@@ -11,7 +11,7 @@ from msgspec import to_builtins
 
 from safenav.cli import options, warn
 from safenav.errors import ExitCode, UsageError
-from safenav.outfile import write_out
+from safenav.files import write_out
 from safenav.scenario.beginning import DEFAULT, TEMPLATES, scenario_on, template_text
 from safenav.scenario.reading.loader import load_catalogue, load_scenario
 from safenav.scenario.reading.map import Division, load_map, map_lines
@@ -167,7 +167,7 @@ Exit codes:
 @options.as_json
 def doctor(as_json: bool) -> int:
     """List versions, extras and cache, and test the synthesizer."""
-    from safenav.installation import examine
+    from safenav.doctor import examine
 
     found = [*examine()]
     usable = all(finding.good is not False for finding in found)

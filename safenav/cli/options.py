@@ -15,7 +15,7 @@ import click
 from click.core import ParameterSource
 
 from safenav.errors import InputError, UsageError
-from safenav.outfile import try_folder, try_out
+from safenav.files import try_folder, try_out
 
 if TYPE_CHECKING:
     from safenav.scenario.model import Scenario

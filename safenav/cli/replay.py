@@ -11,7 +11,7 @@ import click
 
 from safenav.cli import options, warn
 from safenav.errors import ExitCode, UsageError
-from safenav.outfile import tell, write_out, write_whole
+from safenav.files import tell, write_out, write_whole
 from safenav.report.picture.scene import Options, svg_of
 from safenav.run.reading import run_of
 from safenav.run.run import Run

@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from safenav.cli import options, warn
 from safenav.cli.session import Files, attendant, carried_out, limited
 from safenav.errors import ExitCode, UsageError
-from safenav.outfile import write_out
+from safenav.files import write_out
 from safenav.report.terminal.layout import WaitingLine
 from safenav.runtime.run.mission import Mission, default_synthesizer
 from safenav.scenario.model import Scenario

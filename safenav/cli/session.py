@@ -21,10 +21,8 @@ from msgspec.structs import replace
 
 from safenav.batch.case import Ledger, differences, measured
 from safenav.cli import warn
-from safenav.errors import ExitCode, UsageError, exit_code_of
-from safenav.lines import read_file
-from safenav.outcome import Outcome
-from safenav.outfile import write_out
+from safenav.errors import ExitCode, Outcome, UsageError, exit_code_of
+from safenav.files import read_file, write_out
 from safenav.runtime.run.mission import Mission
 from safenav.scenario.model import Scenario
 from safenav.scenario.settings import Clock, Expect

@@ -20,13 +20,11 @@ from safenav.errors import (
     ResourceLimitError,
     SynthesizerError,
     UsageError,
+    Verdict,
     exit_code_of,
 )
 from safenav.explain.play import Cause, vacuities
-from safenav.file_kind import kind_of
-from safenav.lines import json_flaw, json_line, read_file
-from safenav.outcome import Verdict
-from safenav.outfile import write_all, write_out
+from safenav.files import json_flaw, json_line, kind_of, read_file, write_all, write_out
 from safenav.report.terminal.layout import WaitingLine, echo_folded, table
 from safenav.report.terminal.specification_text import (
     failure_lines,

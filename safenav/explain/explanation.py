@@ -30,10 +30,8 @@ from safenav.scenario.objective import (
     formulas_in,
 )
 from safenav.scenario.reachability import Reachability
-from safenav.spec.forms import asked_of
-from safenav.spec.objective import Memory
 from safenav.spec.specification import Constraint, Origin, Section, Specification
-from safenav.spec.task import Known, Task
+from safenav.spec.task import Known, Memory, Task, asked_of
 from safenav.synthesis.strategy import Strategy
 from safenav.trace.words import some
 from safenav.verify.automaton import cyclic_parts

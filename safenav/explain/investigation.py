@@ -17,6 +17,7 @@ from typing import TypeVar
 from msgspec import Struct
 from msgspec.structs import replace
 
+from safenav.errors import Verdict
 from safenav.explain.explanation import (
     Core,
     CoreMember,
@@ -34,12 +35,10 @@ from safenav.explain.explanation import (
 )
 from safenav.explain.play import MOST_INPUTS, Questions, cooperative, losing_play
 from safenav.explain.repair import Judge, find_repairs
-from safenav.outcome import Verdict
 from safenav.scenario.guarantees import values_of
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Ltl, Target
 from safenav.spec.compile import compile_task
-from safenav.spec.movement import stepping
 from safenav.spec.specification import (
     Constraint,
     Origin,
@@ -47,6 +46,7 @@ from safenav.spec.specification import (
     Section,
     Specification,
     Variable,
+    stepping,
 )
 from safenav.spec.task import Task
 from safenav.synthesis.slugs import Synthesizer

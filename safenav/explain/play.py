@@ -17,9 +17,8 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.components import explored, path_to, shortest_paths
-from safenav.errors import SafenavError
+from safenav.errors import SafenavError, Verdict
 from safenav.explain.explanation import LosingPlay, PlayEnd, Values
-from safenav.outcome import Verdict
 from safenav.spec.specification import Constraint, Origin, Owner, Section, Specification
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer

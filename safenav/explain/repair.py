@@ -23,8 +23,7 @@ from safenav.scenario.objective import Ltl, Objective, Word, written
 from safenav.scenario.reachability import Reachability
 from safenav.scenario.reading.loader import conflicts
 from safenav.scenario.yaml.document import flow
-from safenav.spec.objective import NO_MEMORY
-from safenav.spec.task import Task
+from safenav.spec.task import NO_MEMORY, Task
 from safenav.world.map import Heading, Region, RegionMap
 from safenav.world.poses import Mobility, Pose
 

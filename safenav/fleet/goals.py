@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
-from safenav.errors import UsageError
-from safenav.extras import missing
+from safenav.errors import UsageError, missing_package
 from safenav.fleet.file import Station
 from safenav.fleet.robots import STALE, DrivenRobot, FleetTask, Phase
 from safenav.fleet.sensing import Sensing
@@ -299,5 +298,5 @@ def _following(
     try:
         from safenav.fleet.following import Following
     except ImportError as error:
-        raise missing("'follow' of a robot", "numpy", "motion") from error
+        raise missing_package("'follow' of a robot", "numpy", "motion") from error
     return Following(transport, scenario.robots, places, stations)

@@ -14,8 +14,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from math import inf
 
-from safenav.errors import UsageError
-from safenav.extras import missing
+from safenav.errors import UsageError, missing_package
 from safenav.fleet.file import FleetFile, Station, TransportKind
 from safenav.fleet.goals import (
     FRESH,
@@ -449,6 +448,6 @@ def fleet_world(
     try:
         from safenav.fleet.ros2.transport import Ros2Transport
     except ImportError as error:
-        raise missing("transport ros2", "cyclonedds", "ros2") from error
+        raise missing_package("transport ros2", "cyclonedds", "ros2") from error
     transport = Ros2Transport(fleet.network, stations, fleet.inputs)
     return FleetWorld(scenario, stations, transport, recording)

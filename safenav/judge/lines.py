@@ -1,7 +1,7 @@
 """The one reader: a trace (docs/trace.md) as lines with typed fields.
 
 Everything is checked here before a rule sees it: JSON without repeated keys, names and sizes
-(``line_values``), the fields of each type of line with their words, and that robots and obstacles
+(``strict_json``), the fields of each type of line with their words, and that robots and obstacles
 are known. Lines and fields that only explain are dropped.
 """
 
@@ -12,8 +12,7 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 from safenav.judge.formulas import HEADINGS, Formulas, UnreadError
-from safenav.line_values import flaws, note_flaw
-from safenav.strict_json import read_json
+from safenav.strict_json import flaws, note_flaw, read_json
 
 VERSION = 4
 PASSING = ("tick", "t", "reason", "seconds", "cached")

@@ -16,8 +16,7 @@ from typing import Annotated, Any, TypeVar
 from msgspec import Meta, Struct, field, to_builtins
 
 from safenav.errors import Diagnostic, InputError
-from safenav.file_kind import another_kind
-from safenav.lines import json_flaw, json_line, read_file
+from safenav.files import another_kind, json_flaw, json_line, read_file
 from safenav.strict_json import read_json
 from safenav.trace.fields import WrongError, convert
 

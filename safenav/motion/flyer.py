@@ -22,7 +22,7 @@ import numpy as np
 from msgspec import Struct, field
 from numpy.typing import NDArray
 
-from safenav.extras import missing
+from safenav.errors import missing_package
 from safenav.motion.columns import sampled
 from safenav.motion.file import Flight, FlownTrack, TrackRow
 from safenav.motion.geometry import MetricFloor
@@ -108,7 +108,7 @@ def _solver() -> Callable[..., tuple[Array, float, int, object]]:
     try:
         from daqp import solve
     except ImportError as error:
-        raise missing("the tracking of flights", "daqp", "motion") from error
+        raise missing_package("the tracking of flights", "daqp", "motion") from error
     found: Callable[..., tuple[Array, float, int, object]] = solve
     return found
 

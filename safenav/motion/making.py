@@ -81,7 +81,7 @@ def header_of(
 
 def refuse_broken(trace: Trace, error: Exception | None = None) -> None:
     """Raise UsageError if the trace itself breaks a rule: motion is made of valid runs only."""
-    from safenav.checked_trace import check_trace  # imported here: it is slow
+    from safenav.run.checked import check_trace  # imported here: it is slow
 
     try:
         found = check_trace(trace).findings

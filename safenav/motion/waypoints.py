@@ -16,7 +16,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError, UsageError
-from safenav.lines import csv_text
+from safenav.files import csv_text
 from safenav.motion.file import GoalLine, Motion, Moving, Piece, Segment
 from safenav.pace.robot import YAW
 from safenav.run.run import Run

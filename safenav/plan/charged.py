@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from itertools import cycle, islice, pairwise
 
-from safenav.cached_method import cached_method
+from safenav.data import cached_method
 from safenav.plan.order import linear, plan_of
 from safenav.plan.search import (
     FARTHEST,

@@ -17,7 +17,7 @@ from typing import Any
 
 from msgspec import Struct
 
-from safenav.extras import missing
+from safenav.errors import missing_package
 from safenav.fleet.ros2.interfaces import INTERFACES
 from safenav.report.picture.floor import INK
 from safenav.report.picture.svg import STATUS_MARKS
@@ -319,7 +319,7 @@ def write_mcap(path: Path, messages: Iterable[Stamped]) -> None:
     try:
         from mcap.writer import Writer
     except ImportError:
-        raise missing("an MCAP file", "mcap", "mcap") from None
+        raise missing_package("an MCAP file", "mcap", "mcap") from None
     with path.open("wb") as file:
         writer = Writer(file)
         writer.start(profile="ros2", library="safenav")

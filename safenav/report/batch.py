@@ -18,7 +18,7 @@ import safenav
 from safenav.batch.case import Case, CaseVerdict, Result, file_name
 from safenav.batch.session import Report
 from safenav.errors import UsageError
-from safenav.lines import printable
+from safenav.files import printable
 from safenav.report.terminal.layout import StatusLine, echo_folded, table
 from safenav.trace.words import listed
 

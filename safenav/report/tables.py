@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from safenav.lines import csv_text
+from safenav.files import csv_text
 from safenav.report.terminal.layout import table
 from safenav.run.run import Run
 from safenav.run.values import StoryKind

@@ -12,11 +12,10 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.errors import ResourceLimitError, SafenavError
+from safenav.errors import Outcome, ResourceLimitError, SafenavError
 from safenav.explain.explanation import Explanation, Repair, RepairKind
 from safenav.explain.investigation import explain
 from safenav.explain.repair import nearest, offered, with_robots, without_walls, without_words
-from safenav.outcome import Outcome
 from safenav.review.foresight import Foresight, foresee
 from safenav.runtime.run.mission import Mission, RunResult, first_results, uninterrupted
 from safenav.scenario.model import Obstacle, Robot, RobotModel, Scenario

@@ -12,8 +12,7 @@ from pathlib import Path
 from msgspec import Struct, convert
 from msgspec.structs import replace
 
-from safenav.errors import Diagnostic, InputError
-from safenav.outcome import Verdict
+from safenav.errors import Diagnostic, InputError, Verdict
 from safenav.run import values
 from safenav.run.paths import Charges, ContradictionError, RobotPaths
 from safenav.run.run import Run

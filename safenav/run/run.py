@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping
 
 from msgspec import Struct, field
 
-from safenav.cached_method import cached_method
+from safenav.data import cached_method
 from safenav.run.values import (
     Changes,
     Ending,

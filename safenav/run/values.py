@@ -13,7 +13,7 @@ from typing import TypeVar
 
 from msgspec import Struct, field
 
-from safenav.outcome import Outcome
+from safenav.errors import Outcome
 from safenav.scenario.model import OPERATOR_ACTION
 from safenav.scenario.objective import Objective, Word, number_word
 from safenav.scenario.settings import Exclusion

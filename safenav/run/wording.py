@@ -11,7 +11,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 
 from msgspec import Struct, field
 
-from safenav.outcome import Verdict
+from safenav.errors import Verdict
 from safenav.scenario.model import OPERATOR_ACTION
 from safenav.scenario.objective import Objective, Word, describe, number_word
 from safenav.trace import records, vocabulary

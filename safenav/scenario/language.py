@@ -395,7 +395,7 @@ Ended = Literal[
     "late",
     "interrupted",
 ]
-"""The outcomes (``safenav.outcome``) of a run without a defect of the program."""
+"""The outcomes (``safenav.errors``) of a run without a defect of the program."""
 
 _OBSTACLE = {"description": "An obstacle: type@region.", **values.matching(".+@.+")}
 _NAMES = {"items": _OBSTACLE}

@@ -14,7 +14,7 @@ from typing import Annotated
 from msgspec import Meta, Struct, field
 from msgspec.structs import replace
 
-from safenav.bounds import Count, Positive, Seconds
+from safenav.data import Count, Positive, Seconds
 from safenav.scenario import settings
 from safenav.scenario.motion import resolved
 from safenav.scenario.objective import Objective

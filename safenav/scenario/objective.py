@@ -2,7 +2,7 @@
 
 A target is a set of regions, any of which counts. A kind is its data, its words, and the moves that
 it forbids; the order in which its targets count is a ``Pursuit``. The specification states both in
-formulas (``spec.objective``); the runtime, joint plans and graph searches count by the pursuit. The
+formulas (``spec.compile``); the runtime, joint plans and graph searches count by the pursuit. The
 judge has a class of its own (``judge.lines``), on purpose. All other code queries the kind and
 never names it.
 
@@ -90,7 +90,7 @@ class TargetObjective(Struct, frozen=True):
     target, if there is more than one. ``settles``: it ends at its last target and stays there,
     where each tick is a round. ``strict``: the robot leaves each target with its next step, and
     touches none out of turn; where that cannot be kept, plain alternation (``relaxed``) suffices,
-    unless it is ``literal`` (``spec.forms``)."""
+    unless it is ``literal`` (``spec.task``)."""
 
     kind: ClassVar[str]
     meaning: ClassVar[str]

@@ -8,8 +8,8 @@ from typing import Annotated, ClassVar
 
 from msgspec import Struct
 
-from safenav.bounds import Count
-from safenav.outcome import Outcome
+from safenav.data import Count
+from safenav.errors import Outcome
 from safenav.scenario.objective import Objective
 from safenav.scenario.yaml.typed import Key
 from safenav.world.map import Region

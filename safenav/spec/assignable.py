@@ -23,8 +23,16 @@ from msgspec.structs import replace
 from safenav.components import components, explored
 from safenav.scenario.guarantees import Guarantees, guarantees_of
 from safenav.scenario.objective import Ltl, Objective, formulas_in
-from safenav.spec.movement import among, one_of
-from safenav.spec.specification import Constraint, Origin, Owner, Section, Specification, Variable
+from safenav.spec.specification import (
+    Constraint,
+    Origin,
+    Owner,
+    Section,
+    Specification,
+    Variable,
+    among,
+    one_of,
+)
 from safenav.spec.task import Task
 from safenav.world.map import Region, RegionMap
 from safenav.world.poses import Mobility, Pose, moves

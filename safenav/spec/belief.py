@@ -24,10 +24,18 @@ from functools import lru_cache
 
 from msgspec import Struct
 
-from safenav.cached_method import cached_method
+from safenav.data import cached_method
 from safenav.errors import UsageError
-from safenav.spec.movement import headings, step_formula, wrapping
-from safenav.spec.specification import Constraint, Origin, Owner, Section, Variable
+from safenav.spec.specification import (
+    Constraint,
+    Origin,
+    Owner,
+    Section,
+    Variable,
+    headings,
+    step_formula,
+    wrapping,
+)
 from safenav.spec.task import Observed, Task
 from safenav.world.map import Heading, Region, RegionMap
 from safenav.world.partition import Partition, rooms

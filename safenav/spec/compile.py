@@ -2,19 +2,46 @@
 
 Only variables that some guarantee can depend on are modelled: the robot's own pose and memory as
 outputs, its knowledge of other robots as inputs.
+
+Objectives: ``patrol`` of two targets is the paper's formula (Section VI, the definition of
+Patrol_p) with its bit ``scout``, plus the frame condition that the paper omits. The others follow
+the same pattern: a goal is a state, and memory changes in the step after it. Goals are written
+about the next state, so that the step that meets one is the last of its pursuit and the step after
+it already pursues the next goal: on the current state, every goal would cost an idle step.
+
+Robots to avoid (``safenav synth --avoiding``, for automata that run without a coordination layer)
+are occupied neighbouring regions: the input ``busy_north`` is true when the region in the north is
+occupied at the moment of the decision. That suffices to avoid collisions, it is sound whatever the
+others do (also those that take several ticks for a step and occupy two regions meanwhile), and the
+game stays small: it does not grow with the team, and with the map only as the robot's own motion
+does. It has no foresight: the robot cannot plan around future positions of others.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import combinations
 
-from safenav.scenario.objective import describe
-from safenav.spec import assignable, belief, nearby
-from safenav.spec.movement import heading_rules, stepping, walls
-from safenav.spec.objective import encode
-from safenav.spec.specification import Constraint, Origin, Owner, Section, Specification, Variable
-from safenav.spec.task import Task
-from safenav.world.map import RegionMap
+from msgspec import Struct
+
+from safenav.scenario.objective import Ltl, Objective, Patrol, TargetObjective, describe, on_steps
+from safenav.spec import assignable, belief
+from safenav.spec.specification import (
+    Constraint,
+    Origin,
+    Owner,
+    Section,
+    Specification,
+    Variable,
+    heading_rules,
+    headings,
+    one_of,
+    step_formula,
+    stepping,
+    walls,
+)
+from safenav.spec.task import Memory, Task
+from safenav.world.map import Heading, Region, RegionMap
 from safenav.world.poses import Mobility
 
 
@@ -36,9 +63,9 @@ def compile_task(task: Task, world: RegionMap) -> Specification:
     variables = [
         *(assignable.inputs(world) if steered else ()),
         *belief.inputs(task, world),
-        *(nearby.inputs(world) if avoiding else ()),
+        *(_nearby_inputs(world) if avoiding else ()),
         *(Variable(each.name, Owner.INPUT, None, "an input") for each, _ in task.inputs),
-        *(nearby.outputs() if avoiding else ()),
+        *(_move_output() if avoiding else ()),
         Variable("region", Owner.OUTPUT, (0, world.size - 1), f"where {robot.name} is"),
     ]
     if robot.model.mobility is Mobility.HEADING:
@@ -71,7 +98,7 @@ def _assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
     """Yield the assumptions about the robots that it tracks or avoids, and about inputs."""
     yield from belief.assumptions(task, world)
     if task.avoids:
-        yield from nearby.assumptions(task, world)
+        yield from _nearby_assumptions(task, world)
     yield from _environment(task)
 
 
@@ -113,4 +140,208 @@ def _motion(task: Task, world: RegionMap) -> Iterator[Constraint]:
             formula += f" | heading' != {pose.heading:d}"
         yield Constraint(Section.SYS_TRANS, formula, lost, (pose.region,))
     if task.avoids:
-        yield from nearby.guarantees(task, world)
+        yield from _nearby_guarantees(task, world)
+
+
+SOURCE_PATROL = "paper, Section VI, Patrol"
+SOURCE_HOLD = "paper, Section VI, Patrol(s, s)"
+SOURCE_OBJECTIVE = "design, objectives"
+
+
+class ObjectiveEncoding(Struct, frozen=True):
+    """An objective's share of a specification."""
+
+    variables: tuple[Variable, ...]
+    constraints: tuple[Constraint, ...]
+
+
+def encode(
+    objective: Objective, item: str, region: Region, memory: Memory, assigned: bool = False
+) -> ObjectiveEncoding:
+    """Encode an objective for a robot that stands in ``region`` and remembers ``memory``.
+
+    ``item`` is the scenario item that the constraints' origins name; ``assigned``: goals can be
+    assigned to the robot at runtime.
+    """
+    if isinstance(objective, Ltl):
+        variables = tuple(
+            Variable(name, Owner.OUTPUT, bounds, "memory of the objective")
+            for name, bounds in objective.memory.items()
+        )
+        return ObjectiveEncoding(variables, tuple(_ltl(objective, item, memory)))
+    goal = objective.turn if objective.remembers(assigned) else ""
+    variables, constraints = _about_targets(objective, item, region, memory, goal)
+    rule = Origin(f"{item}.always", "on each step that it takes", SOURCE_OBJECTIVE)
+    steps = (Constraint(Section.SYS_TRANS, on_steps(text), rule) for text in objective.always)
+    return ObjectiveEncoding(variables, (*constraints, *steps))
+
+
+def _about_targets(
+    objective: TargetObjective, item: str, region: Region, memory: Memory, goal: str
+) -> tuple[tuple[Variable, ...], Iterator[Constraint]]:
+    if _is_the_papers(objective):
+        scout = Variable("scout", Owner.OUTPUT, None, "true: the second target is next")
+        return (scout,), _patrol(objective, item, region, memory)
+    bounds = (0, len(objective.targets) - 1)
+    next_ = Variable(goal, Owner.OUTPUT, bounds, "the target whose turn it is")
+    return (next_,) if goal else (), _pursuit(objective, item, region, memory, goal)
+
+
+def _is_the_papers(objective: TargetObjective) -> bool:
+    """Return whether it is a patrol between two targets, the paper's formula."""
+    return isinstance(objective, Patrol) and len(objective.targets) == 2
+
+
+def _patrol(
+    patrol: TargetObjective, item: str, region: Region, memory: Memory
+) -> Iterator[Constraint]:
+    what, places = describe(patrol), [one_of("region", target) for target in patrol.targets]
+    scout = "scout" if patrol.begin(region, memory.index) == 1 else "!scout"
+
+    def origin(rule: str) -> Origin:
+        return Origin(item, f"{what}: {rule}", SOURCE_PATROL)
+
+    yield Constraint(Section.SYS_INIT, scout, origin("which target comes first"))
+    turn = origin("at a target, turn to the other one and leave")
+    apart = origin("never at the target whose turn it is not")
+    recur = origin("infinitely often at each target in its turn")
+    away, goals = [], []
+    for target, here, own, other in zip(
+        patrol.targets, places, ("!scout", "scout"), ("scout'", "!scout'"), strict=True
+    ):
+        there, about = one_of("region", target, "'"), tuple(sorted(target))
+        leave = f"{here} & {own} -> {other} & !({there})"
+        yield Constraint(Section.SYS_TRANS, leave, turn, about)
+        away.append(Constraint(Section.SYS_TRANS, f"!({there} & {other})", apart, about))
+        goals.append(Constraint(Section.SYS_LIVENESS, f"{there} & {own}'", recur, about))
+    frame = f"!({places[0]} & !scout) & !({places[1]} & scout) -> (scout' <-> scout)"
+    yield Constraint(Section.SYS_TRANS, frame, origin("it turns round at a target only"))
+    yield from (*away, *goals)
+
+
+def _pursuit(
+    objective: TargetObjective, item: str, region: Region, memory: Memory, goal: str
+) -> Iterator[Constraint]:
+    """Yield the order of the targets, if the variable ``goal`` remembers it, and each target
+    infinitely often. Without it the next one is the first: a strategy takes its goals in their
+    order, and infinitely often at each is infinitely often at each in turn."""
+    targets, what, last = objective.targets, describe(objective), len(objective.targets) - 1
+    settles = objective.settles
+    source = SOURCE_HOLD if settles and not goal else SOURCE_OBJECTIVE
+
+    def origin(rule: str) -> Origin:
+        return Origin(item, f"{what}: {rule}", source)
+
+    if goal:
+        begin = f"{goal} = {objective.begin(region, memory.index)}"
+        yield Constraint(Section.SYS_INIT, begin, origin("which target comes first"))
+        turn = origin("at the target whose turn it is, on to the next")
+        for index, target in enumerate(targets):
+            there, about = one_of("region", target), tuple(sorted(target))
+            now, following = f"{goal} = {index}", objective.turned(index, next(iter(target)))
+            leave = f"{now} & {there} -> {goal}' = {following}"
+            yield Constraint(Section.SYS_TRANS, leave, turn, about)
+            stay = f"{now} & !({there}) -> {goal}' = {index}"
+            yield Constraint(Section.SYS_TRANS, stay, turn, about)
+    for index, target in enumerate(targets if objective.strict else ()):
+        apart = f"{one_of('region', target, chr(39))} -> {goal}' = {index}"
+        rule = origin("never at a target out of its turn")
+        yield Constraint(Section.SYS_TRANS, apart, rule, tuple(sorted(target)))
+    for place in sorted(targets[last]) if settles else ():
+        now = f"{goal} = {last} & region = {place}" if goal else f"region = {place}"
+        rule = origin("at the last one, stay" if goal else "once there, stay")
+        yield Constraint(Section.SYS_TRANS, f"{now} -> region' = {place}", rule, (place,))
+    ordered = objective.in_turn and not goal
+    recur = "at each target in turn" if goal else "at each target"
+    recur += ", beginning with the next" if ordered and last else ""
+    if settles:
+        recur = "at the last one" if goal else "there"
+    first = objective.turned(objective.begin(region, memory.index), region) if ordered else 0
+    for index in (*range(first, len(targets)), *range(first)):
+        target = targets[index]
+        if index == last or not settles:
+            there = one_of("region", target, "'")
+            formula = f"{goal}' = {index} & {there}" if goal else there
+            rule = origin(f"infinitely often {recur}")
+            yield Constraint(Section.SYS_LIVENESS, formula, rule, tuple(sorted(target)))
+
+
+def _ltl(ltl: Ltl, item: str, memory: Memory) -> Iterator[Constraint]:
+    begin = Origin(item, "ltl: at the start", SOURCE_OBJECTIVE)
+    if memory.values:
+        for name, bounds in ltl.memory.items():
+            value = memory.values[name]
+            formula = f"{name} = {value}" if bounds else (name if value else f"!{name}")
+            yield Constraint(Section.SYS_INIT, formula, begin)
+    else:
+        for formula in ltl.init:
+            yield Constraint(Section.SYS_INIT, formula, begin)
+    always = Origin(item, "ltl: always", SOURCE_OBJECTIVE)
+    for formula in ltl.safety:
+        yield Constraint(Section.SYS_TRANS, formula, always)
+    recur = Origin(item, "ltl: infinitely often", SOURCE_OBJECTIVE)
+    for formula in ltl.liveness:
+        yield Constraint(Section.SYS_LIVENESS, formula, recur)
+
+
+SOURCE_NEARBY = "safenav: other robots nearby"
+MOVE = "move"
+
+
+def busy(heading: Heading) -> str:
+    """Return the input that is true if the region on that side is occupied."""
+    return f"busy_{heading.label}"
+
+
+def _nearby_inputs(world: RegionMap) -> tuple[Variable, ...]:
+    return tuple(
+        Variable(busy(h), Owner.INPUT, None, f"another robot is in the region to the {h.label}")
+        for h in headings(world)
+    )
+
+
+def _move_output() -> tuple[Variable]:
+    """Return the first output, by which the synthesizer chooses to stay among equally good moves: a
+    robot that must wait does not wander."""
+    note = "what it does: 0 stay, 1 north, 2 east, 3 south, 4 west"
+    return (Variable(MOVE, Owner.OUTPUT, (0, 4), note),)
+
+
+def _nearby_guarantees(task: Task, world: RegionMap) -> Iterator[Constraint]:
+    """Never enter a busy region; define ``move``."""
+    begin = Origin(f"{task.item}.mobility", "what move says")
+    yield Constraint(Section.SYS_INIT, f"{MOVE} = 0", begin)
+    yield Constraint(Section.SYS_TRANS, f"{MOVE}' = 0 <-> region' = region", begin)
+    for heading in headings(world):
+        step = step_formula("region", heading, world)
+        yield Constraint(Section.SYS_TRANS, f"{MOVE}' = {heading + 1} <-> {step}", begin)
+    names = ", ".join(task.avoids)
+    safe = Origin(
+        task.item, f"never enter a region where another robot is ({names})", SOURCE_NEARBY
+    )
+    for heading in headings(world):
+        yield Constraint(Section.SYS_TRANS, f"{busy(heading)}' -> {MOVE}' != {heading + 1}", safe)
+
+
+def _nearby_assumptions(task: Task, world: RegionMap) -> Iterator[Constraint]:
+    """The number of others is bounded, none is in a wall, and none is in the way forever."""
+    begin = Origin(task.item, "nothing is observed before the first move", SOURCE_NEARBY)
+    for heading in headings(world):
+        yield Constraint(Section.ENV_INIT, f"!{busy(heading)}", begin)
+    inside = Origin("map", "no robot is in a wall or off the map", SOURCE_NEARBY)
+    for heading in headings(world):
+        if dead_ends := world.dead_ends[heading]:
+            formula = f"{one_of('region', dead_ends)} -> !{busy(heading)}'"
+            yield Constraint(Section.ENV_TRANS, formula, inside)
+    count = len(task.avoids)
+    few = Origin(
+        "robots", f"{count} other robot{'s' * (count > 1)} cannot be everywhere", SOURCE_NEARBY
+    )
+    for sides in combinations(headings(world), count + 1):
+        together = " & ".join(f"{busy(h)}'" for h in sides)
+        yield Constraint(Section.ENV_TRANS, f"!({together})", few)
+    if headings(world):
+        # One condition for all sides costs one fixpoint, not four.
+        rule = f"infinitely often no robot is beside it ({', '.join(task.avoids)})"
+        nobody = " & ".join(f"!{busy(heading)}'" for heading in headings(world))
+        yield Constraint(Section.ENV_LIVENESS, nobody, Origin(task.item, rule, SOURCE_NEARBY))

@@ -1,16 +1,43 @@
-"""The input of one synthesis: everything that a robot's specification depends on."""
+"""The input of one synthesis: everything that a robot's specification depends on, and the forms in
+which its objective can stand there, the strongest first.
+
+A strict objective, such as a patrol, keeps its literal formula (paper, Section VI) if the robot can
+satisfy that with its present memory, or else with another target first. Otherwise it becomes plain
+alternation: the robot may cross a target out of turn and wait at one. Robots that share a floor or
+get goals assigned at runtime use plain alternation from the start. Every other objective has one
+form, as has a strict one with ``form: literal``. ``run``, ``check``, ``synth``, ``explain``, the
+studio and certificates try these forms in this order.
+"""
 
 from __future__ import annotations
 
-from msgspec import Struct
+from collections.abc import Iterator, Mapping, Sequence
+from enum import StrEnum
+from functools import reduce
+from operator import or_
+
+from msgspec import Struct, field
 
 from safenav.scenario.model import Robot
-from safenav.scenario.objective import Objective, Target
+from safenav.scenario.objective import Ltl, Objective, Target, TargetObjective, Word, number_word
 from safenav.scenario.settings import Input
-from safenav.spec.objective import NO_MEMORY, Memory
 from safenav.world.map import Region
 from safenav.world.partition import Partition
-from safenav.world.poses import Pose
+from safenav.world.poses import Mask, Mobility, Pose, PoseGraph, plain_graph, region_mask
+
+
+class Memory(Struct, frozen=True):
+    """A robot's progress in its objective when it is resynthesized.
+
+    ``index``: the target whose turn it is (patrol, visit). ``values``: the memory variables
+    of an ``ltl`` objective, empty at the start of a run.
+    """
+
+    index: int = 0
+    values: Mapping[str, int] = field(default_factory=dict)
+
+
+NO_MEMORY = Memory()
 
 
 class Known(Struct, frozen=True):
@@ -68,3 +95,122 @@ class Task(Struct, frozen=True):
     def item(self) -> str:
         """The scenario item of the robot, for origins."""
         return f"robots.{self.robot.name}"
+
+
+class Weakening(StrEnum):
+    """Reasons for a weaker form of an objective, in words."""
+
+    TURNED = "where it stands it cannot begin with the target whose turn it is"
+    CORRIDOR = "the corridor leaves no other path"
+    MOBILITY = "its mobility leaves no other path"
+    RULES = "what it avoids or always keeps leaves no other path"
+    OBSTACLES = "the known obstacles leave no other path"
+    KEPT = "the team could not continue from a pose on the other path"
+    SHARED = "it shares its floor with others"
+    ASSIGNED = "it can be assigned another region at any time"
+
+
+class ObjectiveForm(Struct, frozen=True):
+    """One form of an objective. ``turn``: the target that comes first. ``weakening``: why no
+    stronger form is used; None for the strongest."""
+
+    objective: Objective
+    turn: int
+    weakening: Weakening | None = None
+
+
+def forms(
+    objective: Objective,
+    turn: int,
+    pose: Pose,
+    graph: PoseGraph,
+    blocked: Mask = 0,
+    *,
+    shared: bool = False,
+    assigned: bool = False,
+) -> Iterator[ObjectiveForm]:
+    """Yield the forms to try, the strongest first, for a robot at ``pose`` whose next target is
+    number ``turn``. ``blocked``: a mask of the regions that it cannot enter. Forms that the robot
+    could not keep even alone are omitted, except the last."""
+    plain = objective.relaxed()
+    if isinstance(objective, Ltl) or plain == objective:
+        yield ObjectiveForm(objective, turn)
+        return
+    if shared or assigned:
+        yield ObjectiveForm(plain, turn, Weakening.SHARED if shared else Weakening.ASSIGNED)
+        return
+    count = len(objective.targets)
+    turns = [(turn + k) % count for k in range(count)]
+    tried = [first for first in turns if can_keep(graph, pose, objective, first, blocked)]
+    for first in tried:
+        yield ObjectiveForm(objective, first, None if first == turn else Weakening.TURNED)
+    why = Weakening.KEPT if tried else _obstruction(graph, pose, objective, blocked)
+    yield ObjectiveForm(plain, turn, why)
+
+
+def concession(asked: Objective, rung: ObjectiveForm, word: Word = number_word) -> str | None:
+    """Return the difference between a form and the objective, with its reason: ``may cross a target
+    on the way: the corridor leaves no other path``. None for the strongest form."""
+    if rung.weakening is None:
+        return None
+    if rung.weakening is Weakening.TURNED:
+        first, *others = (word(target) for target in _from(rung.turn, asked.targets))
+        other = others[0] if len(others) == 1 else "the one whose turn it is"
+        return f"{first} first: from here it cannot begin with {other} without crossing {first}"
+    waits = rung.weakening in (Weakening.SHARED, Weakening.ASSIGNED)
+    return f"may cross a target on the way{' and wait at one' * waits}: {rung.weakening.value}"
+
+
+def asked_of(task: Task) -> Objective:
+    """Return the user's objective; the task may have a weaker form of it."""
+    own = task.robot.objective
+    return own if task.objective in (own, own.relaxed()) else task.objective
+
+
+def _from(turn: int, targets: Sequence[Target]) -> Sequence[Target]:
+    return (*targets[turn:], *targets[:turn])
+
+
+def _obstruction(graph: PoseGraph, pose: Pose, strict: TargetObjective, blocked: Mask) -> Weakening:
+    """Return the obstruction that keeps a robot from a strict objective."""
+    avoided, turns = region_mask(strict.avoid), range(len(strict.targets))
+    if blocked & ~avoided and any(can_keep(graph, pose, strict, turn, avoided) for turn in turns):
+        return Weakening.OBSTACLES
+    plain = plain_graph(graph.world, graph.mobility)
+    if (avoided or strict.always) and any(can_keep(plain, pose, strict, t) for t in turns):
+        return Weakening.RULES
+    free = plain_graph(graph.world, Mobility.FREE)
+    there = Pose(pose.region)
+    if graph.one_way and any(can_keep(free, there, strict, turn, blocked) for turn in turns):
+        return Weakening.MOBILITY
+    return Weakening.CORRIDOR
+
+
+def can_keep(
+    graph: PoseGraph, pose: Pose, strict: TargetObjective, memory: int, blocked: Mask = 0
+) -> bool:
+    """Return whether a robot alone, at ``pose`` with ``memory``, can keep the literal form of a
+    strict objective forever. ``blocked``: mask of the regions that it cannot enter.
+
+    The literal form is strict (paper, Section VI): a robot leaves a target immediately, and never
+    touches one out of turn. A one-player game on sets of poses, in a fraction of a millisecond.
+    """
+    begun = strict.begin(pose.region, memory)
+    targets = graph.on_each(strict.targets)
+    count = len(targets)
+    open_poses = graph.everywhere & ~graph.poses_on(blocked)
+    # Poses on the way between targets, and for each target those from which it can continue.
+    between, met = open_poses, []
+    for turn, target in enumerate(targets):
+        between &= ~target
+        others = reduce(or_, (*targets[:turn], *targets[turn + 1 :]), 0)
+        met.append(target & open_poses & ~others)
+    while True:
+        before = list(met)
+        for turn in range(count):
+            met[turn] &= graph.backward(graph.back(met[(turn + 1) % count], between))
+        if met == before:
+            break
+    here = 1 << graph.number(pose)
+    after = (begun + 1) % count if here & targets[begun] else begun
+    return bool(graph.forward(here) & graph.back(met[after], between))

@@ -11,8 +11,7 @@ from typing import Any
 from msgspec import Struct, field
 
 from safenav.errors import InputError, UsageError
-from safenav.file_kind import another_kind
-from safenav.outfile import write_whole
+from safenav.files import another_kind, write_whole
 from safenav.scenario.beginning import TEMPLATES, template_text
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import Draft, load_draft

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from safenav.errors import UsageError
-from safenav.lines import json_line
+from safenav.files import json_line
 from safenav.report.page.html import LiveRun
 from safenav.studio.process import DONE, FAILED, REFUSED, RunOrder, kill, started
 from safenav.trace.fields import convert

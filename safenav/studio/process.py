@@ -30,7 +30,7 @@ from msgspec import Struct, convert, to_builtins
 from msgspec.structs import replace
 
 from safenav.errors import ResourceLimitError, SafenavError, UsageError
-from safenav.lines import json_line, line_output
+from safenav.files import json_line, line_output
 from safenav.runtime.run.mission import Mission, default_synthesizer, first_results
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_draft, load_scenario_text

@@ -18,8 +18,7 @@ from typing import Any
 from msgspec.structs import replace
 
 from safenav.certify.bundle import bundle_of_trace
-from safenav.errors import UsageError
-from safenav.extras import missing
+from safenav.errors import UsageError, missing_package
 from safenav.report.page.html import page_of_trace
 from safenav.scenario.model import Catalogue
 from safenav.scenario.reading.loader import load_scenario
@@ -39,7 +38,7 @@ def page_3d(trace: bytes, name: str) -> bytes:
     try:
         from safenav.motion.making import motion_of
     except ModuleNotFoundError as error:
-        raise missing("the 3D page", str(error.name), "motion") from error
+        raise missing_package("the 3D page", str(error.name), "motion") from error
     from safenav.report.page.motion import page3d_of
 
     read = read_bytes(trace, name)

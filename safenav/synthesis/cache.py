@@ -19,7 +19,7 @@ from random import random
 
 from msgspec import MsgspecError, Struct, msgpack
 
-from safenav.outcome import Verdict
+from safenav.errors import Verdict
 
 VARIABLE = "SAFENAV_CACHE"
 """Environment variable: the directory, or ``off``."""

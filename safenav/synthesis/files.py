@@ -13,8 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from safenav.errors import Diagnostic, InputError
-from safenav.file_kind import another_kind
-from safenav.lines import read_file
+from safenav.files import another_kind, read_file
 from safenav.spec.specification import Owner, Section, Specification, Variable, read_specification
 from safenav.synthesis.program import Finished, ProcessGroup, find_own_binary
 from safenav.synthesis.slugs import ExitStatus, SynthesisResult

@@ -27,8 +27,7 @@ from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
-from safenav.errors import ResourceLimitError, SynthesizerError
-from safenav.outcome import Verdict
+from safenav.errors import ResourceLimitError, SynthesizerError, Verdict
 from safenav.spec.specification import Section, Specification
 from safenav.synthesis.cache import Cache, CacheEntry, key_of
 from safenav.synthesis.program import (

@@ -16,7 +16,7 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta, Struct
 
-from safenav.cached_method import cached_method
+from safenav.data import cached_method
 from safenav.errors import SynthesizerError
 from safenav.spec.specification import Section, Specification, Variable
 

@@ -14,7 +14,7 @@ from operator import ge
 
 from msgspec import Struct
 
-from safenav.cached_method import cached_method
+from safenav.data import cached_method
 from safenav.scenario.model import Battery
 from safenav.world.poses import FAR, Mask, PoseGraph, bits
 

@@ -15,7 +15,7 @@ from typing import NamedTuple, TypeVar
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.cached_method import cached_method
+from safenav.data import cached_method
 from safenav.team.state import Count, Is, Stage, State
 from safenav.team.team import Member, Need, Obstacle, Team, posed
 from safenav.world.poses import Mask, PoseGraph, bits

@@ -13,7 +13,7 @@ from itertools import combinations, product
 
 from msgspec.structs import replace
 
-from safenav.cached_method import cached_method
+from safenav.data import cached_method
 from safenav.errors import UsageError
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.model import Robot
@@ -26,7 +26,7 @@ from safenav.scenario.objective import (
     formulas_in,
     staying,
 )
-from safenav.spec.movement import one_of
+from safenav.spec.specification import one_of
 from safenav.world.map import RegionMap
 from safenav.world.poses import Mask, Mobility, Pose, PoseGraph, bits, plain_graph
 

@@ -20,12 +20,10 @@ from msgspec.structs import replace
 
 import safenav
 from safenav.errors import Diagnostic, InputError, UsageError
-from safenav.file_kind import another_kind
-from safenav.line_values import flaws, note_flaw
-from safenav.lines import json_flaw, json_line, read_file
+from safenav.files import another_kind, json_flaw, json_line, read_file
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.objective import target_regions
-from safenav.strict_json import read_json
+from safenav.strict_json import flaws, note_flaw, read_json
 from safenav.trace.fields import WrongError, convert, plain
 from safenav.trace.records import (
     KINDS,

@@ -14,8 +14,8 @@ from typing import Annotated, ClassVar, Literal
 
 from msgspec import Meta, Struct
 
-from safenav.bounds import Count, Heading, Place, Region, Seconds, Sha256
-from safenav.outcome import Outcome, Verdict
+from safenav.data import Count, Heading, Place, Region, Seconds, Sha256
+from safenav.errors import Outcome, Verdict
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.objective import Objective
 from safenav.scenario.settings import Clock
@@ -26,11 +26,7 @@ VERSION = 4
 """The version of the format; there is no other."""
 
 
-_RENAMED = {"from_": "from"}
-"""Fields whose JSON name is a word of Python."""
-
-
-class TickLine(Struct, frozen=True, rename=_RENAMED):
+class TickLine(Struct, frozen=True, rename=vocabulary.RENAMED):
     """``tick``: 0 before the first move; in a live run the number of the pass."""
 
     tick: Count
@@ -79,15 +75,6 @@ class Header(Record, frozen=True, tag="header"):
         return self.scenario.clock is Clock.LIVE
 
 
-class PlacesFrom(Struct, frozen=True, rename=_RENAMED):
-    """Regions that a robot can be sent to from some places only: from ``from_``, while it remembers
-    ``memory``, and from those of other entries of the same ``places``."""
-
-    places: tuple[Region, ...]
-    from_: tuple[Place, ...]
-    memory: Mapping[str, int] | None = None
-
-
 class Synthesis(Record, frozen=True, tag="synthesis"):
     """A robot was synthesized. ``verified``: null if it was not checked; ``spec``, ``strategy``:
     sha256 of the specification and of the strategy's JSON; ``assumptions``: in words; ``node``:
@@ -127,19 +114,10 @@ class Synthesis(Record, frozen=True, tag="synthesis"):
     sight_closed: tuple[Region, ...] | None = None
     places: tuple[Region, ...] | None = None
     neutral: int | None = None
-    places_from: tuple[PlacesFrom, ...] | None = None
+    places_from: tuple[vocabulary.PlacesFrom, ...] | None = None
     forbidden: tuple[Place, ...] | None = None
     form: vocabulary.Form | None = None
     allows: str | None = None
-
-
-class Signal(Struct, frozen=True):
-    """The command inputs of an assignable strategy: a request to go to ``assigned``, or to ``wait``
-    (``assigned`` then has no meaning)."""
-
-    request: bool
-    assigned: int
-    wait: bool
 
 
 class Move(Record, frozen=True, tag="move"):
@@ -154,7 +132,7 @@ class Move(Record, frozen=True, tag="move"):
     heading: Heading | None
     toward: Region | None = None
     by: vocabulary.MovedBy | None = None
-    signal: Signal | None = None
+    signal: vocabulary.Signal | None = None
     result: vocabulary.MoveEnd | None = None
 
 
@@ -169,7 +147,7 @@ class Depart(Record, frozen=True, tag="depart"):
     heading: Heading | None
     by: vocabulary.MovedBy
     node: Count | None = None
-    signal: Signal | None = None
+    signal: vocabulary.Signal | None = None
     seconds: Seconds | None = None
 
 
@@ -212,7 +190,7 @@ class Held(Record, frozen=True, tag="hold"):
     """Live: an assignable robot stays where it is, from now on with this ``signal``."""
 
     robot: str
-    signal: Signal
+    signal: vocabulary.Signal
 
 
 class Late(Note, frozen=True, tag="late"):

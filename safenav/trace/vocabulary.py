@@ -1,4 +1,5 @@
-"""The values of a trace's fields: words, which docs/trace.md explains, and infeasibility proofs.
+"""The values of a trace's fields: words, which docs/trace.md explains, parts of records, and
+infeasibility proofs.
 
 In proofs (docs/trace.md, "Proofs"), obstacles and robots are named; poses are places, a region and
 a heading (null without)."""
@@ -10,7 +11,7 @@ from enum import StrEnum
 
 from msgspec import Struct
 
-from safenav.bounds import Count, Place, Sha256
+from safenav.data import Count, Place, Region, Sha256
 
 
 class Reason(StrEnum):
@@ -139,6 +140,28 @@ class AvertedEnd(StrEnum):
     ASSUMPTION_VIOLATED = "assumption_violated"
     SEARCH_LIMIT = "search_limit"
     TIME_LIMIT = "time_limit"
+
+
+RENAMED = {"from_": "from"}
+"""Fields whose JSON name is a word of Python."""
+
+
+class PlacesFrom(Struct, frozen=True, rename=RENAMED):
+    """Regions that a robot can be sent to from some places only: from ``from_``, while it remembers
+    ``memory``, and from those of other entries of the same ``places``."""
+
+    places: tuple[Region, ...]
+    from_: tuple[Place, ...]
+    memory: Mapping[str, int] | None = None
+
+
+class Signal(Struct, frozen=True):
+    """The command inputs of an assignable strategy: a request to go to ``assigned``, or to ``wait``
+    (``assigned`` then has no meaning)."""
+
+    request: bool
+    assigned: int
+    wait: bool
 
 
 class Reach(Struct, frozen=True):

@@ -14,8 +14,8 @@ from itertools import chain, compress, repeat
 
 from msgspec import Struct
 
-from safenav.cached_method import cached_method
 from safenav.components import components, path_to, shortest_paths
+from safenav.data import cached_method
 from safenav.errors import Diagnostic, InputError
 from safenav.formula.parser import FormulaError, parse
 from safenav.formula.syntax import Formula

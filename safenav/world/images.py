@@ -23,8 +23,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from safenav.errors import Diagnostic, InputError
-from safenav.extras import install_command
+from safenav.errors import Diagnostic, InputError, install_command
 from safenav.world.map import Region, RegionMap
 from safenav.world.partition import pieces
 

@@ -15,7 +15,7 @@ from typing import Annotated
 
 from msgspec import Meta, Struct, field
 
-from safenav.cached_method import cached_method
+from safenav.data import cached_method
 
 
 class Frame(Struct, frozen=True):

@@ -18,7 +18,7 @@ from functools import cached_property, lru_cache
 
 from msgspec import Struct
 
-from safenav.cached_method import cached_method
+from safenav.data import cached_method
 from safenav.world.map import HEADINGS, Heading, Region, RegionMap
 
 

@@ -26,7 +26,7 @@ import math
 from collections.abc import Iterator
 from functools import cache, cached_property, lru_cache
 
-from safenav.cached_method import cached_method
+from safenav.data import cached_method
 from safenav.world.map import Region, RegionMap
 from safenav.world.poses import Mask
 

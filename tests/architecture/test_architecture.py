@@ -2,6 +2,8 @@
 
 import ast
 import re
+import subprocess
+import sys
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from functools import cache
@@ -173,6 +175,19 @@ def test_the_judge_has_the_same_kinds_of_objectives() -> None:
         own = Objective(kind=key)
         told = (kind.in_turn, kind.settles, kind.one, kind.strict)
         assert (own.in_turn, own.settles, own.single, own.strict) == told, key
+
+
+PATH = ("scenario.language", "scenario.model", "spec.compile", "synthesis.slugs", "trace.records")
+MOST_ON_PATH = 32
+
+
+def test_the_path_from_what_a_user_writes_to_what_a_run_records_is_short() -> None:
+    """Packages are not counted: their ``__init__`` is a docstring."""
+    program = f"import sys, {', '.join(f'safenav.{each}' for each in PATH)}\n"
+    program += "print(*(n for n, m in sys.modules.items() if not hasattr(m, '__path__')))"
+    loaded = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True)
+    own = [name for name in loaded.stdout.decode().split() if name.startswith("safenav")]
+    assert len(own) <= MOST_ON_PATH, own
 
 
 FORBIDDEN = {

@@ -22,9 +22,9 @@ from campaigns.world import FaultyWorld
 from runtime.worlds import Driven
 from safenav import Mission
 from safenav.certify import bundle as writing
-from safenav.checked_trace import check_trace
 from safenav.errors import InputError, ResourceLimitError, SafenavError, UsageError
-from safenav.lines import json_line
+from safenav.files import json_line
+from safenav.run.checked import check_trace
 from safenav.runtime.run.checkpoint import resumption
 from safenav.runtime.run.mission import default_synthesizer
 from safenav.scenario.reading.loader import load_scenario_text

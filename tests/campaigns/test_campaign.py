@@ -17,7 +17,7 @@ from campaigns.casefile import read_case
 from campaigns.play import play
 from drawn import loads
 from safenav import Arrived, Lost, Mission, Pose, Robot, Scenario, Sensed, WorldEvent
-from safenav.outcome import Outcome
+from safenav.errors import Outcome
 from safenav.runtime.worlds.simulation import LiveSimulation
 from support.missions import mission
 

@@ -11,10 +11,10 @@ from pathlib import Path
 from msgspec.structs import replace
 
 from safenav.certify.bundle import Kept, files_of_run
+from safenav.errors import Verdict
+from safenav.files import json_line
 from safenav.judge.bundle.evidence import Evidence
 from safenav.judge.engine import judge
-from safenav.lines import json_line
-from safenav.outcome import Verdict
 from safenav.runtime.control.strategies import Controller
 from safenav.runtime.run.lines import synthesis_line
 from safenav.scenario.model import Scenario
@@ -22,10 +22,8 @@ from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.settings import Clock
 from safenav.spec.belief import automatic
 from safenav.spec.compile import compile_task
-from safenav.spec.forms import ObjectiveForm
-from safenav.spec.objective import NO_MEMORY, Memory
 from safenav.spec.specification import Specification
-from safenav.spec.task import Known, Observed, Task
+from safenav.spec.task import NO_MEMORY, Known, Memory, ObjectiveForm, Observed, Task
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
 from safenav.trace import records

@@ -8,8 +8,8 @@ import yaml
 from msgspec.structs import replace
 
 from certify.tasks import Circumstances, scenario_of, verdict_of
-from safenav.spec.objective import Memory
 from safenav.spec.specification import Section, Specification
+from safenav.spec.task import Memory
 
 DATA = yaml.safe_load((Path(__file__).parent / "planted.yaml").read_text())
 

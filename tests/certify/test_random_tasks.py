@@ -14,7 +14,7 @@ from certify.tasks import Circumstances, scenario_of, verdict_of
 from safenav.errors import ResourceLimitError
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Patrol, Visit
-from safenav.spec.objective import NO_MEMORY, Memory
+from safenav.spec.task import NO_MEMORY, Memory
 
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "40"))
 FIRST = 0 if "SAFENAV_FUZZ" not in os.environ else 100_000

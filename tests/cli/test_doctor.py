@@ -10,8 +10,8 @@ import pytest
 
 import safenav as package
 from cli.conftest import Command
-from safenav.extras import install_command, missing, project, requirements
-from safenav.installation import PURPOSES
+from safenav.doctor import PURPOSES, project
+from safenav.errors import install_command, missing_package, requirements
 
 
 def script(path: Path, body: str) -> str:
@@ -52,7 +52,8 @@ def test_requirements_are_those_of_the_project() -> None:
 
 def test_hints_install_the_missing_package_and_nothing_of_another_name() -> None:
     """safenav is on no index: a command that names it would install a foreign package."""
-    assert str(missing("this", "cyclonedds", "ros2")).endswith(" install 'cyclonedds>=11,<12'")
+    hint = str(missing_package("this", "cyclonedds", "ros2"))
+    assert hint.endswith(" install 'cyclonedds>=11,<12'")
     known = {install_command(extra).split(" install ")[1] for extra in PURPOSES}
     assert "safenav" not in " ".join(known)
     root = Path(__file__).parents[2]

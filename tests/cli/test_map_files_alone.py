@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from cli.conftest import Command
+from safenav.errors import Outcome
 from safenav.motion.making import check_movable
-from safenav.outcome import Outcome
 from safenav.runtime.run.mission import Mission
 from safenav.scenario.beginning import scenario_on
 from safenav.scenario.lint import cramped, oversized

@@ -5,6 +5,7 @@ from random import Random
 
 from msgspec.structs import replace
 
+from safenav.errors import Verdict
 from safenav.explain.explanation import (
     NoStrategyCause,
     PlayEnd,
@@ -15,14 +16,12 @@ from safenav.explain.explanation import (
 )
 from safenav.explain.investigation import explain
 from safenav.explain.repair import find_repairs
-from safenav.outcome import Verdict
 from safenav.report.terminal.explanation_text import cause_words
 from safenav.scenario.model import Robot, RobotModel, Scenario
 from safenav.scenario.objective import Cover, Hold, Ltl, Objective, Once, Patrol, Visit, describe
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.compile import compile_task
-from safenav.spec.objective import NO_MEMORY
-from safenav.spec.task import Known, Task
+from safenav.spec.task import NO_MEMORY, Known, Task
 from safenav.synthesis.slugs import Synthesizer
 from safenav.world.map import Heading, RegionMap
 from safenav.world.poses import Mobility, Pose

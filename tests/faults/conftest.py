@@ -14,7 +14,7 @@ import pytest
 
 import warm
 from children import ran
-from safenav.checked_trace import check_trace
+from safenav.run.checked import check_trace
 from safenav.synthesis.program import find_binary
 
 MAIN = "from safenav.cli import main; main()"

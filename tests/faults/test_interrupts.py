@@ -20,7 +20,7 @@ import pytest
 
 from children import ran
 from faults.conftest import CASE_STUDY, ROOT
-from safenav.outfile import write_all
+from safenav.files import write_all
 from warm import safenav
 
 INTERRUPTED = 130

@@ -9,8 +9,7 @@ from msgspec.structs import replace
 from runtime.facts import case
 from runtime.played import Run, loaded
 from runtime.worlds import Driven
-from safenav.errors import ExitCode, SynthesizerError
-from safenav.outcome import Outcome, Verdict
+from safenav.errors import ExitCode, Outcome, SynthesizerError, Verdict
 from safenav.runtime.run.mission import Mission
 from safenav.spec.specification import Specification
 from safenav.synthesis.slugs import Listener, SynthesisResult, Synthesizer

@@ -22,8 +22,8 @@ pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation
 
 from fleet.driving import ALARMED, FIRST, ROOT, SECOND, STREAMED, THIRD, Lab
 from fleet.sockets import addresses, confined, is_loopback
-from safenav.checked_trace import check_trace
 from safenav.fleet.file import template_text
+from safenav.run.checked import check_trace
 from safenav.scenario.reading.loader import load_scenario
 from warm import safenav
 

@@ -7,7 +7,7 @@ import pytest
 from fleet.hall import CORRIDOR, SCENARIO, Case, Robots, cases
 from runtime.played import Run
 from safenav import Mission
-from safenav.errors import UsageError
+from safenav.errors import Outcome, UsageError
 from safenav.fleet.file import Station
 from safenav.fleet.transport import (
     GoalEnd,
@@ -18,7 +18,6 @@ from safenav.fleet.transport import (
     Places,
 )
 from safenav.fleet.world import FleetWorld
-from safenav.outcome import Outcome
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 

@@ -14,7 +14,6 @@ import numpy as np
 
 from fleet.drives import driven
 from once import beside
-from safenav.checked_trace import check_trace
 from safenav.fleet.file import FollowUse, Station
 from safenav.fleet.following import Following, mover_of
 from safenav.fleet.setpoints import ACCELERATION, HORIZON, MOVING, PERIOD, Setpoints
@@ -30,6 +29,7 @@ from safenav.fleet.transport import (
 from safenav.motion.check.examination import walked
 from safenav.motion.check.execution import trackings
 from safenav.motion.file import Reset, Segment
+from safenav.run.checked import check_trace
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.records import Arrive

@@ -6,8 +6,8 @@ pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation
 
 from fleet.drives import driven
 from once import beside
-from safenav.checked_trace import check_trace
 from safenav.motion.file import Action, Reset
+from safenav.run.checked import check_trace
 
 YARD = beside(__file__, "scenarios/crate.yaml")
 FLEET = beside(__file__, "scenarios/crate.fleet.yaml")

@@ -13,7 +13,7 @@ from safenav.judge.engine import FACTS
 JUDGE = Path(safenav.judge.__file__).parent
 PAGE = Path(__file__).parents[2] / "docs" / "judge.md"
 FILES = sorted(JUDGE.rglob("*.py"))
-READS = ("safenav.line_values", "safenav.strict_json")
+READS = ("safenav.strict_json",)
 """Needs only Python's library, too."""
 RUNS = {"eval", "exec", "compile", "__import__", "globals", "breakpoint", "import_module"}
 

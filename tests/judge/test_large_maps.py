@@ -1,8 +1,8 @@
 """Large maps: moves are judged, proofs are said not to be."""
 
 from safenav import Mission
-from safenav.checked_trace import check_trace
-from safenav.lines import json_line
+from safenav.files import json_line
+from safenav.run.checked import check_trace
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.file import as_data
 from safenav.trace.records import Record

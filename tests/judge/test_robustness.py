@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from safenav.checked_trace import CheckedTrace, check_trace, checked
 from safenav.errors import InputError
+from safenav.run.checked import CheckedTrace, check_trace, checked
 from safenav.trace.file import read_bytes
 from support.damage import GOOD, Line, team, text
 

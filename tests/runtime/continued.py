@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 from itertools import count
 
 from runtime.played import Line, Run, play, prepared
-from safenav.lines import json_line
+from safenav.files import json_line
 from safenav.runtime.run.checkpoint import resumption
 from safenav.runtime.run.mission import Mission
 from safenav.scenario.model import Scenario

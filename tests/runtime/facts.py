@@ -15,10 +15,10 @@ from certify.making import bundle_at, certified, files_of, judged, lines_of, rew
 from runtime.continued import moves, rests
 from runtime.played import Line, Run, begin, loaded, whole
 from runtime.worlds import Clocked, Distant, Driven, Faulty, Remote, Swinging
-from safenav.checked_trace import check_trace
 from safenav.cli.check import check as command
 from safenav.errors import InputError, UsageError
 from safenav.report.terminal.story import Story
+from safenav.run.checked import check_trace
 from safenav.runtime.run.mission import Mission
 from safenav.scenario.settings import Failures
 from safenav.trace.records import KINDS

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from safenav.checked_trace import check_trace
+from safenav.files import json_line
 from safenav.judge.engine import Finding
-from safenav.lines import json_line
+from safenav.run.checked import check_trace
 from safenav.runtime.run.mission import Mission
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text

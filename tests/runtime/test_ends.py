@@ -13,8 +13,7 @@ from typing import Any
 import pytest
 
 from children import ran
-from safenav.errors import UsageError
-from safenav.outcome import Outcome
+from safenav.errors import Outcome, UsageError
 from safenav.runtime.run.mission import Mission
 from safenav.scenario.reading.loader import load_scenario
 from safenav.synthesis.slugs import Synthesizer

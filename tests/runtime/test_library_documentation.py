@@ -38,7 +38,7 @@ def run(program: str, folder: Path, environment: dict[str, str]) -> str:
 def test_a_world_moves_robots_one_region_at_a_time_and_never_into_closed_ones(
     tmp_path: Path, environment: dict[str, str]
 ) -> None:
-    from safenav.checked_trace import check_trace
+    from safenav.run.checked import check_trace
 
     probe = """
 class Watched(MyRobots):

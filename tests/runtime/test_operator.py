@@ -13,8 +13,7 @@ import warm
 from runtime.facts import case
 from runtime.played import Run, begin, end, loaded, whole
 from runtime.worlds import Clocked, Remote
-from safenav.errors import UsageError
-from safenav.outcome import Outcome
+from safenav.errors import Outcome, UsageError
 from safenav.runtime.interventions import read_intervention
 from safenav.runtime.run.mission import Mission
 from safenav.runtime.worlds.protocol import Sensed

@@ -6,7 +6,7 @@ import pytest
 
 from once import SCENARIOS, trace_of_shipped
 from safenav.batch.case import Ledger, differences
-from safenav.checked_trace import check_trace
+from safenav.run.checked import check_trace
 from safenav.scenario.reading.loader import load_scenario
 from safenav.trace.file import read_bytes
 

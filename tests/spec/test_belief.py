@@ -10,10 +10,9 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from safenav.errors import UsageError
+from safenav.errors import UsageError, Verdict
 from safenav.formula.parser import parse
 from safenav.formula.syntax import Predicate, predicate
-from safenav.outcome import Verdict
 from safenav.runtime.control.strategies import after_look
 from safenav.scenario.model import Robot, RobotModel
 from safenav.scenario.objective import Visit

@@ -17,8 +17,7 @@ from safenav.scenario.objective import (
     TargetObjective,
     Visit,
 )
-from safenav.spec.forms import ObjectiveForm, Weakening, can_keep, concession, forms
-from safenav.spec.objective import Memory
+from safenav.spec.task import Memory, ObjectiveForm, Weakening, can_keep, concession, forms
 from safenav.world.map import Heading, RegionMap
 from safenav.world.poses import Mobility, Pose, PoseGraph, region_mask
 

@@ -7,16 +7,14 @@ from random import Random
 
 import pytest
 
+from safenav.errors import Verdict
 from safenav.formula.parser import parse
 from safenav.formula.syntax import evaluate
-from safenav.outcome import Verdict
 from safenav.scenario.model import Robot, RobotModel
 from safenav.scenario.objective import Cover, Hold, Once, Patrol, TargetObjective, Visit
-from safenav.spec.compile import assumption_names, compile_task
-from safenav.spec.nearby import busy
-from safenav.spec.objective import NO_MEMORY, Memory, encode
+from safenav.spec.compile import assumption_names, busy, compile_task, encode
 from safenav.spec.specification import Section
-from safenav.spec.task import Task
+from safenav.spec.task import NO_MEMORY, Memory, Task
 from safenav.synthesis.slugs import Synthesizer
 from safenav.verify.verification import first_failure
 from safenav.world.map import Heading, RegionMap

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from report.browser import Browser, Keys
-from safenav.checked_trace import check_trace
+from safenav.run.checked import check_trace
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.file import read_bytes
 from safenav.trace.records import Appeared, Resolved

@@ -14,8 +14,8 @@ import pytest
 
 from motion.runs import live_trace
 from once import trace_of_shipped
-from safenav.checked_trace import check_trace
 from safenav.report.page.html import LiveRun, encoded
+from safenav.run.checked import check_trace
 from safenav.run.reading import run_of
 from safenav.studio import live
 from safenav.studio.live import StudioRun

@@ -7,7 +7,7 @@ import pytest
 from once import beside
 from report.browser import Browser
 from runtime.test_operator import GATE
-from safenav.checked_trace import check_trace
+from safenav.run.checked import check_trace
 from safenav.trace.file import read_bytes
 from safenav.trace.records import Appeared, Inputs, Operator, Resolved, Waiting
 from studio.board import Board

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from report.browser import Browser
-from safenav.checked_trace import check_trace
+from safenav.run.checked import check_trace
 from safenav.trace.file import read_bytes
 from studio.serving import SCENARIOS, Page, Served, opened
 from studio.test_editing import something

@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from safenav.outcome import Verdict
+from safenav.errors import Verdict
 from safenav.spec.specification import Constraint, Origin, Section, Specification
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.program import Binary

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from safenav.outcome import Verdict
+from safenav.errors import Verdict
 from safenav.spec.specification import Specification
 from safenav.synthesis.cache import Cache, CacheEntry, CacheWarning
 from safenav.synthesis.program import Binary

@@ -10,8 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from safenav.errors import SynthesizerError
-from safenav.outcome import Verdict
+from safenav.errors import SynthesizerError, Verdict
 from safenav.spec.specification import Specification
 from safenav.synthesis.program import Binary, die_with_parent
 from safenav.synthesis.slugs import SynthesisProgress, Synthesizer

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from safenav.errors import ExitCode, ResourceLimitError, SynthesizerError
-from safenav.outcome import Verdict
+from safenav.errors import ExitCode, ResourceLimitError, SynthesizerError, Verdict
 from safenav.spec.specification import (
     Specification,
 )

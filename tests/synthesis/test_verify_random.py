@@ -17,10 +17,9 @@ import pytest
 
 import oracle
 from oracle.damage import DAMAGES, Damage, no_memory, without_unreachable
-from safenav.errors import SynthesizerError
+from safenav.errors import SynthesizerError, Verdict
 from safenav.formula.parser import parse
 from safenav.formula.syntax import evaluate
-from safenav.outcome import Verdict
 from safenav.spec.specification import (
     Constraint,
     Origin,

@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 from msgspec.structs import replace
 
-from safenav.checked_trace import check_trace
 from safenav.errors import InputError, UsageError
+from safenav.run.checked import check_trace
 from safenav.runtime.run.checkpoint import _digest, resumption
 from safenav.runtime.run.mission import Mission
 from safenav.scenario.model import Robot, Scenario

@@ -10,7 +10,7 @@ import pytest
 from msgspec.structs import replace
 
 from drawn import loads
-from safenav.outcome import Outcome
+from safenav.errors import Outcome
 from safenav.runtime.control import coordinate
 from safenav.runtime.run.mission import Mission
 from safenav.runtime.worlds.simulation import LiveSimulation

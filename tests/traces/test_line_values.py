@@ -6,7 +6,7 @@ import pytest
 
 from safenav.errors import InputError
 from safenav.judge.lines import NotATraceError, Reader
-from safenav.line_values import flaws
+from safenav.strict_json import flaws
 from safenav.trace.file import read_lines
 from support.damage import GOOD, damage, find, text
 

@@ -4,8 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from safenav.errors import Diagnostic, InputError
-from safenav.outcome import Outcome
+from safenav.errors import Diagnostic, InputError, Outcome
 from safenav.trace.fields import WrongError, convert
 from safenav.trace.file import read_bytes, read_lines, read_trace
 from safenav.trace.records import Gone, Move, Push, Resolved

@@ -7,8 +7,8 @@ import pytest
 from msgspec.structs import replace
 
 from runtime.played import completed
-from safenav.checked_trace import check_trace
 from safenav.errors import InputError
+from safenav.run.checked import check_trace
 from safenav.trace.file import TraceWriter, as_data, read_lines, read_trace
 from safenav.trace.records import (
     KINDS,

@@ -12,9 +12,9 @@ from click.testing import CliRunner
 from jsonschema import Draft202012Validator
 
 from safenav.cli.new import new as command
+from safenav.errors import Outcome
+from safenav.files import json_line
 from safenav.judge import lines
-from safenav.lines import json_line
-from safenav.outcome import Outcome
 from safenav.trace import records, vocabulary
 from safenav.trace.fields import entries
 from safenav.trace.file import as_data

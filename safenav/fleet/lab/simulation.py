@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from math import tau
 from typing import Any
 
-from safenav.extras import missing
+from safenav.errors import missing_package
 from safenav.fleet import transport
 from safenav.fleet.file import SimulationUse, Station
 from safenav.fleet.transport import Places
@@ -32,7 +32,7 @@ class SimulationTransport:
             from safenav.fleet.following import mover_of, resting_place
             from safenav.fleet.lab.physics import Physics
         except ImportError as error:
-            raise missing("transport simulation", "mujoco", "simulation") from error
+            raise missing_package("transport simulation", "mujoco", "simulation") from error
         assert scenario.map.frame is not None
         places = Places(scenario.map, scenario.map.frame)
         hidden = use.obstacles

@@ -11,9 +11,9 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from safenav.files import json_line
 from safenav.judge.engine import judge
 from safenav.judge.rules import RULES
-from safenav.lines import json_line
 from safenav.motion.check.examination import NEAR, STILL, Array, Examination, Finding
 from safenav.motion.file import Action, GoalLine, Moving, Piece, Release, Reserve
 from safenav.motion.timing import (

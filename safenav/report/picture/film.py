@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.errors import UsageError
-from safenav.extras import missing
+from safenav.errors import UsageError, missing_package
 from safenav.report.picture.floor import cell_size, window
 from safenav.report.picture.scene import Layer, Options, svg_of
 from safenav.report.picture.svg import png_of, separated, size_of
@@ -71,7 +70,7 @@ def write_gif(run: Run, path: Path, film: Film, progress: Callable[[], None] | N
     try:
         from PIL import Image
     except ImportError as error:
-        raise missing("GIF (not SVG)", "pillow", "pictures") from error
+        raise missing_package("GIF (not SVG)", "pillow", "pictures") from error
     if (count := len(film.moments(run))) > MOST_FRAMES:
         problem = f"a GIF of {count} frames is too large: at most {MOST_FRAMES}"
         raise UsageError(

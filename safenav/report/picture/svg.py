@@ -13,8 +13,7 @@ from xml.sax.saxutils import escape, quoteattr
 
 from msgspec import Struct, json
 
-from safenav.errors import UsageError
-from safenav.extras import missing
+from safenav.errors import UsageError, missing_package
 from safenav.run.values import ObstacleStatus, StoryKind
 
 FONTS = Path(__file__).parent / "fonts"
@@ -150,7 +149,7 @@ def png_of(svg: str, width: int | None = None) -> bytes:
     try:
         import resvg_py
     except ImportError as error:
-        raise missing("PNG (not SVG)", "resvg-py", "pictures") from error
+        raise missing_package("PNG (not SVG)", "resvg-py", "pictures") from error
     across, down = size_of(svg)
     most = int((MOST_PIXELS * across / down) ** 0.5)
     if width is not None and width > most:

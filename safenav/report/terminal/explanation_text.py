@@ -11,6 +11,7 @@ import click
 from msgspec import to_builtins
 from msgspec.structs import asdict
 
+from safenav.errors import Outcome
 from safenav.explain.explanation import (
     Core,
     CoreMember,
@@ -23,15 +24,14 @@ from safenav.explain.explanation import (
     Values,
     why_words,
 )
-from safenav.outcome import Outcome
 from safenav.report.terminal.story import MapPicture, Marker, draw
 from safenav.review.postmortem import Missing, Postmortem
 from safenav.run.values import labels
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Word, describe
 from safenav.solve.reasons import need_words
-from safenav.spec.forms import asked_of
 from safenav.spec.specification import Constraint, Owner
+from safenav.spec.task import asked_of
 from safenav.trace.words import counted, listed, obstacle_words, regions_words, seconds_words
 from safenav.world.map import Heading, Region, RegionMap
 

@@ -16,7 +16,7 @@ from itertools import zip_longest
 import click
 from msgspec import Struct, field
 
-from safenav.outcome import Outcome
+from safenav.errors import Outcome
 from safenav.report.terminal.layout import folded
 from safenav.run.reading import Line, RunReader, Style
 from safenav.run.run import Run

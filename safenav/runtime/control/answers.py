@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from msgspec import Struct
 
-from safenav.errors import ResourceLimitError
-from safenav.outcome import Verdict
+from safenav.errors import ResourceLimitError, Verdict
 from safenav.plan.ask import Deadlock, Found, Unserved, ask, ask_charged
 from safenav.spec.specification import Specification
 from safenav.synthesis.slugs import Listener, SynthesisProgress, SynthesisResult, Synthesizer

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.outcome import Outcome
+from safenav.errors import Outcome
 from safenav.runtime.control.roles import Role
 from safenav.runtime.control.strategies import Controller, walls_of
 from safenav.scenario.objective import Ltl, Word, describe
@@ -23,8 +23,7 @@ from safenav.solve.reasons import (
     without_room,
 )
 from safenav.solve.solve import Closure, Refutation, Sets, Settlement, around, closure_of, stated
-from safenav.spec.objective import Memory
-from safenav.spec.task import Task
+from safenav.spec.task import Memory, Task
 from safenav.team.apply import done, rounds, stands
 from safenav.team.floor import (
     barred,

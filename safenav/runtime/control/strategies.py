@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping
 
 from msgspec import Struct
 
-from safenav.outcome import Verdict
+from safenav.errors import Verdict
 from safenav.plan.order import closed
 from safenav.runtime.control.answers import Answers, Pending
 from safenav.runtime.control.roles import Role
@@ -22,9 +22,16 @@ from safenav.scenario.settings import Clock, Coordination
 from safenav.spec.assignable import assignable_regions, neutral
 from safenav.spec.belief import Knowledge, Tracker, known_of, observe, watch_for
 from safenav.spec.compile import compile_task
-from safenav.spec.forms import ObjectiveForm, Weakening, concession, forms
-from safenav.spec.objective import Memory
-from safenav.spec.task import Known, Observed, Task
+from safenav.spec.task import (
+    Known,
+    Memory,
+    ObjectiveForm,
+    Observed,
+    Task,
+    Weakening,
+    concession,
+    forms,
+)
 from safenav.synthesis.slugs import SynthesisResult
 from safenav.team import state as now
 from safenav.team.floor import Floor, stages_of

@@ -18,7 +18,6 @@ from msgspec.structs import replace
 
 from safenav.errors import UsageError
 from safenav.formula.parser import Bounds, FormulaError, check, parse
-from safenav.line_values import TYPE
 from safenav.runtime.control.roles import Role
 from safenav.runtime.run.deadlines import LedgerKept
 from safenav.runtime.worlds.protocol import checked_obstacle
@@ -27,6 +26,7 @@ from safenav.scenario.model import Obstacle, ResolveAt, Robot, Scenario
 from safenav.scenario.objective import Ltl, Objective, formulas_in
 from safenav.scenario.settings import Clock
 from safenav.scenario.yaml.typed import entries
+from safenav.strict_json import TYPE
 from safenav.team.formulas import pursuit_of
 from safenav.team.state import Is, Plan, RobotNow, State
 from safenav.team.team import Member, Team, assigned, introduced, team_of

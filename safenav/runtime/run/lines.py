@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 
-from safenav.bounds import Place
+from safenav.data import Place
 from safenav.plan.order import surely
 from safenav.runtime.control.strategies import Controller
 from safenav.scenario.objective import Ltl
@@ -17,7 +17,7 @@ from safenav.team import state as now
 from safenav.team.floor import driven
 from safenav.team.state import State
 from safenav.team.team import Team
-from safenav.trace import records
+from safenav.trace import records, vocabulary
 from safenav.trace.vocabulary import MovedBy, MoveEnd, PlanEndReason, Reason
 from safenav.world.map import RegionMap
 from safenav.world.poses import Pose
@@ -30,7 +30,7 @@ class _Lines:
 
     def __init__(self, team: Team, emit: Emit) -> None:
         self._team, self._emit = team, emit
-        self._told: dict[int, records.Signal] = {}
+        self._told: dict[int, vocabulary.Signal] = {}
 
     def continued(self, tick: int, i: int, state: State) -> None:
         """A command says nothing until it ends."""
@@ -38,12 +38,12 @@ class _Lines:
     def resume(self, line: records.Record) -> None:
         """A tick depends on no earlier line."""
 
-    def _signal(self, i: int, values: now.Values | None) -> records.Signal | None:
+    def _signal(self, i: int, values: now.Values | None) -> vocabulary.Signal | None:
         """The command with which a robot moves or stays; None if it was recorded before."""
         found = dict(values or ())
         if "request" not in found:
             return None
-        signal = records.Signal(bool(found["request"]), found["assigned"], bool(found["wait"]))
+        signal = vocabulary.Signal(bool(found["request"]), found["assigned"], bool(found["wait"]))
         if self._told.get(i) == signal:
             return None
         self._told[i] = signal
@@ -236,9 +236,9 @@ def synthesis_line(
     )
 
 
-def _places_from(possible: AssignableRegions) -> tuple[records.PlacesFrom, ...] | None:
+def _places_from(possible: AssignableRegions) -> tuple[vocabulary.PlacesFrom, ...] | None:
     found = (
-        records.PlacesFrom(tuple(sorted(part.regions)), _ordered(poses), dict(memory) or None)
+        vocabulary.PlacesFrom(tuple(sorted(part.regions)), _ordered(poses), dict(memory) or None)
         for part in possible.parts
         for memory, poses in part.poses().items()
     )

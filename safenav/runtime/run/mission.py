@@ -15,8 +15,7 @@ from typing import Any, NoReturn
 
 from msgspec.structs import replace
 
-from safenav.errors import SafenavError, UsageError
-from safenav.outcome import Outcome
+from safenav.errors import Outcome, SafenavError, UsageError
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.control.coordinate import first_controllers
 from safenav.runtime.control.ends import End, Stop, Stopped, lacks_of

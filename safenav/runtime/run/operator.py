@@ -12,8 +12,7 @@ from typing import Protocol
 
 from msgspec.structs import replace
 
-from safenav.errors import UsageError
-from safenav.outcome import Outcome
+from safenav.errors import Outcome, UsageError
 from safenav.runtime import interventions
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.control.coordinate import Control

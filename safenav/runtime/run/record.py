@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterable, Sequence
 from msgspec.structs import replace
 
 import safenav
-from safenav.outcome import Outcome
+from safenav.errors import Outcome
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.control.coordinate import Control
 from safenav.runtime.control.ends import ASIDE, End, Request, lacks_of

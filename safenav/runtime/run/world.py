@@ -13,8 +13,7 @@ from math import inf
 
 from msgspec.structs import replace
 
-from safenav.errors import UsageError
-from safenav.outcome import Outcome
+from safenav.errors import Outcome, UsageError
 from safenav.plan.order import charging_ends
 from safenav.runtime.run.decide import Proposal, closing
 from safenav.runtime.run.operator import Operator, Running

@@ -6,8 +6,8 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Mapping, Sequence
 
+from safenav.errors import Outcome
 from safenav.formula.parser import FormulaError
-from safenav.outcome import Outcome
 from safenav.scenario import language, values
 from safenav.scenario.model import Obstacle, ObstacleType
 from safenav.scenario.objective import Ltl, Objective, kinds_that, one_of

@@ -13,7 +13,7 @@ from pathlib import Path
 from msgspec import Struct
 
 from safenav.errors import Diagnostic, InputError
-from safenav.lines import printable
+from safenav.files import printable
 from safenav.scenario import language
 from safenav.scenario.model import Catalogue, ObstacleType, Robot, Scenario
 from safenav.scenario.objective import Ltl, kinds_that, one_of

@@ -10,9 +10,8 @@ from pathlib import Path
 from msgspec import Struct
 from msgspec.structs import asdict, replace
 
-from safenav.errors import Diagnostic, InputError
-from safenav.extras import install_command
-from safenav.file_kind import ROS_MAP, kind_of
+from safenav.errors import Diagnostic, InputError, install_command
+from safenav.files import ROS_MAP, kind_of
 from safenav.scenario import language
 from safenav.scenario.language import FORMS, OPTIONS, MapKeys
 from safenav.scenario.reading.regions import NO_SIZE, Reading, too_large

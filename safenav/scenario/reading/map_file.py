@@ -18,7 +18,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.errors import InputError
-from safenav.file_kind import ROS_MAP
+from safenav.files import ROS_MAP
 from safenav.scenario.language import MapKeys
 from safenav.scenario.reading.regions import NO_SIZE, Reading, too_large
 from safenav.scenario.values import MapOrigin

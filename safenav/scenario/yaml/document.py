@@ -16,7 +16,7 @@ import yaml
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.lines import HINT, foreign_character, printable
+from safenav.files import HINT, foreign_character, printable
 
 MAX_DEPTH = 50
 _TOO_DEEP = f"nested more than {MAX_DEPTH} deep"

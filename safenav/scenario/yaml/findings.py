@@ -16,7 +16,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError, UsageError
-from safenav.file_kind import another_kind
+from safenav.files import another_kind
 from safenav.scenario.yaml.document import (
     DocumentError,
     Mapping,

@@ -13,7 +13,6 @@ from typing import Any
 import yaml
 
 from campaigns.drives.messages import Channel, Judge, LateTransport, PhysicsLog, channels, clocks
-from safenav.checked_trace import check_trace
 from safenav.errors import Diagnostic, InputError, UsageError
 from safenav.fleet.driven import driven_motion
 from safenav.fleet.file import load_fleet
@@ -22,6 +21,7 @@ from safenav.fleet.transport import DriveRecording
 from safenav.fleet.world import FleetWorld
 from safenav.motion.check.verdict import check_motion
 from safenav.motion.file import parsed, text_of
+from safenav.run.checked import check_trace
 from safenav.runtime.run.mission import Mission
 from safenav.runtime.worlds.protocol import Sensed, WorldEvent
 from safenav.scenario.model import Scenario

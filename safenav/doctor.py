@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import platform
+import re
 import sys
 import tempfile
 import time
@@ -14,9 +15,7 @@ from pathlib import Path
 from msgspec import Struct
 
 import safenav
-from safenav.errors import SafenavError
-from safenav.extras import install_command, project, requirements
-from safenav.outcome import Verdict
+from safenav.errors import SafenavError, Verdict, install_command, requirements
 from safenav.spec.specification import (
     Constraint,
     Origin,
@@ -69,6 +68,12 @@ def examine() -> Iterator[InstallationFinding]:
                 yield _package(name, extra)
     yield from _synthesizer()
     yield _cache()
+
+
+def project(requirement: str) -> str:
+    """Return the name of the package in a requirement."""
+    found = re.match(r"[\w.-]+", requirement)
+    return found[0] if found else requirement
 
 
 def _package(name: str, extra: str) -> InstallationFinding:

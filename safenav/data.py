@@ -1,10 +1,25 @@
-"""Methods whose results are cached by their arguments."""
+"""Parts of data classes: values with bounds, which readers and schemas check, and methods whose
+results are cached."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache, cached_property, partial
-from typing import Concatenate, ParamSpec, TypeVar, cast
+from typing import Annotated, Concatenate, ParamSpec, TypeVar, cast
+
+from msgspec import Meta
+
+Region = int
+Count = Annotated[int, Meta(ge=0)]
+Positive = Annotated[int, Meta(ge=1)]
+Seconds = Annotated[float, Meta(ge=0)]
+Sha256 = Annotated[str, Meta(pattern="^[0-9a-f]{64}$", description="a sha256 (64 digits 0-9a-f)")]
+Heading = Annotated[
+    str, Meta(pattern="^(north|east|south|west)$", description="north, east, south or west")
+]
+Place = tuple[Region, Heading | None]
+"""A region, and the heading of a robot that has one."""
+
 
 _Self = TypeVar("_Self")
 _Asked = ParamSpec("_Asked")

@@ -10,9 +10,9 @@ from pathlib import Path
 from msgspec import Struct
 
 from safenav.errors import Diagnostic, InputError
+from safenav.files import json_line
 from safenav.judge.engine import Finding, judge
 from safenav.judge.lines import NotATraceError
-from safenav.lines import json_line
 from safenav.trace.file import Trace, as_data, read_bytes, read_content
 from safenav.trace.records import Arrive, Move, Push
 

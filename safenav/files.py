@@ -1,0 +1,304 @@
+"""Files: reading within limits, the kinds of files, line ends of text, JSON lines, CSV, and atomic
+writing.
+
+A line ends with a line feed, perhaps after a carriage return. Python, YAML and some editors also
+end lines at other characters (U+0085, U+2028, a single carriage return). In a text with one of
+them, ``# a comment<U+2028>a formula`` is a comment to one program and a formula to another. Such
+texts are refused.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import io
+import json
+import os
+import re
+import signal
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+from safenav.errors import UsageError
+
+_FOREIGN = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u2028\u2029]|\r(?!\n|\Z)")
+
+HINT = "remove it: programs disagree on what it means, for example on whether a line ends there"
+
+
+MOST_BYTES = 100_000_000
+"""Largest file of foreign data that is read."""
+MOST_VALUES = 6_000_000
+"""Most values in it, counted by their brackets and commas: each takes up to 80 bytes."""
+
+
+def read_file(path: str | Path | None, most: int = MOST_BYTES) -> bytes:
+    """Return the content of a file, or of standard input. Raises OSError, also if it is larger than
+    ``most`` (a device may have no end) or has more than ``MOST_VALUES`` values."""
+    if path is None:
+        data = sys.stdin.buffer.read(most + 1)
+    else:
+        with Path(path).open("rb") as file:
+            data = file.read(most + 1)
+    if len(data) > most:
+        raise OSError(errno.EFBIG, f"it is larger than {most // 1_000_000} MB", str(path or "-"))
+    if sum(map(data.count, (b"[", b"{", b","))) > MOST_VALUES:
+        flaw = f"it has more than {MOST_VALUES // 1_000_000} million values"
+        raise OSError(errno.EFBIG, flaw, str(path or "-"))
+    return data
+
+
+def printable(text: str) -> str:
+    """Return the text of a file or of its name without characters that control the terminal."""
+    return "".join(char if char.isprintable() or char == "\n" else "?" for char in text)
+
+
+def json_line(data: Any) -> str:
+    """Return data as a line of JSON, compact and in ASCII."""
+    return json.dumps(data, separators=(",", ":")) + "\n"
+
+
+def line_output() -> Callable[[Any], None]:
+    """Return a writer of JSON lines, for any thread, to the present standard output; all other
+    output then goes to standard error."""
+    from threading import Lock  # only needed in child processes
+
+    out, lock = os.fdopen(os.dup(1), "w", encoding="utf-8"), Lock()
+    os.dup2(2, 1)
+
+    def write(data: Any) -> None:
+        with lock:
+            out.write(json_line(data))
+            out.flush()
+
+    return write
+
+
+def json_flaw(error: Exception) -> str:
+    """Return the reason why a text is not JSON, and the position."""
+    if isinstance(error, json.JSONDecodeError):
+        line = f"line {error.lineno}, " if error.lineno > 1 else ""
+        return f"{error.msg} at {line}column {error.colno}"
+    if isinstance(error, UnicodeDecodeError):
+        return f"byte {error.start} is not UTF-8"
+    return "too deeply nested" if isinstance(error, RecursionError) else str(error)
+
+
+def csv_text(headings: Iterable[object], rows: Iterable[Iterable[object]]) -> str:
+    """Return a table as CSV (RFC 4180, with line feeds): the headings, then the rows; None is an
+    empty field."""
+    import csv  # only needed here
+
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows([headings, *rows])
+    return text.getvalue()
+
+
+def foreign_character(text: str) -> tuple[int, int, str] | None:
+    """Return line and column (from 1) and name of the first character that programs interpret
+    differently; None if there is none."""
+    match = _FOREIGN.search(text)
+    if match is None:
+        return None
+    before = text[: match.start()]
+    column = match.start() - before.rfind("\n")
+    return before.count("\n") + 1, column, f"the character U+{ord(match.group()):04X}"
+
+
+_SECTION = r"\[[A-Z_]+\]"
+_DRAW = "draw it with: safenav draw {0}; begin a scenario on it: safenav new FILE --map {0}"
+ROS_MAP = "map of ROS map_server"
+_KINDS: dict[str, tuple[tuple[str, ...], str]] = {
+    "specification": (
+        (rf"\A(?:\s|#[^\n]*\n)*{_SECTION}",),
+        "its strategy: safenav synth {0}; why not: safenav explain",
+    ),
+    "motion file": (
+        (r'\A\s*\{"type"\s*:\s*"header"\s*,\s*"motion"',),
+        "check it with: safenav check {0} TRACE",
+    ),
+    "trace": ((r'\A\s*\{"type"\s*:\s*"header"',), "show it with: safenav replay {0}"),
+    "scenario": (
+        (r'(?m)^(?:\{\s*)?"?safenav"?[ \t]*:',),
+        "run it with: safenav run {0} --trace run.jsonl",
+    ),
+    "strategy of slugs": (
+        (r'\A\s*\{\s*"version"\s*:', r'"slugs"\s*:', r'"variables"\s*:'),
+        "check it with: safenav verify SPECIFICATION {0}",
+    ),
+    "matrix file": ((r"(?m)^batch[ \t]*:",), "run it with: safenav batch {0}"),
+    "web page": (
+        (r"(?i)\A\s*<(?:!doctype html|html)",),
+        "open it in a browser; name the trace or the scenario that it shows",
+    ),
+    "fleet file": (
+        (r"(?m)^safenav-fleet[ \t]*:",),
+        "use it with: safenav drive SCENARIO --fleet {0}",
+    ),
+    "map of the MovingAI benchmarks": (
+        (r"\Atype[ \t]+\w+[ \t]*\r?\n", r"(?m)^height[ \t]", r"(?m)^map[ \t]*\r?$"),
+        _DRAW,
+    ),
+    ROS_MAP: (
+        (
+            r"(?m)^[ \t]*image[ \t]*:",
+            r"(?m)^[ \t]*(?:negate|occupied_thresh|free_thresh)[ \t]*:",
+        ),
+        _DRAW,
+    ),
+    "building file of RMF": (
+        (r"(?m)^levels[ \t]*:", r"(?m)^[ \t]+(?:vertices|drawing|walls)[ \t]*:"),
+        "save its floor as an occupancy map (ROS map_server): safenav new FILE --map MAP.yaml",
+    ),
+    "specification in TLSF": (
+        (r"(?m)^[ \t]*INFO[ \t]*\{", r"(?m)^[ \t]*MAIN[ \t]*\{"),
+        "convert it to structured slugs: syfco -f slugs {0}",
+    ),
+    "specification of gr1c": (
+        (r"(?m)^[ \t]*(?:ENV|SYS)[ \t]*:", r"(?m)^[ \t]*(?:ENV|SYS)(?:INIT|TRANS|GOAL)[ \t]*:"),
+        "write it as structured slugs: [INPUT], [OUTPUT], [SYS_TRANS], ... "
+        "(docs/specifications.md)",
+    ),
+}
+"""For each kind, the patterns of which a text contains all, and what to do with such a file."""
+
+
+def kind_of(text: str) -> str | None:
+    """Return the kind of a file with this text; None if it looks like none of them."""
+    for kind, (patterns, _) in _KINDS.items():
+        if all(re.search(pattern, text) for pattern in patterns):
+            return kind
+    return None
+
+
+def another_kind(text: str, expected: str, file: str) -> tuple[str, str] | None:
+    """Return the error, and a hint, if a file is of another kind than expected."""
+    kind = kind_of(text)
+    if kind is None or kind == expected:
+        return None
+    return f"this is a {kind}, not a {expected}", _KINDS[kind][1].format(file)
+
+
+def write_out(path: Path, content: str | bytes, *, echo: bool = True, replace: bool = True) -> None:
+    """Write a file (``-``: standard output), and report it if ``echo``. ``replace``: overwrite an
+    existing file.
+
+    Raises UsageError if it cannot be written.
+    """
+    data = _bytes(content)
+    if str(path) == "-":
+        sys.stdout.buffer.write(data)
+        return
+    write_whole(path, lambda part: part.write_bytes(data), replace=replace)
+    if echo:
+        tell(path)
+
+
+def _bytes(content: str | bytes) -> bytes:
+    return content.encode() if isinstance(content, str) else content
+
+
+def try_out(path: Path) -> None:
+    """Raises UsageError unless a file of this name can be written. Leaves nothing behind."""
+    try:
+        if path.is_dir():
+            raise IsADirectoryError(0, "it is a folder")
+        if path.exists() and not os.access(path, os.W_OK):
+            raise PermissionError(0, "permission denied")
+        if not path.exists() or path.is_file():
+            _new_file(path.parent).unlink()
+    except OSError as error:
+        raise _failure(path, error) from error
+
+
+def try_folder(path: Path) -> None:
+    """Raises UsageError unless files can be written into a folder, which need not exist yet."""
+    there = next((p for p in (path, *path.absolute().parents) if p.exists()), path)
+    try:
+        _new_file(there).unlink()
+    except OSError as error:
+        raise _failure(path, error) from error
+
+
+def _new_file(folder: Path, prefix: str = ".") -> Path:
+    """Return a new file in a folder, readable by this user only."""
+    file = folder / f"{prefix}{os.urandom(6).hex()}"
+    os.close(os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600))
+    return file
+
+
+def _failure(path: Path, error: OSError) -> UsageError:
+    return UsageError(f"cannot write {path}: {error.strerror or error}")
+
+
+def tell(path: Path) -> None:
+    """Report name and size of a written file on standard error."""
+    print(f"{path}  {path.stat().st_size / 1024:.0f} KiB", file=sys.stderr)
+
+
+def write_whole(path: Path, write: Callable[[Path], object], *, replace: bool = True) -> None:
+    """Let ``write`` fill a file beside ``path``, then rename it: an incomplete file is never left.
+    Devices and pipes are written directly. ``replace``: overwrite an existing file.
+
+    Raises UsageError if that cannot be done.
+    """
+    try:
+        if path.exists() and not path.is_file():
+            write(path)
+            return
+        part = _new_file(path.parent, f".{path.name}-")
+        try:
+            write(part)
+            part.chmod(0o644)
+            if replace:
+                part.replace(path)
+            else:
+                os.link(part, path)  # unlike a renaming it fails if the name is taken
+        finally:
+            part.unlink(missing_ok=True)
+    except FileExistsError:
+        hint = "choose another name, or replace it with --force"
+        raise UsageError(f"{path} already exists\n    {hint}") from None
+    except OSError as error:
+        raise _failure(path, error) from error
+
+
+@contextlib.contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """Signals that end the program wait for the end of this context."""
+    came: list[int] = []
+    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    before = [signal.signal(number, lambda number, _: came.append(number)) for number in numbers]
+    try:
+        yield
+    finally:
+        for number, handler in zip(numbers, before, strict=True):
+            signal.signal(number, handler)
+    for each in came:
+        signal.raise_signal(each)
+
+
+def write_all(folder: Path, files: Iterable[tuple[str, str | bytes]]) -> None:
+    """Write files by their names into a folder, which need not exist: all of them or none.
+
+    Raises UsageError if that cannot be done.
+    """
+    # Imported here: it loads the modules of all archives, which takes 2 ms.
+    from tempfile import TemporaryDirectory
+
+    missing = [each for each in (folder, *folder.parents) if not each.exists()]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with TemporaryDirectory(dir=folder, prefix=".") as scratch:
+            for name, content in files:
+                Path(scratch, name).write_bytes(_bytes(content))
+            with _uninterrupted():  # no mix of old and new files
+                for part in Path(scratch).iterdir():
+                    part.replace(folder / part.name)
+    except OSError as error:
+        for each in missing:
+            with contextlib.suppress(OSError):
+                each.rmdir()
+        raise _failure(folder, error) from error
