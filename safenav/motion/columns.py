@@ -148,7 +148,7 @@ def sample(piece: Moving, times: Array, limits: Mapping[str, object]) -> Array:
     for index, part in enumerate(piece.parts):
         chosen = which == index
         since = np.minimum(times[chosen] - (ends[index] - part.seconds), part.seconds)
-        table[chosen] = _flying(part, since)
+        table[chosen] = body_rows(part, since)
     return table
 
 
@@ -193,7 +193,8 @@ def _body_yaw(segment: Segment, times: Array) -> Array:
     return before + (after - before) * share
 
 
-def _flying(curve: Curve, times: Array) -> Array:
+def body_rows(curve: Curve, times: Array) -> Array:
+    """The columns of a body (times, names) along a curve."""
     found = path(curve, times)
     return np.concatenate([found[:, :3].reshape(9, -1), found[0, 3:]]).T
 

@@ -47,13 +47,11 @@ def watched(physics: Any) -> Any:
         return sorted(name for name in physics._bodies if physics._moves(name))
 
     def log() -> dict[str, Any]:
-        standing = physics.standing.items()
-        doors = {n for n, one in standing if one.is_door and not physics.is_open(one)}
         places = {n: physics._at(body)[:2] for n, body in physics._bodies.items()}
         return {
             "now": physics.now,
             "contacts": {" ".join(pair): count for pair, count in physics.contacts.items()},
-            "closed": sorted(doors),
+            "standing": sorted(physics.standing),
             "regions": {n: physics._places.region(*at) for n, at in places.items()},
             "moving": moving(),
         }

@@ -81,7 +81,7 @@ def test_a_case_study_is_driven_without_a_listed_obstacle(lab: Lab) -> None:
     assert all(one["measurements"] > 50 and one["off"] < 0.3 for one in tracked)
     if lab.physics is not None:
         log = lab.physics.log()
-        assert set(log["contacts"]) <= {"digit door@47"} and log["closed"] == []
+        assert log["contacts"] == {} and log["standing"] == []
         assert log["moving"] == []
 
 

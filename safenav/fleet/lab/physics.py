@@ -1,18 +1,17 @@
-"""Robots, walls, doors and boxes in MuJoCo: a lab without real robots, for rehearsals and tests.
+"""Robots, walls and obstacles in MuJoCo: a lab without real robots, for rehearsals and tests.
 
-Robots track references; a goal is one as well, straight to its place. A robot on the ground is a
-capsule that slides and turns under limited forces; a quadcopter is a point mass whose
-accelerations the 20 Hz quadratic programme of ``safenav.motion.flyer`` commands (paper, Section
-VII). A door is two leaves on hinges with damping, which opens wide only if a robot pushes it by
-contact; an uncertain region has no body, and is noticed from adjacent regions; any other obstacle
-is a box that its action removes, and that appears and disappears at the times of the scenario.
+Robots track references by limited accelerations; a goal is one as well, straight to its place. A
+robot on the ground is a capsule, a flyer a sphere at its altitude. An obstacle is a box for the
+robots that must not enter its region; it disappears when its last need is fulfilled, and appears
+and disappears at the times of the scenario. One that blocks no robot, such as an order or an empty
+battery, has no body; neither has an uncertain region, which is noticed from adjacent regions.
 Metres, radians, seconds of simulated time.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from math import cos, hypot, inf, sin, tau
+from math import cos, hypot, inf, pi, sin, tau
 from types import MappingProxyType
 from typing import Any
 
@@ -20,47 +19,96 @@ import mujoco
 import numpy as np
 from msgspec import Struct, field
 
-from safenav.fleet.lab.model import (
-    STEP,
-    Dimensions,
-    LabObstacle,
-    body_of,
-    lab_obstacles,
-    model_text,
-    passage,
-)
-from safenav.fleet.setpoints import TABLE, Array, Setpoints
+from safenav.fleet.setpoints import TABLE, Setpoints
 from safenav.fleet.transport import Places, turned
-from safenav.motion.flyer import DRAG, HORIZON, LAG, PERIOD, AxisTracker
-from safenav.motion.geometry import derivative, quintic, values
-from safenav.scenario.model import Obstacle, Robot
+from safenav.motion.columns import body_rows
+from safenav.motion.file import Curve
+from safenav.motion.geometry import PEAK, quintic
+from safenav.pace.robot import glide
+from safenav.scenario.model import Need, Obstacle, Robot
 from safenav.world.map import Region
 
+EVERY, FIRST, MOST = 1, 4, 28
+"""Contact bits of all robots and of the first robot; maximum number of robots with their own
+bit."""
+BELOW = -10.0
+"""Height in metres of obstacles that are absent: below the floor."""
+HEIGHT, TALL = 1.8, 3.0
+"""Height in metres of a robot on the ground, unless it is wider; height of walls and obstacles."""
+STEP = 0.01
+"""Seconds of a step of the simulation."""
 FORCE, TORQUE = 2.5, 20.0
 """Highest accelerations of a robot on the ground, m/s^2 and rad/s^2."""
 STIFF = 10.0
-"""Gain (1/s) with which a robot on the ground tracks its reference."""
+"""Gain (1/s) with which a robot tracks its reference."""
 NEAR, SLOW, ALIGNED = 0.03, 0.05, 0.05
 """Metres, metres per second, radians: within these a robot has reached its goal."""
 STUCK = 3.0
 """Seconds without progress after which a goal is aborted."""
 PROGRESS = 0.02
 """Metres or radians that count as progress."""
-OPEN = 1.2
-"""Angle in radians from which a leaf counts as open."""
-DEEP = 0.27
-"""Share of a region's side behind its middle up to which a robot walks to push a door open."""
 RAYS, FAR = 72, 8.0
 """Number of rays of a lidar, and their range in metres."""
 ACTING, WAITING = 2.0, 2.0
-"""Seconds of an action on a box, and of the wait for other robots that lift it."""
+"""Seconds of an action, and of the wait for other robots that lift the same load."""
 Goal = tuple[float, float, float | None]
 """x, y and yaw; None: any yaw."""
 
 
+class LabObstacle(Struct, eq=False):
+    """An obstacle. ``key``: name of its box, ``geom`` of the model, if it has one; ``stage``:
+    number of fulfilled needs; ``parts``: the robots that have done their part of the next one."""
+
+    obstacle: Obstacle
+    key: str
+    geom: Any = None
+    stage: int = 0
+    parts: set[str] = field(default_factory=set)
+
+    @property
+    def solid(self) -> bool:
+        """Return whether it has a body."""
+        return not self.obstacle.type.has_truth and self.obstacle.type.blocks != frozenset()
+
+    @property
+    def need(self) -> Need:
+        """Return the next need."""
+        return self.obstacle.needs[min(self.stage, len(self.obstacle.needs) - 1)]
+
+
+class Dimensions(Struct, frozen=True):
+    """A robot's body: metres, metres and radians per second, kg; ``height``: its altitude, 0 on the
+    ground; ``pull``: its highest acceleration in m/s^2."""
+
+    name: str
+    radius: float
+    speed: float
+    height: float
+    turning: float
+    mass: float
+    pull: float
+
+
+def body_of(robot: Robot) -> Dimensions:
+    """Return the dimensions of a robot, from its model's motion."""
+    model = robot.model
+    motion = model.figures or {}
+    flies = motion.get("kind") == "flyer"
+    numbers = {key: float(v) for key, v in motion.items() if isinstance(v, float | int)}
+    return Dimensions(
+        robot.name,
+        numbers.get("size", model.size or 0.5) / 2,
+        numbers.get("speed", model.speed or 0.5),
+        numbers.get("altitude", 2.2) if flies else 0.0,
+        numbers.get("turning", 1.5),
+        0.5 if flies else 45.0,
+        numbers.get("tilt", 3.4) if flies else FORCE,
+    )
+
+
 class Handling(Struct):
     """An action under way on ``obstacle`` (None: nothing to act on); ``until``: time from which it
-    may end (seconds; infinite while the robot pushes a door)."""
+    may end, in seconds."""
 
     action: str
     obstacle: LabObstacle | None
@@ -69,21 +117,17 @@ class Handling(Struct):
 
 
 class SimulatedBody(Struct):
-    """One robot. ``reference``: what it tracks; ``path``: remaining goals, the present one first;
-    ``end``: result of the last goal, reported once; ``best``, ``since``: when it was nearest to its
-    goal; ``pull``: commanded accelerations, which ``thrust`` follows with a lag; ``acts``: its
-    present action, if any."""
+    """One robot. ``reference``: what it tracks; ``goal``: its present goal, if any; ``end``: result
+    of the last goal, reported once; ``best``, ``since``: when it was nearest to its goal; ``acts``:
+    its present action, if any."""
 
     kind: Dimensions
     dofs: tuple[int, ...]
     reference: Setpoints
-    trackers: tuple[AxisTracker, ...]
-    path: list[Goal] = field(default_factory=list)
+    goal: Goal | None = None
     end: str | None = None
     best: float = inf
     since: float = 0.0
-    pull: list[float] = field(default_factory=lambda: [0.0, 0.0])
-    thrust: list[float] = field(default_factory=lambda: [0.0, 0.0])
     acts: Handling | None = None
 
 
@@ -98,11 +142,10 @@ class Physics:
         obstacles: Iterable[Obstacle],
         begin: Mapping[str, tuple[float, float, float]] = MappingProxyType({}),
     ) -> None:
-        self._places = places
-        self._side = min(places.frame.resolution)
-        known = lab_obstacles(obstacles, robots)
+        self._places, self._robots = places, robots
+        known = [LabObstacle(one, f"{one.name}~{number}") for number, one in enumerate(obstacles)]
         kinds = [body_of(robot) for robot in robots]
-        self._model: Any = mujoco.MjModel.from_xml_string(model_text(places, known, kinds))
+        self._model: Any = mujoco.MjModel.from_xml_string(_model_text(places, known, kinds))
         self._data: Any = mujoco.MjData(self._model)
         # Views that stay valid: reading from them takes a tenth of the time of a lookup.
         self._coordinate, self._velocity = self._data.qpos.item, self._data.qvel.item
@@ -116,31 +159,17 @@ class Physics:
         self.standing = {o.obstacle.name: o for o in known if o.obstacle.appears is None}
         """The obstacles present now, by name."""
         for one in known:
-            self._find_shapes(one)
+            one.geom = self._model.geom(one.key) if one.solid else None
+            self._show(one)
         mujoco.mj_forward(self._model, self._data)
 
     def _placed(self, kind: Dimensions, at: tuple[float, float, float]) -> SimulatedBody:
         """Return the body of a robot, at rest at x, y and yaw."""
-        axes = "xyza" if kind.flies else "xya"
-        joints = [self._model.joint(f"{kind.name}.{axis}") for axis in axes]
+        joints = [self._model.joint(f"{kind.name}.{axis}") for axis in "xya"]
         dofs = tuple(int(joint.dofadr[0]) for joint in joints)
-        for dof, value in zip((*dofs[:2], dofs[-1]), at, strict=True):
+        for dof, value in zip(dofs, at, strict=True):
             self._data.qpos[dof] = value
-        if kind.flies:
-            self._data.qpos[dofs[2]] = kind.height
-        return SimulatedBody(kind, dofs, straight(0.0, at, at), _trackers(kind, at))
-
-    def _find_shapes(self, one: LabObstacle) -> None:
-        """Find the shapes of an obstacle in the model; hide it until it appears."""
-        parts = [one.key] if one.touches else []
-        if one.is_door:
-            parts = [f"{one.key}.{number}" for number in (0, 1)]
-            one.leaves = [int(self._model.joint(part).qposadr[0]) for part in parts]
-        for geom in map(self._model.geom, parts):
-            height = float(self._model.geom_pos[geom.id][2])
-            one.shapes.append((geom, height, int(geom.contype[0]), int(geom.conaffinity[0])))
-        if one.obstacle.appears is not None:
-            one.show(self._model, there=False)
+        return SimulatedBody(kind, dofs, straight(0.0, at, at))
 
     @property
     def now(self) -> float:
@@ -148,94 +177,61 @@ class Physics:
 
     # Robots
 
-    def _track(self, body: SimulatedBody, _: bool) -> None:
-        """Track the reference on the ground: its acceleration, and corrections, with limited
-        forces."""
+    def _track(self, body: SimulatedBody) -> None:
+        """Track the reference: its acceleration, and corrections, within limits."""
         at, row = self._at(body), body.reference.at(self.now).tolist()
-        speeds = [*map(self._velocity, body.dofs)]
+        speeds, kind = [*map(self._velocity, body.dofs)], body.kind
         for axis in (0, 1):
             off = STIFF**2 * (row[axis] - at[axis]) + 2 * STIFF * (row[axis + 3] - speeds[axis])
-            pull = max(-FORCE, min(FORCE, row[axis + 6] + off))
-            self._force[body.dofs[axis]] = body.kind.mass * pull
+            pull = max(-kind.pull, min(kind.pull, row[axis + 6] + off))
+            self._force[body.dofs[axis]] = kind.mass * pull
         spin = 36.0 * turned(row[9] - at[2]) - 12.0 * speeds[2]
-        inertia = body.kind.mass * body.kind.radius**2 / 2
+        inertia = kind.mass * kind.radius**2 / 2
         self._force[body.dofs[2]] = inertia * max(-TORQUE, min(TORQUE, spin))
-
-    def _fly(self, body: SimulatedBody, thinks: bool) -> None:
-        """Fly by the quadratic programme at 20 Hz in x and y; hold altitude and yaw."""
-        at, kind, reference = self._at(body), body.kind, body.reference
-        if thinks:
-            wanted = reference.ahead(self.now + PERIOD).rows
-            for axis, tracker in enumerate(body.trackers):
-                tracker.observe(at[axis])
-                ends = reference.rows[[0, -1], axis]
-                room = self._side / 2 - kind.radius
-                low, high = (np.full(HORIZON, end) for end in (min(ends) - room, max(ends) + room))
-                body.pull[axis] = tracker.command(wanted[:, [axis, axis + 3, axis + 6]], low, high)
-        speeds = [*map(self._velocity, body.dofs)]
-        for axis in (0, 1):
-            body.thrust[axis] += (body.pull[axis] - body.thrust[axis]) * STEP / LAG
-            thrust = body.thrust[axis] - DRAG * speeds[axis]
-            self._force[body.dofs[axis]] = kind.mass * thrust
-        z = self._coordinate(body.dofs[2])
-        self._force[body.dofs[2]] = kind.mass * (9 * (kind.height - z) - 5 * speeds[2])
-        off = turned(float(reference.at(self.now)[9]) - at[2])
-        self._force[body.dofs[3]] = 0.02 * (4 * off - 4 * speeds[3])
 
     def _at(self, body: SimulatedBody) -> tuple[float, float, float]:
         """Return x, y and yaw; joint positions are relative to the origin of the world."""
-        dofs, at = body.dofs, self._coordinate
-        return at(dofs[0]), at(dofs[1]), at(dofs[-1])
+        x, y, yaw = map(self._coordinate, body.dofs)
+        return x, y, yaw
 
     def _moves(self, name: str) -> bool:
         body = self._bodies[name]
-        return bool(body.path) or self.now < body.reference.end
+        return body.goal is not None or self.now < body.reference.end
 
     # Commands
 
     def send(self, name: str, x: float, y: float, yaw: float | None) -> None:
-        """Replace the goal of a robot (metres, radians; None: any yaw)."""
-        self._begin(self._bodies[name], [(x, y, yaw)])
+        """Replace the goal of a robot (metres, radians; None: any yaw) by a reference, straight to
+        it, from rest to rest, at the robot's speed on average."""
+        body = self._bodies[name]
+        start, kind = self._at(body), body.kind
+        goal = (x, y, start[2] if yaw is None else start[2] + turned(yaw - start[2]))
+        way = glide(hypot(x - start[0], y - start[1]), PEAK * kind.speed, kind.pull / 2)
+        lasts = max(way, abs(goal[2] - start[2]) / kind.turning)
+        body.reference = straight(self.now, start, goal, lasts)
+        body.goal, body.end, body.best, body.since = (x, y, yaw), None, inf, self.now
 
     def follow(self, name: str, reference: Setpoints) -> None:
         """Let a robot track a reference, on the clock of the simulation, from now on. During an
         action its own controller moves it."""
         body = self._bodies[name]
         if body.acts is None:
-            body.path, body.reference = [], reference
+            body.goal, body.reference = None, reference
 
     def stop(self, name: str) -> None:
         """Cancel a robot's goal or reference: it brakes."""
         body = self._bodies[name]
-        if body.path:
-            body.end = "canceled"
-        self._hold(body)
+        if body.goal is not None:
+            self._end(body, "canceled")
+        else:
+            self._hold(body)
 
     def perform(self, name: str, action: str) -> None:
         """Let a robot act on an obstacle that needs this action, in its region or beside it."""
         body = self._bodies[name]
-        x, y, yaw = self._at(body)
-        here = self._places.region(x, y)
+        here = self._places.region(*self._at(body)[:2])
         found = None if here is None else self._reached(here, action)
         body.acts = Handling(action, found, self.now + ACTING)
-        if found is None or not found.is_door or action != "push":
-            return
-        if found.need.action != action:
-            body.acts.result = "failed"  # another action is needed first
-            return
-        region = found.obstacle.region
-        cx, cy = self._places.centre(region)
-        far = hypot(cx - x, cy - y)
-        amid = far <= 0.3 * self._side
-        ux, uy = self._ahead(found) if amid else ((cx - x) / far, (cy - y) / far)
-        scale = min(1.0, self._side)
-        room = 0.5 * self._side - body.kind.radius
-        deep = min(room - 0.02 * scale, DEEP * self._side)  # a leaf may push it onwards
-        side = room - 0.12 * scale  # a leaf that is wide open is between robot and wall
-        spots = [(0.0, 0.0), (deep, 0.0), (deep, side), (deep, -side), (deep, 0.0)]
-        path: list[Goal] = [(cx + a * ux - b * uy, cy + a * uy + b * ux, None) for a, b in spots]
-        self._begin(body, [*path, (x, y, yaw)])
-        body.acts.until = inf
 
     def bring(self, obstacle: Obstacle) -> None:
         """Add an unlisted obstacle without a body that the team itself has created: an operator's
@@ -268,7 +264,7 @@ class Physics:
         robot's front."""
         body = self._bodies[name]
         x, y, yaw = self._at(body)
-        origin = np.array([x, y, body.kind.height if body.kind.flies else 0.5])
+        origin = np.array([x, y, body.kind.height or 0.5])
         own = self._model.body(name).id
         hit = np.zeros(1, dtype=np.int32)
         found = []
@@ -286,8 +282,7 @@ class Physics:
         near = () if here is None else self._places.world.neighbours(here)
         found: dict[Region, str | None] = dict.fromkeys(near)
         for one in self.standing.values():
-            closed = one.touches and not self.is_open(one)
-            seen = one.obstacle.type.has_truth or (closed and bodies)
+            seen = one.obstacle.type.has_truth or (one.solid and bodies)
             if seen and one.obstacle.region in found:
                 found[one.obstacle.region] = one.obstacle.name
         return found
@@ -302,70 +297,52 @@ class Physics:
     def _step(self) -> None:
         self._change(self.now)
         self._force[:] = 0.0
-        thinks = round(self.now / STEP) % round(PERIOD / STEP) == 0
         for body in self._bodies.values():
-            (self._fly if body.kind.flies else self._track)(body, thinks)
+            self._track(body)
         mujoco.mj_step(self._model, self._data)
         for body in self._bodies.values():
             self._judge(body)
 
-    def _begin(self, body: SimulatedBody, path: list[Goal]) -> None:
-        """Begin a sequence of goals: each is a reference, straight to it, from rest to rest, at the
-        robot's speed on average."""
-        x, y, yaw = self._at(body)
-        gx, gy, to = path[0]
-        goal = (gx, gy, yaw if to is None else yaw + turned(to - yaw))
-        kind, far = body.kind, hypot(gx - x, gy - y)
-        pull = (kind.tilt if kind.flies else FORCE) / 2
-        turns = abs(goal[2] - yaw) / kind.turning
-        lasts = max(far / kind.speed, (10 / 3**0.5 * far / pull) ** 0.5, turns)
-        body.reference = straight(self.now, (x, y, yaw), goal, lasts)
-        body.path, body.end, body.best, body.since = path, None, inf, self.now
+    def _judge(self, body: SimulatedBody) -> None:
+        """End a goal that is reached, or that makes no progress; end an action."""
+        act = body.acts
+        if body.goal is not None:
+            x, y, yaw = self._at(body)
+            gx, gy, to = body.goal
+            far, off = hypot(gx - x, gy - y), 0.0 if to is None else abs(turned(to - yaw))
+            near = self.now >= body.reference.end and far < NEAR and off < ALIGNED
+            if near and hypot(*map(self._velocity, body.dofs[:2])) < SLOW:
+                body.goal, body.end = None, "succeeded"
+            elif far + off < body.best - PROGRESS:
+                body.best, body.since = far + off, self.now
+            elif self.now - body.since > STUCK:
+                self._end(body, "aborted")
+        elif act is not None and act.result is None and self.now >= act.until:
+            self._worked(body.kind.name, act)
+
+    def _end(self, body: SimulatedBody, end: str) -> None:
+        """End a goal that is not reached."""
+        body.end = end
+        self._hold(body)
 
     def _hold(self, body: SimulatedBody) -> None:
         """Let a robot rest where it is."""
         at = self._at(body)
-        body.path, body.reference = [], straight(self.now, at, at)
-
-    def _judge(self, body: SimulatedBody) -> None:
-        """End a goal that is reached, or that makes no progress; end an action."""
-        act = body.acts
-        if body.path:
-            x, y, yaw = self._at(body)
-            gx, gy, to = body.path[0]
-            far, off = hypot(gx - x, gy - y), 0.0 if to is None else abs(turned(to - yaw))
-            near = self.now >= body.reference.end and far < NEAR and off < ALIGNED
-            if near and hypot(*map(self._velocity, body.dofs[:2])) < SLOW:
-                self._next(body, "succeeded")
-            elif far + off < body.best - PROGRESS:
-                body.best, body.since = far + off, self.now
-            elif self.now - body.since > STUCK:
-                self._next(body, "aborted")
-        elif act is not None and act.result is None and act.until == inf:
-            assert act.obstacle is not None
-            opened = not self._stands(act.obstacle) or self.is_open(act.obstacle)
-            act.result = "done" if opened and body.end == "succeeded" else "failed"
-            body.end = None
-        elif act is not None and act.result is None and self.now >= act.until:
-            self._worked(body.kind.name, act)
-
-    def _next(self, body: SimulatedBody, end: str) -> None:
-        """Begin the next goal, or end the sequence of goals; after a failed action the robot also
-        returns."""
-        left = body.path[1:] if end == "succeeded" or body.acts is not None else []
-        if left:
-            self._begin(body, left)
-        else:
-            body.path, body.end = [], end
-            if end == "aborted":
-                self._hold(body)
-        if end == "aborted":  # the estimator of a flyer has taken the obstacle for wind
-            body.trackers = _trackers(body.kind, self._at(body))
+        body.goal, body.reference = None, straight(self.now, at, at)
 
     # Obstacles
 
-    def _stands(self, one: LabObstacle) -> bool:
-        return self.standing.get(one.obstacle.name) is one
+    def _show(self, one: LabObstacle) -> None:
+        """Put the box of an obstacle at its place, with the contact bits of the robots that must
+        not enter its region now; or below the floor, if it does not stand."""
+        if one.geom is None:
+            return
+        there = self.standing.get(one.obstacle.name) is one
+        closed = [n for n, r in enumerate(self._robots) if one.obstacle.closed_to(r, one.stage)]
+        bits = EVERY if len(closed) == len(self._robots) else sum({*map(contact_bit, closed)})
+        one.geom.conaffinity = bits if there else 0
+        one.geom.group = 0 if there else 5
+        self._model.geom_pos[one.geom.id][2] = TALL / 2 if there else BELOW
 
     def _change(self, now: float) -> None:
         """Let obstacles appear and disappear at their times. None appears in a region in which a
@@ -375,58 +352,57 @@ class Physics:
                 self._remove(one)
         for one in [o for o in self._later if (o.obstacle.appears or 0) <= now]:
             gone = one.obstacle.goes is not None and one.obstacle.goes <= now
-            if not gone and one.touches and self._busy(one.obstacle.region):
+            if not gone and one.solid and self._busy(one.obstacle.region):
                 continue
             self._later.remove(one)
             if gone:
                 continue
-            for other in [*self.standing.values()]:  # an open door, which the new one replaces
-                if other.touches and one.touches and other.obstacle.region == one.obstacle.region:
-                    self._remove(other)
+            if (same := self.standing.get(one.obstacle.name)) is not None:
+                self._remove(same)
             self.standing[one.obstacle.name] = one
-            one.show(self._model, there=True)
+            self._show(one)
 
     def _remove(self, one: LabObstacle) -> None:
         del self.standing[one.obstacle.name]
-        one.show(self._model, there=False)
+        self._show(one)
 
     def _busy(self, region: Region) -> bool:
         """Return whether a robot overlaps a region or is in transit to it."""
         return any(
             self._places.outside(region, x, y) <= body.kind.radius
             for body in self._bodies.values()
-            for x, y in (
-                self._at(body)[:2],
-                body.reference.rows[-1, :2].tolist(),
-                *(goal[:2] for goal in body.path),
-            )
+            for x, y in (self._at(body)[:2], body.reference.rows[-1, :2].tolist())
         )
 
     def _reached(self, here: Region, action: str) -> LabObstacle | None:
         """Return the obstacle on which a robot acts: one whose next need is fulfilled there, or one
-        in its region or an adjacent one that needs the action."""
+        in its region or an adjacent one that needs the action, but not now or not from here."""
         world, beside = self._places.world, None
         near = {here, *world.neighbours(here)}
         for one in self.standing.values():
             if not any(need.action == action for need in one.obstacle.needs):
                 continue
-            due = one.need.action == action
-            if due and here in one.obstacle.resolution_regions(world, one.stage):
+            if self._due(one, here, action):
                 return one
-            elsewhere = due and isinstance(one.need.at, frozenset)
-            if beside is None and one.obstacle.region in near and not elsewhere:
+            elsewhere = one.need.action == action and isinstance(one.need.at, frozenset)
+            if one.obstacle.region in near and not elsewhere:
                 beside = one
         return beside
+
+    def _due(self, one: LabObstacle, here: Region | None, action: str) -> bool:
+        """Return whether a robot in a region fulfils the next need of an obstacle by an action."""
+        regions = one.obstacle.resolution_regions(self._places.world, one.stage)
+        return one.need.action == action and here in regions
 
     def _worked(self, name: str, act: Handling) -> None:
         """End the work of a robot: it fulfils a need if enough robots have worked; otherwise it
         fails after a wait."""
         one = act.obstacle
-        if one is None or not self._stands(one):
+        if one is None or self.standing.get(one.obstacle.name) is not one:
             act.result = "nothing"
             return
         need = one.need
-        if need.action != act.action:
+        if not self._due(one, self._places.region(*self._at(self._bodies[name])[:2]), act.action):
             act.result = "failed"
             return
         team = [act]
@@ -446,19 +422,13 @@ class Physics:
         one.stage, one.parts = one.stage + 1, set()
         if one.stage >= len(one.obstacle.needs):
             self._remove(one)
+        else:
+            self._show(one)
 
-    def _ahead(self, door: LabObstacle) -> tuple[float, float]:
-        """Return the direction through a door for a robot within it: the one in which its leaves
-        already lean."""
-        first, second = (float(self._data.qpos[leaf]) for leaf in door.leaves)
-        along = passage(self._places, door.obstacle.region)
-        side = 1.0 if first >= second else -1.0
-        return side * cos(along), side * sin(along)
 
-    def is_open(self, one: LabObstacle) -> bool:
-        """Return whether an obstacle is a door with both leaves wide open."""
-        angles = [abs(float(self._data.qpos[leaf])) for leaf in one.leaves]
-        return one.is_door and min(angles) >= OPEN
+def contact_bit(number: int) -> int:
+    """Return the contact bit of the robot with this number in the team."""
+    return FIRST << number if number < MOST else EVERY
 
 
 def straight(
@@ -466,18 +436,46 @@ def straight(
 ) -> Setpoints:
     """Return the reference of a straight way between x, y and yaw: quintics from rest to rest."""
     count = int(seconds / TABLE) + 1
-    times: Array = TABLE * np.arange(count, dtype=np.float64)
-    path = quintic(max(count - 1, 1) * TABLE, 0.0, 0.0, 1.0, 0.0)
-    place, speed, pull = (values(derivative(path, order), times) for order in range(3))
-    rows = np.zeros((count, 10))
-    for column, axis in ((0, 0), (1, 1), (9, 2)):
-        rows[:, column] = start[axis] + place * (goal[axis] - start[axis])
-    for axis in (0, 1):
-        rows[:, axis + 3] = speed * (goal[axis] - start[axis])
-        rows[:, axis + 6] = pull * (goal[axis] - start[axis])
-    return Setpoints(begin, TABLE, rows)
+    lasts = max(count - 1, 1) * TABLE
+    ends = zip(start, goal, strict=True)
+    x, y, yaw = (quintic(lasts, here, 0.0, there, 0.0) for here, there in ends)
+    times = TABLE * np.arange(count, dtype=np.float64)
+    return Setpoints(begin, TABLE, body_rows(Curve(lasts, x, y, (0.0,), yaw), times))
 
 
-def _trackers(kind: Dimensions, at: Sequence[float]) -> tuple[AxisTracker, ...]:
-    """Return the trackers of a flyer's two axes, at rest at a place."""
-    return tuple(AxisTracker(at[axis], kind.tilt) for axis in (0, 1) if kind.flies)
+def _model_text(
+    places: Places, obstacles: Iterable[LabObstacle], bodies: Iterable[Dimensions]
+) -> str:
+    """Return the model of a lab in MuJoCo's format."""
+    parts = [_box(places, r, f"wall.{r}", 0.5) for r in sorted(places.world.walls)]
+    parts += [_box(places, o.obstacle.region, o.key, 0.3) for o in obstacles if o.solid]
+    parts += [_robot(body, contact_bit(number)) for number, body in enumerate(bodies)]
+    return (
+        f'<mujoco><option timestep="{STEP}" integrator="implicitfast" gravity="0 0 0"/>'
+        f"<worldbody>{''.join(parts)}</worldbody></mujoco>"
+    )
+
+
+def _box(places: Places, region: Region, name: str, share: float) -> str:
+    """Return a box in a region, as large as twice a share of its sides."""
+    x, y = places.centre(region)
+    dx, dy = (share * side for side in places.frame.resolution)
+    return (
+        f'<geom name="{name}" type="box" pos="{x} {y} {TALL / 2}" contype="0" '
+        f'size="{dx} {dy} {TALL / 2}" euler="0 0 {places.frame.yaw * 180 / pi}"/>'
+    )
+
+
+def _robot(body: Dimensions, bit: int) -> str:
+    half = max(HEIGHT / 2 - body.radius, 0.01)
+    shape, z = f'type="capsule" size="{body.radius} {half}"', half + body.radius
+    if body.height:
+        shape, z = f'type="sphere" size="{body.radius}"', body.height
+    return (
+        f'<body name="{body.name}" pos="0 0 {z}">'
+        f'<joint name="{body.name}.x" type="slide" axis="1 0 0"/>'
+        f'<joint name="{body.name}.y" type="slide" axis="0 1 0"/>'
+        f'<joint name="{body.name}.a" type="hinge" axis="0 0 1"/>'
+        f'<geom name="{body.name}" {shape} mass="{body.mass}" friction="0.05" priority="1" '
+        f'contype="{EVERY | bit}"/></body>'
+    )

@@ -16,7 +16,7 @@ from campaigns.drives.messages import Channel, Judge, LateTransport, PhysicsLog,
 from safenav.errors import Diagnostic, InputError, UsageError
 from safenav.fleet.driven import driven_motion
 from safenav.fleet.file import load_fleet
-from safenav.fleet.lab.model import body_of
+from safenav.fleet.lab.physics import body_of
 from safenav.fleet.transport import DriveRecording
 from safenav.fleet.world import FleetWorld
 from safenav.motion.check.verdict import check_motion
@@ -135,10 +135,6 @@ def late_mission(seed: int) -> Data:
         robot["objective"].pop("within", None)
         robot.pop("avoids", None)  # bodies do not share a region
     types, solid = data["catalogue"]["obstacles"], None
-    for made in types.values():  # a door is in a passage
-        for need in (made, *made.get("needs", ())):
-            if need.get("action") == "push":
-                need["action"] = "clear"
     kept = []
     for obstacle in data["obstacles"]:
         obstacle.pop("resolve_within", None)

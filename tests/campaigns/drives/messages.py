@@ -165,18 +165,13 @@ def clocks(random: Random, names: list[str]) -> dict[str, RobotClock]:
 # judges the regions in which robots are.
 
 
-AJAR = 0.9
-"""Radians of a leaf from which on a lidar may look past it."""
-
-
 class Moment(Struct):
-    """The physics at a time: positions of robots, obstacles that stand (doors not wide open, doors
-    shut), new contacts, acting robots."""
+    """The physics at a time: positions of robots, obstacles that stand, new contacts, acting
+    robots."""
 
     t: float
     at: dict[str, tuple[float, float, float]]
-    stands: dict[str, bool]
-    shut: frozenset[str]
+    stands: frozenset[str]
     touches: tuple[tuple[str, str], ...]
     acting: frozenset[str]
 
@@ -197,16 +192,10 @@ class PhysicsLog:
         bodies = physics._bodies
         new = tuple(k for k, n in physics.contacts.items() if n > self._contacts.get(k, 0))
         self._contacts = dict(physics.contacts)
-        standing = physics.standing
-        stands = {n: not physics.is_open(one) for n, one in standing.items()}
-        shut = frozenset(
-            name
-            for name, one in standing.items()
-            if not one.is_door or all(abs(float(physics._data.qpos[j])) < AJAR for j in one.leaves)
-        )
         acting = frozenset(n for n, b in bodies.items() if b.acts is not None)
         at = {name: physics._at(body) for name, body in bodies.items()}
-        self.moments.append(Moment(physics.now, at, stands, shut, new, acting))
+        stands = frozenset(physics.standing)
+        self.moments.append(Moment(physics.now, at, stands, new, acting))
 
 
 def close_to(places: Any, region: int, at: tuple[float, float, float]) -> float:
@@ -261,25 +250,11 @@ class Judge:
             t, name = event.at - self._zero, event.obstacle.name
             if name.startswith(("lost_", "unknown_")):
                 continue
-            stood = [bool(one.stands.get(name)) for one in self._around(t, 3.0)]
+            stood = [name in one.stands for one in self._around(t, 3.0)]
             if event.there and not any(stood):
                 self._wrong(t, f"{event.by} has not seen {name}")
-            elif (
-                not event.there
-                and all(name in one.shut for one in self._around(t, 3.0))
-                and not self._from_its_edge(event, t)
-            ):
+            elif not event.there and all(stood):
                 self._wrong(t, f"{event.by} tells that {name} is gone")
-
-    def _from_its_edge(self, event: Sensed, t: float) -> bool:
-        """Whether a robot looks along the leaves of a door, which no ray may hit."""
-        world, region = self._places.world, event.obstacle.region
-        row, col = world.position(region)
-        along = any(world.position(r)[0] == row for r in world.neighbours(region))
-        x, y, _ = [*self._around(t, 0.05)][-1].at[event.by or ""]
-        seen_from = world.position(self._places.region(x, y))
-        pushed = any(need.action == "push" for need in event.obstacle.needs)
-        return pushed and (seen_from[0] != row if along else seen_from[1] != col)
 
     def _ends(self) -> None:
         """Check that each step ends where the trace says."""
@@ -323,7 +298,7 @@ class Judge:
                     acts = robots[0] in one.acting or any(
                         robots[0] in m.acting for m in self._around(t, 1.0)
                     )
-                    if one.stands.get(name) and not acts and not self._known(name, t):
+                    if name in one.stands and not acts and not self._known(name, t):
                         self._once(t, f"{robots[0]} touches {thing}")
 
     def _bumped(self, name: str, t: float) -> bool:
