@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 from msgspec import Struct, field
 
 import safenav
+from safenav.scenario.model import Expect
 from safenav.scenario.objective import Word, number_word
-from safenav.scenario.settings import Expect
 from safenav.trace import records
 from safenav.trace.words import obstacle_words
 

@@ -17,9 +17,8 @@ from safenav.errors import ExitCode, UsageError
 from safenav.files import write_out
 from safenav.report.terminal.layout import WaitingLine
 from safenav.runtime.run.mission import Mission, default_synthesizer
-from safenav.scenario.model import Scenario
+from safenav.scenario.model import Clock, Scenario
 from safenav.scenario.reading.loader import load_scenario
-from safenav.scenario.settings import Clock
 
 if TYPE_CHECKING:
     from safenav.fleet.world import FleetWorld

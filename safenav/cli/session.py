@@ -24,8 +24,7 @@ from safenav.cli import warn
 from safenav.errors import ExitCode, Outcome, UsageError, exit_code_of
 from safenav.files import read_file, write_out
 from safenav.runtime.run.mission import Mission
-from safenav.scenario.model import Scenario
-from safenav.scenario.settings import Clock, Expect
+from safenav.scenario.model import Clock, Expect, Scenario
 from safenav.trace.file import Listener, TraceWriter
 
 if TYPE_CHECKING:

@@ -16,9 +16,8 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from safenav.scenario.lint import arrival_room
-from safenav.scenario.model import Obstacle, ObstacleType, Scenario
+from safenav.scenario.model import Failures, Obstacle, ObstacleType, Scenario
 from safenav.scenario.reading.regions import Reading
-from safenav.scenario.settings import Failures
 from safenav.scenario.values import RegionValue
 from safenav.scenario.yaml.document import Node, Scalar, below, clipped
 from safenav.scenario.yaml.findings import Findings, parsed, read_source

@@ -33,9 +33,9 @@ from safenav.motion.geometry import MetricFloor
 from safenav.motion.mover import Crossing, Glider, Mover, Start, flown_through
 from safenav.motion.timing import TimedAction, actions_of, by_command, dated, ordered, paces_of
 from safenav.motion.walker import WalkerMover, fault_of
+from safenav.pace.robot import KINDS
 from safenav.pace.robot import SIDE as SIDE
 from safenav.scenario.model import Robot, Scenario
-from safenav.scenario.motion import KINDS
 from safenav.trace import records
 from safenav.trace.file import Trace, unstarted
 from safenav.trace.vocabulary import MoveEnd

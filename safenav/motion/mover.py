@@ -38,7 +38,7 @@ class Crossing(Struct, frozen=True):
 
 class Start(Struct, frozen=True):
     """A robot before its motion. ``values``: the parameters of its motion by name
-    (safenav.scenario.motion)."""
+    (safenav.pace.robot)."""
 
     robot: str
     floor: MetricFloor

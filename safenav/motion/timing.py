@@ -19,8 +19,7 @@ from msgspec.structs import replace
 
 from safenav.motion.file import Motion, MotionHeader
 from safenav.pace.robot import Pace, acted_by, pace_of
-from safenav.scenario.model import Need, Obstacle, Robot
-from safenav.scenario.settings import Clock
+from safenav.scenario.model import Clock, Need, Obstacle, Robot
 from safenav.trace import records
 from safenav.trace.file import Trace
 from safenav.trace.vocabulary import ActResult, ChangeCause, MovedBy, MoveEnd

@@ -25,7 +25,7 @@ from safenav.plan.search import (
     Guide,
     Search,
 )
-from safenav.scenario.settings import Clock
+from safenav.scenario.model import Clock
 from safenav.team.battery import DECIMALS, NEVER, dominated
 from safenav.team.floor import Floor, Joint, Stages
 from safenav.team.state import Plan, Waypoint

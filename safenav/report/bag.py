@@ -19,11 +19,11 @@ from msgspec import Struct
 
 from safenav.errors import missing_package
 from safenav.fleet.ros2.interfaces import INTERFACES
+from safenav.pace.robot import AIR
 from safenav.report.picture.floor import INK
 from safenav.report.picture.svg import STATUS_MARKS
 from safenav.run.run import CLOSED, Run
 from safenav.run.values import Event, ObstacleStatus, StoryKind, looks
-from safenav.scenario.motion import AIR
 from safenav.scenario.objective import Objective, target_regions
 from safenav.world.map import Frame, Region
 

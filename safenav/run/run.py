@@ -29,8 +29,8 @@ from safenav.run.values import (
     StoryKind,
     SynthesisOutcome,
 )
+from safenav.scenario.model import Exclusion
 from safenav.scenario.objective import Objective, describe, station, target_regions
-from safenav.scenario.settings import Exclusion
 from safenav.world.map import Region, RegionMap
 from safenav.world.poses import bits
 from safenav.world.sight import Visibility, visible_from

@@ -14,9 +14,8 @@ from typing import TypeVar
 from msgspec import Struct, field
 
 from safenav.errors import Outcome
-from safenav.scenario.model import OPERATOR_ACTION
+from safenav.scenario.model import OPERATOR_ACTION, Exclusion
 from safenav.scenario.objective import Objective, Word, number_word
-from safenav.scenario.settings import Exclusion
 from safenav.trace.words import listed, obstacle_words
 from safenav.world.map import Heading, Region, RegionMap
 

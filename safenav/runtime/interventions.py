@@ -16,6 +16,7 @@ from msgspec import Struct
 
 from safenav.errors import UsageError
 from safenav.scenario.model import (
+    Coordination,
     ObstacleType,
     Scenario,
     name_parts,
@@ -24,7 +25,6 @@ from safenav.scenario.objective import USAGE, Objective
 from safenav.scenario.reading.events import read_changes
 from safenav.scenario.reading.loader import check_assignable
 from safenav.scenario.reading.regions import Reading
-from safenav.scenario.settings import Coordination
 from safenav.scenario.yaml.document import DocumentError, Node, read_document
 from safenav.scenario.yaml.findings import parsed
 from safenav.world.map import HEADINGS, Region

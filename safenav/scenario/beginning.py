@@ -6,8 +6,7 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
-from safenav.world.map import Region, RegionMap
-from safenav.world.partition import pieces
+from safenav.world.map import Region, RegionMap, pieces
 
 TEMPLATES = {
     "minimal": "one robot that goes back and forth",

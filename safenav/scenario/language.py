@@ -9,9 +9,8 @@ from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
 from safenav.scenario import values
-from safenav.scenario.motion import KINDS as MOTIONS
+from safenav.scenario.model import Clock, Coordination, LatePolicy, Limits, Until
 from safenav.scenario.objective import EXAMPLE, KINDS, STAYING, kinds_that, one_of
-from safenav.scenario.settings import Clock, Coordination, LatePolicy, Limits, Until
 from safenav.scenario.yaml.document import Scalar
 from safenav.scenario.yaml.typed import Item, Key, key, version
 from safenav.world.poses import Mobility
@@ -135,9 +134,8 @@ class ModelKeys(Item, frozen=True):
         most=1000,
         default=1,
     )
-    motion: Scalar | None = key(
-        f"Its motion in metres: {one_of([*MOTIONS])}. Default: a disc at its speed.",
-        schema={"examples": [*MOTIONS]},
+    motion: Literal["walker", "flyer", "rover", "disc"] | None = key(
+        "Its motion in metres: walker, flyer, rover or disc. Default: a disc at its speed."
     )
     battery: BatteryKeys | None = None
 

@@ -85,7 +85,7 @@ def _in_metres(
     scenario: Scenario,
 ) -> Iterator[tuple[Robot, float, float | None, dict[str, Any] | None]]:
     """Yield each robot of a map in metres with the side of a region, its size if that is known, and
-    its motion (``scenario.motion.resolved``)."""
+    its motion (``RobotModel.figures``)."""
     if scenario.map.frame is None:
         return
     side = min(scenario.map.frame.resolution)

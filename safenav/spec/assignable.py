@@ -16,12 +16,12 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from functools import lru_cache
 from itertools import starmap
+from typing import TYPE_CHECKING
 
 from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.components import components, explored
-from safenav.scenario.guarantees import Guarantees, guarantees_of
 from safenav.scenario.objective import Ltl, Objective, formulas_in
 from safenav.spec.specification import (
     Constraint,
@@ -36,6 +36,9 @@ from safenav.spec.specification import (
 from safenav.spec.task import Task
 from safenav.world.map import Region, RegionMap
 from safenav.world.poses import Mobility, Pose, moves
+
+if TYPE_CHECKING:
+    from safenav.scenario.guarantees import Guarantees
 
 Remembered = tuple[tuple[str, int], ...]
 """The memory of formulas, by name; empty if there is none."""
@@ -103,6 +106,8 @@ class _Ground(Struct, frozen=True):
 
     @property
     def guarantees(self) -> Guarantees | None:
+        from safenav.scenario.guarantees import guarantees_of  # few robots have formulas
+
         found = formulas_in(self.objective)
         return None if found is None else guarantees_of(found)
 

@@ -21,6 +21,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterator, Mapping
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
@@ -37,10 +38,11 @@ from safenav.spec.specification import (
     wrapping,
 )
 from safenav.spec.task import Observed, Task
-from safenav.world.map import Heading, Region, RegionMap
-from safenav.world.partition import Partition, rooms
+from safenav.world.map import Heading, Partition, Region, RegionMap, rooms
 from safenav.world.poses import Mask, Mobility, bits, plain_graph, region_mask
-from safenav.world.sight import Visibility, visible_from
+
+if TYPE_CHECKING:
+    from safenav.world.sight import Visibility
 
 Belief = frozenset[int]
 """The cells that may hold a robot that is out of sight; never empty."""
@@ -138,6 +140,8 @@ def watch(
     live: bool = False,
 ) -> Tracker:
     """Return the tracker, made once; ``radius`` and ``closed`` as in ``visible_from``."""
+    from safenav.world.sight import visible_from  # few robots have beliefs
+
     return Tracker(world, partition, visible_from(world, radius, closed), live)
 
 

@@ -20,8 +20,7 @@ from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError
 from safenav.files import HINT, foreign_character
-from safenav.formula.parser import MAX_NUMBER
-from safenav.formula.prefix import TooLongError, to_infix
+from safenav.formula.parser import MAX_NUMBER, TooLongError, to_infix
 from safenav.world.map import Heading, Region, RegionMap
 from safenav.world.poses import Pose
 

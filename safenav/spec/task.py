@@ -18,11 +18,9 @@ from operator import or_
 
 from msgspec import Struct, field
 
-from safenav.scenario.model import Robot
+from safenav.scenario.model import Input, Robot
 from safenav.scenario.objective import Ltl, Objective, Target, TargetObjective, Word, number_word
-from safenav.scenario.settings import Input
-from safenav.world.map import Region
-from safenav.world.partition import Partition
+from safenav.world.map import Partition, Region
 from safenav.world.poses import Mask, Mobility, Pose, PoseGraph, plain_graph, region_mask
 
 

@@ -15,11 +15,10 @@ from safenav.report.page.html import encoded
 from safenav.report.picture.svg import obstacle_pictogram, robot_pictogram
 from safenav.run.run import Run
 from safenav.run.values import Changes, Hidden, ObstacleStatus, RobotProgress, RobotTrack
-from safenav.scenario.model import Catalogue
+from safenav.scenario.model import Catalogue, Exclusion
 from safenav.scenario.objective import KINDS, Objective
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.reading.robots import stated
-from safenav.scenario.settings import Exclusion
 from safenav.scenario.yaml.document import (
     DocumentError,
     Mapping,

@@ -32,9 +32,8 @@ from msgspec.structs import replace
 from safenav.errors import ResourceLimitError, SafenavError, UsageError
 from safenav.files import json_line, line_output
 from safenav.runtime.run.mission import Mission, default_synthesizer, first_results
-from safenav.scenario.model import Scenario
+from safenav.scenario.model import Clock, Scenario
 from safenav.scenario.reading.loader import load_draft, load_scenario_text
-from safenav.scenario.settings import Clock
 from safenav.scenario.yaml.findings import ReadableFolder
 from safenav.trace.file import as_data
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 
-from safenav.scenario.model import OPERATOR_ACTION, Obstacle, ObstacleType, Robot
-from safenav.scenario.settings import FailedMoves
+from safenav.scenario.model import OPERATOR_ACTION, FailedMoves, Obstacle, ObstacleType, Robot
 from safenav.team import state as now
 from safenav.team.floor import acting_floor, barred, reserved
 from safenav.team.state import Is, State

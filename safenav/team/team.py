@@ -13,8 +13,8 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.scenario import model
+from safenav.scenario.model import Failures
 from safenav.scenario.objective import Objective, Pursuit
-from safenav.scenario.settings import Failures
 from safenav.team.battery import Energy
 from safenav.team.formulas import StateGraph, graph_of, pursuit_of, targets_of
 from safenav.world.map import RegionMap

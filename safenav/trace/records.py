@@ -16,9 +16,8 @@ from msgspec import Meta, Struct
 
 from safenav.data import Count, Heading, Place, Region, Seconds, Sha256
 from safenav.errors import Outcome, Verdict
-from safenav.scenario.model import Obstacle, Scenario
+from safenav.scenario.model import Clock, Obstacle, Scenario
 from safenav.scenario.objective import Objective
-from safenav.scenario.settings import Clock
 from safenav.trace import vocabulary
 from safenav.trace.vocabulary import Proof
 

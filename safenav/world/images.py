@@ -24,8 +24,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from safenav.errors import Diagnostic, InputError, install_command
-from safenav.world.map import Region, RegionMap
-from safenav.world.partition import pieces
+from safenav.world.map import Region, RegionMap, pieces
 
 if TYPE_CHECKING:
     from PIL.Image import Image as Picture

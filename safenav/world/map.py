@@ -7,9 +7,9 @@ Section VI): ``id = row * cols + col``. No other module relies on it.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from enum import IntEnum
-from functools import cached_property
+from functools import cached_property, lru_cache
 from math import cos, sin
 from typing import Annotated
 
@@ -190,15 +190,17 @@ class RegionMap(Struct, frozen=True, dict=True):
                     found[heading].append(region)
         return {heading: tuple(regions) for heading, regions in found.items()}
 
-    def distances(self, targets: Iterable[Region]) -> dict[Region, int]:
+    def distances(
+        self, targets: Iterable[Region], inside: Collection[Region] | None = None
+    ) -> dict[Region, int]:
         """Return the steps to the nearest of ``targets`` from every free region that is connected
-        to one, for a robot that can turn on the spot."""
+        to one (``inside`` some regions), for a robot that can turn on the spot."""
         depth = dict.fromkeys(targets, 0)
         queue = deque(depth)
         while queue:
             region = queue.popleft()
             for beside in self.neighbours(region):
-                if beside not in depth:
+                if beside not in depth and (inside is None or beside in inside):
                     depth[beside] = depth[region] + 1
                     queue.append(beside)
         return depth
@@ -254,3 +256,109 @@ class RegionMap(Struct, frozen=True, dict=True):
         if target in self.areas.values():
             return self.word(target)
         return " or ".join(self.label(region) for region in sorted(target))
+
+
+DOORWAY = 2
+"""Maximum number of regions of a doorway; a longer narrow piece is a corridor."""
+
+
+class Partition(Struct, frozen=True):
+    """Cells of a map, by which robots estimate the position of one that is out of sight, numbered
+    from 0 in the order of their lowest regions. Every free region belongs to exactly one cell.
+
+    Finer cells are more expensive: k cells make up to 2^k - 1 beliefs (``safenav.spec.belief``).
+    """
+
+    cells: tuple[frozenset[Region], ...]
+
+    @classmethod
+    def of(cls, cells: Iterable[Collection[Region]]) -> Partition:
+        """Return the partition with these cells."""
+        return cls(tuple(sorted(map(frozenset, cells), key=min)))
+
+    def coarsened(self, most: int, world: RegionMap) -> Partition:
+        """The partition with the smallest cell joined to its smallest neighbour (to any cell if
+        it has none) until there are at most ``most``.
+
+        Its beliefs contain those of this partition.
+        """
+        cells = list(self.cells)
+        while len(cells) > max(1, most):
+            least = min(cells, key=lambda cell: (len(cell), min(cell)))
+            cells.remove(least)
+            beside = _beside(least, cells, world) or range(len(cells))
+            joined = min(beside, key=lambda index: (len(cells[index]), min(cells[index])))
+            cells[joined] |= least
+        return Partition.of(cells)
+
+    def regions(self, cells: Iterable[int]) -> frozenset[Region]:
+        """Return all regions of some cells."""
+        return frozenset().union(*(self.cells[cell] for cell in cells))
+
+
+@lru_cache(maxsize=64)
+def rooms(world: RegionMap) -> Partition:
+    """The rooms and corridors of a map, doorways with one of the rooms that they join.
+
+    Open floor: regions in a fully free 2 x 2 square. Rooms are its connected pieces. The rest is
+    narrow. A narrow piece of at most two regions is a doorway (or a nook) and belongs to a room
+    that it touches, the one whose open floor begins first in reading order; a longer one is a
+    corridor, a cell of its own. So an opening one region wide in a wall separates two rooms, and a
+    pillar does not.
+    """
+    wide = {r for r in world.free if _has_space(r, world)}
+    floors = pieces(wide, world)
+    cells = [set(floor) for floor in floors]
+    for piece in pieces(set(world.free) - wide, world):
+        beside = _beside(piece, floors, world)
+        if beside and len(piece) <= DOORWAY:
+            cells[beside[0]] |= piece
+        else:
+            cells.append(set(piece))
+    return Partition.of(cells)
+
+
+@lru_cache(maxsize=64)
+def tiles(world: RegionMap, height: int, width: int) -> Partition:
+    """Tiles of ``height`` rows and ``width`` columns, laid from the north-west corner; a tile that
+    walls divide gives a cell for each connected piece. Raises ValueError if one is below 1."""
+    if height < 1 or width < 1:
+        raise ValueError(f"tiles of {height} x {width} regions")
+    blocks: dict[tuple[int, int], set[Region]] = {}
+    for region in world.free:
+        row, col = world.position(region)
+        blocks.setdefault((row // height, col // width), set()).add(region)
+    cells = [piece for block in blocks.values() for piece in pieces(block, world)]
+    return Partition.of(cells)
+
+
+def _has_space(region: Region, world: RegionMap) -> bool:
+    """Whether the region lies in a fully free 2 x 2 square."""
+    row, col = world.position(region)
+
+    def free(r: int, c: int) -> bool:
+        return 0 <= r < world.rows and 0 <= c < world.cols and world.is_free(world.region(r, c))
+
+    return any(
+        free(row + down, col) and free(row, col + aside) and free(row + down, col + aside)
+        for down in (-1, 1)
+        for aside in (-1, 1)
+    )
+
+
+def pieces(regions: Collection[Region], world: RegionMap) -> list[frozenset[Region]]:
+    """The connected pieces of a set of regions, in the order of their lowest regions."""
+    left, found = set(regions), []
+    for seed in sorted(regions):
+        if seed in left:
+            found.append(frozenset(world.distances([seed], left)))
+            left -= found[-1]
+    return found
+
+
+def _beside(
+    piece: frozenset[Region], floors: list[frozenset[Region]], world: RegionMap
+) -> list[int]:
+    """Return the indices of the floors that a piece touches."""
+    around = {near for region in piece for near in world.neighbours(region)}
+    return [index for index, floor in enumerate(floors) if floor & around]

@@ -17,9 +17,8 @@ from safenav.judge.bundle.evidence import Evidence
 from safenav.judge.engine import judge
 from safenav.runtime.control.strategies import Controller
 from safenav.runtime.run.lines import synthesis_line
-from safenav.scenario.model import Scenario
+from safenav.scenario.model import Clock, Scenario
 from safenav.scenario.reading.loader import load_scenario_text
-from safenav.scenario.settings import Clock
 from safenav.spec.belief import automatic
 from safenav.spec.compile import compile_task
 from safenav.spec.specification import Specification
@@ -30,7 +29,7 @@ from safenav.trace import records
 from safenav.trace.file import as_data
 from safenav.trace.vocabulary import Reason
 from safenav.verify.verification import first_failure
-from safenav.world.partition import Partition
+from safenav.world.map import Partition
 
 Planted = Callable[[Specification], Specification]
 

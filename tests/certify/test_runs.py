@@ -25,9 +25,8 @@ from runtime.worlds import Driven
 from safenav import Mission, TraceWriter, load_scenario
 from safenav.certify.bundle import bundle_of_run, bundle_of_trace
 from safenav.errors import NotCertifiedError
-from safenav.scenario.model import Robot, Scenario
+from safenav.scenario.model import Clock, Robot, Scenario
 from safenav.scenario.reading.loader import load_scenario_text
-from safenav.scenario.settings import Clock
 from safenav.spec.compile import compile_task
 from safenav.spec.specification import Specification
 from safenav.world.poses import Pose

@@ -17,8 +17,8 @@ from safenav.motion.check.examination import Finding
 from safenav.motion.check.verdict import check_motion
 from safenav.motion.file import Motion, parsed, text_of
 from safenav.runtime.run.mission import Mission
+from safenav.scenario.model import Clock
 from safenav.scenario.reading.loader import load_scenario_text
-from safenav.scenario.settings import Clock
 from safenav.trace.file import Listener, Trace, TraceWriter, read_bytes
 
 HALL = beside(__file__, "scenarios/hall.yaml")

@@ -13,8 +13,8 @@ from safenav.errors import Diagnostic, InputError
 from safenav.fleet import file as fleet_file
 from safenav.fleet.file import template_text
 from safenav.scenario.lint import imprecise
+from safenav.scenario.model import Failures
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
-from safenav.scenario.settings import Failures
 from scenario.mistakes import disagreement, keys_of, mistakes, places
 from warm import safenav
 

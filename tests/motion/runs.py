@@ -10,8 +10,8 @@ from runtime.played import play
 from safenav.motion.file import Motion, parsed, text_of
 from safenav.motion.making import motion_of
 from safenav.runtime.worlds.simulation import LiveSimulation
+from safenav.scenario.model import Clock
 from safenav.scenario.reading.loader import load_scenario
-from safenav.scenario.settings import Clock
 from safenav.trace.file import Trace, read_bytes
 
 SHIPPED = sorted(path.stem for path in SCENARIOS.glob("*.yaml"))

@@ -24,8 +24,7 @@ from safenav.motion.geometry import MetricFloor
 from safenav.motion.making import motion_of, mover
 from safenav.motion.mover import Crossing
 from safenav.motion.timing import dated, in_time, ordered, paces_of
-from safenav.pace.robot import Pace, acted_by, pace_of
-from safenav.scenario.motion import resolved
+from safenav.pace.robot import Pace, acted_by, pace_of, resolved
 from safenav.trace import records
 from safenav.trace.file import Trace, read_bytes
 from safenav.trace.records import Service

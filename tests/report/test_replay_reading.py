@@ -13,8 +13,8 @@ from safenav.errors import InputError
 from safenav.report.page.html import page_of
 from safenav.run.reading import RunReader, read_run
 from safenav.run.run import SightCache
+from safenav.scenario.model import Clock
 from safenav.scenario.reading.loader import load_scenario_text
-from safenav.scenario.settings import Clock
 from safenav.trace.file import unstarted
 from safenav.trace.records import Operator
 from safenav.trace.vocabulary import OperatorIntervention

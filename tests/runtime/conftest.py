@@ -2,7 +2,7 @@
 
 import pytest
 
-from safenav.scenario.settings import Clock
+from safenav.scenario.model import Clock
 
 
 @pytest.fixture(params=Clock)

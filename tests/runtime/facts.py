@@ -20,7 +20,7 @@ from safenav.errors import InputError, UsageError
 from safenav.report.terminal.story import Story
 from safenav.run.checked import check_trace
 from safenav.runtime.run.mission import Mission
-from safenav.scenario.settings import Failures
+from safenav.scenario.model import Failures
 from safenav.trace.records import KINDS
 from support.damage import damage, fits, value
 

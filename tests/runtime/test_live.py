@@ -21,8 +21,8 @@ from safenav.batch.case import Ledger, differences
 from safenav.plan import search
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.worlds.simulation import LiveSimulation
+from safenav.scenario.model import Clock
 from safenav.scenario.reading.loader import load_scenario
-from safenav.scenario.settings import Clock
 from safenav.team.floor import Floor
 
 SHIPPED = [

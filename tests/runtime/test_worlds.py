@@ -27,9 +27,8 @@ from safenav.runtime.worlds.protocol import (
     WorldEvent,
 )
 from safenav.runtime.worlds.simulation import LiveSimulation, SimulatedWorld
-from safenav.scenario.model import Need, Obstacle, Robot, Scenario
+from safenav.scenario.model import Failures, Need, Obstacle, Robot, Scenario
 from safenav.scenario.reading.catalogue import built_in
-from safenav.scenario.settings import Failures
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Heading
 from safenav.world.poses import Pose

@@ -14,8 +14,8 @@ from msgspec import Struct
 from safenav.errors import InputError
 from safenav.fleet.file import FleetKeys, Station
 from safenav.scenario import language
+from safenav.scenario.model import Failures
 from safenav.scenario.reading.loader import load_scenario_text
-from safenav.scenario.settings import Failures
 from safenav.scenario.yaml.json_schema import schema_text
 from safenav.scenario.yaml.typed import entries
 from scenario.mistakes import keys_of

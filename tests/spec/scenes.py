@@ -13,8 +13,7 @@ from safenav.scenario.objective import Visit
 from safenav.spec import belief
 from safenav.spec.belief import Knowledge
 from safenav.spec.task import Known, Observed, Task
-from safenav.world.map import Region, RegionMap
-from safenav.world.partition import Partition
+from safenav.world.map import Partition, Region, RegionMap
 from safenav.world.poses import Mobility, Pose
 
 

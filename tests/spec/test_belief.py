@@ -24,8 +24,7 @@ from safenav.spec.specification import Section
 from safenav.spec.task import Observed, Task
 from safenav.synthesis.slugs import Synthesizer
 from safenav.verify.verification import first_failure
-from safenav.world.map import Region, RegionMap
-from safenav.world.partition import Partition
+from safenav.world.map import Partition, Region, RegionMap
 from safenav.world.poses import Mobility, Pose, bits
 from spec.scenes import Oracle, Scene, scenes
 from support.examples import campaign

@@ -16,9 +16,8 @@ from safenav.errors import InputError, UsageError
 from safenav.run.checked import check_trace
 from safenav.runtime.run.checkpoint import _digest, resumption
 from safenav.runtime.run.mission import Mission
-from safenav.scenario.model import Robot, Scenario
+from safenav.scenario.model import Clock, Robot, Scenario
 from safenav.scenario.reading.loader import load_scenario
-from safenav.scenario.settings import Clock
 from safenav.trace import records
 from safenav.trace.fields import convert, plain
 from safenav.trace.file import TraceWriter, as_data, read_trace

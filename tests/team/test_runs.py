@@ -14,7 +14,7 @@ from safenav.errors import Outcome
 from safenav.runtime.control import coordinate
 from safenav.runtime.run.mission import Mission
 from safenav.runtime.worlds.simulation import LiveSimulation
-from safenav.scenario.settings import Clock
+from safenav.scenario.model import Clock
 from support.missions import mission
 
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) or 30

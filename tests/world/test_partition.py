@@ -4,8 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from safenav.world.map import RegionMap
-from safenav.world.partition import rooms, tiles
+from safenav.world.map import RegionMap, rooms, tiles
 
 
 def drawn(text: str) -> tuple[RegionMap, list[set[int]]]:

@@ -25,8 +25,8 @@ from safenav.runtime.control.ends import (
 )
 from safenav.runtime.control.roles import Role, Roles
 from safenav.runtime.control.strategies import Controller, outdated, pursues, synthesized
+from safenav.scenario.model import Clock
 from safenav.scenario.objective import Ltl
-from safenav.scenario.settings import Clock
 from safenav.solve import solve
 from safenav.team import state as now
 from safenav.team.acts import FAILURE

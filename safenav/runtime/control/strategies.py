@@ -17,8 +17,8 @@ from safenav.plan.order import closed
 from safenav.runtime.control.answers import Answers, Pending
 from safenav.runtime.control.roles import Role
 from safenav.scenario.guarantees import values_of
+from safenav.scenario.model import Clock, Coordination
 from safenav.scenario.objective import Ltl, Objective, Word, describe, formulas_in
-from safenav.scenario.settings import Clock, Coordination
 from safenav.spec.assignable import assignable_regions, neutral
 from safenav.spec.belief import Knowledge, Tracker, known_of, observe, watch_for
 from safenav.spec.compile import compile_task
@@ -40,8 +40,7 @@ from safenav.team.state import Is, State, Values
 from safenav.team.team import Team
 from safenav.trace.vocabulary import Form
 from safenav.trace.words import obstacle_words
-from safenav.world.map import Region
-from safenav.world.partition import Partition
+from safenav.world.map import Partition, Region
 from safenav.world.poses import FAR, Mask, region_mask
 
 COMMANDS = ("assigned", "request", "wait")

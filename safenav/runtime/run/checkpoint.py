@@ -22,9 +22,8 @@ from safenav.runtime.control.roles import Role
 from safenav.runtime.run.deadlines import LedgerKept
 from safenav.runtime.worlds.protocol import checked_obstacle
 from safenav.runtime.worlds.simulation import Truth
-from safenav.scenario.model import Obstacle, ResolveAt, Robot, Scenario
+from safenav.scenario.model import Clock, Obstacle, ResolveAt, Robot, Scenario
 from safenav.scenario.objective import Ltl, Objective, formulas_in
-from safenav.scenario.settings import Clock
 from safenav.scenario.yaml.typed import entries
 from safenav.strict_json import TYPE
 from safenav.team.formulas import pursuit_of

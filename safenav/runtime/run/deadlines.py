@@ -14,8 +14,8 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.runtime.control.ends import End
-from safenav.scenario import settings
-from safenav.scenario.settings import LatePolicy, switching
+from safenav.scenario import model
+from safenav.scenario.model import LatePolicy, switching
 from safenav.team import bound
 from safenav.team import state as now
 from safenav.team.apply import goals, on_own, rounds
@@ -28,7 +28,7 @@ from safenav.trace import records
 from safenav.trace.vocabulary import DeadlineVerdict
 from safenav.world.poses import Mask
 
-MISSION, BATTERY, LIVE = "mission", "battery", settings.Clock.LIVE
+MISSION, BATTERY, LIVE = "mission", "battery", model.Clock.LIVE
 Of = int | str
 """The subject of a deadline: an obstacle's number, or ``mission``."""
 

@@ -30,9 +30,8 @@ from safenav.runtime.worlds import protocol
 from safenav.runtime.worlds.commands import Commands
 from safenav.runtime.worlds.protocol import BlockingWorld
 from safenav.runtime.worlds.simulation import LiveSimulation, SimulatedWorld
-from safenav.scenario.model import Scenario
+from safenav.scenario.model import Clock, Scenario
 from safenav.scenario.reading.loader import unsafe_live, unsafe_lockstep
-from safenav.scenario.settings import Clock
 from safenav.solve.reasons import Shortfall
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.program import Binary

@@ -23,7 +23,7 @@ from safenav.runtime.worlds.lockstep import Lockstep, inputs_of
 from safenav.runtime.worlds.protocol import Change, InputWorld
 from safenav.runtime.worlds.simulation import LiveSimulation, SimulatedWorld, Truth
 from safenav.scenario import model
-from safenav.scenario.settings import switching
+from safenav.scenario.model import switching
 from safenav.team import state as now
 from safenav.team.acts import (
     acts_on,

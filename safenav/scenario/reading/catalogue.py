@@ -13,7 +13,8 @@ from typing import TypeVar
 
 from msgspec.structs import replace
 
-from safenav.scenario import language, motion
+from safenav.pace.robot import KINDS, ONLY_WITH_HEADING
+from safenav.scenario import language
 from safenav.scenario.model import (
     Battery,
     Catalogue,
@@ -139,21 +140,17 @@ def _battery(item: language.BatteryKeys | None, findings: Findings) -> Battery |
 
 def _motion(item: language.ModelKeys, findings: Findings) -> str | None:
     """Return the kind of motion of a robot model; None if it has none or that was reported."""
-    word, label = item.motion, item.named("motion")
-    if word is None:
+    if item.motion is None:
         return None
-    known = motion.KINDS.get(word.text)
-    if known is None:
-        hint = suggestion(word.text, sorted(motion.KINDS))
-        findings.add(word, f"{label}: unknown kind '{clipped(word.text)}'", hint)
-        return None
-    if word.text in motion.ONLY_WITH_HEADING and item.mobility is Mobility.FREE:
+    if item.motion in ONLY_WITH_HEADING and item.mobility is Mobility.FREE:
         hint = "it cannot turn around within a region: write 'mobility: heading'"
-        findings.add(word, f"{label}: a {word.text} moves with a heading", hint)
-    for key in {"size", "speed"} & known.keys():
-        limits = Key(least=known[key].least, most=known[key].most, why=known[key].meaning)
+        found = f"{item.named('motion')}: a {item.motion} moves with a heading"
+        findings.add(item.at("motion"), found, hint)
+    for key in ("size", "speed"):
+        known = KINDS[item.motion][key]
+        limits = Key(least=known.least, most=known.most, why=known.meaning)
         read(float, item.at(key), item.named(key), findings, limits)
-    return word.text
+    return item.motion
 
 
 def _type(

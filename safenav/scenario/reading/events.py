@@ -9,12 +9,11 @@ from collections.abc import Collection, Mapping, Sequence
 from safenav.errors import Outcome
 from safenav.formula.parser import FormulaError
 from safenav.scenario import language, values
-from safenav.scenario.model import Obstacle, ObstacleType
+from safenav.scenario.model import Expect, Input, Obstacle, ObstacleType, RobotChange
 from safenav.scenario.objective import Ltl, Objective, kinds_that, one_of
 from safenav.scenario.reading.catalogue import type_named
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.reading.robots import misses_targets, resolve_objective, within_of
-from safenav.scenario.settings import Expect, Input, RobotChange
 from safenav.scenario.yaml import document
 from safenav.scenario.yaml.document import Node, Scalar, clipped
 from safenav.scenario.yaml.findings import Findings, described

@@ -15,14 +15,21 @@ from msgspec import Struct
 from safenav.errors import Diagnostic, InputError
 from safenav.files import printable
 from safenav.scenario import language
-from safenav.scenario.model import Catalogue, ObstacleType, Robot, Scenario
+from safenav.scenario.model import (
+    Catalogue,
+    Clock,
+    Coordination,
+    ObstacleType,
+    Robot,
+    RobotChange,
+    Scenario,
+)
 from safenav.scenario.objective import Ltl, kinds_that, one_of
 from safenav.scenario.reachability import Reachability
 from safenav.scenario.reading import catalogue, events
 from safenav.scenario.reading.map import resolve_map
 from safenav.scenario.reading.regions import Reading, resolve_areas, resolve_exclusions
 from safenav.scenario.reading.robots import resolve_robots
-from safenav.scenario.settings import Clock, Coordination, RobotChange
 from safenav.scenario.yaml import document
 from safenav.scenario.yaml.document import Mapping, Node, below, entries_of, items_of
 from safenav.scenario.yaml.findings import Findings, ReadableFolder, parsed, read_source

@@ -36,8 +36,7 @@ from safenav.world.images import (
     walls,
 )
 from safenav.world.images import read_movingai as parse_movingai
-from safenav.world.map import MAX_REGIONS, Frame, RegionMap
-from safenav.world.partition import pieces
+from safenav.world.map import MAX_REGIONS, Frame, RegionMap, pieces
 
 
 def read_movingai_map(node: Scalar, item: MapKeys, findings: Reading) -> RegionMap | None:

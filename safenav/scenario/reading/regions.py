@@ -12,9 +12,8 @@ from pathlib import Path
 from msgspec.structs import replace
 
 from safenav.scenario import language
-from safenav.scenario.model import Catalogue, Obstacle, ObstacleType, Robot, name_parts
+from safenav.scenario.model import Catalogue, Exclusion, Obstacle, ObstacleType, Robot, name_parts
 from safenav.scenario.objective import Target
-from safenav.scenario.settings import Exclusion
 from safenav.scenario.values import AnyOf, AreaValue, RectangleKeys
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped, items_of, plain
 from safenav.scenario.yaml.findings import Findings, ReadableFolder, wrong_type
