@@ -43,7 +43,7 @@ from safenav.trace.records import (
 class Trace(Struct, frozen=True):
     """A whole trace. ``cut_off``: its last line was incomplete (the writer was killed).
     ``ignored`` counts the notes of types that this version does not know; ``digest``: sha256 of
-    its file."""
+    its file; ``first``: the text of its first line."""
 
     source: str
     header: Header
@@ -51,6 +51,7 @@ class Trace(Struct, frozen=True):
     cut_off: bool
     ignored: int
     digest: str = ""
+    first: bytes = b""
 
     @property
     def outcome(self) -> End | None:
@@ -141,7 +142,8 @@ def read_bytes(content: bytes, source: str = "<trace>") -> Trace:
         cut_off = not _is_json(unfinished)
         if not cut_off:
             reader.take(len(lines) + 1, unfinished)
-    return replace(reader.trace(cut_off), digest=sha256(content).hexdigest())
+    first, digest = content.lstrip().partition(b"\n")[0].strip(), sha256(content).hexdigest()
+    return replace(reader.trace(cut_off), digest=digest, first=first)
 
 
 def _shown(value: Any, *, lines: bool = False) -> Any:

@@ -446,7 +446,8 @@ class PlanEnd(Record, frozen=True, tag="plan_end"):
 
 class Checkpoint(Record, frozen=True, tag="checkpoint"):
     """The state of the run after these ``lines`` (with the header), from which ``safenav resume``
-    continues; only the version of safenav that has written ``run`` reads it."""
+    continues; only the version of safenav that has written ``run`` reads it. ``sha256`` in it: that
+    of the header's text and the sorted data of ``run``, against changes, not forgers."""
 
     lines: Count
     run: Mapping[str, object]

@@ -171,7 +171,7 @@ def _run(mission: Mission, hand: Operator | Words, played: Played, kill: int | N
 
 def _resumed(mission: Mission, lines: list[str]) -> Mission:
     """The mission that continues one from its trace, to which ``lines`` now belong."""
-    kept = mission._run.kept().checkpoint(len(lines))
+    kept = mission._run.kept().checkpoint(len(lines), lines[0].strip().encode())
     trace = read_lines([*lines, json_line(as_data(kept))])
     lines.clear()  # the listeners of the other one receive all of them again
     begun = resumption(trace, mission.scenario)

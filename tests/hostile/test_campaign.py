@@ -17,6 +17,7 @@ from hostile.attack import SAFENAV, attack
 from hostile.enemy import MARK, Enemy, written
 from once import SCENARIOS
 from safenav.certify.bundle import programs
+from safenav.files import json_line
 from safenav.runtime.run.checkpoint import _digest
 from safenav.scenario.reading.loader import load_scenario
 from support.damage import GOOD
@@ -79,15 +80,16 @@ def test_a_hostile_checkpoint_does_no_harm(seed: int, sandbox: Path) -> None:
     scenario = load_scenario(SCENARIOS / f"{enemy.rng.choice(RESUMED)}.yaml")
     part = interrupted(scenario, enemy.rng.choice((3, 12)), sandbox)
     assert part is not None
-    lines = [json.loads(line) for line in part.read_text().splitlines()]
+    header, *_ = texts = part.read_text().splitlines()
+    lines = [json.loads(line) for line in texts]
     one = next(line for line in lines if line["type"] == "checkpoint")
     part.unlink()
     text = enemy.document(json.dumps(one["run"])).decode("utf-8", "surrogateescape").rstrip()
     with suppress(OverflowError, RecursionError, TypeError, ValueError):
         run = json.loads(text)
-        text = json.dumps(run | {"sha256": _digest(run)})
+        text = json.dumps(run | {"sha256": _digest(run, header.encode())})
     one["run"] = MARK
-    whole = "".join(json.dumps(line) + "\n" for line in lines).replace(f'"{MARK}"', text)
+    whole = "".join(map(json_line, lines)).replace(f'"{MARK}"', text)
     trace.write_bytes(whole.encode("utf-8", "surrogateescape"))
     done = attack([*SAFENAV, "resume", trace, "--max-ticks", 50], sandbox)
     report(f"checkpoint {seed}", done)

@@ -25,7 +25,7 @@ def rests(scenario: Scenario, most: int = MOST) -> Iterator[Run]:
         if number % (1 + whole // most):
             mission.step()
             continue
-        kept = mission._run.kept().checkpoint(len(run.records))
+        kept = mission._run.kept().checkpoint(len(run.records), run.lines[0].strip().encode())
         trace = read_lines([*run.lines, json_line(as_data(kept))])
         rest = Run()
         Mission(scenario, begun=resumption(trace, scenario), listeners=[rest]).run()

@@ -13,6 +13,7 @@ import pytest
 from msgspec.structs import replace
 
 from safenav.errors import InputError, UsageError
+from safenav.files import json_line
 from safenav.run.checked import check_trace
 from safenav.runtime.run.checkpoint import _digest, resumption
 from safenav.runtime.run.mission import Mission
@@ -20,7 +21,7 @@ from safenav.scenario.model import Clock, Robot, Scenario
 from safenav.scenario.reading.loader import load_scenario
 from safenav.trace import records
 from safenav.trace.fields import convert, plain
-from safenav.trace.file import TraceWriter, as_data, read_trace
+from safenav.trace.file import TraceWriter, as_data, read_lines, read_trace
 from safenav.world.poses import Pose
 from scenario.mistakes import places
 from warm import safenav
@@ -41,20 +42,24 @@ def interrupted(scenario: Scenario, passes: int, folder: Path) -> Path | None:
         return None
     mission.give_up()
     path = folder / "part.jsonl"
-    path.write_text("".join(json.dumps(as_data(line)) + "\n" for line in lines))
+    path.write_text("".join(json_line(as_data(line)) for line in lines))
     return path
 
 
 def test_a_run_continues_beyond_its_limit(tmp_path: Path) -> None:
-    """Its trace is that of one run, so its header has the limit that holds."""
+    """Its trace is that of one run, so its header has the limit that holds, and its checkpoints
+    belong to that header."""
     scenario, path = load_scenario(ROOT / "scenarios" / "case_study_1.yaml"), tmp_path / "t.jsonl"
-    short = replace(scenario, limits=replace(scenario.limits, ticks=20))
+    short = replace(scenario, limits=replace(scenario.limits, ticks=30))
     with TraceWriter(path) as writer:
         Mission(short, listeners=[writer], checkpoints=True).run()
     begun, lines = resumption(read_trace(path), scenario), list[records.Record]()
     mission = Mission(scenario, listeners=[lines.append], begun=begun)
     assert mission.run().outcome == "completed"
-    assert check_trace(json.dumps(as_data(line)) for line in lines).ok
+    texts = [json_line(as_data(line)) for line in lines]
+    assert check_trace(texts).ok
+    again = texts[: next(n for n, line in enumerate(lines) if line.type == "resumed")]
+    assert resumption(read_lines(again), scenario).state.time > 0
 
 
 def test_runs_that_cannot_be_resumed_are_refused(tmp_path: Path) -> None:
@@ -153,14 +158,15 @@ def test_a_checkpoint_that_lies_is_refused(name: str, lies: Sequence[Any], tmp_p
     scenario = load_scenario(ROOT / "scenarios" / f"{name}.yaml")
     path = interrupted(scenario, 2, tmp_path)
     assert path is not None
-    lines = [json.loads(line) for line in path.read_text().splitlines()]
+    header, *_ = texts = path.read_text().splitlines()
+    lines = [json.loads(line) for line in texts]
     at = next(n for n, line in enumerate(lines) if line["type"] == "checkpoint")
     for place, value, told in lies:
         made = json.loads(json.dumps(lines[at]["run"]))
         reduce(getitem, place[:-1], made)[place[-1]] = value
-        made["sha256"] = _digest(made)
+        made["sha256"] = _digest(made, header.encode())
         data = [*lines[:at], lines[at] | {"run": made}, *lines[at + 1 :]]
-        path.write_text("".join(json.dumps(line) + "\n" for line in data))
+        path.write_text("".join(map(json_line, data)))
         done = safenav("resume", path)
         assert done.returncode == 2 and re.search(told, done.stderr), (place, done.stderr)
 
@@ -178,15 +184,19 @@ HEADERS = [
 ]
 
 
-def test_a_header_that_lies_is_refused(tmp_path: Path) -> None:
-    """No digest covers the scenario in it, which has not been read by the reader of scenarios."""
+def test_a_changed_header_is_refused(tmp_path: Path) -> None:
+    """A legal one by the digest of the checkpoint, one that no scenario has also with a new one."""
     path = interrupted(load_scenario(ROOT / "scenarios" / "corridor_swap.yaml"), 2, tmp_path)
     assert path is not None
-    lines = path.read_text().splitlines()
-    for place, value, told in HEADERS:
-        header = json.loads(lines[0])
+    first, *lines = map(json.loads, path.read_text().splitlines())
+    legal = (("robots", 0, "model", "timing"), 2, "the header was changed")
+    for place, value, told in (legal, *HEADERS):
+        header = json.loads(json.dumps(first))
         reduce(getitem, place[:-1], header["scenario"])[place[-1]] = value
-        path.write_text("\n".join([json.dumps(header), *lines[1:]]) + "\n")
+        for line in lines if told != legal[-1] else ():
+            if line["type"] == "checkpoint":
+                line["run"]["sha256"] = _digest(line["run"], json_line(header).strip().encode())
+        path.write_text("".join(map(json_line, [header, *lines])))
         done = safenav("resume", path)
         assert done.returncode == 2 and re.search(told, done.stderr), (place, done.stderr)
 

@@ -1,22 +1,24 @@
 """Checkpoints: the frozen state of a run in its trace, from which ``resume`` continues it.
 
 A checkpoint describes the run before a pass. Its data is read strictly: no part of it is executed,
-and its digest shows any change. Strategies are synthesized again where the robots are; commands
-under way in a live run have ended where they began.
+and its digest shows a change of it or of the header, unless the digest was updated as well.
+Strategies are synthesized again where the robots are; commands under way in a live run have ended
+where they began.
 """
 
 from __future__ import annotations
 
-import hashlib
+import json
 from collections.abc import Callable, Iterator, Mapping
+from hashlib import sha256
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import msgspec
 from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.errors import UsageError
+from safenav.files import json_line
 from safenav.formula.parser import Bounds, FormulaError, check, parse
 from safenav.runtime.control.roles import Role
 from safenav.runtime.run.deadlines import LedgerKept
@@ -31,11 +33,11 @@ from safenav.team.state import Is, Plan, RobotNow, State
 from safenav.team.team import Member, Team, assigned, introduced, team_of
 from safenav.trace import records
 from safenav.trace.fields import WrongError, convert, plain
+from safenav.trace.file import Trace, as_data
 from safenav.world.poses import Mobility
 
-if TYPE_CHECKING:
-    from safenav.trace.file import Trace
-
+FREE = ("name", "limits", "seed", "expect", "requirements", "catalogue", "clock", "failures")
+"""Parts of a scenario that may be others when a run continues."""
 ENDED = ("completed", "unrealizable", "late")
 FEWEST, SHARE, LINE = 50, 2, 150
 """A checkpoint follows after that many lines at least, when they take ``SHARE`` times the space of
@@ -70,16 +72,24 @@ class Kept(Struct, frozen=True, forbid_unknown_fields=True):
     truth: Truth | None = None
     sha256: str = ""
 
-    def checkpoint(self, lines: int) -> records.Checkpoint:
-        """The run after so many lines of its trace."""
-        run = plain(self)
-        return records.Checkpoint(self.memory.tick, lines, {**run, "sha256": _digest(run)})
+    def checkpoint(self, lines: int, first: bytes) -> records.Checkpoint:
+        """The run after so many lines of its trace, the ``first`` of which is the header."""
+        return sealed(records.Checkpoint(self.memory.tick, lines, plain(self)), first)
 
 
-def _digest(run: Mapping[str, object]) -> str:
-    """The digest of the data of a checkpoint."""
+def sealed(line: records.Checkpoint, first: bytes) -> records.Checkpoint:
+    """A checkpoint with the digest of its data and of the first line of its trace."""
+    return replace(line, run={**line.run, "sha256": _digest(line.run, first)})
+
+
+def _digest(run: Mapping[str, object], first: bytes) -> str:
     data = {key: value for key, value in run.items() if key != "sha256"}
-    return hashlib.sha256(msgspec.json.encode(data, order="sorted")).hexdigest()
+    return sha256(first + json.dumps(data, sort_keys=True).encode()).hexdigest()
+
+
+def text_of(header: records.Header) -> bytes:
+    """The first line of a trace, as a writer writes it."""
+    return json_line(as_data(header)).strip().encode()
 
 
 class Resumption(Struct, frozen=True):
@@ -104,12 +114,10 @@ def _last_checkpoint(trace: Trace) -> tuple[int, Kept]:
     if not found:
         none = "it ends before its first checkpoint; run the scenario again, with --trace"
         raise UsageError(f"{trace.source}: {none}")
-    try:
-        changed = any(line.run.get("sha256") != _digest(line.run) for line in found)
-    except UnicodeEncodeError:  # half of a character
-        changed = True
-    if changed:
-        raise UsageError(f"{trace.source}: a checkpoint was changed; resume needs it as written")
+    for line in found:
+        if line.run.get("sha256") != _digest(line.run, trace.first):
+            what = "this checkpoint or the header was changed; resume needs them as written"
+            raise UsageError(f"{trace.source}:{line.line}: {what}")
     try:
         return found[-1].lines, convert(Kept, found[-1].run)
     except WrongError as error:
@@ -140,7 +148,11 @@ def resumption(trace: Trace, scenario: Scenario) -> Resumption:
     roles = tuple(Role(robot.objective, helps) for robot, helps in pairs)
     recorded = replace(trace.header.scenario, limits=scenario.limits)
     header = replace(trace.header, scenario=recorded)
-    return Resumption(team, state, roles, kept, (header, *lines))
+    first = text_of(header)  # it may have other limits
+    begun = (
+        sealed(each, first) if isinstance(each, records.Checkpoint) else each for each in lines
+    )
+    return Resumption(team, state, roles, kept, (header, *begun))
 
 
 def _compare(trace: Trace, scenario: Scenario) -> None:
@@ -149,7 +161,7 @@ def _compare(trace: Trace, scenario: Scenario) -> None:
     if there.clock is not scenario.clock:
         clock = "in seconds" if trace.header.live else "in ticks"
         raise UsageError(f"{trace.source} is the trace of a run {clock}, so it continues {clock}")
-    parts = ("map", "robots", "obstacles", "until")
+    parts = [name for name in Scenario.__struct_fields__ if name not in FREE]
     other = [name for name in parts if getattr(there, name) != getattr(here, name)]
     if other:
         raise UsageError(
@@ -367,7 +379,14 @@ class Checkpoints:
     def __init__(self, emit: Callable[[records.Record], None]) -> None:
         self._emit = emit
         self.lines = self._last = self._size = self._at = 0
+        self._first = b""
         self._kept: Kept | None = None
+
+    def follow(self, line: records.Record) -> None:
+        """Count a line of the trace."""
+        self.lines += 1
+        if isinstance(line, records.Header):
+            self._first = text_of(line)
 
     def take(self, kept: Kept) -> None:
         """Remember the run before a pass; record it if a checkpoint is due."""
@@ -379,7 +398,7 @@ class Checkpoints:
     def write(self) -> None:
         """Record the run as it was before the present pass."""
         if self._kept is not None and self._at > self._last:
-            line = self._kept.checkpoint(self._at)
+            line = self._kept.checkpoint(self._at, self._first)
             self._size = len(msgspec.json.encode(line))
             self._last = self._at
             self._emit(line)

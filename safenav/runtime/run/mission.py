@@ -235,7 +235,7 @@ class Mission:
 
     def _tell(self, record: Record) -> None:
         if self._checkpoints is not None:
-            self._checkpoints.lines += 1
+            self._checkpoints.follow(record)
         for listener in self.listeners:
             listener(record)
 
