@@ -38,7 +38,6 @@ class Verdict(StrEnum):
     UNREALIZABLE = "unrealizable"
     TIMEOUT = "timeout"
     OUT_OF_MEMORY = "out_of_memory"
-    INTERRUPTED = "interrupted"
 
 
 class ExitCode(IntEnum):

@@ -36,18 +36,16 @@ from safenav.report.terminal.specification_text import (
 from safenav.runtime.run.mission import default_synthesizer, first_results
 from safenav.scenario.yaml.findings import MAX_BYTES
 from safenav.spec.compile import compile_task
-from safenav.spec.specification import Owner, Specification
+from safenav.spec.specification import Owner, Section, Specification
 from safenav.strict_json import read_json
-from safenav.synthesis.files import (
+from safenav.synthesis.slugs import (
+    SynthesisResult,
+    Synthesizer,
     load_specification,
-    size_of,
     slugsin_of,
     specification_in,
-    to_dot,
-    to_graphml,
 )
-from safenav.synthesis.slugs import SynthesisResult, Synthesizer
-from safenav.synthesis.strategy import Strategy
+from safenav.synthesis.strategy import Strategy, bit_names, to_dot, to_graphml
 from safenav.trace.words import shortened
 from safenav.verify.verification import (
     counterstrategy_measures,
@@ -91,9 +89,20 @@ class Synthesized(Struct, frozen=True):
         return self.result.verdict is Verdict.REALIZABLE
 
     def data(self) -> dict[str, Any]:
+        """Return its figures; None where there is no strategy."""
         checked = self.shown.strategy is not None and bool(self.shown.verified)
-        size = size_of(self.spec, self.shown) | {"seconds": self.result.seconds}
-        return {"robot": self.name, **size, "verified": checked}
+        strategy = self.shown.strategy
+        return {
+            "robot": self.name,
+            "verdict": self.shown.verdict.value,
+            "states": self.shown.states,
+            "edges": None if strategy is None else strategy.edges,
+            "goals": max(1, len(self.spec.section(Section.SYS_LIVENESS))),
+            "variables": len(self.spec.variables),
+            "bits": sum(len(bit_names(variable)) for variable in self.spec.variables),
+            "seconds": self.result.seconds,
+            "verified": checked,
+        }
 
     def row(self) -> Sequence[object]:
         """Return its line of the table."""

@@ -161,7 +161,7 @@ READS |= {
     "permanent": _word("untraversable", "no_capable_robot", "unresolvable", "operator"),
     "plan_end": _word("reached", "violation", "changed"),
     "deadline": _word("set", "kept", "late", "excused", "lost"),
-    "verdict": _word("realizable", "unrealizable", "timeout", "out_of_memory", "interrupted"),
+    "verdict": _word("realizable", "unrealizable", "timeout", "out_of_memory"),
     "form": _word("literal", "other_memory", "alternation"),
     "intervention": _word(
         *("resolved", "permanent", "put_back", "out_of_service", "objective", "added", "give_up")

@@ -1,9 +1,9 @@
 """Results of the synthesizer, stored on disk by all that they depend on.
 
-The key is a hash of the specification's text, the binary's content and the options. An entry
-carries a checksum of itself, appears by renaming, and is never changed: readers and writers of any
-number of processes need no lock. An error costs a recomputation, never a run: damaged entries are
-dropped, and a disk that cannot be written is reported once.
+The key is a hash of the specification's text, the binary's content and the options. A file
+carries a checksum of its name and content, appears by renaming, and is never changed: readers and
+writers of any number of processes need no lock. An error costs a recomputation, never a run:
+damaged files are dropped, and a disk that cannot be written is reported once.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
-import time
 import warnings
 from collections.abc import Iterable
 from pathlib import Path
@@ -25,14 +24,12 @@ VARIABLE = "SAFENAV_CACHE"
 """Environment variable: the directory, or ``off``."""
 
 _OFF = "off"
-_MAGIC = b"safenav-cache 2 "
-_SUFFIX = ".answer"
-_TEXT_SUFFIX = ".structuredslugs"
+_MAGIC = "safenav-cache 3 "
+_RESULT, _TEXT = ".answer", ".structuredslugs"
 _LIMIT_BYTES = 512 << 20
 _PRUNE_TO = 0.75
 _LISTINGS = 64
 """Average number of listings of the directory while data equal to its limit is written."""
-_STALE_TEMPORARY_SECONDS = 3600.0
 _LASTING = frozenset({Verdict.REALIZABLE, Verdict.UNREALIZABLE})
 
 
@@ -92,28 +89,55 @@ class Cache:
             return False
 
     def load(self, key: str) -> CacheEntry | None:
-        """Return the result with that key, None if it is unknown or damaged (then it is
-        dropped)."""
-        if self.directory is None:
-            return None
-        path = self._path(key)
+        """Return the result with that key, None if it is unknown or damaged."""
+        data = self._read(key + _RESULT)
         try:
-            data = path.read_bytes()
-        except OSError:
+            return None if data is None else msgpack.decode(data, type=CacheEntry)
+        except MsgspecError:  # of another version
             return None
-        entry = _unpack(data, key)
-        if entry is None:
-            self.drop(key)
-        return entry
 
     def store(self, key: str, entry: CacheEntry) -> None:
         """Keep a proven verdict; exhausted limits prove nothing and are not kept."""
-        if self.directory is None or entry.verdict not in _LASTING:
-            return
-        self._write(self._path(key), _pack(entry, key))
+        if entry.verdict in _LASTING:
+            self._write(key + _RESULT, msgpack.encode(entry))
 
-    def _write(self, path: Path, data: bytes) -> None:
+    def drop(self, key: str) -> None:
+        """Remove a result that proved wrong."""
+        self._remove(key + _RESULT)
+
+    def keep_text(self, sha256: str, text: str) -> None:
+        """Keep a specification's text under its sha256, by which traces name it."""
+        if self.directory is not None and not self._path(sha256 + _TEXT).exists():
+            self._write(sha256 + _TEXT, text.encode())
+
+    def load_text(self, sha256: str) -> str | None:
+        """Return the text with this sha256; None if it is not kept."""
+        data = self._read(sha256 + _TEXT)
+        return None if data is None else data.decode()
+
+    def _path(self, name: str) -> Path:
+        assert self.directory is not None
+        return self.directory / name[:2] / name
+
+    def _read(self, name: str) -> bytes | None:
+        """Return what a file holds; drop one that is damaged."""
+        if self.directory is None:
+            return None
+        try:
+            first, _, body = self._path(name).read_bytes().partition(b"\n")
+        except OSError:
+            return None
+        if first == _first_line(name, body):
+            return body
+        self._remove(name)
+        return None
+
+    def _write(self, name: str, body: bytes) -> None:
+        if self.directory is None:
+            return
+        path = self._path(name)
         temporary = path.with_name(f".{path.stem}.{os.getpid()}.{os.urandom(4).hex()}")
+        data = _first_line(name, body) + b"\n" + body
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             try:
@@ -126,35 +150,15 @@ class Cache:
         except OSError as error:
             self._warn(error)
             return
-        self._bound(len(data))
+        # Listing a large directory takes longer than a small run.
+        if random() * self._limit_bytes < _LISTINGS * len(data):
+            with contextlib.suppress(OSError):
+                self._prune(self.directory)
 
-    def keep_text(self, sha256: str, text: str) -> None:
-        """Keep a specification's text under its sha256, by which traces name it."""
-        if self.directory is None:
-            return
-        path = self._path(sha256, _TEXT_SUFFIX)
-        if not path.exists():
-            self._write(path, text.encode())
-
-    def load_text(self, sha256: str) -> str | None:
-        """Return the text with this sha256; None if it is not kept."""
-        if self.directory is None:
-            return None
-        try:
-            data = self._path(sha256, _TEXT_SUFFIX).read_bytes()
-        except OSError:
-            return None
-        return data.decode() if hashlib.sha256(data).hexdigest() == sha256 else None
-
-    def drop(self, key: str) -> None:
-        """Remove a result that proved wrong."""
+    def _remove(self, name: str) -> None:
         if self.directory is not None:
             with contextlib.suppress(OSError):
-                self._path(key).unlink()
-
-    def _path(self, name: str, suffix: str = _SUFFIX) -> Path:
-        assert self.directory is not None
-        return self.directory / name[:2] / (name + suffix)
+                self._path(name).unlink()
 
     def _warn(self, error: OSError) -> None:
         if not self._warned:
@@ -166,50 +170,23 @@ class Cache:
                 stacklevel=3,
             )
 
-    def _bound(self, written: int) -> None:
-        """Remove the oldest results beyond the limit. Listing a large directory takes longer than a
-        small run, so a writer lists it with a probability proportional to the bytes written."""
-        if random() * self._limit_bytes < _LISTINGS * written:
-            with contextlib.suppress(OSError):
-                self._prune()
-
-    def _prune(self) -> None:
-        assert self.directory is not None
+    def _prune(self, directory: Path) -> None:
+        """Remove the oldest files beyond the limit, also those of writers that were killed."""
         found: list[tuple[float, int, Path]] = []
-        now = time.time()
-        for shard in self.directory.iterdir():
-            if len(shard.name) != 2 or not shard.is_dir():
-                continue
-            for path in shard.iterdir():
-                with contextlib.suppress(OSError):
-                    status = path.stat()
-                    if path.suffix in (_SUFFIX, _TEXT_SUFFIX):
-                        found.append((status.st_mtime, status.st_size, path))
-                    elif now - status.st_mtime > _STALE_TEMPORARY_SECONDS:
-                        path.unlink()  # of a writer that was killed
+        for path in directory.glob("??/*"):
+            with contextlib.suppress(OSError):
+                status = path.stat()
+                found.append((status.st_mtime, status.st_size, path))
         total = sum(size for _, size, _ in found)
-        if total <= self._limit_bytes:
-            return
+        bound = total if total <= self._limit_bytes else self._limit_bytes * _PRUNE_TO
         for _, size, path in sorted(found):
-            if total <= self._limit_bytes * _PRUNE_TO:
+            if total <= bound:
                 break
             with contextlib.suppress(OSError):
                 path.unlink()
             total -= size
 
 
-def _pack(entry: CacheEntry, key: str) -> bytes:
-    """Magic and checksum on the first line, then the key with the entry."""
-    body = msgpack.encode((key, entry))
-    return _MAGIC + hashlib.sha256(body).hexdigest().encode() + b"\n" + body
-
-
-def _unpack(data: bytes, key: str) -> CacheEntry | None:
-    first, _, body = data.partition(b"\n")
-    if first != _MAGIC + hashlib.sha256(body).hexdigest().encode():
-        return None
-    try:
-        name, entry = msgpack.decode(body, type=tuple[str, CacheEntry])
-    except MsgspecError:
-        return None
-    return entry if name == key else None
+def _first_line(name: str, body: bytes) -> bytes:
+    """Return the first line of a file: format, and checksum of its name and content."""
+    return (_MAGIC + hashlib.sha256(name.encode() + b"\n" + body).hexdigest()).encode()

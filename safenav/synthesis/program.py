@@ -22,9 +22,8 @@ import tempfile
 import threading
 import time
 from collections.abc import Iterator, Sequence
-from functools import lru_cache
+from functools import cache, cached_property
 from pathlib import Path
-from types import FrameType
 from typing import IO
 
 from msgspec import Struct
@@ -36,9 +35,6 @@ _MOST_OUTPUT = 2 << 30
 """Bytes that a command may print where no memory limit is given."""
 _PARENT = "SLUGS_PARENT"
 """Environment variable of safenav's synthesizer: the process that it must not outlive (Linux)."""
-OVERTIME_SECONDS = 1.0
-"""safenav's own binary keeps the time limit and reports its progress; this long after the limit it
-is killed."""
 
 
 class Finished(Struct, frozen=True):
@@ -48,7 +44,7 @@ class Finished(Struct, frozen=True):
     stdout: bytes
     stderr: bytes
     seconds: float
-    timed_out: bool = False
+    timed_out: bool
 
     @property
     def last_words(self) -> str:
@@ -78,42 +74,33 @@ class ProcessGroup:
 
     def run(
         self,
-        command: Sequence[str],
+        binary: Binary,
+        options: Sequence[str],
         given: bytes,
         seconds: float | None,
         memory_mb: int | None = None,
-        *,
-        own: bool = False,
-        foreign: bool = False,
     ) -> Finished:
-        """Run ``command`` with ``given`` on its standard input, at most ``seconds``. Its output is
-        kept in memory, so ``memory_mb`` limits that also. ``own``: safenav's own program,
-        which arranges to end with this thread itself: a wrapper would take as long as a small
-        synthesis. ``foreign``: it has no memory limit itself.
+        """Run a binary with ``given`` on its standard input, at most ``seconds``. Its output is
+        kept in memory, so ``memory_mb`` limits that also, and a foreign program as a whole.
 
         Raises SynthesizerError if it cannot be started, ResourceLimitError if its output is larger,
         and DismissedError after ``dismiss``.
         """
-        begun, late = time.monotonic(), threading.Event()
+        begun = time.monotonic()
         most = _MOST_OUTPUT if memory_mb is None else memory_mb << 20
+        foreign = memory_mb is not None and not binary.native
         with _file() as out, _file() as err:
-            words = command if own else die_with_parent(command, memory_mb if foreign else None)
-            process = self._start(words, own, out, err)
-
-            def end() -> None:
-                late.set()
-                kill_group(process)
-
-            timer = threading.Timer(seconds or 0, end)
+            process = self._start(binary, options, out, err)
+            timer = threading.Timer(seconds or 0, _kill, [process])
             timer.daemon = True
             try:
-                _bound(process.pid, most, memory_mb if foreign else None)
+                _bound(process.pid, most, most if foreign else None)
                 if seconds is not None:
                     timer.start()
                 process.communicate(given)
             finally:
                 timer.cancel()
-                kill_group(process)
+                _kill(process)
                 process.wait()
                 with self._lock:
                     self._running.discard(process)
@@ -121,47 +108,50 @@ class ProcessGroup:
                 raise DismissedError
             if max(file.seek(0, os.SEEK_END) for file in (out, err)) >= most:
                 raise ResourceLimitError(
-                    f"the synthesizer {command[0]} printed more than {most >> 20} MiB, the limit "
+                    f"the synthesizer {binary.path} printed more than {most >> 20} MiB, the limit "
                     "of its memory (limits.synthesis_memory in the scenario); it was stopped"
                 )
             out.seek(0)
             err.seek(0)
             printed = out.read(), err.read()
-        killed = late.is_set() and process.returncode == -signal.SIGKILL
-        seconds = time.monotonic() - begun
-        return Finished(process.returncode, printed[0], printed[1], seconds, killed)
+        took = time.monotonic() - begun
+        late = process.returncode == -signal.SIGKILL and seconds is not None and took >= seconds
+        return Finished(process.returncode, *printed, took, late)
 
     def dismiss(self) -> None:
         """Kill all running commands; refuse later ones."""
         with self._lock:
             self._dismissed = True
             for process in self._running:
-                kill_group(process)
+                _kill(process)
 
     def _start(
-        self, command: Sequence[str], own: bool, out: IO[bytes], err: IO[bytes]
+        self, binary: Binary, options: Sequence[str], out: IO[bytes], err: IO[bytes]
     ) -> subprocess.Popen[bytes]:
+        """Start the process. safenav's own program arranges itself to end with this thread: a
+        wrapper would take as long as a small synthesis."""
+        command = [str(binary.path), *options]
         with self._lock:
             if self._dismissed:
                 raise DismissedError
             try:
                 process = subprocess.Popen(
-                    command,
+                    command if binary.ours else die_with_parent(command),
                     stdin=subprocess.PIPE,
                     stdout=out,
                     stderr=err,
                     start_new_session=True,
-                    env={**os.environ, _PARENT: str(os.getpid())} if own else None,
+                    env={**os.environ, _PARENT: str(os.getpid())} if binary.ours else None,
                 )
             except OSError as error:
                 raise SynthesizerError(
-                    f"the synthesizer {command[0]} cannot be started: {error.strerror}"
+                    f"the synthesizer {binary.path} cannot be started: {error.strerror}"
                 ) from error
             self._running.add(process)
             return process
 
 
-def kill_group(process: subprocess.Popen[bytes]) -> None:
+def _kill(process: subprocess.Popen[bytes]) -> None:
     """Send SIGKILL to the process group that this process leads, unless the process has been reaped
     (its number may belong to another one by then)."""
     if process.returncode is None:
@@ -173,36 +163,33 @@ def kill_group(process: subprocess.Popen[bytes]) -> None:
 def orderly_termination() -> Iterator[None]:
     """Within this context, SIGTERM raises SystemExit instead of ending this process immediately, so
     that running commands are killed and reaped. An application's own handler stays."""
-    if (
-        threading.current_thread() is not threading.main_thread()
-        or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL
-    ):
+
+    def end(number: int, _: object) -> None:
+        raise SystemExit(128 + number)
+
+    main = threading.current_thread() is threading.main_thread()
+    if not main or signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:
         yield
         return
-    signal.signal(signal.SIGTERM, _exit_as_terminated)
+    signal.signal(signal.SIGTERM, end)
     try:
         yield
     finally:
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
 
-def _exit_as_terminated(signum: int, _frame: FrameType | None) -> None:
-    raise SystemExit(128 + signum)
-
-
-def die_with_parent(command: Sequence[str], memory_mb: int | None = None) -> list[str]:
-    """Return ``command`` so that the kernel kills it when this process dies, even of SIGKILL, and
-    limits its address space from its beginning (Linux; elsewhere it runs to its end)."""
+def die_with_parent(command: Sequence[str]) -> Sequence[str]:
+    """Return ``command`` so that the kernel kills it when this process dies, even of SIGKILL
+    (Linux; elsewhere it runs to its end)."""
     setpriv = _setpriv()
     if setpriv is None or not os.access(command[0], os.X_OK):
-        return list(command)  # a command that cannot be started raises its own error
+        return command  # a command that cannot be started raises its own error
     # This process may die before the kernel is asked: then the command must not begin.
-    limit = "" if memory_mb is None else f"ulimit -v {memory_mb << 10} && "
-    begin = ["/bin/sh", "-c", f'[ "$PPID" = "$0" ] && {limit}exec "$@"', str(os.getpid())]
+    begin = ["/bin/sh", "-c", '[ "$PPID" = "$0" ] && exec "$@"', str(os.getpid())]
     return [setpriv, "--pdeathsig", "KILL", "--", *begin, *command]
 
 
-@lru_cache(maxsize=1)
+@cache
 def _setpriv() -> str | None:
     from shutil import which  # imported here: it loads the modules of all archives
 
@@ -217,15 +204,15 @@ def _file() -> IO[bytes]:
     return tempfile.TemporaryFile()
 
 
-def _bound(pid: int, output: int, memory_mb: int | None) -> None:
+def _bound(pid: int, output: int, memory: int | None) -> None:
     """Limit the bytes of each output of a process, and its address space (Linux)."""
     if sys.platform == "linux":
         from resource import RLIMIT_AS, RLIMIT_FSIZE, prlimit
 
         with contextlib.suppress(ProcessLookupError, PermissionError):  # it has ended
             prlimit(pid, RLIMIT_FSIZE, (output, output))
-            if memory_mb is not None:
-                prlimit(pid, RLIMIT_AS, (memory_mb << 20, memory_mb << 20))
+            if memory is not None:
+                prlimit(pid, RLIMIT_AS, (memory, memory))
 
 
 VARIABLE = "SAFENAV_SLUGS"
@@ -233,22 +220,22 @@ VARIABLE = "SAFENAV_SLUGS"
 
 _PACKAGE = Path(__file__).resolve().parent.parent
 _INSIDE_PACKAGE = Path("_bin") / "slugs"
-_NATIVE_VERSION = re.compile(r"\Aslugs (\d+\.\d+\.\d+\S*)", re.MULTILINE)
+_NATIVE_VERSION = re.compile(rb"\Aslugs (\d+\.\d+\.\d+\S*)", re.MULTILINE)
 _VERSION_SECONDS = 5.0
 
 
-class Binary(Struct, frozen=True):
+class Binary(Struct, frozen=True, dict=True):
     """A slugs binary. ``ours``: known to be safenav's, without a query."""
 
     path: Path
     ours: bool = False
 
-    @property
+    @cached_property
     def digest(self) -> str:
         """Hex sha256 of the file: cached results are valid for this program only. Raises
         SynthesizerError if it cannot be read."""
         try:
-            return _digest(self.path, _version_of(self.path))
+            return hashlib.sha256(self.path.read_bytes()).hexdigest()
         except OSError as error:
             raise SynthesizerError(
                 f"the synthesizer {self.path} cannot be read: {error.strerror}"
@@ -259,13 +246,15 @@ class Binary(Struct, frozen=True):
         """Whether it is safenav's own slugs (else only upstream's options may be used)."""
         return self.ours or self.version is not None
 
-    @property
+    @cached_property
     def version(self) -> str | None:
-        """The version that it prints, None if it has no such option."""
+        """The version that it prints; None if it has no such option, as upstream's binary."""
         try:
-            return _ask_version(self.path, _version_of(self.path))
-        except OSError:
+            answer = ProcessGroup().run(self, ["--version"], b"", _VERSION_SECONDS)
+        except SynthesizerError:
             return None
+        match = _NATIVE_VERSION.search(answer.stdout)
+        return match[1].decode() if match and answer.status == 0 else None
 
 
 def find_binary() -> Binary:
@@ -273,18 +262,16 @@ def find_binary() -> Binary:
 
     Raises SynthesizerError, with advice, if none can be executed.
     """
-    named = os.environ.get(VARIABLE)
-    if named:
+    if named := os.environ.get(VARIABLE):
         return _named_by_environment(named)
-    own = find_own_binary()
-    if own is None:
-        raise SynthesizerError(
-            "the slugs binary is missing: safenav was installed without it and there is none at "
-            "slugs/build/slugs\n"
-            "    run `make slugs` in the repository or install again with `pip install .` (both "
-            f"need a C++ compiler), or set {VARIABLE} to a slugs binary"
-        )
-    return own
+    if own := find_own_binary():
+        return own
+    raise SynthesizerError(
+        "the slugs binary is missing: safenav was installed without it and there is none at "
+        "slugs/build/slugs\n"
+        "    run `make slugs` in the repository or install again with `pip install .` (both "
+        f"need a C++ compiler), or set {VARIABLE} to a slugs binary"
+    )
 
 
 def find_own_binary() -> Binary | None:
@@ -319,28 +306,3 @@ def _named_by_environment(named: str) -> Binary:
 
 def _executable(path: Path) -> bool:
     return path.is_file() and os.access(path, os.X_OK)
-
-
-def _version_of(path: Path) -> tuple[int, ...]:
-    """Inode, time and size of a file, of which a new one has others. Raises OSError."""
-    status = path.stat()
-    return status.st_ino, status.st_mtime_ns, status.st_size
-
-
-@lru_cache(maxsize=64)
-def _digest(path: Path, _of: tuple[int, ...]) -> str:
-    """Hash once per file content."""
-    return hashlib.sha256(path.read_bytes()).hexdigest()
-
-
-@lru_cache(maxsize=64)
-def _ask_version(path: Path, _of: tuple[int, ...]) -> str | None:
-    """Query once per file content; upstream's binary rejects ``--version``."""
-    try:
-        answer = ProcessGroup().run([str(path), "--version"], b"", _VERSION_SECONDS)
-    except SynthesizerError:
-        return None
-    if answer.status != 0:
-        return None
-    match = _NATIVE_VERSION.search(answer.stdout.decode("utf-8", "replace"))
-    return match.group(1) if match else None

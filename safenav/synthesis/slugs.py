@@ -1,4 +1,4 @@
-"""The synthesizer: specifications in, typed results out, several at a time.
+"""The synthesizer: specifications (also from files) in, typed results out, several at a time.
 
     result = Synthesizer().synthesize(specification)
     if result.verdict is Verdict.REALIZABLE: drive(result.strategy)
@@ -15,23 +15,26 @@ import re
 import signal
 import tempfile
 import time
-from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from copy import copy
 from enum import IntEnum, StrEnum
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from threading import Thread
-from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
-from safenav.errors import ResourceLimitError, SynthesizerError, Verdict
-from safenav.spec.specification import Section, Specification
+from safenav.errors import (
+    Diagnostic,
+    InputError,
+    ResourceLimitError,
+    SynthesizerError,
+    Verdict,
+)
+from safenav.files import another_kind, read_file
+from safenav.spec.specification import Section, Specification, read_specification
 from safenav.synthesis.cache import Cache, CacheEntry, key_of
 from safenav.synthesis.program import (
-    OVERTIME_SECONDS,
     VARIABLE,
     Binary,
     Finished,
@@ -41,9 +44,6 @@ from safenav.synthesis.program import (
     orderly_termination,
 )
 from safenav.synthesis.strategy import Strategy
-
-if TYPE_CHECKING:
-    from safenav.synthesis.strategy import Strategy
 
 
 class RequestKind(StrEnum):
@@ -112,8 +112,8 @@ class Job(Struct, frozen=True):
     kind: RequestKind
 
     @property
-    def robot(self) -> str:
-        return self.spec.robot
+    def sha256(self) -> str:
+        return hashlib.sha256(self.text.encode()).hexdigest()
 
     @property
     def options(self) -> tuple[str, ...]:
@@ -126,6 +126,9 @@ class Job(Struct, frozen=True):
 
 
 _HEARTBEAT_SECONDS = 0.5
+OVERTIME_SECONDS = 1.0
+"""safenav's own binary keeps the time limit and reports its progress; this long after the limit it
+is killed."""
 _MOST_STATES = 200_000
 """Limit of a strategy by safenav's own binary. Those of single robots have tens to thousands."""
 
@@ -197,43 +200,38 @@ class Synthesizer:
         self, specs: Sequence[Specification], kind: RequestKind, progress: Listener | None
     ) -> list[SynthesisResult]:
         report = progress or (lambda _: None)
-        results: list[SynthesisResult | None] = [None] * len(specs)
+        results: dict[int, SynthesisResult] = {}
         jobs = []
         for index, spec in enumerate(specs):
             job = Job(index, spec, spec.to_structuredslugs(), kind)
-            self.cache.keep_text(hashlib.sha256(job.text.encode()).hexdigest(), job.text)
+            self.cache.keep_text(job.sha256, job.text)
             begun = time.monotonic()
-            remembered = self._remembered(job, report)
-            if remembered is None:
+            if (remembered := self._remembered(job, report)) is None:
                 jobs.append(job)
                 continue
             results[index] = remembered
-            elapsed = time.monotonic() - begun
-            report(SynthesisProgress(index, spec.robot, elapsed, remembered))
+            report(SynthesisProgress(index, spec.robot, time.monotonic() - begun, remembered))
         if jobs:
             with orderly_termination():
-                for index, result in self._worked_off(jobs, report).items():
-                    results[index] = result
-        return [result for result in results if result is not None]
+                results |= self._worked_off(jobs, report)
+        return [results[index] for index in range(len(specs))]
 
     def _worked_off(self, jobs: Sequence[Job], report: Listener) -> dict[int, SynthesisResult]:
         """Return the results of jobs by their indices. Threads run the program; its results are
         read, and reported, in the caller's thread. Any exception also ends the programs."""
         run = self._run_native if self.binary.native else self._run_foreign
         crew = ProcessGroup()
-        waiting, running = deque(jobs), dict[int, tuple[Job, float]]()
+        waiting, running = iter(jobs), dict[int, tuple[Job, float]]()
         ended = SimpleQueue[tuple[Job, Finished | BaseException]]()
         results: dict[int, SynthesisResult] = {}
 
         def work() -> None:
-            with suppress(IndexError):  # no job is left
-                while True:
-                    job = waiting.popleft()
-                    running[job.index] = job, time.monotonic()
-                    try:
-                        ended.put((job, run(crew, job)))
-                    except BaseException as error:
-                        ended.put((job, error))
+            for job in waiting:  # each thread takes the next one
+                running[job.index] = job, time.monotonic()
+                try:
+                    ended.put((job, run(crew, job)))
+                except BaseException as error:
+                    ended.put((job, error))
 
         threads: list[Thread] = []
         try:
@@ -247,15 +245,14 @@ class Synthesizer:
                 except Empty:
                     now = time.monotonic()
                     for job, begun in tuple(running.values()):
-                        report(SynthesisProgress(job.index, job.robot, now - begun))
+                        report(SynthesisProgress(job.index, job.spec.robot, now - begun))
                     continue
                 del running[job.index]
                 if isinstance(finished, BaseException):
                     raise finished
                 results[job.index] = result = self._result(job, finished, report)
-                report(SynthesisProgress(job.index, job.robot, result.seconds, result))
+                report(SynthesisProgress(job.index, result.robot, result.seconds, result))
         finally:
-            waiting.clear()
             crew.dismiss()
             for thread in threads:
                 thread.join()
@@ -263,31 +260,30 @@ class Synthesizer:
 
     def _run_native(self, crew: ProcessGroup, job: Job) -> Finished:
         """Run safenav's own program, which reads standard input and enforces its limits itself."""
-        command = [str(self.binary.path), *job.options]
+        options = [*job.options]
         if job.kind is RequestKind.REALIZABILITY:
-            command.append("--realizability")
+            options.append("--realizability")
         if job.kind is RequestKind.STRATEGY:
-            command += ["--nodes", str(_MOST_STATES)]
-        command += [] if self.seconds is None else ["--timeout", f"{self.seconds:g}"]
-        command += [] if self.memory_mb is None else ["--memory", str(self.memory_mb)]
-        command.append("-")
+            options += ["--nodes", str(_MOST_STATES)]
+        options += [] if self.seconds is None else ["--timeout", f"{self.seconds:g}"]
+        options += [] if self.memory_mb is None else ["--memory", str(self.memory_mb)]
         deadline = None if self.seconds is None else self.seconds + OVERTIME_SECONDS
-        return crew.run(command, job.text.encode(), deadline, self.memory_mb, own=self.binary.ours)
+        given = job.text.encode()
+        return crew.run(self.binary, [*options, "-"], given, deadline, self.memory_mb)
 
     def _run_foreign(self, crew: ProcessGroup, job: Job) -> Finished:
         """Run upstream's program, which reads slugsin files only and has no limits."""
         own = self._own("reads no structured slugs")
-        translate = [str(own.path), "--translate", "-"]
-        translated = crew.run(translate, job.text.encode(), self.seconds, own=own.ours)
+        translated = crew.run(own, _TRANSLATE, job.text.encode(), self.seconds)
         if translated.timed_out:
             return translated
         if translated.status != 0:
-            raise failure("does not translate the specification", translated, own, job.robot)
+            raise failure("does not translate the specification", translated, own, job.spec.robot)
         with tempfile.NamedTemporaryFile(prefix="safenav-", suffix=".slugsin") as file:
             file.write(translated.stdout)
             file.flush()
-            command = [str(self.binary.path), *job.options, file.name]
-            return crew.run(command, b"", self.seconds, self.memory_mb, foreign=True)
+            options = [*job.options, file.name]
+            return crew.run(self.binary, options, b"", self.seconds, self.memory_mb)
 
     def _own(self, problem: str) -> Binary:
         """Return safenav's own binary, for what a foreign one cannot do."""
@@ -313,20 +309,20 @@ class Synthesizer:
             return None
 
     def _result(self, job: Job, finished: Finished, report: Listener) -> SynthesisResult:
-        if too_large(finished):
+        robot = job.spec.robot
+        if finished.status == ExitStatus.RESOURCE_LIMIT and _TOO_MANY_NODES in finished.stderr:
             raise ResourceLimitError(
-                f"the strategy of {job.robot} has more than {_MOST_STATES:,} states\n    expected "
+                f"the strategy of {robot} has more than {_MOST_STATES:,} states\n    expected "
                 "tens to thousands; reduce the map, or the robots and inputs that it observes"
             )
-        verdict = verdict_of(finished, self.binary, job.robot)
+        verdict = verdict_of(finished, self.binary, robot)
         automaton = job.kind in PRINTED and verdict is PRINTED[job.kind][0]
         entry = CacheEntry(verdict, finished.seconds, finished.stdout if automaton else None)
         try:
             result = self._checked(job, entry, report, cached=False, detail=finished.explanation)
         except SynthesizerError as error:
-            raise failure(
-                f"gave a wrong result: {error}", finished, self.binary, job.robot
-            ) from error
+            problem = f"gave a wrong result: {error}"
+            raise failure(problem, finished, self.binary, robot) from error
         if self.cache.directory is not None:
             self.cache.store(self._key(job), entry)
         return result
@@ -338,24 +334,23 @@ class Synthesizer:
         fails verification."""
         data = entry.strategy_json
         strategy = None if data is None else Strategy.parse(data, job.spec)
-        verified = None
+        checked = strategy is not None and self.verifier is not None
         if strategy is not None and self.verifier is not None:
             counter = job.kind is RequestKind.COUNTERSTRATEGY
-            failure_found = self.verifier(job.spec, strategy, counter, _heard_by(report, job))
-            if failure_found is not None:
-                raise SynthesizerError(f"the strategy is wrong: {failure_found}")
-            verified = True
+            wrong = self.verifier(job.spec, strategy, counter, _heard_by(report, job))
+            if wrong is not None:
+                raise SynthesizerError(f"the strategy is wrong: {wrong}")
         return SynthesisResult(
-            robot=job.robot,
+            robot=job.spec.robot,
             verdict=entry.verdict,
             seconds=entry.seconds,
             cached=cached,
-            spec_sha256=hashlib.sha256(job.text.encode()).hexdigest(),
+            spec_sha256=job.sha256,
             strategy=strategy,
             strategy_json=data,
             strategy_sha256=None if data is None else hashlib.sha256(data).hexdigest(),
             detail=detail,
-            verified=verified,
+            verified=True if checked else None,
         )
 
     def _key(self, job: Job) -> str:
@@ -371,7 +366,7 @@ def _heard_by(report: Listener, job: Job) -> Callable[[], None]:
         now = time.monotonic()
         if now - last >= _HEARTBEAT_SECONDS:
             last = now
-            report(SynthesisProgress(job.index, job.robot, now - begun))
+            report(SynthesisProgress(job.index, job.spec.robot, now - begun))
 
     return alive
 
@@ -381,7 +376,7 @@ _OUT_OF_MEMORY = re.compile(
     rb"bad_alloc|out of memory|memory (limit|exhausted|allocation)|cannot allocate", re.IGNORECASE
 )
 _TOO_MANY_NODES = b"slugs: node limit reached"
-_INTERRUPTED = re.compile(rb"interrupted", re.IGNORECASE)
+_TOO_LATE = b"time limit reached"
 
 
 class ExitStatus(IntEnum):
@@ -405,13 +400,15 @@ def verdict_of(finished: Finished, binary: Binary, robot: str) -> Verdict:
     # Foreign programs abort when memory is short.
     if (limited or status < 0 or not printed) and _OUT_OF_MEMORY.search(finished.stderr):
         return Verdict.OUT_OF_MEMORY
-    if limited:
-        return Verdict.INTERRUPTED if _INTERRUPTED.search(finished.stderr) else Verdict.TIMEOUT
+    if limited and _TOO_LATE in finished.stderr:
+        return Verdict.TIMEOUT
     if status == -signal.SIGKILL:
         problem = "was killed from outside (SIGKILL: perhaps the machine ran out of memory)"
     elif status < 0:
         names = (each.name for each in signal.Signals if each == -status)
         problem = f"crashed ({next(names, f'signal {-status}')})"
+    elif limited:
+        problem = "was interrupted from outside"
     elif ours and status == ExitStatus.BAD_INPUT:
         problem = "rejects the specification"
     elif not printed:
@@ -424,26 +421,76 @@ def verdict_of(finished: Finished, binary: Binary, robot: str) -> Verdict:
     raise failure(problem, finished, binary, robot)
 
 
-def too_large(finished: Finished) -> bool:
-    """Return whether the strategy has more nodes than its limit."""
-    return finished.status == ExitStatus.RESOURCE_LIMIT and _TOO_MANY_NODES in finished.stderr
-
-
 def failure(problem: str, finished: Finished, binary: Binary, robot: str) -> SynthesizerError:
     """Return an error with the problem, the synthesizer's last messages, and advice."""
     lines = [f"the synthesizer {binary.path} {problem} (robot '{robot}')"]
-    words = finished.last_words
-    if words:
-        lines.append("    its last output:")
-        lines += [f"      {line}" for line in words.splitlines()]
-    else:
-        lines.append("    it printed nothing")
+    words = finished.last_words.splitlines()
+    lines.append("    its last output:" if words else "    it printed nothing")
+    lines += [f"      {line}" for line in words]
+    advice = f"check the binary that {VARIABLE} names, or unset it to use safenav's own"
     if binary.native:
-        lines.append(
-            "    `safenav synth -o DIR` writes the specification, to try and to report this"
-        )
-    else:
-        lines.append(
-            f"    check the binary that {VARIABLE} names, or unset it to use safenav's own"
-        )
-    return SynthesizerError("\n".join(lines))
+        advice = "`safenav synth -o DIR` writes the specification, to try and to report this"
+    return SynthesizerError("\n".join([*lines, f"    {advice}"]))
+
+
+_ERROR = re.compile(r"-:(\d+):(\d+): error: (.*)")
+_HINT = re.compile(r"\s*hint: (.*)")
+_TRANSLATE = ("--translate", "-")
+_TRANSLATION_SECONDS = 60.0
+MOST_OF_A_TEXT = 20_000_000
+"""Bytes."""
+
+
+def load_specification(path: Path) -> Specification:
+    """Return the specification in a file. Raises InputError as ``specification_in`` does."""
+    try:
+        data = read_file(path, MOST_OF_A_TEXT)
+    except OSError as error:
+        raise InputError([Diagnostic(str(path), 0, 0, error.strerror or str(error))]) from error
+    return specification_in(data, str(path), path.stem)
+
+
+def specification_in(data: bytes, file: str, robot: str) -> Specification:
+    """Return the specification that a file holds.
+
+    Raises InputError with all errors that safenav's synthesizer finds in its text.
+    """
+    try:
+        text = data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise InputError([Diagnostic(file, 0, 0, "not valid UTF-8 text")]) from error
+    if wrong := another_kind(text, "specification", file):
+        raise InputError([Diagnostic(file, 0, 0, *wrong)])
+    done = _translated(data)
+    if done is not None and done.status == ExitStatus.BAD_INPUT:
+        raise InputError(_diagnostics(done.stderr.decode("utf-8", "replace"), file, text))
+    return read_specification(text, file, robot)
+
+
+def slugsin_of(spec: Specification) -> bytes | None:
+    """Return a specification in slugsin, as safenav's own slugs translates it; None without it."""
+    done = _translated(spec.to_structuredslugs().encode())
+    return done.stdout if done is not None and done.status == ExitStatus.REALIZABLE else None
+
+
+def _translated(data: bytes) -> Finished | None:
+    own = find_own_binary()
+    if own is None:
+        return None
+    return ProcessGroup().run(own, _TRANSLATE, data, _TRANSLATION_SECONDS)
+
+
+def _diagnostics(output: str, file: str, text: str) -> list[Diagnostic]:
+    """Errors as the synthesizer wrote them on standard error."""
+    found: list[Diagnostic] = []
+    lines = text.split("\n")
+    hint = ""
+    for line in reversed(output.splitlines()):  # a hint follows its error
+        if error := _ERROR.fullmatch(line):
+            row = int(error[1])
+            source = lines[row - 1] if 0 < row <= len(lines) else ""
+            found.append(Diagnostic(file, row, int(error[2]), error[3], hint, source))
+            hint = ""
+        elif hinted := _HINT.fullmatch(line):
+            hint = hinted[1]
+    return found[::-1] or [Diagnostic(file, 0, 0, output.strip() or "not a specification")]

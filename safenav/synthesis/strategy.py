@@ -1,24 +1,31 @@
-"""A strategy: the finite automaton that the synthesizer prints as JSON.
+"""A strategy: the finite automaton that the synthesizer prints as JSON; written as DOT and GraphML.
 
 A node is a valuation of all variables and a rank (the goal that is pursued there); it has one
 successor for each next input that the assumptions allow. Reading checks the shape of the whole
 automaton in one pass; the bits of a node become named values only when it is accessed, so
-that a million edges cost a fraction of a second.
+that a million edges cost a fraction of a second. In files for other tools, values are written in
+words (``region=47 heading=east scout``), nodes and edges come in the order of the automaton: the
+same strategy always gives the same bytes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import chain
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import msgspec
 from msgspec import Meta, Struct
 
 from safenav.data import cached_method
 from safenav.errors import SynthesizerError
-from safenav.spec.specification import Section, Specification, Variable
+from safenav.spec.specification import Owner, Section, Specification, Variable
+from safenav.world.map import Heading
+
+if TYPE_CHECKING:
+    import networkx
 
 
 def bit_names(variable: Variable) -> tuple[str, ...]:
@@ -216,3 +223,84 @@ def _check_columns(states: list[list[int]], transitions: list[list[int]], bits: 
             n for n, t in enumerate(transitions) if t and not 0 <= min(t) <= max(t) < len(states)
         )
         raise _malformed(f"node {node} leads to a node that does not exist")
+
+
+_NOT_XML = "[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]"  # compiled on use: that is slow
+
+
+def to_dot(strategy: Strategy) -> str:
+    """Return the automaton in Graphviz's language. Initial nodes have a double border."""
+    spec = strategy.specification
+    initial = frozenset(strategy.initial())
+    lines = [f"digraph {_quoted(spec.robot)} {{", f"  label={_quoted(spec.title)};"]
+    lines += ["  rankdir=LR;", "  node [shape=box, style=rounded];"]
+    for node, values in _decoded(strategy):
+        label = f"{node}: goal {strategy.ranks[node]}"
+        for owner in (Owner.OUTPUT, Owner.INPUT):
+            words = in_words(strategy, values, owner)
+            label += f"\n{words}" if words else ""
+        border = ", peripheries=2" if node in initial else ""
+        lines.append(f"  {node} [label={_quoted(label)}{border}];")
+    for node, successors in enumerate(strategy.transitions):
+        lines += [f"  {node} -> {successor};" for successor in successors]
+    return "\n".join(lines) + "\n}\n"
+
+
+def to_graphml(strategy: Strategy) -> str:
+    """Return the automaton as GraphML, with every variable as a number on the nodes."""
+    import networkx
+
+    return "\n".join(networkx.generate_graphml(to_networkx(strategy))) + "\n"
+
+
+def to_networkx(strategy: Strategy) -> networkx.DiGraph[int]:
+    """Return the automaton as a directed graph. Nodes carry ``label``, ``goal``, ``initial`` and a
+    number for each variable (``value_`` before its name), edges their ``inputs``."""
+    # Imported here: it takes longer than most syntheses.
+    import networkx
+
+    spec = strategy.specification
+    initial = frozenset(strategy.initial())
+    graph: networkx.DiGraph[int] = networkx.DiGraph()
+    graph.graph["robot"] = spec.robot
+    graph.graph["title"] = re.sub(_NOT_XML, "?", spec.title)
+    inputs = []
+    for node, values in _decoded(strategy):
+        words = [in_words(strategy, values, owner) for owner in (Owner.OUTPUT, Owner.INPUT)]
+        inputs.append(words[1])
+        graph.add_node(
+            node,
+            label=" ".join(filter(None, words)),
+            goal=strategy.ranks[node],
+            initial=node in initial,
+            **{f"value_{name}": value for name, value in values.items()},
+        )
+    for node, successors in enumerate(strategy.transitions):
+        for successor in successors:
+            graph.add_edge(node, successor, inputs=inputs[successor])
+    return graph
+
+
+def in_words(strategy: Strategy, values: Mapping[str, int], owner: Owner) -> str:
+    """Return the values of the inputs or of the outputs in words."""
+    owned = strategy.specification.owned(owner)
+    return " ".join(_value_in_words(variable, values[variable.name]) for variable in owned)
+
+
+def _value_in_words(variable: Variable, value: int) -> str:
+    if variable.bounds is None:
+        return variable.name if value else f"!{variable.name}"
+    if variable.bounds == (0, len(Heading) - 1) and variable.name.endswith("heading"):
+        return f"{variable.name}={Heading(value).label}"
+    return f"{variable.name}={value}"
+
+
+def _decoded(strategy: Strategy) -> Iterator[tuple[int, dict[str, int]]]:
+    return ((node, strategy.values(node)) for node in range(len(strategy.states)))
+
+
+def _quoted(text: str) -> str:
+    escaped = (
+        re.sub(_NOT_XML, "?", text).replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
+    )
+    return f'"{escaped}"'

@@ -20,8 +20,7 @@ from safenav.errors import Diagnostic, InputError
 from safenav.formula.parser import FormulaError, parse
 from safenav.formula.syntax import Formula
 from safenav.spec.specification import Constraint, Owner, Section, Specification
-from safenav.synthesis.files import in_words
-from safenav.synthesis.strategy import Field, Strategy
+from safenav.synthesis.strategy import Field, Strategy, in_words
 from safenav.verify.completions import Clause, Evaluator, Row, Slot, Vector, add, first_row
 
 

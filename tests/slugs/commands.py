@@ -5,7 +5,7 @@ from pathlib import Path
 
 from children import ran
 from once import beside
-from safenav.synthesis.files import load_specification
+from safenav.synthesis.slugs import load_specification
 from safenav.synthesis.strategy import Strategy
 from safenav.verify.verification import first_failure
 

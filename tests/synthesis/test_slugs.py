@@ -91,7 +91,6 @@ def test_a_failed_translation_is_an_error(
     [
         ("time limit reached in iteration 3", Verdict.TIMEOUT),
         ("memory limit reached (100 MB)", Verdict.OUT_OF_MEMORY),
-        ("interrupted in iteration 3", Verdict.INTERRUPTED),
     ],
 )
 def test_limits_that_our_binary_keeps_are_verdicts_with_its_last_words(
@@ -143,14 +142,15 @@ def test_a_foreign_binary_is_held_to_its_memory(script: Script, patrol: Specific
         ("echo oh dear >&2; kill -SEGV $$", r"crashed \(SIGSEGV\)(.|\n)*oh dear"),
         ("kill -ABRT $$", r"crashed \(SIGABRT\)(.|\n)*printed nothing"),
         ("kill -KILL $$", "killed from outside"),
+        ("echo 'slugs: interrupted while solving' >&2; exit 3", r"was interrupted from outside"),
         ("exit 7", r"no verdict \(exit status 7\)"),
         ("head -c 100000 /dev/urandom >&2", "no verdict"),
         ("echo 'RESULT: Specification is realizable.' >&2", "wrong result: the strategy is not"),
         ("echo '{}'; echo 'RESULT: Specification is realizable.' >&2", "wrong result"),
     ],
     ids=[
-        "rejected", "segmentation fault", "abort", "killed", "status", "binary words",
-        "no strategy", "empty strategy",
+        "rejected", "segmentation fault", "abort", "killed", "interrupted", "status",
+        "binary words", "no strategy", "empty strategy",
     ],
 )  # fmt: skip
 def test_a_broken_binary_is_an_error_with_its_last_words(

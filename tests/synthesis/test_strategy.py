@@ -13,8 +13,7 @@ import yaml
 from once import beside
 from safenav.errors import SynthesizerError
 from safenav.spec.specification import Owner, Specification, Variable, read_specification
-from safenav.synthesis.files import to_dot, to_graphml
-from safenav.synthesis.strategy import Strategy
+from safenav.synthesis.strategy import Strategy, to_dot, to_graphml
 
 
 @pytest.fixture

@@ -13,8 +13,7 @@ from safenav.explain.investigation import LineExplanation
 from safenav.explain.play import Cause, Vacuity
 from safenav.report.terminal.explanation_text import core_heading, core_notes
 from safenav.spec.specification import Constraint, Owner
-from safenav.synthesis.files import in_words
-from safenav.synthesis.strategy import Strategy
+from safenav.synthesis.strategy import Strategy, in_words
 from safenav.trace.words import counted
 from safenav.verify.automaton import Failure, Verification
 
