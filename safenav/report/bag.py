@@ -144,7 +144,7 @@ class _Messages:
             "stamp": stamp(seconds),
             "level": _ERROR if failed else _LEVELS.get(event.kind, _INFO),
             "name": self.names.get(event.robot or "", "safenav"),
-            "msg": event.told,
+            "msg": event.text,
             "function": event.kind.value,
             "line": tick,
         }

@@ -27,7 +27,7 @@ def tables(run: Run) -> dict[str, str]:
         "events": csv_text(events, _events(run)),
         "syntheses": csv_text(
             (when, *results),
-            ((each.time, *(getattr(each, key) for key in results)) for each in run.syntheses),
+            _syntheses(run, results),
         ),
     }
 
@@ -41,10 +41,16 @@ def _moves(run: Run) -> Iterable[Row]:
             yield run.time(tick), track.name, region, row, col, run.map.named.get(region), facing
 
 
+def _syntheses(run: Run, fields: Iterable[str]) -> Iterable[Row]:
+    for event in run.events:
+        if event.synthesis is not None:
+            yield run.time(event.tick), *(getattr(event.synthesis, name) for name in fields)
+
+
 def _events(run: Run) -> Iterable[Row]:
     for e in run.told:
         if e.kind is not StoryKind.SYNTHESIS:
-            yield run.time(e.tick), e.kind.value, e.robot, e.region, e.obstacle, e.told
+            yield run.time(e.tick), e.kind.value, e.robot, e.region, e.obstacle, e.text
 
 
 def catalogue_lines(catalogue: Catalogue) -> list[str]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 
+from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.run.values import LongStep, RobotTrack
-from safenav.scenario.model import Battery
+from safenav.scenario.model import Battery, Robot
 from safenav.world.map import HEADINGS, Heading, Region, RegionMap
 
 SAME = 1e-3
@@ -126,73 +127,62 @@ def facing(heading: str | None) -> Heading | None:
 
 
 SHARPNESS = 6
-"""Decimals of a charge in a live run."""
+"""Decimals of a charge."""
 
 
-class Charges:
-    """Charges and regions of robots with a battery. ``since`` (live): the time in seconds since
-    when each robot has been standing; ``charge`` applies to that time."""
+class Charge(Struct):
+    """The charge of a robot's battery, and its region. ``since``: the time since when it has been
+    standing, to which ``charge`` applies; None during a step. Times are in ticks, or in seconds of
+    a live run."""
 
-    def __init__(
-        self,
-        batteries: Mapping[str, Battery],
-        starts: Mapping[str, Region],
-        chargers: Collection[Region],
-        *,
-        live: bool,
-    ) -> None:
-        self.batteries, self._chargers = batteries, chargers
-        self._charge: dict[str, float] = {name: each.start for name, each in batteries.items()}
-        self._region = {name: starts[name] for name in batteries}
-        self._since = dict.fromkeys(batteries if live else (), 0.0)
+    battery: Battery
+    charge: float
+    region: Region
+    since: float | None = 0.0
+
+    def at(self, now: float, chargers: Collection[Region]) -> float:
+        if self.since is None:
+            return self.charge
+        rate = self.battery.charge if self.region in chargers else -self.battery.stay
+        charge = self.charge + rate * (now - self.since)
+        return round(min(self.battery.capacity, max(0, charge)), SHARPNESS)
+
+
+class Charges(dict[str, Charge]):
+    """The charges of the robots with a battery. Methods ignore other robots."""
+
+    def __init__(self, robots: Iterable[Robot], chargers: Collection[Region]) -> None:
+        for robot in robots:
+            if (battery := robot.model.battery) is not None:
+                self[robot.name] = Charge(battery, battery.start, robot.start.region)
+        self._chargers = chargers
 
     def percent(self, robot: str, now: float) -> int:
         """Return the charge of a robot at a time, in percent of its capacity."""
-        return round(100 * self._at(robot, now) / self.batteries[robot].capacity)
+        return round(100 * self[robot].at(now, self._chargers) / self[robot].battery.capacity)
 
     def lowest(self, region: Region, now: float) -> str | None:
         """Return the robot in a region with the least charge; None if there is none."""
-        here = [name for name, place in self._region.items() if place == region]
-        return min(here, key=lambda name: self._at(name, now), default=None)
-
-    def stayed(self, robot: str) -> None:
-        """Count a tick in which a robot has not moved."""
-        if robot in self.batteries:
-            self._charge[robot] = self._after(robot, 1)
+        here = [name for name, own in self.items() if own.region == region]
+        return min(here, key=lambda name: self[name].at(now, self._chargers), default=None)
 
     def left(self, robot: str, now: float) -> None:
-        """A robot with a clock begins a step."""
-        if robot in self._since:
-            self._charge[robot] = self._at(robot, now)
-            del self._since[robot]
+        """A robot begins a step, or is in one."""
+        if (own := self.get(robot)) is not None:
+            own.charge, own.since = own.at(now, self._chargers), None
 
-    def came(self, robot: str, region: Region, now: float | None = None) -> None:
-        """A robot ends a step; ``now``: at this time of the run's clock."""
-        if robot in self.batteries:
-            charge = round(self._charge[robot] - self.batteries[robot].move, SHARPNESS)
-            self._charge[robot], self._region[robot] = max(0, charge), region
-            if now is not None:
-                self._since[robot] = now
+    def came(self, robot: str, region: Region, now: float) -> None:
+        """A robot ends a step."""
+        if (own := self.get(robot)) is not None:
+            own.charge = max(0, round(own.charge - own.battery.move, SHARPNESS))
+            own.region, own.since = region, now
 
     def placed(self, robot: str, region: Region, now: float) -> None:
         """A standing robot was put into a region by an operator."""
-        if robot in self._since:
-            self._charge[robot], self._since[robot] = self._at(robot, now), now
-            self._region[robot] = region
+        if (own := self.get(robot)) is not None and own.since is not None:
+            own.charge, own.region, own.since = own.at(now, self._chargers), region, now
 
     def replaced(self, robot: str, now: float) -> None:
         """A robot has a full battery."""
-        self._charge[robot] = self.batteries[robot].capacity
-        if robot in self._since:
-            self._since[robot] = now
-
-    def _at(self, robot: str, now: float) -> float:
-        if robot not in self._since:
-            return self._charge[robot]
-        return self._after(robot, now - self._since[robot])
-
-    def _after(self, robot: str, time: float) -> float:
-        battery = self.batteries[robot]
-        rate = battery.charge if self._region[robot] in self._chargers else -battery.stay
-        charge = self._charge[robot] + rate * time
-        return round(min(battery.capacity, max(0, charge)), SHARPNESS)
+        own = self[robot]
+        own.charge, own.since = own.battery.capacity, None if own.since is None else now

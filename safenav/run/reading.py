@@ -8,15 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
-from msgspec import Struct, convert
 from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError, Verdict
 from safenav.run import values
 from safenav.run.paths import Charges, ContradictionError, RobotPaths
 from safenav.run.run import Run
-from safenav.run.wording import Wording, synthesis_words
+from safenav.run.wording import Wording
 from safenav.scenario.model import OPERATOR_ACTION, Obstacle, Robot
 from safenav.scenario.objective import Ltl, Objective, TargetObjective
 from safenav.trace import records
@@ -45,6 +45,8 @@ _STATUSES = {
 Line = records.Record
 """A line of a trace, for listeners that only pass it on."""
 Beginning = records.Header
+Place = Callable[[RegionMap, Region], str]
+"""The words for the region of an event."""
 
 
 def read_run(path: Path) -> Run:
@@ -70,31 +72,18 @@ def run_of(trace: Trace) -> Run:
     return run
 
 
-class Style(Struct, frozen=True):
-    """Notation of sentences for the region of an event, for a robot, and for emphasis."""
-
-    place: Callable[[RegionMap, Region], str] = RegionMap.place
-    robot: Callable[[str], str] = str
-    strong: Callable[[str], str] = str
-
-
-PLAIN = Style()
-
-
 class RunReader:
     """Reader of a run: ``append`` takes the lines of its trace in order, ``run`` is up to date
     after each."""
 
-    def __init__(self, header: records.Header, style: Style = PLAIN) -> None:
+    def __init__(self, header: records.Header, place: Place = RegionMap.place) -> None:
         scenario = self._scenario = header.scenario
-        self._style, self._live = style, header.live
         robots, seconds = scenario.robots, [0.0] if header.live else None
         tracks = {robot.name: _track(robot) for robot in robots}
         self._paths = RobotPaths(scenario.map, tracks, seconds)
-        starts = {robot.name: robot.start.region for robot in robots}
-        chargers = tuple(sorted(scenario.chargers))
-        batteries = {r.name: r.model.battery for r in robots if r.model.battery is not None}
-        self._charges = Charges(batteries, starts, chargers, live=seconds is not None)
+        self._charges = Charges(robots, scenario.chargers)
+        skills = {robot.name: robot.capabilities for robot in robots}
+        self._wording = Wording(scenario.map, place, skills, live=header.live)
         self._acts: dict[int, int] = {}
         self._violation: records.Violation | None = None
         self._flat: dict[str, str] = {}
@@ -109,9 +98,9 @@ class RunReader:
             progress={robot.name: values.Changes.of(values.RobotProgress()) for robot in robots},
             version=header.safenav,
             seconds=seconds,
-            charges={n: values.Changes.of(self._charges.percent(n, 0.0)) for n in batteries},
+            charges={n: values.Changes.of(self._charges.percent(n, 0.0)) for n in self._charges},
             inputs={each.name: False for each in scenario.inputs},
-            chargers=chargers,
+            chargers=tuple(sorted(scenario.chargers)),
             exclusions=scenario.never_together,
             interrupts=None if scenario.flat is None else scenario.flat.name,
         )
@@ -120,10 +109,10 @@ class RunReader:
                 self._add(each)
             elif each.appears is None:  # one of several that appear in a region one after the other
                 self.run.statuses[each.name] = values.Changes.of(values.ObstacleStatus.HIDDEN)
-        self._wording = self._worded()
 
     def _add(self, each: Obstacle) -> None:
         run, needs = self.run, each.needs
+        self._wording.actions[each.name] = [need.action for need in needs]
         run.hidden[each.name] = values.Hidden(
             each.name,
             each.type.name,
@@ -136,19 +125,6 @@ class RunReader:
         first = values.ObstacleStatus.ABSENT if absent else values.ObstacleStatus.HIDDEN
         run.statuses[each.name] = values.Changes.of(first)
         run.loads[each.name], run.met[each.name] = values.Changes.of(()), values.Changes.of(0)
-
-    def _worded(self) -> Wording:
-        world, place = self.run.map, self._style.place
-        return Wording(
-            world.word,
-            lambda region: place(world, region),
-            self._style.robot,
-            self._style.strong,
-            len(self.run.robots),
-            {name: found.actions for name, found in self.run.hidden.items()},
-            {robot.name: robot.capabilities for robot in self._scenario.robots},
-            live=self._live,
-        )
 
     @staticmethod
     def beginning(line: records.Record) -> records.Header | None:
@@ -179,8 +155,8 @@ class RunReader:
             case records.Violation():
                 self._violation = line
             case records.Backtrack() if self._violation is not None:
-                told = self._wording.backing_up(self._violation, line)
-                self._reword(more=told.removeprefix(self.run.events[-1].text))
+                told, instead = self.run.events[-1], self._wording.instead(self._violation, line)
+                self.run.events[-1] = replace(told, text=f"{told.text}; {instead}")
             case records.Act():
                 self._acts[line.command] = line.tick
                 kind = kind if line.obstacles else None  # else unknown to the team
@@ -211,7 +187,7 @@ class RunReader:
                 self._paths.put(robot, region, line.heading)
                 self._charges.placed(robot, region, now)
             case records.End():
-                self.run.ending = convert(line, values.Ending, from_attributes=True)
+                self.run.ending = line
                 self.run.within = self._paths.end(line.tick)
             case _:
                 self._obstacle(line, now)
@@ -223,16 +199,16 @@ class RunReader:
             case records.Goal():
                 self._goal(line)
             case records.Synthesis():
-                self._synthesized(line, now)
+                self._synthesized(line)
             case _ if kind is not None:
                 self._event(line, kind)
 
     def _move(self, line: records.Move) -> None:
         self._paths.move(line.robot, line.tick, line.to, line.heading, line.toward)
+        if line.to != line.from_ or line.toward is not None:
+            self._charges.left(line.robot, line.tick - 1)
         if line.to != line.from_:
-            self._charges.came(line.robot, line.to)
-        elif line.toward is None:
-            self._charges.stayed(line.robot)
+            self._charges.came(line.robot, line.to, line.tick)
 
     def _obstacle(self, line: records.Record, now: float) -> None:
         """Take a line about an obstacle."""
@@ -242,7 +218,6 @@ class RunReader:
                 name = line.obstacle.name
                 if name not in run.hidden:
                     self._add(line.obstacle)
-                    self._wording = self._worded()
                 if OPERATOR_ACTION in run.hidden[name].actions:  # a failure
                     self._status(line.tick, name, values.ObstacleStatus.HIDDEN)
             case records.Request():
@@ -303,7 +278,9 @@ class RunReader:
             progress = self.run.progress[robot]
             progress.put(tick, replace(progress.now, rounds=0))
 
-    def _event(self, line: records.Record, kind: values.StoryKind, text: str = "") -> None:
+    def _event(
+        self, line: records.Record, kind: values.StoryKind, text: str = "", **more: Any
+    ) -> None:
         """Add an event, at the region that its line names, else at that of its obstacle."""
         robot: str | None = getattr(line, "robot", None) or getattr(line, "requester", None)
         late = isinstance(line, records.Late)
@@ -320,25 +297,19 @@ class RunReader:
         if robot is not None:
             self._paths.robot(robot)
         text = text or self._wording.sentence(line)
-        self.run.events.append(values.Event(line.tick, kind, text, robot, region, obstacle))
-
-    def _reword(self, **changes: object) -> None:
-        """Change the last event, with knowledge from other lines."""
-        self.run.events[-1] = replace(self.run.events[-1], **changes)
+        self.run.events.append(values.Event(line.tick, kind, text, robot, region, obstacle, **more))
 
     def _stacked(self, line: records.Push | records.Pop) -> None:
         run, rows, helpers = self.run, [*self.run.stack.now], line.helpers
-        for name, objective in line.objectives.items():
-            self._set_objective(line.tick, name, objective)
-        mine = [n for n in (line.requester, *helpers) if n is not None and n in line.objectives]
+        new = [n for n, own in line.objectives.items() if self._set_objective(line.tick, n, own)]
         if isinstance(line, records.Push):
             # With another helper, the entry is pushed again at the same depth.
             rows[max(0, line.depth - 1) :] = [
                 values.StackRow(line.obstacle, line.requester, helpers)
             ]
-            for name in mine:
-                if name not in helpers:
-                    run.waits.setdefault(name, []).append(run.objectives[name].now)
+            waiting = line.requester
+            if waiting is not None and waiting in line.objectives and waiting not in helpers:
+                run.waits.setdefault(waiting, []).append(run.objectives[waiting].now)
         else:
             own = [n for n, row in enumerate(rows) if row.obstacle == line.obstacle]
             ended = [n for n in own if rows[n].requester == line.requester] or own
@@ -346,21 +317,15 @@ class RunReader:
                 del rows[ended[-1]]
             del rows[max(0, line.depth) :]
         run.stack.append((line.tick, tuple(rows)))
-        self._event(line, _KINDS[line.type])
-        doing = {name: run.doing(name, run.objectives[name].now) for name in line.objectives}
-        told = "; ".join(f"{name}: {doing[name]}" for name in dict.fromkeys(mine))
-        more = f" ({told})" if told and isinstance(line, records.Push) else ""
-        self._reword(pursued=tuple(doing.items()), more=more)
+        told = "; ".join(f"{name}: {run.doing(name, run.objectives[name].now)}" for name in new)
+        text = self._wording.sentence(line) + (f" ({told})" if told else "")
+        self._event(line, _KINDS[line.type], text)
 
-    def _synthesized(self, line: records.Synthesis, now: float) -> None:
-        realizable = line.verdict is Verdict.REALIZABLE
-        if realizable and line.tick:
-            self._set_objective(line.tick, line.robot, line.objective)
-        self._event(line, values.StoryKind.SYNTHESIS)
-        doing = (line.robot, self.run.doing(line.robot, line.objective))
-        result = convert(line, values.SynthesisOutcome, from_attributes=True)
-        result = replace(result, time=now, found=synthesis_words(line))
-        self._reword(synthesis=result, pursued=(doing,) if realizable else ())
+    def _synthesized(self, line: records.Synthesis) -> None:
+        own, won = (line.tick, line.robot, line.objective), line.verdict is Verdict.REALIZABLE
+        if won and line.tick and self._set_objective(*own):  # an input has changed, for example
+            self._event(records.Told(*own), values.StoryKind.NOTE)
+        self._event(line, values.StoryKind.SYNTHESIS, synthesis=line)
 
     def _believe(self, line: records.Belief) -> None:
         names = (self._paths.robot(line.robot).name, self._paths.robot(line.of).name)
@@ -378,13 +343,12 @@ class RunReader:
         if settles and before.reached == line.region:  # continued holding is not an event
             return
         new = 0 if line.round == before.rounds else line.round  # reported with its last target
-        shown = replace(line, round=0 if line.robot in self._modes else new)
+        shown, does = replace(line, round=0 if line.robot in self._modes else new), "reaches"
         if settles and line.region in last:
-            text = self._wording.holding(line)
-        else:
-            text = self._wording.goal(shown, formulas=isinstance(objective, Ltl))
-        self._event(line, values.StoryKind.GOAL, text)
-        self._reword(round=new)
+            shown, does = replace(line, round=0), "holds"
+        elif isinstance(objective, Ltl):  # perhaps the step that leaves a region meets it
+            does = f"meets goal {line.goal + 1} of its formulas at"
+        self._event(line, values.StoryKind.GOAL, self._wording.goal(shown, does), round=new)
 
     def _switched(self, line: records.Inputs) -> None:
         """Rounds restart where an input gives a robot another objective, or its own again."""
@@ -400,9 +364,12 @@ class RunReader:
         elif line.at_once:
             self._given(line.tick, line.robot, line.objective)
 
-    def _set_objective(self, tick: int, name: str, objective: Objective) -> None:
-        if objective != self.run.objectives[self._paths.robot(name).name].now:
+    def _set_objective(self, tick: int, name: str, objective: Objective) -> bool:
+        """Change an objective, and return whether it was another one."""
+        changed = objective != self.run.objectives[self._paths.robot(name).name].now
+        if changed:
             self._given(tick, name, objective)
+        return changed
 
     def _given(self, tick: int, name: str, objective: Objective) -> None:
         self.run.objectives[self._paths.robot(name).name].append((tick, objective))

@@ -9,14 +9,14 @@ the events of a live run) and the time of each.
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 
 from msgspec import Struct, field
 
 from safenav.data import cached_method
+from safenav.errors import Outcome
 from safenav.run.values import (
     Changes,
-    Ending,
     Event,
     Hidden,
     ObstacleStatus,
@@ -27,16 +27,17 @@ from safenav.run.values import (
     Scene,
     StackRow,
     StoryKind,
-    SynthesisOutcome,
 )
 from safenav.scenario.model import Exclusion
 from safenav.scenario.objective import Objective, describe, station, target_regions
+from safenav.trace.records import End
 from safenav.world.map import Region, RegionMap
 from safenav.world.poses import bits
 from safenav.world.sight import Visibility, visible_from
 
 AHEAD = 400
 """The most ticks of a way that is shown before it is gone."""
+_FAILURES = (Outcome.OPERATOR_NEEDED, Outcome.UNREALIZABLE, Outcome.ASSUMPTION_VIOLATED)
 TURNED_BACK = 0.4
 """The part of a failed step after which a robot turns back to its region."""
 
@@ -69,7 +70,7 @@ class Run(Struct):
     met: dict[str, Changes[int]] = field(default_factory=dict)
     stack: Changes[tuple[StackRow, ...]] = field(default_factory=lambda: Changes.of(()))
     events: list[Event] = field(default_factory=list)
-    ending: Ending | None = None
+    ending: End | None = None
     version: str = ""
     within: bool = False
     """Whether the run ended within its last tick; robots without a turn in it have not moved."""
@@ -103,16 +104,12 @@ class Run(Struct):
     @property
     def failed(self) -> bool:
         """Whether the run could not continue: it was neither completed nor stopped by a user."""
-        return self.ending is not None and self.ending.failed
+        return self.ending is not None and self.ending.outcome in _FAILURES
 
     @property
     def told(self) -> list[Event]:
         """The events, without notes."""
         return [event for event in self.events if event.kind is not StoryKind.NOTE]
-
-    @property
-    def syntheses(self) -> Iterator[SynthesisOutcome]:
-        return (event.synthesis for event in self.events if event.synthesis is not None)
 
     # Time.
 

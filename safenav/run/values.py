@@ -13,9 +13,9 @@ from typing import TypeVar
 
 from msgspec import Struct, field
 
-from safenav.errors import Outcome
 from safenav.scenario.model import OPERATOR_ACTION, Exclusion
 from safenav.scenario.objective import Objective, Word, number_word
+from safenav.trace import records
 from safenav.trace.words import listed, obstacle_words
 from safenav.world.map import Heading, Region, RegionMap
 
@@ -103,11 +103,13 @@ class StoryKind(StrEnum):
     """Used only while the run is read as it happens."""
 
 
+SynthesisOutcome = records.Synthesis
+
+
 class Event(Struct, frozen=True):
-    """An event of a run. ``text`` describes it in scenario terms, ``more`` is what later lines add
-    to it; ``robot`` is the robot concerned and ``region`` the place, if there is one. ``round``:
-    the round of a robot that a goal completes, 0 for none. ``pursued``: the objectives of robots
-    that it changes, in words; ``synthesis``: the result of one."""
+    """An event of a run. ``text`` describes it in scenario terms; ``robot`` is the robot concerned
+    and ``region`` the place, if there is one. ``round``: the round of a robot that a goal
+    completes, 0 for none. ``synthesis``: the result of one."""
 
     tick: int
     kind: StoryKind
@@ -115,37 +117,8 @@ class Event(Struct, frozen=True):
     robot: str | None = None
     region: Region | None = None
     obstacle: str | None = None
-    more: str = ""
     round: int = 0
-    pursued: tuple[tuple[str, str], ...] = ()
     synthesis: SynthesisOutcome | None = None
-
-    @property
-    def told(self) -> str:
-        """The whole text."""
-        return self.text + self.more
-
-
-class SynthesisOutcome(Struct, frozen=True):
-    """The result of a synthesis for a robot, ``found`` in words at a ``time``; what its strategy
-    assumes and ``allows``."""
-
-    robot: str
-    reason: str
-    verdict: str
-    seconds: float
-    states: int | None
-    cached: bool
-    verified: bool | None
-    assumptions: tuple[str, ...]
-    allows: str | None
-    time: float = 0.0
-    found: str = ""
-
-    @property
-    def initial(self) -> bool:
-        """Whether it was made before the start."""
-        return self.reason == "initial"
 
 
 class LongStep(Struct, frozen=True):
@@ -259,27 +232,6 @@ class RobotProgress(Struct, frozen=True):
 
     rounds: int = 0
     reached: Region | None = None
-
-
-class Ending(Struct, frozen=True):
-    """The end of a run. ``seconds``: its wall time; ``makespan``: of a run with a clock, the end of
-    its last command."""
-
-    outcome: Outcome
-    explanation: str
-    ticks: int
-    seconds: float
-    syntheses: int
-    synthesis_seconds: float
-    makespan: float | None
-
-    @property
-    def failed(self) -> bool:
-        """Whether the run could not continue: it was neither completed nor stopped by a user."""
-        return self.outcome in _FAILURES
-
-
-_FAILURES = (Outcome.OPERATOR_NEEDED, Outcome.UNREALIZABLE, Outcome.ASSUMPTION_VIOLATED)
 
 
 class Placed(Struct, frozen=True):

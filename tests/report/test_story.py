@@ -4,12 +4,13 @@ import click
 import pytest
 
 from once import beside
+from safenav.errors import Verdict
 from safenav.report.terminal import story
 from safenav.report.terminal.story import Story, syntheses_words
-from safenav.run.values import SynthesisOutcome
 from safenav.scenario.model import OPERATOR_ACTION, Obstacle, ObstacleType
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace import records, vocabulary
+from safenav.trace.fields import objective_of
 from safenav.trace.file import unstarted
 
 ROOM = beside(__file__, "scenarios/room.yaml")
@@ -101,8 +102,9 @@ def test_restarting_rounds_are_reported_once(restarts: bool) -> None:
 def test_many_strategies_share_one_sentence(
     count: int, cached: int, verified: bool, told: str | None
 ) -> None:
+    why, won, own = vocabulary.Reason.INITIAL, Verdict.REALIZABLE, objective_of({"hold": 4})
     found = [
-        SynthesisOutcome("q", "initial", "realizable", 0.1, k + 1, k < cached, verified, (), None)
+        records.Synthesis(0, "q", why, won, 0.1, k + 1, k < cached, verified, "ab" * 32, None, own)
         for k in range(count)
     ]
     assert syntheses_words(found) == told

@@ -316,7 +316,7 @@ class _Growth:
         return [
             min(event.tick, self._run.last),
             event.kind.value,
-            event.told,
+            event.text,
             self._index.get(event.robot or "", -1),
             -1 if event.region is None else event.region,
         ]

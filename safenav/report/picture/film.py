@@ -148,7 +148,7 @@ def _captioned(run: Run, film: Film) -> Iterable[tuple[int, float, str, int]]:
         halt = 0
         if tick > shown:
             events = [event for now in range(shown + 1, tick + 1) for event in run.happened(now)]
-            texts = [event.told for event in events if event.kind in _CAPTIONS]
+            texts = [event.text for event in events if event.kind in _CAPTIONS]
             if texts:
                 caption, since = ". ".join(texts) + ".", tick
             elif tick - since > 8:

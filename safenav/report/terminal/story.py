@@ -8,9 +8,9 @@ room. Two robots above each other (one flies) share the two characters.
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping, Sequence
-from functools import partial
 from itertools import zip_longest
 
 import click
@@ -18,9 +18,10 @@ from msgspec import Struct, field
 
 from safenav.errors import Outcome
 from safenav.report.terminal.layout import folded
-from safenav.run.reading import Line, RunReader, Style
+from safenav.run.reading import Line, RunReader
 from safenav.run.run import Run
 from safenav.run.values import Event, ObstacleStatus, StoryKind, SynthesisOutcome, labels
+from safenav.run.wording import synthesis_words
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.objective import describe, target_regions
 from safenav.trace.file import unstarted
@@ -37,11 +38,11 @@ from safenav.world.map import Heading, Region, RegionMap
 
 Echo = Callable[[str], None]
 
+_NAME = re.compile(r"(?<![\w@])[\w-]+(?:@[\w|#-]+)?")
+"""A word that may be the name of a robot or obstacle."""
 LARGE = 2500
 """Most regions of a map that is drawn more than once."""
 _COLOURS = ("cyan", "yellow", "magenta", "green", "blue", "bright_red")
-_LISTED = {StoryKind.PUSH, StoryKind.POP, StoryKind.SYNTHESIS}
-"""Events below which changed objectives are listed."""
 
 
 class Story:
@@ -58,12 +59,10 @@ class Story:
         names = [robot.name for robot in scenario.robots]
         self._letters = labels(names)
         self._colours = {n: _COLOURS[i % len(_COLOURS)] for i, n in enumerate(names)}
-        self._style = Style(RegionMap.label, self._name, partial(click.style, bold=True))
-        self._reader = RunReader(unstarted(scenario).header, self._style)
+        self._reader = RunReader(unstarted(scenario).header, RegionMap.label)
         self._told = 0
         self._syntheses: list[Event] = []
         self._in_rounds = False
-        self._doing: dict[str, str] = {}
         self._stamp = ""
         self._drawn: tuple[object, ...] | None = None
 
@@ -74,7 +73,7 @@ class Story:
     def __call__(self, line: Line) -> None:
         """Print the events of a line of the run."""
         if header := self._reader.beginning(line):
-            self._reader, self._told = RunReader(header, self._style), 0
+            self._reader, self._told = RunReader(header, RegionMap.label), 0
             return self._begin()
         self._reader.append(line)
         new, self._told = self._run.events[self._told :], len(self._run.events)
@@ -89,10 +88,8 @@ class Story:
         self._echo(click.style(run.name, bold=True))
         for track in run.robots:
             doing = run.doing(track.name, run.objectives[track.name].now)
-            self._doing[track.name] = doing
-            letters, name = self._letters[track.name], self._name(track.name)
-            stance = run.map.stance(*track.pose)
-            self._echo(f"  {letters:2} {name} ({track.model}) from {stance}: {doing}", indent=7)
+            start = f"{track.name} ({track.model}) from {run.map.stance(*track.pose)}"
+            self._echo(f"  {self._letters[track.name]:2} {start}: {doing}", indent=7)
         self._map()
 
     def _event(self, event: Event) -> None:
@@ -106,10 +103,6 @@ class Story:
             self._end(event)
         else:
             self._line(event.tick, event.text)
-            for robot, doing in event.pursued:
-                if event.kind in _LISTED and self._doing.get(robot) != doing:
-                    self._echo(f"             {self._name(robot)}: {doing}")
-                self._doing[robot] = doing
             self._changed(event)
 
     def _changed(self, event: Event) -> None:
@@ -144,21 +137,18 @@ class Story:
         if not found:
             return
         together = syntheses_words(found)
-        names = ", ".join(f"{self._name(each.robot)} ({each.found})" for each in found)
-        verb = "synthesized" if found[0].initial else "resynthesized"
+        names = ", ".join(f"{each.robot} ({synthesis_words(each)})" for each in found)
+        verb = "synthesized" if found[0].reason == "initial" else "resynthesized"
         self._line(events[0].tick, f"{verb} {together or names}")
         assumed = (rule.rpartition(" (")[0] or rule for each in found for rule in each.assumptions)
         for rule, count in Counter(assumed).items() if together else ():
             self._echo(f"             {count} robots assume: {rule}")
-        for event, each in zip(events, found, strict=True):
-            name = self._name(each.robot)
-            allows = f" ({shortened(each.allows)})" if each.allows else ""
-            for robot, doing in event.pursued:
-                if allows or self._doing.get(robot) != doing:
-                    self._echo(f"             {name}: {doing}{allows}")
-                self._doing[robot] = doing
+        for each in found:
+            if each.allows:
+                doing = self._run.doing(each.robot, each.objective)
+                self._echo(f"             {each.robot}: {doing} ({shortened(each.allows)})")
             for assumption in map(shortened, () if together else each.assumptions):
-                self._echo(f"             {name} assumes: {assumption}")
+                self._echo(f"             {each.robot} assumes: {assumption}")
 
     def _line(self, tick: int, text: str) -> None:
         at = self._run.stamp(tick)
@@ -186,26 +176,33 @@ class Story:
         picture = MapPicture(markers, closed, barred, targets)
         self._write("")
         rows, legend = draw(run.map, picture), [*self._robots(), *marks(picture)]
-        longest = max(len(click.unstyle(note)) for note in legend)
+        longest = max(map(len, legend))
         beside = self._width is None or 14 + len(rows[0]) + longest <= self._width
         for line, note in zip_longest(rows, legend if beside else (), fillvalue=""):
-            self._write(f"           {line:{len(rows[0])}}   {note}".rstrip())
+            self._write(f"           {line:{len(rows[0])}}   {self._painted(note)}".rstrip())
         for note in () if beside else legend:
             self._echo(f"           {note}", 15)
         self._write("")
 
     def _robots(self) -> list[str]:
         return [
-            f"{self._letters[t.name]:2} {self._name(t.name)} at {self._run.map.stance(*t.pose)}"
+            f"{self._letters[t.name]:2} {t.name} at {self._run.map.stance(*t.pose)}"
             for t in self._run.robots
         ]
 
     def _echo(self, line: str, indent: int = 13) -> None:
         for part in folded(line, self._width, indent):
-            self._write(part)
+            self._write(self._painted(part))
 
-    def _name(self, robot: str) -> str:
-        return click.style(robot, fg=self._colours.get(robot))
+    def _painted(self, line: str) -> str:
+        """Return a line with its robots in their colours, and its obstacles in bold letters."""
+        return _NAME.sub(lambda name: self._styled(name[0]), line)
+
+    def _styled(self, name: str) -> str:
+        colour = self._colours.get(name)
+        if colour is None:
+            return click.style(name, bold=True) if "@" in name else name
+        return click.style(name, fg=colour)
 
 
 _OVER = {ObstacleStatus.RESOLVED, ObstacleStatus.BLOCKED}
