@@ -144,8 +144,8 @@ class Goals:
 
     def _return_failed(self, body: DrivenRobot, task: FleetTask, why: str) -> None:
         """Schedule the goal of a return to be sent again, unless that has been repeated for too
-        long."""
-        if self.now() < task.since + RETURNING:
+        long, or the robot's odometry is silent as well."""
+        if self.now() < task.since + RETURNING and self.now() - body.heard <= STALE:
             task.goal, task.due = 0, self.now() + PAUSE
         else:
             self.lose(body, task, f"{task.reason}; its return ended: {why}")

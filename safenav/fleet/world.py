@@ -299,7 +299,6 @@ class FleetWorld:
                 return
             body.looked, body.newest, body.arrived = -inf, -inf, place.stamp
             body.deaf = heard + STALE  # scans in transmission may have been taken before
-            body.unread.clear()
             self._sensing.clock_was_set(body.robot.name, place.stamp)
         body.place, body.heard = place, heard
         body.trail.append(TrailPoint(heard, place, body.regions))

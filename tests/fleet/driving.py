@@ -87,15 +87,19 @@ class Lab:
         }
         self.physics: Any = None
         if transport != "simulation":
-            port = self.started("fleet/lab.py", self.scenario, self.fleet, pace)
-            self.physics = lab_at(int(port))
+            self.start("fleet/lab.py", self.scenario, self.fleet, pace)
             for name in ("quad", "digit"):
                 robot = f"{name}+{faults[name]}" if name in faults else name
-                robot += "+follow" * streams
-                self.started("fleet/ros2_robots.py", port.strip(), self.domain, robot)
+                self.start("fleet/ros2_robots.py", self.domain, robot + "+follow" * streams)
+            self.physics = lab_at(int(port := self.says(0)))
+            for robots in self.processes[1:]:
+                assert robots.stdin is not None
+                robots.stdin.write(f"{port}\n")
+                robots.stdin.flush()
+            assert [self.says(number) for number in (1, 2)] == ["ready", "ready"]
 
-    def started(self, program: str, *arguments: object) -> str:
-        """Start a program of the tests; the first line that it prints."""
+    def start(self, program: str, *arguments: object) -> None:
+        """Start a program of the tests, while others start as well."""
         process = subprocess.Popen(
             [sys.executable, str(TESTS / program), *map(str, arguments)],
             stdin=subprocess.PIPE,
@@ -104,10 +108,14 @@ class Lab:
             env=self.environment,
         )
         self.processes.append(process)
+
+    def says(self, number: int) -> str:
+        """Return the next line that a process prints."""
+        process = self.processes[number]
         assert process.stdout is not None
         said = process.stdout.readline()
-        assert said, f"{program} did not start"
-        return said
+        assert said, f"{process.args!r} did not start"
+        return said.strip()
 
     def drive(self, *options: str, seconds: float = 600.0) -> subprocess.CompletedProcess[str]:
         return ran(self.command(*options), env=self.environment, timeout=seconds)

@@ -1,10 +1,10 @@
-"""``python ros2_robots.py PORT DOMAIN ROBOT...``: robots of a lab as ROS 2 nodes, over loopback.
+"""``python ros2_robots.py DOMAIN ROBOT...``: robots of a lab as ROS 2 nodes, over loopback.
 
-PORT is the lab's. A robot may have faults: ``digit+doubled`` sends every reply twice, ``+late`` a
-tenth of a second late, ``+abort`` aborts its third goal, ``+alarm``
-raises an alarm from its first goal to its second, ``+lag`` tells what its lidar has seen 0.3 s
-later, ``+tf`` sends transforms instead of odometry. Written from ROS 2's action design and
-rmw_cyclonedds' names; it ends with its standard input.
+The port of the lab is the first line of its standard input. A robot may have faults:
+``digit+doubled`` sends every reply twice, ``+late`` a tenth of a second late, ``+abort`` aborts its
+third goal, ``+alarm`` raises an alarm from its first goal to its second, ``+lag`` tells what its
+lidar has seen later than its odometry, ``+tf`` sends transforms instead of odometry. Written from
+ROS 2's action design and rmw_cyclonedds' names; it ends with its standard input.
 """
 
 import math
@@ -18,6 +18,8 @@ from fleet.lab import SILENT, ends, follow, lab_at
 from safenav.fleet.ros2 import node as ros
 from safenav.fleet.ros2.node import LATCHED, RELIABLE, SENSOR, SERVICE, Participant
 
+LAG = 0.15
+"""Seconds by which scans are late: those of one region come when the robot is in the next one."""
 STATUS = {"succeeded": ros.SUCCEEDED, "aborted": ros.ABORTED, "canceled": ros.CANCELED}
 
 
@@ -162,12 +164,13 @@ class Server:
             _, ranges = self.lab.scan(self.name)
             step = 2 * math.pi / len(ranges)
             laser = ros.LaserScan(header, 0.0, 2 * math.pi, step, 0.0, 0.0, 0.05, 7.5, ranges, [])
-            self.late.append((time.monotonic() + (0.3 if "lag" in self.faults else 0.0), laser))
+            self.late.append((time.monotonic() + (LAG if "lag" in self.faults else 0.0), laser))
         while self.late and self.late[0][0] <= time.monotonic():
             self.scans.write(self.late.popleft()[1])
 
 
-def main(port: int, domain: int, robots: list[str]) -> None:
+def main(domain: int, robots: list[str]) -> None:
+    port = int(sys.stdin.readline())
     node = Participant(domain, "lo", ("127.0.0.1",))
     named = [robot.split("+") for robot in robots]
     servers = [Server(lab_at(port), name, node, set(faults)) for name, *faults in named]
@@ -180,4 +183,4 @@ def main(port: int, domain: int, robots: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]), int(sys.argv[2]), sys.argv[3:])
+    main(int(sys.argv[1]), sys.argv[2:])

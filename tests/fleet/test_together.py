@@ -1,11 +1,13 @@
 """Drives in the simulation of robots that resolve what they find: together, or alone."""
 
+import numpy as np
 import pytest
 
 pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
 
 from fleet.drives import driven
 from once import beside
+from safenav.motion.columns import columns_at
 from safenav.motion.file import Action, Reset
 from safenav.run.checked import check_trace
 
@@ -38,6 +40,8 @@ def test_a_robot_opens_the_door_that_it_found_alone(goals: tuple[str, ...]) -> N
     assert outcome is not None and outcome.outcome == "completed"
     (push,) = [line for line in drive.motion.lines if isinstance(line, Action)]
     assert (push.action, push.obstacle) == ("push", "door@12")
+    if not goals:  # a reference ends before the door, in the first half of its region
+        assert columns_at(drive.motion, "one", np.array([push.t0])).place[0] < 8.9
     assert check_trace(drive.lines).findings == () and drive.judged() == []
 
 
