@@ -77,7 +77,7 @@ def study(number: str, folder: Path, repeat: int) -> Times:
     safenav("check", trace)
     for name, tick in MOMENTS.items() if number.isdecimal() else ():
         figure = folder / f"case_study_{number}_{name}.svg"
-        safenav("replay", trace, "--svg", tick, "-o", figure)
+        safenav("replay", trace, "--at", tick, "-o", figure)
     return Times(
         number,
         median(walls),

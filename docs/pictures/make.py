@@ -50,7 +50,7 @@ def _case_studies(browser: Browser, folder: Path) -> None:
     replay, _ = _run("case_study_1", folder)
     request = replay.at(_first(replay, StoryKind.REQUEST))
     (HERE / "case_study_1.svg").write_text(svg_of(request))
-    film = ("--gif", "--width", "760", "--speed", "5", "-o", str(HERE / "case_study_1.gif"))
+    film = ("--width", "760", "--speed", "5", "-o", str(HERE / "case_study_1.gif"))
     _safenav("replay", str(folder / "case_study_1.jsonl"), *film)
     replay, page = _run("case_study_3", folder)
     tick = _first(replay, StoryKind.REQUEST)

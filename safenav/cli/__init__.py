@@ -138,40 +138,42 @@ def main() -> None:
         warnings.showwarning = lambda message, *_, **__: warn(message)
         status = group.main(prog_name="safenav", standalone_mode=False, color=_coloured())
         sys.exit(status if isinstance(status, int) else ExitCode.OK)
-    except SafenavError as error:
-        if _follows_an_interruption(error):
-            _fail("interrupted", ExitCode.INTERRUPTED)
-        _fail(str(error), error.exit_code)
-    except click.exceptions.Abort:
-        _fail("interrupted", ExitCode.INTERRUPTED)
     except click.exceptions.NoArgsIsHelpError as error:
         error.show()
         sys.exit(error.exit_code)
-    except click.ClickException as error:
-        message = error.format_message().rstrip(".")
-        context = getattr(error, "ctx", None)
-        hint = f"\n    {context.command_path} --help lists the options" if context else ""
-        _fail(f"{message[:1].lower()}{message[1:]}{hint}", ExitCode.BAD_INPUT)
-    except KeyboardInterrupt:
-        _fail("interrupted", ExitCode.INTERRUPTED)
-    except Exception as error:
-        if _follows_an_interruption(error):
-            _fail("interrupted", ExitCode.INTERRUPTED)
-        if os.environ.get("SAFENAV_DEBUG"):
+    except SystemExit:
+        raise
+    except BaseException as error:
+        message, code = _ending(error)
+        if code is ExitCode.INTERNAL and os.environ.get("SAFENAV_DEBUG"):
             raise
-        if isinstance(error, OSError) and error.errno in WRONG_NAMES:
-            _fail(f"{file_words(error)}\n    choose another name", ExitCode.BAD_INPUT)
-        if isinstance(error, OSError) and error.errno in FULL_DISK:
-            _fail(f"cannot write the output: {file_words(error)}", ExitCode.BAD_INPUT)
-        missing = (getattr(error, "name", None) or "").partition(".")[0]
-        if isinstance(error, ImportError) and missing in EXTRAS:
+        _fail(message, code)
+
+
+def _ending(error: BaseException) -> tuple[str, ExitCode]:
+    """Return the message and the exit code of a command that an error has ended."""
+    if _follows_an_interruption(error) or isinstance(error, click.exceptions.Abort):
+        return "interrupted", ExitCode.INTERRUPTED
+    match error:
+        case SafenavError():
+            return str(error), error.exit_code
+        case click.ClickException():
+            message = error.format_message().rstrip(".")
+            context = getattr(error, "ctx", None)
+            hint = f"\n    {context.command_path} --help lists the options" if context else ""
+            return f"{message[:1].lower()}{message[1:]}{hint}", ExitCode.BAD_INPUT
+        case OSError() if error.errno in WRONG_NAMES:
+            return f"{file_words(error)}\n    choose another name", ExitCode.BAD_INPUT
+        case OSError() if error.errno in FULL_DISK:
+            return f"cannot write the output: {file_words(error)}", ExitCode.BAD_INPUT
+        case ImportError() if (missing := (error.name or "").partition(".")[0]) in EXTRAS:
             user = " ".join(["safenav", *sys.argv[1:2]])
-            _fail(str(missing_package(user, missing, EXTRAS[missing])), ExitCode.BAD_INPUT)
-        _fail(
-            f"internal error: {type(error).__name__}: {error}\n"
-            "    this is a defect of safenav; set SAFENAV_DEBUG=1 to see where it happened",
-            ExitCode.INTERNAL,
-        )
+            return str(missing_package(user, missing, EXTRAS[missing])), ExitCode.BAD_INPUT
+    return (
+        f"internal error: {type(error).__name__}: {error}\n"
+        "    this is a defect of safenav; set SAFENAV_DEBUG=1 to see where it happened",
+        ExitCode.INTERNAL,
+    )
 
 
 def _follows_an_interruption(error: BaseException | None) -> bool:

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import os
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import click
 
 from safenav.cli import options
+from safenav.cli.options import flag, option
 from safenav.errors import ExitCode, UsageError
 from safenav.files import printable, write_out
 from safenav.report.terminal.layout import echo_folded
@@ -34,39 +34,40 @@ Exit codes:
 """
 
 
-@click.command(epilog=EPILOG)
-@click.argument("paths", metavar="PATH...", type=options.TEXT_INPUT, nargs=-1, required=True)
-@click.option("-j", "--jobs", type=options.COUNT, metavar="N", help="Scenarios in parallel.")
-@click.option(
-    "--time-limit",
-    type=options.SECONDS,
-    default=600.0,
-    metavar="S",
-    help="End a scenario after so long.  [600]",
-)
-@click.option("--certify", type=options.FOLDER, help="Write the bundle of each run here.")
-@click.option("--junit", type=options.Output(".xml"), help="Write a JUnit report (XML).")
-@options.as_json
-@click.option(
-    "-o",
-    "--output",
-    "--out",
-    "out",
-    type=options.FOLDER,
-    help="Write results.jsonl, and trace and replay of failures.",
-)
-@click.option("--resume", is_flag=True, help="Run only cases without a result in --out.")
-@click.option("--dask", metavar="ADDRESS", help="Run on this Dask cluster.")
+@options.command(EPILOG)
 def batch(
-    paths: tuple[str, ...],
-    jobs: int | None,
-    time_limit: float,
-    certify: Path | None,
-    junit: Path | None,
-    as_json: bool,
-    out: Path | None,
-    resume: bool,
-    dask: str | None,
+    paths: Annotated[
+        tuple[str, ...],
+        options.argument(options.TEXT_INPUT, metavar="PATH...", nargs=-1, required=True),
+    ],
+    jobs: Annotated[
+        int | None, option("-j --jobs", options.COUNT, "Scenarios in parallel.", metavar="N")
+    ],
+    time_limit: Annotated[
+        float,
+        option(
+            "--time-limit", options.SECONDS, "End a scenario after so long.  [600]", default=600.0
+        ),
+    ],
+    certify: Annotated[
+        Path | None, option("--certify", options.FOLDER, "Write the bundle of each run here.")
+    ],
+    junit: Annotated[
+        Path | None, option("--junit", options.Output(".xml"), "Write a JUnit report (XML).")
+    ],
+    as_json: options.AsJson,
+    out: Annotated[
+        Path | None,
+        option(
+            "-o --output --out",
+            options.FOLDER,
+            "Write results.jsonl, and trace and replay of failures.",
+        ),
+    ],
+    resume: Annotated[bool, flag("--resume", "Run only cases without a result in --out.")],
+    dask: Annotated[
+        str | None, option("--dask", str, "Run on this Dask cluster.", metavar="ADDRESS")
+    ],
 ) -> int:
     """Run every scenario that the PATHs name, each in a process of its own, and compare each
     run with the scenario's 'expect'."""
@@ -112,14 +113,14 @@ def batch(
     if junit is not None:
         write_out(junit, to_junit(report), echo=False)
     if as_json:
-        click.echo(json.dumps(report_data(report), indent=2))
+        options.print_json(report_data(report))
     err = as_json or str(junit) == "-"
     echo_folded(summary(report), err=err)
     if report.left and out is not None:
         click.echo(f"to continue, repeat with --resume ({report.left} cases left)", err=True)
     if report.interrupted:
         return ExitCode.INTERRUPTED
-    return ExitCode.OK if report.as_expected else ExitCode.NEGATIVE
+    return options.code_of(report.as_expected)
 
 
 def _processors() -> int:

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import json
 import shlex
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 from msgspec import Struct, to_builtins
 from msgspec.structs import replace
 
 from safenav.cli import options, report_error, warn_of
+from safenav.cli.options import flag, option
 from safenav.errors import (
     Diagnostic,
     ExitCode,
@@ -49,12 +50,8 @@ Exit codes: (of several files, the largest)
 """
 
 SCENARIO, TRACE, MOTION, BUNDLE = "scenario", "trace", "motion file", "bundle"
-READ_BY = {
-    "strict": (SCENARIO,),
-    "require": (MOTION,),
-    "rate": (MOTION,),
-}
-"""The kinds of files that each option is for."""
+READ_BY = {"strict": SCENARIO, "require": MOTION, "rate": MOTION}
+"""The kind of files that each option is for."""
 ARCHIVE = ("PK\x03\x04", "PK\x05\x06")
 """Beginnings of a zip file."""
 SHOWN = 5
@@ -84,42 +81,35 @@ class GivenFile(Struct, frozen=True):
 class JudgedFile(Struct, frozen=True):
     """The verdict on a file, as data and in words."""
 
-    good: bool
+    status: ExitCode
     data: Mapping[str, Any]
     lines: Sequence[str] = ()
     warnings: Sequence[str] = ()
-    status: ExitCode = ExitCode.OK
-    """Exit code, if more is known than whether the file is ``good``."""
 
 
-@click.command(epilog=EPILOG)
-@click.argument("files", metavar="FILE...", type=options.INPUT, nargs=-1, required=True)
-@click.option("--strict", is_flag=True, help="Scenarios: warnings count as unrealizable.")
-@click.option("--require", metavar="FORMULA", multiple=True, help="Motions: also check this.")
-@click.option(
-    "--rate",
-    type=options.FiniteRange(min=0, min_open=True, max=10_000),
-    default=50.0,
-    metavar="HZ",
-    help="Motions: samples per second for requirements.  [50]",
-)
-@options.as_json
+@options.command(EPILOG)
 def check(
-    files: tuple[Path, ...],
-    strict: bool,
-    require: tuple[str, ...],
-    rate: float,
-    as_json: bool,
+    files: Annotated[
+        tuple[Path, ...],
+        options.argument(options.INPUT, metavar="FILE...", nargs=-1, required=True),
+    ],
+    strict: Annotated[bool, flag("--strict", "Scenarios: warnings count as unrealizable.")],
+    require: Annotated[
+        tuple[str, ...], option("--require", str, "Motions: a further formula.", multiple=True)
+    ],
+    rate: Annotated[
+        float, option("--rate", options.HERTZ, "Motions: samples per second.  [50]", default=50.0)
+    ],
+    as_json: options.AsJson,
 ) -> int:
     """Judge each FILE: a scenario (are its robots realizable?), a trace (docs/judge.md), a
     bundle (docs/certify.md), or a motion file together with its trace (docs/motion.md). What they
     are is recognized by their content; `-` is standard input."""
     found = [recognized(path) for path in files]
     kinds = {file.kind for file in found}
-    unread = {name: read for name, read in READ_BY.items() if kinds.isdisjoint(read)}
-    options.refuse(
-        {name: " or ".join(f"a {kind}" for kind in read) for name, read in unread.items()}
-    )
+    for name, kind in READ_BY.items():
+        if kind not in kinds:
+            options.refuse({name: f"a {kind}"})
     traces = [file for file in found if file.kind == TRACE]
     for file in found:
         if file.kind == MOTION and not traces:
@@ -139,10 +129,9 @@ def check(
         except SafenavError as error:
             if not several:
                 raise
-            judged = JudgedFile(False, {"error": str(error)}, status=error.exit_code)
+            judged = JudgedFile(error.exit_code, {"error": str(error)})
             report_error(str(error))
-        own = ExitCode.OK if judged.good else judged.status or ExitCode.NEGATIVE
-        status = max(status, own)
+        status = max(status, judged.status)
         data.append({"file": str(file.path), **judged.data} if several else judged.data)
         if not as_json:
             if several and file.kind == SCENARIO and judged.lines:
@@ -150,7 +139,7 @@ def check(
             echo_folded(judged.lines)
             warn_of(judged.warnings)
     if as_json:
-        click.echo(json.dumps(data if several else data[0], indent=2))
+        options.print_json(data if several else data[0])
     return status
 
 
@@ -177,15 +166,13 @@ def recognized(path: Path) -> GivenFile:
     if text.startswith(ARCHIVE) and path.is_file():
         from zipfile import ZipFile
 
-        try:
-            with ZipFile(path) as archive:
-                names = archive.namelist()
-        except Exception:  # a broken archive, which the checker refuses
-            return GivenFile(path, BUNDLE)
-        if "manifest.json" in names:
-            return GivenFile(path, BUNDLE)
-        hint = "a bundle has a manifest.json: safenav certify writes one"
-        raise InputError([Diagnostic(name, 0, 0, "this archive is not a bundle", hint)])
+        names = ["manifest.json"]
+        with suppress(Exception), ZipFile(path) as archive:  # the checker refuses a broken one
+            names = archive.namelist()
+        if "manifest.json" not in names:
+            hint = "a bundle has a manifest.json: safenav certify writes one"
+            raise InputError([Diagnostic(name, 0, 0, "this archive is not a bundle", hint)])
+        return GivenFile(path, BUNDLE)
     if (kind := kind_of(text)) in (SCENARIO, TRACE, MOTION):
         return GivenFile(path, str(kind), content)
     if wrong := another_kind(text, f"{SCENARIO}, {TRACE}, {BUNDLE} or {MOTION}", name):
@@ -261,7 +248,7 @@ def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
         whole["unrealizable"] = refusal
         lines.append(f"{click.style('unrealizable', fg='red')}: {refusal}")
     good = realizable and refusal is None and not (strict and warnings)
-    return JudgedFile(good, whole, lines, warnings)
+    return JudgedFile(options.code_of(good), whole, lines, warnings)
 
 
 def examined(answer: Controller, plan: Scenario) -> dict[str, Any]:
@@ -308,7 +295,9 @@ def of_trace(file: GivenFile, with_motion: bool) -> JudgedFile:
         what = counted(len(formulas), "requirement")
         lines.append(f"Not judged: {what}; give the motion of the run also.")
     good = not found.findings and found.complete
-    return JudgedFile(good, {"ok": not found.findings, **to_builtins(found)}, lines)
+    return JudgedFile(
+        options.code_of(good), {"ok": not found.findings, **to_builtins(found)}, lines
+    )
 
 
 def trace_lines(found: CheckedTrace) -> Iterator[str]:
@@ -364,7 +353,9 @@ def of_motion(
     lines += [str(one) for one in (*tracked, *judgements)]
     good = not found and all(one.verdict == SATISFIED for one in judgements)
     data = {"ok": good, "findings": to_builtins(found), "execution": to_builtins(tracked)}
-    return JudgedFile(good, data | {"requirements": [one.data() for one in judgements]}, lines)
+    return JudgedFile(
+        options.code_of(good), data | {"requirements": [one.data() for one in judgements]}, lines
+    )
 
 
 def of_bundle(file: GivenFile) -> JudgedFile:
@@ -379,8 +370,9 @@ def of_bundle(file: GivenFile) -> JudgedFile:
     lines = [*table(("claim", "established"), rows)] if rows else []
     lines += [f"not compared: {what}" for what in found.not_compared]
     lines.append(f"{file.path}: {click.style(found.verdict, fg=colour)}{reason}")
-    status = ExitCode.RESOURCE_LIMIT if found.verdict == "too large" else ExitCode.OK
-    return JudgedFile(found.accepted, asdict(found), lines, status=status)
+    too_large = found.verdict == "too large"
+    status = ExitCode.RESOURCE_LIMIT if too_large else options.code_of(found.accepted)
+    return JudgedFile(status, asdict(found), lines)
 
 
 def broken(source: object, found: Sequence[object], rest: str = "more") -> Iterator[str]:
@@ -390,6 +382,7 @@ def broken(source: object, found: Sequence[object], rest: str = "more") -> Itera
         yield f"and {len(found) - SHOWN} {rest} (--json prints them)"
 
 
+BUNDLE_FILE = options.Output(".zip", folder=True)
 CERTIFY_EPILOG = """\b
 Examples:
   safenav new lab.yaml && safenav certify lab.yaml -o bundle
@@ -405,14 +398,16 @@ Exit codes:
 """
 
 
-@click.command(epilog=CERTIFY_EPILOG)
-@click.argument("scenario", type=options.INPUT, required=False)
-@click.option("--trace", type=options.INPUT, help="The trace of an earlier run.")
-@options.output(".zip", folder=True, required=True, help="A folder, or a .zip.")
-@click.option("--motion", type=options.INPUT, help="With --trace: the motion of that run.")
-@options.seed
+@options.command(CERTIFY_EPILOG)
 def certify(
-    scenario: Path | None, trace: Path | None, output: Path, motion: Path | None, seed: int | None
+    scenario: Annotated[Path | None, options.argument(options.INPUT, required=False)],
+    trace: Annotated[Path | None, option("--trace", options.INPUT, "The trace of an earlier run.")],
+    output: Annotated[
+        Path, option("-o --output", BUNDLE_FILE, "A folder, or a .zip.", required=True)
+    ],
+    motion: Annotated[
+        Path | None, option("--motion", options.INPUT, "With --trace: the motion of that run.")
+    ],
 ) -> int:
     """Run SCENARIO and write a bundle: the run, each strategy with its proof, and a checker that
     needs only Python.
@@ -420,12 +415,13 @@ def certify(
     Any outcome can be certified, including that the mission is infeasible."""
     from safenav.certify.bundle import bundle_of_run, bundle_of_trace
 
-    options.refuse({"motion": "--trace"} if trace is None else {"seed": "a scenario"})
+    if trace is None:
+        options.refuse({"motion": "--trace"})
     if (scenario is None) == (trace is None):
         raise UsageError("give either a scenario to run, or the --trace of an earlier run")
     try:
         if scenario is not None:
-            made = bundle_of_run(scenario, output, seed=seed)
+            made = bundle_of_run(scenario, output)
         else:
             assert trace is not None
             made = bundle_of_trace(trace, output, motion)

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Annotated
 
 import click
 
 from safenav.cli import options
+from safenav.cli.options import flag, option
 from safenav.errors import ExitCode, UsageError
 from safenav.files import tell, write_all, write_out, write_whole
 from safenav.motion.file import Motion
@@ -20,7 +22,8 @@ from safenav.world.map import Frame
 BAG_RATE = 20.0
 """Positions of each robot per second in a bag with a motion."""
 
-ENDINGS = (".csv", ".json", ".mcap", ".npz")
+FILE = options.Output(".csv", ".json", ".mcap", ".npz", exact=True)
+PLACE = options.FiniteRange("m", -1e9, 1e9)
 
 EPILOG = """\b
 FILE by its ending: .csv or .json (waypoints), .npz (samples of the motion, with numpy.load),
@@ -41,56 +44,42 @@ Exit codes:
 """
 
 
-@click.command(epilog=EPILOG)
-@click.argument("trace", type=options.INPUT)
-@click.argument("motion", type=options.INPUT, required=False)
-@click.option(
-    "-o",
-    "--output",
-    "outputs",
-    type=options.Output(*ENDINGS),
-    metavar="FILE",
-    multiple=True,
-    help="Write this file; its ending determines the format.",
-)
-@click.option("--motion", "written", type=options.LINES, help="Compute and write the motion.")
-@click.option("--report", is_flag=True, help="Print times, distances, errors, margins.")
-@click.option("--track", is_flag=True, help="Simulate flyers that track their references.")
-@click.option("--csv", "stem", type=options.Output(), metavar="STEM", help="Tables: STEM-*.csv.")
-@click.option(
-    "--rate",
-    type=options.FiniteRange(min=0.1, max=1e4),
-    default=100.0,
-    metavar="HZ",
-    help="Samples per second.  [100]",
-)
-@click.option("--side", type=options.METRES, metavar="M", help="Side of a region in metres.")
-@click.option(
-    "--origin",
-    type=options.FiniteRange(-1e9, 1e9),
-    nargs=2,
-    metavar="X Y",
-    help="South-western corner in metres.",
-)
+@options.command(EPILOG)
 def export(
-    trace: Path,
-    motion: Path | None,
-    outputs: tuple[Path, ...],
-    written: Path | None,
-    report: bool,
-    track: bool,
-    stem: Path | None,
-    rate: float,
-    side: float | None,
-    origin: tuple[float, float] | None,
+    trace: options.InputFile,
+    motion: Annotated[Path | None, options.argument(options.INPUT, required=False)],
+    outputs: Annotated[
+        tuple[Path, ...],
+        option(
+            "-o --output",
+            FILE,
+            "Write it in the format of its ending.",
+            metavar="FILE",
+            multiple=True,
+        ),
+    ],
+    written: Annotated[
+        Path | None, option("--motion", options.LINES, "Compute and write the motion.")
+    ],
+    report: Annotated[bool, flag("--report", "Print times, distances, errors, margins.")],
+    track: Annotated[bool, flag("--track", "Simulate flyers that track their references.")],
+    stem: Annotated[
+        Path | None, option("--csv", options.Output(), "Tables: STEM-*.csv.", metavar="STEM")
+    ],
+    rate: Annotated[
+        float, option("--rate", options.HERTZ, "Samples per second.  [100]", default=100.0)
+    ],
+    side: options.Side,
+    origin: Annotated[
+        tuple[float, float] | None,
+        option("--origin", PLACE, "South-western corner in metres.", nargs=2, metavar="X Y"),
+    ],
 ) -> int:
     """Write TRACE for other programs: waypoints (where each robot is at the end of each tick, in
     metres as in ROS), a ROS 2 bag, tables, or its motion in metres and seconds, which keeps every
     guarantee of the run at every instant. With a motion (MOTION, or the one computed by --motion),
     the others have its times and speeds."""
     files = {".csv" if str(p) == "-" else p.suffix.lower(): p for p in outputs}
-    if unknown := [path for ending, path in files.items() if ending not in ENDINGS]:
-        raise UsageError(f"--output {unknown[0]}: its ending must be one of {', '.join(ENDINGS)}")
     if len(files) < len(outputs):
         raise UsageError("two outputs are of the same kind; give one of them")
     if not report and stem is None and written is None and not files:

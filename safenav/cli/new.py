@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from shlex import quote
+from typing import Annotated
 
 import click
 from msgspec import to_builtins
 
 from safenav.cli import options, warn
+from safenav.cli.options import flag, option
 from safenav.errors import ExitCode, UsageError
 from safenav.files import write_out
 from safenav.scenario.beginning import DEFAULT, TEMPLATES, scenario_on, template_text
@@ -40,43 +41,46 @@ NEW_EPILOG = "\n".join(
 )
 
 
-@click.command(epilog=NEW_EPILOG)
-@click.argument("file", type=options.INPUT, required=False)
-@click.option(
-    "--template", type=click.Choice(list(TEMPLATES)), metavar="NAME", help=f"Default: {DEFAULT}."
-)
-@click.option("--map", "map_file", type=options.INPUT, metavar="FILE", help="Use this map.")
-@options.division
-@click.option("--fleet", type=options.INPUT, metavar="SCENARIO", help="Write its fleet file.")
-@click.option(
-    "--schema",
-    type=click.Choice(SCHEMAS),
-    is_flag=False,
-    flag_value=SCHEMAS[0],
-    metavar="[KIND]",
-    help="JSON Schema of a scenario, trace or fleet.",
-)
-@click.option(
-    "--catalogue",
-    type=options.TEXT_INPUT,
-    is_flag=False,
-    flag_value="",
-    metavar="[FILE]",
-    help="List models, capabilities, obstacle types.",
-)
-@click.option("--force", is_flag=True, help="Replace FILE if it exists.")
+@options.command(NEW_EPILOG)
 def new(
-    file: Path | None,
-    template: str | None,
-    map_file: Path | None,
-    rows: int | None,
-    cols: int | None,
-    side: float | None,
-    share: float | None,
-    fleet: Path | None,
-    schema: str | None,
-    catalogue: str | None,
-    force: bool,
+    file: Annotated[Path | None, options.argument(options.INPUT, required=False)],
+    template: Annotated[
+        str | None,
+        option("--template", click.Choice([*TEMPLATES]), f"Default: {DEFAULT}.", metavar="NAME"),
+    ],
+    map_file: Annotated[
+        Path | None, option("--map", options.INPUT, "Use this map.", metavar="FILE")
+    ],
+    rows: options.Rows,
+    cols: options.Cols,
+    side: options.Side,
+    share: options.Share,
+    fleet: Annotated[
+        Path | None, option("--fleet", options.INPUT, "Write its fleet file.", metavar="SCENARIO")
+    ],
+    schema: Annotated[
+        str | None,
+        option(
+            "--schema",
+            click.Choice(SCHEMAS),
+            "JSON Schema of a scenario, trace or fleet.",
+            is_flag=False,
+            flag_value=SCHEMAS[0],
+            metavar="[KIND]",
+        ),
+    ],
+    catalogue: Annotated[
+        str | None,
+        option(
+            "--catalogue",
+            options.TEXT_INPUT,
+            "List models, capabilities, obstacle types.",
+            is_flag=False,
+            flag_value="",
+            metavar="[FILE]",
+        ),
+    ],
+    force: Annotated[bool, flag("--force", "Replace FILE if it exists.")],
 ) -> int:
     """Write a commented scenario to FILE (default: scenario.yaml; -: standard output), which runs
     unchanged; or what an option names."""
@@ -163,9 +167,8 @@ Exit codes:
 """
 
 
-@click.command(epilog=DOCTOR_EPILOG)
-@options.as_json
-def doctor(as_json: bool) -> int:
+@options.command(DOCTOR_EPILOG)
+def doctor(as_json: options.AsJson) -> int:
     """List versions, extras and cache, and test the synthesizer."""
     from safenav.doctor import examine
 
@@ -174,7 +177,7 @@ def doctor(as_json: bool) -> int:
     marks = {True: ("ok", "green"), False: ("wrong", "red"), None: ("note", "yellow")}
     if as_json:
         data = {"usable": usable, "findings": to_builtins(found)}
-        click.echo(json.dumps(data, indent=2))
+        options.print_json(data)
     for finding in () if as_json else found:
         mark, colour = marks[finding.good]
         line = f"{click.style(mark.ljust(6), fg=colour)} {finding.subject:<12} {finding.text}"
@@ -196,17 +199,23 @@ Exit codes:
 """
 
 
-@click.command(epilog=STUDIO_EPILOG)
-@click.argument("file", type=click.Path(path_type=Path), required=False)
-@click.option(
-    "--folder",
-    type=click.Path(path_type=Path, file_okay=False, exists=True),
-    help="Folder for scenarios and the maps and catalogues that they read; else that of FILE, "
-    "or the current one.",
-)
-@click.option("--port", type=click.IntRange(1, 65535), help="Listen on this port.")
-@click.option("--browser/--no-browser", default=True, help="Open the page in a browser.")
-def studio(file: Path | None, folder: Path | None, port: int | None, browser: bool) -> int:
+@options.command(STUDIO_EPILOG)
+def studio(
+    file: Annotated[Path | None, options.argument(click.Path(path_type=Path), required=False)],
+    folder: Annotated[
+        Path | None,
+        option(
+            "--folder",
+            click.Path(path_type=Path, file_okay=False, exists=True),
+            "Folder for scenarios and the maps and catalogues that they read; else that of FILE, "
+            "or the current one.",
+        ),
+    ],
+    port: Annotated[int | None, option("--port", click.IntRange(1, 65535), "Listen on this port.")],
+    browser: Annotated[
+        bool, flag("--browser/--no-browser", "Open the page in a browser.", default=True)
+    ],
+) -> int:
     """Draw a scenario in a browser, run it, and change its world during the run: close a door,
     assign an objective. FILE is opened, or created on the first save; a folder lists its
     scenarios.

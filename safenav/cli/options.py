@@ -1,26 +1,58 @@
-"""Options that several commands have, their types, and checks of their values.
+"""Options of commands, their types, and checks of their values.
 
-Paths to write are tried before a command begins, so that no work is lost.
+The annotation of a command's parameter holds its option or argument; those that several commands
+have are defined here. Paths to write are tried before a command begins, so that no work is lost.
 """
 
 from __future__ import annotations
 
+import json
 import math
 import os
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import click
 from click.core import ParameterSource
 
-from safenav.errors import InputError, UsageError
+from safenav.errors import ExitCode, InputError, UsageError
 from safenav.files import try_folder, try_out
 
 if TYPE_CHECKING:
     from safenav.scenario.model import Scenario
 
-Command = TypeVar("Command", bound=Callable[..., Any])
+
+def command(epilog: str) -> Callable[[Callable[..., int]], click.Command]:
+    """Make a command of a function: the annotation of each parameter has its option or argument,
+    as a partial call of click's decorator that lacks the parameter's name."""
+
+    def made(function: Callable[..., int]) -> click.Command:
+        hints = get_type_hints(function, include_extras=True)
+        for name in [name for name in reversed(hints) if name != "return"]:
+            function = hints[name].__metadata__[0](name)(function)
+        return click.command(epilog=epilog)(function)
+
+    return made
+
+
+Parameter = Callable[[str], Callable[[Callable[..., int]], Callable[..., int]]]
+
+
+def option(flags: str, kind: Any, help: str, **more: Any) -> Parameter:
+    """Declare an option. ``flags``: its names; ``kind``: the type of its value."""
+    return partial(click.option, *flags.split(), type=kind, help=help, **more)
+
+
+def flag(flags: str, help: str, **more: Any) -> Parameter:
+    """Declare an option without a value."""
+    return partial(click.option, flags, is_flag=True, help=help, **more)
+
+
+def argument(kind: Any, **more: Any) -> Parameter:
+    """Declare an argument. ``kind``: the type of its value."""
+    return partial(click.argument, type=kind, **more)
 
 
 def refuse(unread: Mapping[str, str]) -> None:
@@ -35,7 +67,12 @@ def refuse(unread: Mapping[str, str]) -> None:
 
 
 class FiniteRange(click.FloatRange):
-    """A finite number in a range."""
+    """A finite number in a range; ``name``: its unit, as help shows it."""
+
+    def __init__(self, name: str, least: float, most: float, *, beyond: bool = False) -> None:
+        """``beyond``: the least number is excluded."""
+        super().__init__(least, most, min_open=beyond)
+        self.name = name
 
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
@@ -67,14 +104,18 @@ class Output(click.ParamType[Path]):
     """A path to write; ``-`` is standard output. Raises UsageError if it cannot be written, or if
     its ending is that of another kind of file.
 
-    ``endings``: endings of files of this kind, empty if there are several kinds; ``folder``: any
-    other path is a folder, and ``-`` is allowed only if ``printed``.
+    ``endings``: endings of files of this kind, empty if there are several kinds; ``exact``: no
+    other one is possible, since it determines the format; ``folder``: any other path is a folder,
+    and ``-`` is allowed only if ``printed``.
     """
 
     name = "path"
 
-    def __init__(self, *endings: str, folder: bool = False, printed: bool = False) -> None:
+    def __init__(
+        self, *endings: str, exact: bool = False, folder: bool = False, printed: bool = False
+    ) -> None:
         self._endings = endings
+        self._exact = exact
         self._folder = folder
         self._printed = printed or not folder
 
@@ -85,7 +126,8 @@ class Output(click.ParamType[Path]):
         if str(path) == "-" and self._printed:
             return path
         strict = self._folder or bool(self._endings)
-        other = path.suffix.lower() in KINDS and path.suffix.lower() not in self._endings
+        known = self._exact or path.suffix.lower() in KINDS
+        other = known and path.suffix.lower() not in self._endings
         if str(path) == "-" or (strict and other and not path.is_dir()):
             if path.is_file():
                 problem = f"cannot write {path}: it would overwrite a file of another kind"
@@ -124,57 +166,48 @@ INPUT = _Input(path_type=Path)
 TEXT_INPUT = _Input(path_type=str)
 LINES = Output(".jsonl")
 FOLDER = Output(folder=True)
-SECONDS = FiniteRange(min=0, min_open=True, max=1e9)
+SECONDS = FiniteRange("s", 0, 1e9, beyond=True)
 """A duration, or a time of a run, in seconds."""
-METRES = FiniteRange(min=0, min_open=True, max=1e6)
+METRES = FiniteRange("m", 0, 1e6, beyond=True)
 PIXELS = click.IntRange(100, 8000)
 COUNT = click.IntRange(min=1)
-SEED = click.IntRange(min=0)
+HERTZ = FiniteRange("hz", 0.1, 10_000)
+"""Samples per second."""
 
-
-def output(
-    *endings: str, folder: bool = False, printed: bool = False, required: bool = False, help: str
-) -> Callable[[Command], Command]:
-    """Add the option ``-o``, ``--output``: a file with one of these endings (none: any), a folder,
-    or standard output (as Output)."""
-    kind = Output(*endings, folder=folder, printed=printed)
-    return click.option("-o", "--output", type=kind, required=required, help=help)
-
-
-live = click.option("--live", is_flag=True, help="Watch the run in a browser.")
-operator = click.option(
-    "--operator", type=TEXT_INPUT, metavar="FILE", help="Interventions of live runs (-: prompt)."
-)
-as_json = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
-html = click.option("--html", type=Output(".html"), help="Write the replay as one HTML page.")
-max_ticks = click.option("--max-ticks", type=COUNT, metavar="N", help="Stop after these ticks.")
-time_limit = click.option(
-    "--time-limit", type=SECONDS, metavar="S", help="Stop after these seconds (of a live clock)."
-)
-seed = click.option("--seed", type=SEED, metavar="N", help="Override the scenario's seed.")
-trace = click.option("--trace", type=LINES, help="Write the trace (JSON Lines).")
-motion = click.option("--motion", type=LINES, help="Write the motion in metres and seconds.")
-maps = click.option("--map/--no-map", "maps", default=True, help="Draw the map at main events.")
-robot = click.option("--robot", metavar="NAME", help="Only this robot.")
-_DIVISION = (
-    click.option("--rows", type=COUNT, metavar="N", help="Rows of a map file."),
-    click.option("--cols", type=COUNT, metavar="N", help="Columns of a map file."),
-    click.option("--side", type=METRES, metavar="M", help="Side of a region in metres."),
-    click.option("--share", type=FiniteRange(0, 1), metavar="X", help="Blocked share of a wall."),
-)
-
-
-def division(command: Command) -> Command:
-    """Add the options that divide a map file into regions: ``--rows``, ``--cols``, ``--side``
-    (metres) and ``--share`` (by default, any blocked pixel makes a wall)."""
-    for option in reversed(_DIVISION):
-        command = option(command)
-    return command
+InputFile = Annotated[Path, argument(INPUT)]
+AsJson = Annotated[bool, flag("--json", "Print the result as JSON.")]
+Cols = Annotated[int | None, option("--cols", COUNT, "Columns of a map file.", metavar="N")]
+Html = Annotated[
+    Path | None, option("--html", Output(".html"), "Write the replay as one HTML page.")
+]
+Live = Annotated[bool, flag("--live", "Watch the run in a browser.")]
+Maps = Annotated[bool, flag("--map/--no-map", "Draw the map at main events.", default=True)]
+MaxTicks = Annotated[
+    int | None, option("--max-ticks", COUNT, "Stop after these ticks.", metavar="N")
+]
+Motion = Annotated[
+    Path | None, option("--motion", LINES, "Write the motion in metres and seconds.")
+]
+Operator = Annotated[
+    str | None,
+    option("--operator", TEXT_INPUT, "Interventions of live runs (-: prompt).", metavar="FILE"),
+]
+Robot = Annotated[str | None, option("--robot", str, "Only this robot.", metavar="NAME")]
+Rows = Annotated[int | None, option("--rows", COUNT, "Rows of a map file.", metavar="N")]
+Share = Annotated[
+    float | None, option("--share", FiniteRange("x", 0, 1), "Blocked share of a wall.")
+]
+Side = Annotated[float | None, option("--side", METRES, "Side of a region in metres.")]
+TimeLimit = Annotated[
+    float | None,
+    option("--time-limit", SECONDS, "Stop after these seconds (of a live clock)."),
+]
+Trace = Annotated[Path | None, option("--trace", LINES, "Write the trace (JSON Lines).")]
 
 
 def loaded(file: Path, robot: str | None) -> tuple[Scenario, InputError | None, list[str]]:
     """Return a scenario that may have unreachable targets, the error if it has, and the robots
-    that a command is about."""
+    that a command is about: ``robot``, or all. Raises UsageError if there is no such robot."""
     from safenav.scenario.reading.loader import load_scenario
 
     refused = None
@@ -182,12 +215,17 @@ def loaded(file: Path, robot: str | None) -> tuple[Scenario, InputError | None, 
         plan = load_scenario(file)
     except InputError as error:
         plan, refused = load_scenario(file, reachable=False), error
-    check_robot(robot, plan, file)
-    return plan, refused, [each.name for each in plan.robots] if robot is None else [robot]
+    names = [each.name for each in plan.robots]
+    if robot is not None and robot not in names:
+        raise UsageError(f"{file}: there is no robot '{robot}'; it has {', '.join(names)}")
+    return plan, refused, names if robot is None else [robot]
 
 
-def check_robot(name: str | None, scenario: Scenario, file: Path) -> None:
-    """Raises UsageError if a name is given that no robot of the file's scenario has."""
-    names = [robot.name for robot in scenario.robots]
-    if name is not None and name not in names:
-        raise UsageError(f"{file}: there is no robot '{name}'; it has {', '.join(names)}")
+def print_json(data: object) -> None:
+    """Print the result of a command as JSON."""
+    click.echo(json.dumps(data, indent=2))
+
+
+def code_of(good: bool) -> ExitCode:
+    """Return the exit code of a command that judges."""
+    return ExitCode.OK if good else ExitCode.NEGATIVE

@@ -6,10 +6,12 @@ import re
 import shutil
 import sys
 from pathlib import Path
+from typing import Annotated
 
 import click
 
 from safenav.cli import options, warn
+from safenav.cli.options import flag, option
 from safenav.errors import ExitCode, UsageError
 from safenav.files import tell, write_out, write_whole
 from safenav.report.picture.scene import Options, svg_of
@@ -18,108 +20,93 @@ from safenav.run.run import Run
 from safenav.trace.file import Trace, read_trace
 
 REPLAY_EPILOG = """\b
+FILE by its ending: .html (the default), .svg or .png (one moment), .gif.
 TICK is a number (of seconds in a live run), 'last', or the kind of an
 event (violation, request, push, resolved, blocked, pop, goal): its first tick.
 \b
 Examples:
   safenav new lab.yaml && safenav run lab.yaml --trace lab.jsonl
   safenav replay lab.jsonl                      # writes lab.html
-  safenav replay lab.jsonl --svg request -o figure.svg
+  safenav replay lab.jsonl -o figure.svg --at request
 \b
 With the extras 'motion' and 'pictures':
   safenav replay lab.jsonl --3d                 # writes lab.3d.html
-  safenav replay lab.jsonl --png last --width 1600
-  safenav replay lab.jsonl --gif --ticks 2-8
+  safenav replay lab.jsonl -o end.png --width 1600
+  safenav replay lab.jsonl -o lab.gif --ticks 2-8
 \b
 Exit codes:
   0  done   2  invalid trace or usage
 """
 
+FILE = options.Output(".html", ".svg", ".png", ".gif", exact=True)
+SPEED = options.FiniteRange("x", 0.1, 100)
 _READ_BY = {
-    "motion": ("--3d",),
-    "width": ("--png", "--gif"),
-    "ticks": ("--gif",),
-    "speed": ("--gif",),
+    "at": (".svg", ".png"),
+    "width": (".png", ".gif"),
+    "ticks": (".gif",),
+    "speed": (".gif",),
 }
-"""The forms of a replay that read an option."""
+"""The endings of files for which an option is read."""
 
 
-@click.command(epilog=REPLAY_EPILOG)
-@click.argument("trace", type=options.INPUT)
-@options.output(help="File to write; - is standard output.")
-@click.option("--svg", metavar="TICK", help="Draw one moment as SVG.")
-@click.option("--png", metavar="TICK", help="Draw one moment as PNG.")
-@click.option("--gif", is_flag=True, help="Draw the run as an animated GIF.")
-@click.option("--3d", "solid", is_flag=True, help="One HTML file that shows the run in 3D.")
-@click.option("--motion", type=options.INPUT, help="The motion to show in 3D; else computed.")
-@click.option("--width", type=options.PIXELS, help="Width of PNG or GIF in pixels.")
-@click.option("--ticks", metavar="A-B", help="Only these ticks, or seconds (GIF).")
-@click.option(
-    "--speed",
-    type=options.FiniteRange(0.1, 100),
-    help="Ticks per second; for a run in seconds, the speed-up (GIF).  [4 or 12]",
-)
+@options.command(REPLAY_EPILOG)
 def replay(
-    trace: Path,
-    output: Path | None,
-    svg: str | None,
-    png: str | None,
-    gif: bool,
-    solid: bool,
-    motion: Path | None,
-    width: int | None,
-    ticks: str | None,
-    speed: float | None,
+    trace: options.InputFile,
+    output: Annotated[
+        Path | None, option("-o --output", FILE, "File to write; - is standard output.")
+    ],
+    at: Annotated[
+        str | None, option("--at", str, "The moment of an SVG or PNG.  [last]", metavar="TICK")
+    ],
+    solid: Annotated[bool, flag("--3d", "One HTML file that shows the run in 3D.")],
+    motion: Annotated[
+        Path | None,
+        option("--motion", options.INPUT, "The motion to show in 3D; else computed."),
+    ],
+    width: Annotated[
+        int | None, option("--width", options.PIXELS, "Width of PNG or GIF in pixels.")
+    ],
+    ticks: Annotated[
+        str | None, option("--ticks", str, "Only these ticks, or seconds (GIF).", metavar="A-B")
+    ],
+    speed: Annotated[
+        float | None,
+        option(
+            "--speed", SPEED, "Ticks per second; or times as fast as a live run (GIF).  [4 or 12]"
+        ),
+    ],
 ) -> int:
     """Replay TRACE, which `safenav run --trace` wrote: as one HTML file that needs no network
     (the default), as a picture of one moment, or as an animated GIF."""
-    given = {"--svg": svg is not None, "--png": png is not None, "--gif": gif, "--3d": solid}
-    chosen = [form for form, wanted in given.items() if wanted]
-    if len(chosen) > 1:
-        raise UsageError("choose one of --svg, --png, --gif and --3d")
-    form = chosen[0] if chosen else ""
-    unread = {name: readers for name, readers in _READ_BY.items() if form not in readers}
-    options.refuse({name: " or ".join(readers) for name, readers in unread.items()})
-    ending = {"": "html", "--3d": "html"}.get(form, form.removeprefix("--"))
-    _refuse_ending(output, ending)
+    output = output or trace.with_suffix(".3d.html" if solid else ".html")
+    form = output.suffix.lower() or (".html" if at is None else ".svg")
+    for name, endings in _READ_BY.items():
+        if form not in endings:
+            options.refuse({name: f"-o FILE in {' or '.join(endings)}"})
+    options.refuse({} if solid else {"motion": "--3d"})
+    if solid and form != ".html":
+        raise UsageError(f"--3d is a page: choose a name such as {output.with_suffix('.html')}")
     lines = read_trace(trace)
     if solid:
-        write_out(output or trace.with_suffix(".3d.html"), _page3d(lines, trace, motion))
-        return ExitCode.OK
-    if not form:
+        write_out(output, _page3d(lines, trace, motion))
+    elif form == ".html":
         from safenav.report.page.html import page_of_trace
 
-        write_out(output or trace.with_suffix(".html"), page_of_trace(lines, trace.name))
-        return ExitCode.OK
-    run = run_of(lines)
-    if gif:
-        speed = speed or run.clock.speed
-        path, during = output or trace.with_suffix(".gif"), _ticks(run, ticks)
-        _film(run, path, during, speed, width or 720)
-        return ExitCode.OK
-    tick, part = _moment(run, svg if svg is not None else png or "")
-    picture = svg_of(run.at(tick, part))
-    name = f"{trace.stem}-{run.when(tick).removeprefix('tick ')}.{ending}"
-    _write_picture(output or trace.with_name(name), picture, ending, width)
+        write_out(output, page_of_trace(lines, trace.name))
+    elif form == ".gif":
+        run = run_of(lines)
+        _film(run, output, _ticks(run, ticks), speed or run.clock.speed, width or 720)
+    else:
+        run = run_of(lines)
+        _write_picture(output, svg_of(run.at(*_moment(run, at or "last"))), form, width)
     return ExitCode.OK
 
 
-def _refuse_ending(output: Path | None, form: str) -> None:
-    """Raises UsageError if the file's ending is that of another form of a replay."""
-    ending = "" if output is None else output.suffix.lower().removeprefix(".")
-    if output is not None and f".{ending}" in options.KINDS and ending != form:
-        name = output.with_suffix(f".{form}").name
-        wanted = {"gif": "--gif", "svg": "--svg last", "png": "--png last"}.get(ending)
-        added = f", or add {wanted}" if form == "html" and wanted else ""
-        problem = f"{output}: the replay is {form.upper()}; choose a name such as {name}{added}"
-        raise UsageError(problem)
-
-
 def _write_picture(path: Path, picture: str, form: str, width: int | None) -> None:
-    """Write a vector picture, in pixels if ``form`` is ``png``. Raises UsageError without the extra
-    ``pictures``."""
+    """Write a vector picture, in pixels if ``form`` is ``.png``. Raises UsageError without the
+    extra ``pictures``."""
     content = picture.encode()
-    if form == "png":
+    if form == ".png":
         from safenav.report.picture.svg import png_of
 
         content = png_of(picture, width)
@@ -178,6 +165,7 @@ def _film(run: Run, path: Path, ticks: range, speed: float, width: int) -> None:
     tell(path)
 
 
+PICTURE = options.Output(".svg", ".png", exact=True)
 DRAW_EPILOG = """\b
 Examples:
   safenav new lab.yaml && safenav draw lab.yaml
@@ -193,19 +181,15 @@ Exit codes:
 """
 
 
-@click.command(epilog=DRAW_EPILOG)
-@click.argument("scenario", type=options.INPUT)
-@options.output(".svg", ".png", help="Picture: .svg or .png.")
-@click.option("--width", type=options.PIXELS, help="Width of the PNG in pixels.")
-@options.division
+@options.command(DRAW_EPILOG)
 def draw(
-    scenario: Path,
-    output: Path | None,
-    width: int | None,
-    rows: int | None,
-    cols: int | None,
-    side: float | None,
-    share: float | None,
+    scenario: options.InputFile,
+    output: Annotated[Path | None, option("-o --output", PICTURE, "Picture: .svg or .png.")],
+    width: Annotated[int | None, option("--width", options.PIXELS, "Width of the PNG in pixels.")],
+    rows: options.Rows,
+    cols: options.Cols,
+    side: options.Side,
+    share: options.Share,
 ) -> int:
     """Draw SCENARIO before its run: region numbers, starts, objectives, hidden obstacles.
     Without -o it is drawn as text. SCENARIO may be a map file alone."""
@@ -226,8 +210,5 @@ def draw(
         for line in scenario_text(plan, shutil.get_terminal_size((120, 40)).columns):
             click.echo(line)
         return ExitCode.OK
-    form = output.suffix.lower().removeprefix(".")
-    if form not in ("svg", "png"):
-        raise UsageError(f"{output}: the name of a picture ends in .svg or .png")
-    _write_picture(output, svg_of(scene_of(plan), Options(axes=True)), form, width)
+    _write_picture(output, svg_of(scene_of(plan), Options(axes=True)), output.suffix.lower(), width)
     return ExitCode.OK

@@ -3,27 +3,35 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Sequence
-from contextlib import ExitStack
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from shlex import quote
+from typing import TYPE_CHECKING, Annotated
 
 import click
+from msgspec import Struct
 from msgspec.structs import replace
 
+from safenav.batch.case import Ledger, differences, measured
 from safenav.cli import options, warn
-from safenav.cli.session import Files, attendant, carried_out, limited
-from safenav.errors import ExitCode, UsageError
+from safenav.cli.operator import attendant, run_with_operator
+from safenav.cli.options import flag, option
+from safenav.errors import ExitCode, Outcome, UsageError, exit_code_of
 from safenav.files import write_out
 from safenav.report.terminal.layout import WaitingLine
 from safenav.runtime.run.mission import Mission, default_synthesizer
-from safenav.scenario.model import Clock, Scenario
+from safenav.scenario.model import Clock, Expect, Scenario
 from safenav.scenario.reading.loader import load_scenario
+from safenav.trace.file import Listener, TraceWriter, read_trace
 
 if TYPE_CHECKING:
-    from safenav.fleet.world import FleetWorld
     from safenav.runtime.run.checkpoint import Resumption
-    from safenav.trace.file import Listener, Trace
+    from safenav.trace.file import Trace
+
+PATIENCE = 0.8
+"""Seconds after the first signal until a run that does not react is ended."""
 
 RUN_EPILOG = """\b
 Examples:
@@ -42,34 +50,26 @@ Exit codes:
 """
 
 
-@click.command(epilog=RUN_EPILOG)
-@click.argument("scenario", type=options.INPUT)
-@options.trace
-@options.html
-@options.motion
-@options.as_json
-@options.seed
-@options.max_ticks
-@options.time_limit
-@click.option(
-    "--clock", type=click.Choice(["live", "lockstep"]), help="In seconds (live) or ticks."
-)
-@options.operator
-@options.live
-@options.maps
+@options.command(RUN_EPILOG)
 def run(
-    scenario: Path,
-    trace: Path | None,
-    html: Path | None,
-    motion: Path | None,
-    as_json: bool,
-    seed: int | None,
-    max_ticks: int | None,
-    time_limit: float | None,
-    clock: str | None,
-    operator: str | None,
-    live: bool,
-    maps: bool,
+    scenario: options.InputFile,
+    trace: options.Trace,
+    html: options.Html,
+    motion: options.Motion,
+    as_json: options.AsJson,
+    seed: Annotated[
+        int | None,
+        option("--seed", click.IntRange(0), "Override the scenario's seed.", metavar="N"),
+    ],
+    max_ticks: options.MaxTicks,
+    time_limit: options.TimeLimit,
+    clock: Annotated[
+        str | None,
+        option("--clock", click.Choice(["live", "lockstep"]), "In seconds (live) or ticks."),
+    ],
+    operator: options.Operator,
+    live: options.Live,
+    maps: options.Maps,
 ) -> int:
     """Run SCENARIO: synthesize a controller for each robot, then execute them in a world
     with the scenario's hidden obstacles until every robot has met its objective."""
@@ -84,52 +84,9 @@ def run(
     for note in plan.map.notes:
         warn(note)
     plan = plan if clock is None else replace(plan, clock=Clock(clock))
-    plan = limited(plan, max_ticks, time_limit, seed)
+    plan = plan if seed is None else replace(plan, seed=seed)
+    plan = _limited(plan, max_ticks, time_limit)
     return _simulated(plan, Files(scenario, trace, html, motion, as_json, maps), operator)
-
-
-def _simulated(
-    plan: Scenario, files: Files, operator: str | None, begun: Resumption | None = None
-) -> int:
-    """Run a scenario in its own world; return the exit code. ``begun``: the run that it
-    continues."""
-    _check_movable(plan, files.motion)
-    operator = attendant(operator, plan, files.as_json)
-
-    def make(plan: Scenario, listeners: list[Listener]) -> Mission:
-        return Mission(
-            plan,
-            default_synthesizer(plan),
-            listeners=listeners,
-            progress=WaitingLine(),
-            attended=operator is not None,
-            begun=begun,
-            checkpoints=True,
-        )
-
-    return carried_out(plan, make, files, operator, motion=_write_motion, advice=begun is None)
-
-
-def _check_movable(plan: Scenario, motion: Path | None) -> None:
-    """Refuse what has no motion before a robot moves, not when the file is written."""
-    if motion is not None:
-        from safenav.motion.making import check_movable
-
-        check_movable(plan)
-
-
-def _write_motion(trace: Path, motion: Path) -> list[str]:
-    """Write the motion of a run; return a message for each requirement that is not satisfied."""
-    from safenav.motion.check.requirements import MotionRecording, judged, requirements_of
-    from safenav.motion.file import text_of
-    from safenav.motion.making import motion_of
-    from safenav.trace.file import read_trace
-
-    read = read_trace(trace)
-    made = motion_of(read)
-    write_out(motion, text_of(made))
-    found = judged(MotionRecording(made, read), requirements_of(read))
-    return [one.complaint for one in found if one.complaint]
 
 
 RESUME_EPILOG = """\b
@@ -142,40 +99,36 @@ Exit codes: those of 'safenav run', for the resumed run
 """
 
 
-@click.command(epilog=RESUME_EPILOG)
-@click.argument("trace", type=options.INPUT)
-@click.option("--trace", "own", type=options.LINES, help="Write the trace of the resumed run.")
-@options.html
-@options.motion
-@options.as_json
-@options.seed
-@options.max_ticks
-@options.time_limit
-@options.operator
-@options.maps
+@options.command(RESUME_EPILOG)
 def resume(
-    trace: Path,
-    own: Path | None,
-    html: Path | None,
-    motion: Path | None,
-    as_json: bool,
-    seed: int | None,
-    max_ticks: int | None,
-    time_limit: float | None,
-    operator: str | None,
-    maps: bool,
+    trace: options.InputFile,
+    own: Annotated[
+        Path | None, option("--trace", options.LINES, "Write the trace of the resumed run.")
+    ],
+    html: options.Html,
+    motion: options.Motion,
+    as_json: options.AsJson,
+    max_ticks: options.MaxTicks,
+    time_limit: options.TimeLimit,
+    operator: options.Operator,
+    maps: options.Maps,
 ) -> int:
     """Continue the run of TRACE from its last checkpoint. Strategies are synthesized again where
     the robots are. The trace of the resumed run begins with the lines
     before that checkpoint, so it is the trace of one run. It has the clock of TRACE."""
-    from safenav.trace.file import read_trace
-
     before = read_trace(trace)
     if before.header.world == "external":
         raise UsageError(f"{trace}: real robots have run it; safenav drive --resume continues it")
-    plan = limited(before.scenario, max_ticks, time_limit, seed)
+    plan = _limited(before.scenario, max_ticks, time_limit)
     files = Files(trace, own, html, motion, as_json, maps)
     return _simulated(plan, files, operator, _continued(before, plan))
+
+
+def _limited(plan: Scenario, ticks: int | None, seconds: float | None) -> Scenario:
+    """Return the scenario with the limits of the command line."""
+    given = {"ticks": ticks, "seconds": seconds}
+    limits = {name: value for name, value in given.items() if value is not None}
+    return replace(plan, limits=replace(plan.limits, **limits))
 
 
 def _continued(trace: Trace, plan: Scenario) -> Resumption:
@@ -193,6 +146,56 @@ def _continued(trace: Trace, plan: Scenario) -> Resumption:
             where = f"in {robot.start.region}, the lines before it in {track.regions[-1]}"
             raise UsageError(f"{trace.source}: a checkpoint has {robot.name} {where}")
     return begun
+
+
+def _simulated(
+    plan: Scenario, files: Files, operator: str | None, begun: Resumption | None = None
+) -> int:
+    """Run a scenario in its own world; return the exit code. ``begun``: the run that it
+    continues."""
+    _check_movable(plan, files.motion)
+    operator = attendant(operator, plan, files.as_json)
+    unmet: Sequence[str] = ()
+    with _recorded(plan, files) as recording:
+        mission = Mission(
+            plan,
+            default_synthesizer(plan),
+            listeners=recording.listeners,
+            progress=WaitingLine(),
+            attended=operator is not None,
+            begun=begun,
+            checkpoints=True,
+        )
+        _carry_out(mission, operator)
+        if recording.trace is not None and (files.html or files.motion):
+            played = read_trace(recording.trace)
+            if files.html is not None:
+                from safenav.report.page.html import page_of_trace
+
+                write_out(files.html, page_of_trace(played, recording.trace.name))
+            if files.motion is not None:
+                unmet = _write_motion(played, files.motion)
+    return _reported(mission, recording.ledger, files, unmet, advice=begun is None)
+
+
+def _check_movable(plan: Scenario, motion: Path | None) -> None:
+    """Refuse what has no motion before a robot moves, not when the file is written."""
+    if motion is not None:
+        from safenav.motion.making import check_movable
+
+        check_movable(plan)
+
+
+def _write_motion(played: Trace, motion: Path) -> list[str]:
+    """Write the motion of a run; return a message for each requirement that is not satisfied."""
+    from safenav.motion.check.requirements import MotionRecording, judged, requirements_of
+    from safenav.motion.file import text_of
+    from safenav.motion.making import motion_of
+
+    made = motion_of(played)
+    write_out(motion, text_of(made))
+    found = judged(MotionRecording(made, played), requirements_of(played))
+    return [one.complaint for one in found if one.complaint]
 
 
 DRIVE_EPILOG = """\b
@@ -214,49 +217,30 @@ Exit codes:
 """
 
 
-@click.command(epilog=DRIVE_EPILOG)
-@click.argument("scenario", type=options.INPUT)
-@click.option(
-    "--fleet",
-    type=options.INPUT,
-    required=True,
-    help="Connection, sensors and actions of each robot (docs/drive.md).",
-)
-@options.trace
-@click.option("--motion", type=options.LINES, help="Write the motion commanded and measured.")
-@click.option("--rehearse", is_flag=True, help="Simulate the run; no robot moves.")
-@click.option(
-    "--resume",
-    "begun",
-    type=options.INPUT,
-    metavar="TRACE",
-    help="Continue an interrupted drive of SCENARIO from its last checkpoint.",
-)
-@options.operator
-@options.live
-@options.as_json
-@options.maps
-@options.time_limit
-@click.option(
-    "--patience",
-    type=options.SECONDS,
-    default=10.0,
-    metavar="S",
-    help="Seconds that each robot has to answer at the start.  [10]",
-)
+@options.command(DRIVE_EPILOG)
 def drive(
-    scenario: Path,
-    fleet: Path,
-    trace: Path | None,
-    motion: Path | None,
-    rehearse: bool,
-    begun: Path | None,
-    operator: str | None,
-    live: bool,
-    as_json: bool,
-    maps: bool,
-    time_limit: float | None,
-    patience: float,
+    scenario: options.InputFile,
+    fleet: Annotated[
+        Path, option("--fleet", options.INPUT, "The fleet file (docs/drive.md).", required=True)
+    ],
+    trace: options.Trace,
+    motion: Annotated[
+        Path | None, option("--motion", options.LINES, "Write the motion commanded and measured.")
+    ],
+    rehearse: Annotated[bool, flag("--rehearse", "Simulate the run; no robot moves.")],
+    begun: Annotated[
+        Path | None,
+        option("--resume", options.INPUT, "Continue this drive of SCENARIO.", metavar="TRACE"),
+    ],
+    operator: options.Operator,
+    live: options.Live,
+    as_json: options.AsJson,
+    maps: options.Maps,
+    time_limit: options.TimeLimit,
+    patience: Annotated[
+        float,
+        option("--patience", options.SECONDS, "Longest wait for each robot.  [10]", default=10.0),
+    ],
 ) -> int:
     """Run SCENARIO with the robots of a fleet file. safenav decides where each robot goes next; the
     robots' own navigation drives them there."""
@@ -265,14 +249,14 @@ def drive(
     from safenav.fleet.transport import DriveRecording
     from safenav.fleet.world import fleet_world
     from safenav.scenario.lint import imprecise, oversized
-    from safenav.trace.file import read_trace
 
-    plan = load_scenario(scenario)
-    plan = limited(replace(plan, clock=Clock.LIVE), None, time_limit)
-    before = None if begun is None else read_trace(begun)
-    first = None if before is None else _continued(before, plan)
-    if before is not None and not rehearse and before.header.world == "simulated":
-        raise UsageError(f"{begun}: no real robot has run it; add --rehearse")
+    plan = _limited(replace(load_scenario(scenario), clock=Clock.LIVE), None, time_limit)
+    first = None
+    if begun is not None:
+        before = read_trace(begun)
+        first = _continued(before, plan)
+        if not rehearse and before.header.world == "simulated":
+            raise UsageError(f"{begun}: no real robot has run it; add --rehearse")
     if motion is not None and rehearse:
         hint = "use safenav export TRACE --motion FILE"
         raise UsageError(f"--motion: no robot moves in a rehearsal\n    {hint}")
@@ -285,43 +269,8 @@ def drive(
     for warning in (*plan.map.notes, *sizes, *unserved(plan, stations)):
         warn(warning)
     _check_movable(plan, motion)
-    recording = None if motion is None else DriveRecording()
     operator = attendant(operator, plan, as_json)
-    driven: list[tuple[Mission, FleetWorld | None]] = []
-
-    def mission(plan: Scenario, listeners: list[Listener]) -> Mission:
-        """Return the mission, for real robots once each of them has answered."""
-        plan = replace(plan, failures=stations.failures)
-        world = None
-        if not rehearse:
-            begins = plan if first is None else first.standing(plan)
-            world = fleet_world(begins, stations, recording)
-            connection.callback(world.close)
-            world.open(patience)
-            listeners = [*listeners, world.observe]
-        made = Mission(
-            plan,
-            default_synthesizer(plan),
-            world=world,
-            listeners=listeners,
-            attended=operator is not None,
-            begun=first,
-            checkpoints=True,
-        )
-        driven.append((made, world))
-        return made
-
-    def write_motion(trace: Path, file: Path) -> Sequence[str]:
-        from safenav.fleet.driven import driven_motion
-        from safenav.motion.file import text_of
-
-        made, world = driven[0]
-        if world is not None:
-            run = read_trace(trace)
-            moved = driven_motion(run, world, stations.stations, made.began)
-            write_out(file, text_of(moved))
-        return ()
-
+    files = Files(scenario, trace, None, motion, as_json, maps)
     with ExitStack() as stack:
         view = None
         if live:
@@ -329,17 +278,169 @@ def drive(
 
             view = stack.enter_context(LiveView(plan))
             click.echo(f"live: {view.address}", err=True)
-        connection = stack.enter_context(ExitStack())
-        status = carried_out(
-            plan,
-            mission,
-            Files(scenario, trace, None, motion, as_json, maps),
-            operator,
-            motion=write_motion,
-            views=() if view is None else (view,),
-            ended=connection.close,
-        )
+        with _recorded(plan, files) as recording:
+            listeners = [*recording.listeners]
+            if view is not None:
+                listeners.append(view)
+            plan = replace(plan, failures=stations.failures)
+            world, moves = None, None if motion is None else DriveRecording()
+            with ExitStack() as connection:
+                if not rehearse:
+                    begins = plan if first is None else first.standing(plan)
+                    world = fleet_world(begins, stations, moves)
+                    connection.callback(world.close)
+                    world.open(patience)
+                    listeners.append(world.observe)
+                mission = Mission(
+                    plan,
+                    default_synthesizer(plan),
+                    world=world,
+                    listeners=listeners,
+                    attended=operator is not None,
+                    begun=first,
+                    checkpoints=True,
+                )
+                _carry_out(mission, operator)
+            if motion is not None and world is not None and recording.trace is not None:
+                from safenav.fleet.driven import driven_motion
+                from safenav.motion.file import text_of
+
+                played = read_trace(recording.trace)
+                moved = driven_motion(played, world, stations.stations, mission.began)
+                write_out(motion, text_of(moved))
+        status = _reported(mission, recording.ledger, files)
         if view is not None:
             signal.signal(signal.SIGINT, signal.default_int_handler)
             view.wait()
     return status
+
+
+class Files(Struct, frozen=True):
+    """The files that a run writes, and what it prints. ``scenario``: its file."""
+
+    scenario: Path
+    trace: Path | None = None
+    html: Path | None = None
+    motion: Path | None = None
+    as_json: bool = False
+    maps: bool = True
+
+
+class RunListeners(Struct, frozen=True):
+    """Listeners of a run. ``trace``: the file of its trace, if a file is made from it."""
+
+    ledger: Ledger
+    listeners: list[Listener]
+    trace: Path | None
+
+
+@contextmanager
+def _recorded(plan: Scenario, files: Files) -> Iterator[RunListeners]:
+    """Write the trace of a run, and print what happens."""
+    ledger = Ledger()
+    with ExitStack() as stack:
+        trace = files.trace
+        if trace is None and (files.html is not None or files.motion is not None):
+            folder = stack.enter_context(tempfile.TemporaryDirectory())
+            trace = Path(folder, f"{files.scenario.stem}.jsonl")
+        listeners: list[Listener] = [ledger]
+        if trace is not None:
+            listeners.append(stack.enter_context(TraceWriter(trace)))
+        if not files.as_json:
+            from safenav.report.terminal.layout import terminal_width
+            from safenav.report.terminal.story import Story
+
+            listeners.append(Story(plan, maps=files.maps, width=terminal_width()))
+        yield RunListeners(ledger, listeners, trace)
+
+
+def _carry_out(mission: Mission, operator: str | None) -> None:
+    """Run a mission to its end. ``operator``: the source of interventions."""
+    plan = mission.scenario
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGALRM):
+        signal.signal(number, lambda number, _: _interrupt(mission, number))
+    wall = plan.limits.seconds if plan.clock is Clock.LOCKSTEP else None
+    signal.setitimer(signal.ITIMER_REAL, wall or 0, PATIENCE)
+    if operator is None:
+        mission.run()
+    else:
+        run_with_operator(mission, operator)
+    signal.setitimer(signal.ITIMER_REAL, 0)
+
+
+def _interrupt(mission: Mission, number: int) -> None:
+    """Stop at the next safe point; immediately on a second signal or after PATIENCE. The first
+    SIGALRM ends the run at its time limit."""
+    if number == signal.SIGALRM and mission.ending:
+        return
+    if mission.stopping:
+        raise KeyboardInterrupt
+    if number == signal.SIGALRM:
+        mission.check_time_limit()
+        return
+    mission.stop()
+    signal.setitimer(signal.ITIMER_REAL, PATIENCE)
+
+
+def _reported(
+    mission: Mission,
+    ledger: Ledger,
+    files: Files,
+    unmet: Sequence[str] = (),
+    *,
+    advice: bool = True,
+) -> int:
+    """Print the differences from what the scenario expects (``unmet``: further ones) and the next
+    steps (``advice``); return the exit code."""
+    assert mission.result is not None
+    plan, result = mission.scenario, mission.result
+    outcome, expected = result.outcome, plan.expect
+    interrupted = outcome is Outcome.INTERRUPTED
+    compares = not interrupted or expected.outcome is outcome
+    wrong = [*differences(expected, ledger, plan.map.word), *unmet] if compares else []
+    if files.as_json:
+        data = measured(plan.name, result, ledger)
+        data |= {"as_expected": not wrong if compares else None, "differences": wrong}
+        options.print_json(data)
+    for difference in wrong:
+        click.echo(f"{click.style('not as expected:', fg='red')} {difference}", err=True)
+    status = exit_code_of(outcome)
+    if not interrupted and wrong:
+        status = status or ExitCode.NEGATIVE
+    elif not interrupted and expected.outcome is not None:
+        status = ExitCode.OK
+    if not files.as_json:
+        notes = [*_not_reached(mission)] if outcome is Outcome.COMPLETED else []
+        if expected != Expect() and not compares:
+            notes.append("note: interrupted: not compared with 'expect'")
+        if advice and status in (ExitCode.NEGATIVE, ExitCode.RESOURCE_LIMIT):
+            notes += [f"    {line}" for line in _next_steps(outcome, files)]
+        for line in notes:
+            click.echo(line, err=True)
+    return status
+
+
+def _not_reached(mission: Mission) -> Iterator[str]:
+    """Yield a message for each change that was due only after the run had been completed."""
+    plan, result = mission.scenario, mission.result
+    assert result is not None
+    live = plan.clock is Clock.LIVE
+    for change in plan.changes:
+        if change.at > ((result.makespan or 0.0) if live else result.ticks):
+            when = f"at {change.at} s" if live else f"at tick {change.at}"
+            yield f"note: completed before the change of {change.robot} {when}"
+
+
+def _next_steps(outcome: Outcome, files: Files) -> Iterator[str]:
+    """Yield commands that show the cause of the outcome."""
+    name = quote(str(files.scenario))
+    if files.html is not None:
+        yield f"view: open {quote(str(files.html))} (starts at the last tick)"
+    elif files.trace is not None:
+        yield f"view: safenav replay {quote(str(files.trace))}"
+    else:
+        yield f"view: safenav run {name} --html {quote(files.scenario.stem)}.html"
+    if outcome in (Outcome.UNREALIZABLE, Outcome.OPERATOR_NEEDED):
+        yield f"explain: safenav explain {name}"
+    elif outcome is Outcome.TICK_LIMIT:
+        yield f"run longer: safenav run {name} --max-ticks N"

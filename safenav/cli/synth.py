@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import click
 from msgspec import Struct
@@ -13,6 +12,7 @@ from msgspec.structs import replace
 
 from safenav.cli import options, warn
 from safenav.cli.check import examined
+from safenav.cli.options import code_of, flag, option, print_json
 from safenav.errors import (
     Diagnostic,
     ExitCode,
@@ -56,6 +56,7 @@ from safenav.verify.verification import (
     verify_strategy,
 )
 
+FILES = options.Output(folder=True, printed=True)
 SYNTH_EPILOG = """\b
 Examples:
   safenav new lab.yaml && safenav synth lab.yaml
@@ -125,24 +126,23 @@ class Synthesized(Struct, frozen=True):
             yield f"{stem}.graphml", to_graphml(strategy)
 
 
-@click.command(epilog=SYNTH_EPILOG)
-@click.argument("scenario", type=options.INPUT)
-@options.robot
-@options.output(
-    folder=True, printed=True, help="Write into this folder; -: print the strategy of one robot."
-)
-@click.option("--measures", type=options.Output(), help="Write the measures of a specification.")
-@click.option("--avoiding", is_flag=True, help="Avoid the other robots (without coordination).")
-@click.option("--verify/--no-verify", default=True, help="Check each strategy independently.")
-@options.as_json
+@options.command(SYNTH_EPILOG)
 def synth(
-    scenario: Path,
-    robot: str | None,
-    output: Path | None,
-    measures: Path | None,
-    avoiding: bool,
-    verify: bool,
-    as_json: bool,
+    scenario: options.InputFile,
+    robot: options.Robot,
+    output: Annotated[
+        Path | None,
+        option("-o --output", FILES, "Write into this folder; -: print the strategy of one robot."),
+    ],
+    measures: Annotated[
+        Path | None,
+        option("--measures", options.Output(), "Write the measures of a specification."),
+    ],
+    avoiding: Annotated[bool, flag("--avoiding", "Avoid the other robots (without coordination).")],
+    verify: Annotated[
+        bool, flag("--verify/--no-verify", "Check each strategy independently.", default=True)
+    ],
+    as_json: options.AsJson,
 ) -> int:
     """Synthesize the controllers for the start of SCENARIO and print their size. SCENARIO may be a
     specification of your own, in slugsin or structured slugs."""
@@ -183,7 +183,7 @@ def synth(
         notes += [f"{name} assumes: {shortened(rule)}" for rule in more["assumptions"]]
         data.append(one.data() | more)
     _report(made, output, "robot", {"scenario": plan.name, "robots": data}, as_json, notes)
-    return ExitCode.OK if all(one.realizable for one in made) else ExitCode.NEGATIVE
+    return code_of(all(one.realizable for one in made))
 
 
 def _of_specification(file: Path, verify: bool) -> Synthesized:
@@ -246,7 +246,7 @@ def _report(
         files = [file for one in made for file in one.files(of_robot=first == "robot")]
         write_all(output, files)
     if as_json:
-        click.echo(json.dumps(data, indent=2))
+        print_json(data)
         return
     headings = (first, "verdict", "states", "edges", "goals", "bits", "ms", "verified")
     echo_folded([*table(headings, [one.row() for one in made]), *notes], err=printed)
@@ -309,16 +309,16 @@ Exit codes:
 """
 
 
-@click.command(epilog=VERIFY_EPILOG)
-@click.argument("specification", type=click.Path())
-@click.argument("strategy", type=click.Path())
-@click.option(
-    "--counterstrategy",
-    is_flag=True,
-    help="STRATEGY is the environment's: the proof that SPECIFICATION is unrealizable.",
-)
-@options.as_json
-def verify(specification: str, strategy: str, counterstrategy: bool, as_json: bool) -> int:
+@options.command(VERIFY_EPILOG)
+def verify(
+    specification: Annotated[str, options.argument(click.Path())],
+    strategy: Annotated[str, options.argument(click.Path())],
+    counterstrategy: Annotated[
+        bool,
+        flag("--counterstrategy", "STRATEGY is the environment's: SPECIFICATION is unrealizable."),
+    ],
+    as_json: options.AsJson,
+) -> int:
     """Check that the explicit STRATEGY (JSON, as slugs prints it) satisfies all guarantees of the
     SPECIFICATION (structured slugs), whatever the environment does within the assumptions.
     Either may be `-` for standard input.
@@ -341,7 +341,7 @@ def verify(specification: str, strategy: str, counterstrategy: bool, as_json: bo
         raise InputError([Diagnostic(strategy, 0, 0, flaw, hint)]) from error
     found = (verify_counterstrategy if counterstrategy else verify_strategy)(spec, automaton)
     if as_json:
-        click.echo(json.dumps(verification_data(found, automaton), indent=2))
+        print_json(verification_data(found, automaton))
     elif found.ok:
         good = click.style("correct:", fg="green", bold=True)
         what = "the environment wins with it" if counterstrategy else "all guarantees are satisfied"
@@ -355,7 +355,7 @@ def verify(specification: str, strategy: str, counterstrategy: bool, as_json: bo
         click.echo(f"{click.style('wrong:', fg='red', bold=True)} {first}")
         for line in rest:
             click.echo(f"    {line}")
-    return ExitCode.OK if found.ok else ExitCode.NEGATIVE
+    return code_of(found.ok)
 
 
 def _content(name: str) -> bytes:
@@ -378,11 +378,8 @@ Exit codes:
 """
 
 
-@click.command(epilog=EXPLAIN_EPILOG)
-@click.argument("scenario", type=options.INPUT)
-@options.robot
-@options.as_json
-def explain(scenario: Path, robot: str | None, as_json: bool) -> int:
+@options.command(EXPLAIN_EPILOG)
+def explain(scenario: options.InputFile, robot: options.Robot, as_json: options.AsJson) -> int:
     """Explain why robots are unrealizable: a minimal unrealizable core, a losing play and
     verified repairs. Scenarios with unreachable targets, which other commands refuse, are explained
     as well. If all robots are realizable, the run is simulated. If it needs an operator, the proof
@@ -411,15 +408,15 @@ def explain(scenario: Path, robot: str | None, as_json: bool) -> int:
 
         run = explain_run(plan, plan.catalogue.robots, lambda: default_synthesizer(plan))
         if as_json:
-            click.echo(json.dumps(postmortem_data(run, plan), indent=2))
+            print_json(postmortem_data(run, plan))
         else:
             echo_folded(postmortem_lines(run, plan.map.word))
         return exit_code_of(run.result.outcome)
     if as_json:
-        click.echo(json.dumps({"scenario": plan.name, "unrealizable": data}, indent=2))
+        print_json({"scenario": plan.name, "unrealizable": data})
     elif not data:
         click.echo(f"{robot} is {click.style('realizable', fg='green')}: nothing to explain")
-    return ExitCode.NEGATIVE if data else ExitCode.OK
+    return code_of(not data)
 
 
 def _explain_specification(file: Path, as_json: bool) -> int:
@@ -436,8 +433,8 @@ def _explain_specification(file: Path, as_json: bool) -> int:
     found = None if realizable else explain_lines(spec, synthesizer)
     if as_json:
         why = None if found is None else line_explanation_data(found)
-        click.echo(json.dumps({"specification": str(file), "unrealizable": why}, indent=2))
+        print_json({"specification": str(file), "unrealizable": why})
     elif found is not None:
         for line in line_explanation_lines(found, str(file)):
             click.echo(line)
-    return ExitCode.OK if realizable else ExitCode.NEGATIVE
+    return code_of(realizable)

@@ -27,7 +27,7 @@ COUNT = min(500, int(os.environ.get("SAFENAV_FUZZ", "0")))
 TRACES, BUNDLES = (COUNT, COUNT * 2 // 5) if COUNT else (40, 15)
 VIEWS = (
     ("replay", "-o", "made.html"),
-    ("replay", "--svg", "last", "-o", "made.svg"),
+    ("replay", "-o", "made.svg"),
     ("export", "--csv", "made"),
     ("export", "--side", "1", "-o", "made.csv"),
     ("export", "--motion", "made.jsonl"),

@@ -29,7 +29,7 @@ def test_the_page_is_written_beside_the_trace(traces: dict[str, Path], tmp_path:
 def test_a_moment_is_named_by_number_or_event(
     traces: dict[str, Path], word: str, tick: int
 ) -> None:
-    done = safenav("replay", traces["door"], "--svg", word, "-o", "-")
+    done = safenav("replay", traces["door"], "--at", word, "-o", "-")
     assert done.returncode == 0, done.stderr
     root = ElementTree.fromstring(done.stdout)
     assert f"tick {tick} of 46" in "".join(root.itertext())
@@ -38,18 +38,17 @@ def test_a_moment_is_named_by_number_or_event(
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--svg", "47"], "ticks 0 to 46"),
-        (["--svg", "blocked"], "'last', or the kind of an event"),
-        (["--svg", "-1"], "no tick '-1'"),
-        (["--svg", "1", "--gif"], "choose one of"),
-        (["--speed", "3"], "--speed requires --gif"),
-        (["--gif", "-o", "x.html"], "the replay is GIF; choose a name such as x.gif"),
-        (["--svg", "1", "-o", "x.PNG"], "the replay is SVG; choose a name such as x.svg"),
-        (["-o", "x.gif"], "the replay is HTML; choose a name such as x.html, or add --gif"),
-        (["-o", "x.png"], "choose a name such as x.html, or add --png last"),
-        (["--gif", "--ticks", "9-3"], "in order"),
-        (["--gif", "--ticks", "0-47"], "two ticks such as 0-46"),
-        (["--svg", "1", "-o", "/nowhere/at/all.svg"], "cannot write"),
+        (["--at", "47", "-o", "-"], "ticks 0 to 46"),
+        (["--at", "blocked", "-o", "x.SVG"], "'last', or the kind of an event"),
+        (["--at", "-1", "-o", "-"], "no tick '-1'"),
+        (["--at", "1"], "--at requires -o FILE in .svg or .png"),
+        (["--speed", "3"], "--speed requires -o FILE in .gif"),
+        (["--3d", "-o", "x.gif"], "--3d is a page: choose a name such as x.html"),
+        (["-o", "x.pdf"], "expected a name in .html, .svg, .png or .gif"),
+        (["-o", "x"], "expected a name in .html, .svg, .png or .gif"),
+        (["-o", "x.gif", "--ticks", "9-3"], "in order"),
+        (["-o", "x.gif", "--ticks", "0-47"], "two ticks such as 0-46"),
+        (["-o", "/nowhere/at/all.svg"], "cannot write"),
     ],
 )
 def test_invalid_options_are_refused(
