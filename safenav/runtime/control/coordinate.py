@@ -116,9 +116,9 @@ def coordinate(
             changes = role.objective != robot.objective or (new and not team.members[i].planned)
             if robot.active and changes:
                 node = mine.node if mine is not None and new else robot.node
-                if mine is not None and mine.form == "other_memory":
-                    decide(now.Turned(i, mine.task.memory.index))
                 decide(now.Told(i, role.objective, node, _values(team, i, mine, node)))
+                if mine is not None and mine.form == "other_memory":  # else progress is restored
+                    decide(now.Turned(i, mine.task.memory.index))
         for i in told:
             robot, begun = state.robots[i], before.roles and team.members[i].planned
             if robot.fresh and robot.active and robot.to is None and not begun:
