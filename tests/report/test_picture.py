@@ -66,7 +66,7 @@ def test_orders_and_exclusions_are_drawn_before_any_run() -> None:
     assert any("parcel@dock: ordered at tick 4 at dock" in line for line in text)
     drawn = svg_of(scene_of(scenario))
     words = [text for text, _ in _texts(drawn)]
-    assert "not ordered yet, needs 'push'" in words and "at most one of a and b at a time" in words
+    assert "not ordered yet, needs 'push'" in words and '"9 3 2 3"' in drawn
     still = drawing_of(ZONE, scenario.map, scenario.catalogue)["run"]
     assert still["exclusions"] == [[["a", "b"], [8, 9]]] and still["obstacles"][0]["ordered"]
     assert still["robots"][0]["tasks"][0][2:] == [[8], [10]]  # targets, and regions to avoid

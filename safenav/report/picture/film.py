@@ -9,14 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
-from msgspec.structs import replace
 
 from safenav.errors import UsageError, missing_package
-from safenav.report.picture.floor import cell_size, window
 from safenav.report.picture.scene import Layer, Options, svg_of
-from safenav.report.picture.svg import png_of, separated, size_of
+from safenav.report.picture.svg import png_of
 from safenav.run.run import Run
-from safenav.run.values import Placed, Scene, StoryKind
+from safenav.run.values import Scene, StoryKind
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -91,52 +89,22 @@ def write_gif(run: Run, path: Path, film: Film, progress: Callable[[], None] | N
 
 
 class _Stage:
-    """Drawer of frames. Vectors take most of the time of a film: the ground is drawn once, the
-    state once for each tick, a robot once for each of its headings and loads."""
+    """Drawer of frames; the ground, which takes most of the time of a picture, is drawn once."""
 
     def __init__(self, run: Run, film: Film) -> None:
         self._run, self._film = run, film
         self._ground = self._drawn(run.at(film.first), Layer.GROUND)
-        self._state: tuple[object, Image.Image] = None, self._ground
-        left, upper, width, height = window(run.map)
-        self._home = round(upper + height / 2), round(left + width / 2)
-        self._robots: dict[object, tuple[Image.Image, tuple[int, int]]] = {}
 
     def frame(self, tick: int, part: float, caption: str) -> Image.Image:
         """Return a moment: a ``part`` of the time from ``tick`` to the next one."""
-        scene = self._run.at(tick, part)
-        key = tick, scene.moment, caption
-        if key != self._state[0]:
-            drawn = self._ground.copy()
-            drawn.alpha_composite(self._drawn(scene, Layer.STATE, caption))
-            self._state = key, drawn
-        frame = self._state[1].copy()
-        side = cell_size(scene.map) * self._film.width / self._across
-        shifts = separated([(robot.row, robot.col) for robot in scene.robots])
-        for robot, (down, right) in zip(scene.robots, shifts, strict=True):
-            body, (x, y) = self._robot(scene, robot)
-            east, south = robot.col + right - self._home[1], robot.row + down - self._home[0]
-            frame.alpha_composite(body, (round(x + east * side), round(y + south * side)))
+        frame = self._ground.copy()
+        frame.alpha_composite(self._drawn(self._run.at(tick, part), Layer.MOMENT, caption))
         return frame.convert("RGB")
 
-    def _robot(self, scene: Scene, robot: Placed) -> tuple[Image.Image, tuple[int, int]]:
-        """Return a robot's body, and its place while the robot is in the middle of the map."""
-        key = robot.name, robot.heading, robot.loads
-        if key not in self._robots:
-            row, col = self._home
-            alone = replace(scene, robots=tuple(replace(r, row=row, col=col) for r in scene.robots))
-            drawn = self._drawn(alone, Layer.ROBOTS, robot=robot.name)
-            box = drawn.getbbox() or (0, 0, 1, 1)
-            self._robots[key] = drawn.crop(box), box[:2]
-        return self._robots[key]
-
-    def _drawn(
-        self, scene: Scene, layer: Layer, caption: str = "", robot: str | None = None
-    ) -> Image.Image:
+    def _drawn(self, scene: Scene, layer: Layer, caption: str = "") -> Image.Image:
         from PIL import Image
 
-        svg = svg_of(scene, Options(layers=frozenset({layer}), caption=caption, robot=robot))
-        self._across = size_of(svg)[0]
+        svg = svg_of(scene, Options(layers=frozenset({layer}), caption=caption))
         return Image.open(io.BytesIO(png_of(svg, self._film.width))).convert("RGBA")
 
 

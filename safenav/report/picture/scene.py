@@ -1,4 +1,5 @@
-"""A scene as a vector picture for papers: the map, what happens at the moment, and a legend.
+"""A scene as a vector picture for papers: the map, what happens at the moment, robots and obstacles
+in words. The marks are those of the page, whose legend explains them.
 
 Everything is placed by arithmetic on known text widths, so that nothing overlaps and nothing
 is cut off whatever the names and the size of the map. PNG and GIF are made from this SVG. The map
@@ -7,10 +8,10 @@ is cropped to half a region around its free regions.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from enum import Enum
 
-from msgspec import Struct
+from msgspec import Struct, field
 from msgspec.structs import replace
 
 from safenav.report.picture import floor, svg
@@ -49,26 +50,22 @@ _QUIET = {StoryKind.SYNTHESIS, StoryKind.PUSH, StoryKind.POP}
 
 
 class Layer(Enum):
-    """A part of a picture: the floor with all that never changes, what changes from tick to tick,
-    and the robots above it."""
+    """A part of a picture: the floor with all that never changes, and what is above it."""
 
     GROUND = "ground"
-    STATE = "state"
-    ROBOTS = "robots"
+    MOMENT = "moment"
 
 
 class Options(Struct, frozen=True):
     """Contents of a picture besides the scene itself.
 
     ``caption``: words below the map instead of those of the moment, always of the same height, and
-    the robots' names instead of a legend (for the frames of a film). ``axes``: numbers of rows
-    and columns around the map. ``layers``: those to draw; without ``GROUND`` the picture is
-    transparent. ``robot``: the only one to draw."""
+    the robots' names alone (for the frames of a film). ``axes``: numbers of rows and columns around
+    the map. ``layers``: those to draw; without ``GROUND`` the picture is transparent."""
 
     layers: frozenset[Layer] = frozenset(Layer)
     caption: str | None = None
     axes: bool = False
-    robot: str | None = None
 
 
 def scene_of(scenario: Scenario) -> Scene:
@@ -92,19 +89,21 @@ def svg_of(scene: Scene, options: Options | None = None) -> str:
     caption = [line for text in says for line in svg.wrapped(text, 13, inner)]
     spoken = LINE * (CAPTION_LINES if film else len(caption))
     below = top + height + (14.0 if options.axes else 0.0) + (spoken + 14 if spoken else 0.0)
-    legend = floor.key_of(scene) if film else floor.legend_of(scene, EXCLUSION)
-    end = below + legend.height(inner) + 20 + MARGIN
+    columns = _columns([*_rows(scene, brief=film)], inner)
+    end = below + max(map(_height, columns)) + 20 + MARGIN
     page = svg.SvgWriter()
     if Layer.GROUND in options.layers:
         page.rect(0, 0, inner + 2 * MARGIN, end, fill="#FFFFFF")
         for i, line in enumerate(title):
             page.text(MARGIN, MARGIN + 15 + 21 * i, line, 17, bold=True, fill=floor.INK)
-        legend.draw(page, MARGIN, below + 20, inner)
+        for i, column in enumerate(columns):
+            for n, row in enumerate(column):
+                row.draw(page, MARGIN + i * (WIDTH + GAP), below + 20 + _height(column[:n]))
         if options.axes:
             page.open("g", transform=f"translate({MARGIN - left} {top - upper})")
             floor.draw_axes(page, scene.map, cell)
             page.close("g")
-    if Layer.STATE in options.layers:
+    if Layer.MOMENT in options.layers:
         page.text(MARGIN, top - 9, scene.moment, 13, fill=floor.MUTED)
         for i, line in enumerate(caption[: CAPTION_LINES if film else None]):
             page.text(MARGIN, below - spoken + 10 + LINE * i, line, 13, fill=floor.INK)
@@ -128,6 +127,78 @@ def _described(scene: Scene) -> str:
     return f"{size}: {robots or 'no robots'}; obstacles: {obstacles or 'none'}."
 
 
+WIDTH, GAP, ICON = 270.0, 24.0, 30.0
+"""Widths of a column of words, of the space beside it, and of its signs."""
+
+
+class _Row(Struct):
+    """The sign of a robot, or the mark of an obstacle, and lines of text: words, size, bold,
+    colour."""
+
+    sign: Look | svg.Mark
+    lines: list[tuple[str, float, bool, str]] = field(default_factory=list)
+
+    def add(self, words: str, size: float, bold: bool = False, colour: str = floor.INK) -> None:
+        for line in svg.wrapped(words, size, WIDTH - ICON, bold):
+            self.lines.append((line, size, bold, colour))
+
+    @property
+    def height(self) -> float:
+        return max(24.0, sum(size * 1.32 for _, size, _, _ in self.lines) + 6)
+
+    def draw(self, page: svg.SvgWriter, x: float, y: float) -> None:
+        if isinstance(self.sign, Look):
+            draw_body(page, self.sign, x + 12, y + 11, 10.0)
+        else:
+            page.glyph(self.sign.path, x + 12, y + 11, 8, fill=self.sign.colour)
+        baseline = y + 3.0
+        for words, size, bold, colour in self.lines:
+            baseline += size * 1.32
+            page.text(x + ICON, baseline - size * 0.28, words, size, bold=bold, fill=colour)
+
+
+def _rows(scene: Scene, *, brief: bool) -> Iterator[_Row]:
+    """Yield the robots and obstacles of a scene in words; ``brief``: the robots' names alone."""
+    for robot, look in zip(scene.robots, looks([r.name for r in scene.robots]), strict=True):
+        row = _Row(look)
+        row.add(robot.name, 13, bold=not brief)
+        if not brief:
+            model = f"{robot.model}, {robot.layer}" if robot.layer else robot.model
+            row.add(model, 12, colour=floor.MUTED)
+            row.add(robot.doing, 12)
+            if equipment := robot.equipment(scene.map):
+                row.add(equipment, 12, colour=floor.MUTED)
+        yield row
+    for obstacle, status, met in () if brief else scene.obstacles:
+        row = _Row(svg.STATUS_MARKS[status])
+        row.add(obstacle.label(scene.map), 13, bold=True)
+        row.add(obstacle.state(status, met), 12, colour=floor.MUTED)
+        yield row
+
+
+def _columns(rows: Sequence[_Row], width: float) -> list[list[_Row]]:
+    """Return rows in reading order, in as many columns as fit below the map."""
+    count = max(1, int((width + GAP) // (WIDTH + GAP)))
+    limit = _height(rows) / count + 30
+    columns: list[list[_Row]] = [[]]
+    for row in rows:
+        if columns[-1] and _height([*columns[-1], row]) > limit and len(columns) < count:
+            columns.append([])
+        columns[-1].append(row)
+    return columns
+
+
+def _height(rows: Sequence[_Row]) -> float:
+    return sum(row.height for row in rows)
+
+
+def draw_body(page: svg.SvgWriter, look: Look, x: float, y: float, radius: float) -> None:
+    """Draw a robot's shape with its letters."""
+    page.glyph(look.path, x, y, radius, fill=look.colour, stroke=floor.INK, stroke_width=0.09)
+    size, centred = radius * look.size, {"fill": look.ink, "text_anchor": "middle"}
+    page.text(x, y + radius * look.drop, look.letters, size, bold=True, **centred)
+
+
 class _Drawing(Struct):
     """Drawing of the map and its contents, bottom layer first."""
 
@@ -144,14 +215,12 @@ class _Drawing(Struct):
         if Layer.GROUND in layers:
             floor.draw_floor(self.page, self.scene.map, self.cell)
             self._signs()
-        if Layer.STATE in layers:
+        if Layer.MOMENT in layers:
             self._state(robots)
             self._spoken_of(told)
             floor.draw_names(self.page, self.names, floor.INK)
-        if Layer.ROBOTS in layers:
-            drawn = [pair for pair in robots if self.options.robot in (None, pair[0].name)]
-            shifts = svg.separated([(robot.row, robot.col) for robot, _ in drawn])
-            for (robot, look), (down, right) in zip(drawn, shifts, strict=True):
+            shifts = svg.separated([(robot.row, robot.col) for robot, _ in robots])
+            for (robot, look), (down, right) in zip(robots, shifts, strict=True):
                 self._robot(robot, look, robot.row + down, robot.col + right)
 
     def _signs(self) -> None:
@@ -284,12 +353,7 @@ class _Drawing(Struct):
         radius = max(ROBOT * self.cell, LEAST_ROBOT)
         if robot.heading is not None:
             self.page.glyph(svg.GLYPHS.nose, x, y, radius * 0.92, robot.heading, fill=floor.INK)
-        self.page.glyph(
-            look.path, x, y, radius, fill=look.colour, stroke=floor.INK, stroke_width=0.09
-        )
-        size, baseline = radius * look.size, y + radius * look.drop
-        centred = {"fill": look.ink, "text_anchor": "middle"}
-        self.page.text(x, baseline, look.letters, size, bold=True, **centred)
+        draw_body(self.page, look, x, y, radius)
         if robot.loads:
             held_x, held_y, side = x - BADGE * radius, y - BADGE * radius, 1.4 * radius
             corner = (held_x - side / 2, held_y - side / 2, side, side)
