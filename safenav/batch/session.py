@@ -7,23 +7,19 @@ case (by its fingerprint). Only one batch at a time may use the folder.
 
 from __future__ import annotations
 
-import contextlib
 import fcntl
 import json
 import os
 import time
-import uuid
 from collections.abc import Callable, Collection, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from queue import Empty, SimpleQueue
-from typing import IO, Any, Protocol
+from typing import IO, Protocol
 
 from msgspec import Struct, convert, to_builtins
 from msgspec.structs import replace
 
-from safenav.batch.case import Case, Conditions, Result
-from safenav.batch.worker import leave, run_case, running
+from safenav.batch.case import Case, Result
+from safenav.batch.pool import Pool
 from safenav.errors import UsageError
 from safenav.files import json_line
 
@@ -106,52 +102,6 @@ _LOOK_SECONDS = 0.2
 
 Artifacts = Callable[[Result, bytes], list[str]]
 """Writes files that help to analyse a failed case, given its trace; returns their names."""
-
-
-class Pool:
-    """At most ``jobs`` cases at a time, each in a process of its own on this machine."""
-
-    def __init__(self, jobs: int, conditions: Conditions) -> None:
-        self.batch = uuid.uuid4().hex
-        self.conditions = conditions
-        self._threads = ThreadPoolExecutor(jobs)
-        self._cases: dict[Any, Case] = {}
-        self._done = SimpleQueue[Any]()
-
-    def submit(self, case: Case) -> None:
-        """Queue a case; return immediately."""
-        future = self._begin(case)
-        self._cases[future] = case
-        future.add_done_callback(self._done.put)
-
-    def collect(self, seconds: float) -> list[tuple[Case, Result, bytes]]:
-        """Return the cases that have ended, with results and traces, waiting at most ``seconds``
-        for the first. Raises SafenavError if no more cases can be run at all."""
-        futures = []
-        with contextlib.suppress(Empty):
-            futures.append(self._done.get(timeout=seconds))
-            while True:
-                futures.append(self._done.get_nowait())
-        cases = [(future, self._cases.pop(future)) for future in futures]
-        return [(case, *self._ended(future, case)) for future, case in cases]
-
-    def running(self) -> list[tuple[str, float]]:
-        """Return the names of running cases, as far as known, with their seconds so far."""
-        return running(self.batch)
-
-    def close(self) -> None:
-        """Stop all work, leaving no process behind."""
-        self._threads.shutdown(wait=False, cancel_futures=True)
-        leave(self.batch)
-        self._threads.shutdown()
-
-    def _begin(self, case: Case) -> Any:
-        return self._threads.submit(run_case, self.batch, case, self.conditions)
-
-    def _ended(self, future: Any, case: Case) -> tuple[Result, bytes]:
-        del case
-        result: tuple[Result, bytes] = future.result()
-        return result
 
 
 class Observer(Protocol):

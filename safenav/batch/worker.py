@@ -3,21 +3,18 @@
 ``run_case`` is what a batch asks for: threads call it here, Dask workers elsewhere. A case that
 crashes or hangs costs its process and nothing else.
 
-A process reads JSON lines from standard input and writes JSON lines to the original standard
-output; all other output goes to standard error. When standard input ends, because the batch has
-ended, it also ends, with its synthesis: the kernel kills a synthesizer with the process that has
-started it.
+A process has one connection, for cases and results; what it prints goes to a file. When the
+connection ends, because the batch has ended, it also ends, with its synthesis: the kernel kills a
+synthesizer with the process that has started it.
 """
 
 from __future__ import annotations
 
 import contextlib
 import faulthandler
-import json
 import os
 import queue
 import resource
-import selectors
 import signal
 import subprocess
 import sys
@@ -25,18 +22,19 @@ import tempfile
 import threading
 import time
 from collections import defaultdict
+from multiprocessing.connection import Connection, Pipe
 from pathlib import Path
 
-from msgspec import convert, to_builtins
 from msgspec.structs import replace
 
 from safenav.batch.case import Case, CaseVerdict, Conditions, Result, without_a_run
 from safenav.errors import SafenavError
-from safenav.files import json_line, line_output
 
 _START_SECONDS = 60.0
 _STACK_SECONDS = 0.5
 """Time that a hung process has to print its stack, and one that is ended to kill its synthesis."""
+_LONGEST = 1e6
+"""Most seconds that the system can wait for an answer."""
 _LAST_WORDS = 4000
 _ROOT = str(Path(__file__).resolve().parents[2])
 _PROGRAM = f"import sys; sys.path.append({_ROOT!r}); from safenav.batch.worker import main; main()"
@@ -104,18 +102,18 @@ class Worker:
 
     def __init__(self) -> None:
         self.case, self.since = "", time.monotonic()
-        self._stderr = tempfile.TemporaryFile()  # noqa: SIM115 (closed by `end`)
-        self._heard = b""
+        self._printed = tempfile.TemporaryFile()  # noqa: SIM115 (closed by `end`)
         self._ready = False
-        self._process = subprocess.Popen(
-            [sys.executable, "-P", "-c", _PROGRAM],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=self._stderr,
-            start_new_session=True,
-        )
-        assert self._process.stdin is not None and self._process.stdout is not None
-        self._stdin, self._stdout = self._process.stdin, self._process.stdout
+        self._connection, theirs = Pipe()
+        with theirs:
+            self._process = subprocess.Popen(
+                [sys.executable, "-P", "-c", _PROGRAM, str(theirs.fileno())],
+                stdin=subprocess.DEVNULL,
+                stdout=self._printed,
+                stderr=self._printed,
+                pass_fds=[theirs.fileno()],
+                start_new_session=True,
+            )
 
     @property
     def pid(self) -> int:
@@ -133,23 +131,17 @@ class Worker:
         """
         self._wait_until_ready()
         self.case, self.since = case.name, time.monotonic()
-        before = os.fstat(self._stderr.fileno()).st_size
-        asked = {"case": to_builtins(case), "conditions": to_builtins(conditions)}
-        task = asked | {"trace": None if trace is None else str(trace)}
-        with contextlib.suppress(BrokenPipeError):  # it is dead: then there is no answer
-            self._stdin.write(json_line(task).encode())
-            self._stdin.flush()
+        before = os.fstat(self._printed.fileno()).st_size
         try:
-            answer = self._line(conditions.seconds)
-        except TimeoutError:
+            self._connection.send((case, conditions, trace))
+            if self._connection.poll(min(conditions.seconds, _LONGEST)):
+                return self._timed(self._connection.recv())
             with contextlib.suppress(subprocess.TimeoutExpired):
                 self.send(signal.SIGABRT)
                 self._process.wait(_STACK_SECONDS)
             verdict = CaseVerdict.HUNG
             reason = f"stopped after {conditions.seconds:g} s (time limit)"
-        else:
-            if answer:
-                return self._timed(convert(json.loads(answer), Result))
+        except (EOFError, OSError):  # it is dead
             verdict = CaseVerdict.CRASHED
             reason = f"the process that ran it died: {self._death()}"
         result = without_a_run(case, verdict, [reason], self._last_words(before))
@@ -171,38 +163,24 @@ class Worker:
                 break
 
     def end(self) -> None:
-        """End the process with its synthesis, and close its pipes."""
+        """End the process with its synthesis, and close its files."""
         self.kill()
-        for pipe in (self._stdin, self._stdout, self._stderr):
-            with contextlib.suppress(OSError):
-                pipe.close()
+        self._connection.close()
+        self._printed.close()
 
     def _wait_until_ready(self) -> None:
         """Wait for the end of its start, which counts for no case."""
         if self._ready:
             return
+        problem = f"within {_START_SECONDS:.0f} s"
         try:
-            self._ready = bool(self._line(_START_SECONDS))
-            problem = f"({self._death()})\n{self._last_words(0)}" if not self._ready else ""
-        except TimeoutError:
-            problem = f"within {_START_SECONDS:.0f} s"
-        if problem:
-            self.end()
-            raise SafenavError(f"a worker process does not start {problem}")
-
-    def _line(self, seconds: float) -> bytes:
-        """Return its next line; empty if it is dead. Raises TimeoutError."""
-        end = time.monotonic() + seconds
-        with selectors.DefaultSelector() as selector:
-            selector.register(self._stdout, selectors.EVENT_READ)
-            while b"\n" not in self._heard:
-                if not selector.select(max(0.0, end - time.monotonic())):
-                    raise TimeoutError
-                if not (data := os.read(self._stdout.fileno(), 1 << 16)):
-                    return b""
-                self._heard += data
-        line, _, self._heard = self._heard.partition(b"\n")
-        return line
+            if self._connection.poll(_START_SECONDS):
+                self._ready = self._connection.recv()
+                return
+        except (EOFError, OSError):
+            problem = f"({self._death()})\n{self._last_words(0)}"
+        self.end()
+        raise SafenavError(f"a worker process does not start {problem}")
 
     def _timed(self, result: Result) -> Result:
         """Return a result with its wall time: as measured by its process, or here if that is
@@ -211,7 +189,7 @@ class Worker:
         return replace(result, wall_seconds=max(result.wall_seconds, elapsed))
 
     def _last_words(self, before: int) -> str:
-        file = self._stderr.fileno()  # its offset is shared with the process: do not move it
+        file = self._printed.fileno()  # its offset is shared with the process: do not move it
         begin = max(before, os.fstat(file).st_size - _LAST_WORDS)
         return os.pread(file, _LAST_WORDS, begin).decode("utf-8", "replace").strip()
 
@@ -224,34 +202,36 @@ class Worker:
         return f"killed by signal {-status}"
 
 
+Task = tuple[Case, Conditions, Path | None]
+
+
 def main() -> None:
-    """Run cases until standard input ends: the program of a worker."""
-    answer = line_output()
+    """Run cases until the connection ends: the program of a worker."""
+    connection = Connection(int(sys.argv[1]))
     faulthandler.enable()  # prints the stack at a crash, and at the SIGABRT for a hung case
     with contextlib.suppress(ValueError, OSError):
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     from safenav.batch.execution import execute
 
-    tasks: queue.SimpleQueue[bytes] = queue.SimpleQueue()
-    threading.Thread(target=_listen, args=(tasks,), daemon=True).start()
+    tasks: queue.SimpleQueue[Task | None] = queue.SimpleQueue()
+    threading.Thread(target=_listen, args=(connection, tasks), daemon=True).start()
     try:
-        answer("ready")
-        while line := tasks.get():
-            task = json.loads(line)
-            conditions = Conditions(**task["conditions"])
+        connection.send(True)  # it is ready
+        while task := tasks.get():
+            case, conditions, trace = task
             with contextlib.suppress(OSError):  # if missing, only its files are not found
                 os.chdir(conditions.directory)
-            trace = None if task["trace"] is None else Path(task["trace"])
-            answer(to_builtins(execute(Case(**task["case"]), conditions, trace)))
+            connection.send(execute(case, conditions, trace))
     except (BrokenPipeError, SystemExit):
-        # The reader has gone, or SIGTERM has ended a synthesis. The interpreter's own end would
+        # The batch has gone, or SIGTERM has ended a synthesis. The interpreter's own end would
         # wait for the thread that listens, and then abort.
         os._exit(0)
 
 
-def _listen(tasks: queue.SimpleQueue[bytes]) -> None:
-    for line in sys.stdin.buffer:
-        tasks.put(line)
-    tasks.put(b"")
+def _listen(connection: Connection, tasks: queue.SimpleQueue[Task | None]) -> None:
+    with contextlib.suppress(EOFError, OSError):
+        while True:
+            tasks.put(connection.recv())
+    tasks.put(None)
     # During a synthesis, SIGTERM first kills that; otherwise it ends this process immediately.
     os.kill(os.getpid(), signal.SIGTERM)

@@ -76,8 +76,9 @@ def batch(
     if dask is not None and jobs is not None:
         raise UsageError("--jobs is for this machine; a Dask cluster has its own workers")
     from safenav.batch.case import Conditions
+    from safenav.batch.pool import DaskCluster, Pool
     from safenav.batch.search import find_cases
-    from safenav.batch.session import Pool, ResultsFile, run_batch
+    from safenav.batch.session import ResultsFile, run_batch
     from safenav.report.batch import FailureFolder, ProgressLine, report_data, summary, to_junit
 
     found = find_cases(paths)
@@ -85,12 +86,7 @@ def batch(
     bundles = None if certify is None else str(certify.resolve())
     conditions = Conditions(time_limit, bundles, out is not None)
     with ExitStack() as stack:
-        if dask is not None:
-            from safenav.batch.dask_cluster import DaskCluster
-
-            pool: Pool = DaskCluster(dask, conditions)
-        else:
-            pool = Pool(jobs or _processors(), conditions)
+        pool = DaskCluster(dask, conditions) if dask else Pool(jobs or _processors(), conditions)
         stack.callback(pool.close)
         kept = failures = None
         if out is not None:

@@ -6,5 +6,5 @@ from unittest.mock import patch
 def main() -> None:
     from safenav import cli
 
-    with patch("safenav.batch.dask_cluster._CONNECT_SECONDS", 1):
+    with patch("safenav.batch.pool._CONNECT_SECONDS", 1):
         cli.main()

@@ -9,7 +9,8 @@ import pytest
 from batch.made_scenarios import SlugsLog, Write, scenario
 from batch.running import safenav, started, wait_until
 from safenav.batch.case import Case, Conditions
-from safenav.batch.session import Pool, ResultsFile, run_batch
+from safenav.batch.pool import Pool
+from safenav.batch.session import ResultsFile, run_batch
 from safenav.batch.worker import Worker
 from safenav.errors import SafenavError, UsageError
 from synthesis.requests import gone

@@ -1,4 +1,5 @@
-"""Cases on a Dask cluster: ``--dask ADDRESS`` (optional extra ``safenav[dask]``).
+"""Where the cases of a batch run: on this machine, or on a Dask cluster (``--dask ADDRESS``, the
+extra ``dask``).
 
 If a Dask worker dies, the scheduler gives its cases to another one, also those whose results had
 not been fetched yet. Running a case twice does no harm.
@@ -8,15 +9,63 @@ from __future__ import annotations
 
 import contextlib
 import importlib
+import uuid
+from concurrent.futures import ThreadPoolExecutor
+from queue import Empty, SimpleQueue
 from typing import Any
 
 import safenav
 from safenav.batch.case import Case, CaseVerdict, Conditions, Result, without_a_run
-from safenav.batch.session import Pool
-from safenav.batch.worker import leave, run_case
+from safenav.batch.worker import leave, run_case, running
 from safenav.errors import SafenavError, UsageError, missing_package
 
 _CONNECT_SECONDS = 10
+
+
+class Pool:
+    """At most ``jobs`` cases at a time, each in a process of its own on this machine."""
+
+    def __init__(self, jobs: int, conditions: Conditions) -> None:
+        self.batch = uuid.uuid4().hex
+        self.conditions = conditions
+        self._threads = ThreadPoolExecutor(jobs)
+        self._cases: dict[Any, Case] = {}
+        self._done = SimpleQueue[Any]()
+
+    def submit(self, case: Case) -> None:
+        """Queue a case; return immediately."""
+        future = self._begin(case)
+        self._cases[future] = case
+        future.add_done_callback(self._done.put)
+
+    def collect(self, seconds: float) -> list[tuple[Case, Result, bytes]]:
+        """Return the cases that have ended, with results and traces, waiting at most ``seconds``
+        for the first. Raises SafenavError if no more cases can be run at all."""
+        futures = []
+        with contextlib.suppress(Empty):
+            futures.append(self._done.get(timeout=seconds))
+            while True:
+                futures.append(self._done.get_nowait())
+        cases = [(future, self._cases.pop(future)) for future in futures]
+        return [(case, *self._ended(future, case)) for future, case in cases]
+
+    def running(self) -> list[tuple[str, float]]:
+        """Return the names of running cases, as far as known, with their seconds so far."""
+        return running(self.batch)
+
+    def close(self) -> None:
+        """Stop all work, leaving no process behind."""
+        self._threads.shutdown(wait=False, cancel_futures=True)
+        leave(self.batch)
+        self._threads.shutdown()
+
+    def _begin(self, case: Case) -> Any:
+        return self._threads.submit(run_case, self.batch, case, self.conditions)
+
+    def _ended(self, future: Any, case: Case) -> tuple[Result, bytes]:
+        del case
+        result: tuple[Result, bytes] = future.result()
+        return result
 
 
 def version_here() -> str:
