@@ -29,7 +29,8 @@ from safenav.scenario import language
 from safenav.scenario.yaml import document
 from safenav.scenario.yaml.document import Node, Place, Scalar, Sequence, plain
 from safenav.scenario.yaml.findings import Findings, parsed, suggestion, wrong_type
-from safenav.scenario.yaml.typed import Item, Raw, entries, key, read, sequence, version
+from safenav.scenario.yaml.keys import Item, Raw, entries, key, version
+from safenav.scenario.yaml.typed import read, sequence
 
 VERSION = 1
 MOST_COMBINATIONS = 100_000

@@ -22,7 +22,8 @@ from safenav.scenario.values import RegionValue
 from safenav.scenario.yaml.document import Node, Scalar, below, clipped
 from safenav.scenario.yaml.findings import Findings, parsed, read_source
 from safenav.scenario.yaml.json_schema import schema_text as schema_of
-from safenav.scenario.yaml.typed import Item, Key, key, read, version
+from safenav.scenario.yaml.keys import Item, Key, key, version
+from safenav.scenario.yaml.typed import read
 from safenav.trace.words import listed
 from safenav.world.map import RegionMap
 

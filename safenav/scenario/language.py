@@ -10,9 +10,9 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from safenav.scenario import values
 from safenav.scenario.model import Clock, Coordination, LatePolicy, Limits, Until
-from safenav.scenario.objective import EXAMPLE, KINDS, STAYING, kinds_that, one_of
-from safenav.scenario.yaml.document import Scalar
-from safenav.scenario.yaml.typed import Item, Key, key, version
+from safenav.scenario.objective import EXAMPLE, KINDS, STAYING, kinds_that
+from safenav.scenario.yaml.document import Scalar, one_of
+from safenav.scenario.yaml.keys import Beside, Item, Key, OneOf, key, version
 from safenav.world.poses import Mobility
 
 VERSION = 1
@@ -26,35 +26,29 @@ class TileKeys(Item, frozen=True):
     )
 
 
-FORMS: dict[str, tuple[str, ...]] = {
-    "grid": ("resolution", "origin"),
-    "image": ("rows", "cols", "share", "resolution", "origin"),
-    "ros": ("rows", "cols", "resolution", "share"),
-    "movingai": ("rows", "cols", "share", "resolution", "origin"),
-}
-"""The forms of a map, and the further keys that apply to each."""
-OPTIONS = tuple(dict.fromkeys(key for keys in FORMS.values() for key in keys))
-
-
-def _of_form(kind: str) -> dict[str, object]:
-    """Return the allowed and the required keys of a form of a map."""
-    others = [{"required": [other]} for other in OPTIONS if other not in FORMS[kind]]
-    needed = {"image": ["rows"]}.get(kind, [])
-    sized = {"oneOf": [{"required": ["rows"]}, {"required": ["resolution"]}]}
-    without = {"not": {"anyOf": others}} if others else {}
-    return {"required": [kind, *needed], **without, **(sized if kind == "ros" else {})}
-
-
+FORMS = ("grid", "image", "ros", "movingai")
+"""The forms of a map."""
+_OF_FILES = "only files are divided: in a grid each character is a region"
+_DRAWN = (
+    "write 'grid: |' and below it one indented line of '#' and '.' for each row, or name a file: "
+    "'image', 'ros' or 'movingai'"
+)
 Metres = Annotated[float, Key(above=0)]
 
 
 class MapKeys(Item, frozen=True):
     """The known world: one of grid, image, ros and movingai (docs/maps.md)."""
 
-    rules: ClassVar = {
-        "dependentRequired": {"rows": ["cols"], "cols": ["rows"], "origin": ["resolution"]},
-        "oneOf": [_of_form(kind) for kind in FORMS],
-    }
+    rules: ClassVar = (
+        OneOf(FORMS, _DRAWN, "a map has one form"),
+        *(Beside(word, FORMS[1:], _OF_FILES) for word in ("rows", "cols", "share")),
+        Beside("origin", ("grid", "image", "movingai"), "the file has its own origin"),
+        Beside("rows", ("cols",), "give both or none"),
+        Beside("cols", ("rows",), "give both or none"),
+        Beside(
+            "origin", ("resolution",), "also write 'resolution', the side of a region in metres"
+        ),
+    )
     elsewhere: ClassVar = {
         "areas": "'areas' stands beside 'map', not in it",
         "threshold": "adapt the image: darker than half is wall",
@@ -166,15 +160,14 @@ class TypeKeys(Item, frozen=True):
 
     one: ClassVar = "obstacle type {name}"
     elsewhere: ClassVar = _NO_SWEEPS
-    rules: ClassVar = {
-        "oneOf": [
-            {"required": ["action"], "not": {"required": ["needs"]}},
-            {
-                "required": ["needs"],
-                "not": {"anyOf": [{"required": ["action"]}, {"required": ["resolve_at"]}]},
-            },
-        ]
-    }
+    rules: ClassVar = (
+        OneOf(
+            ("action", "needs"),
+            "the capability that resolves it, for example 'action: push'",
+            "each need has its own 'action' and 'at'",
+        ),
+        Beside("resolve_at", ("action",), "each need has its own 'at'"),
+    )
     action: values.Action | None = key("The capability that resolves it.")
     resolve_at: values.Where | None = key(
         "Where the action works: self, neighbours or regions. Default: self."
@@ -205,7 +198,12 @@ class LtlKeys(Item, frozen=True):
 
     label: ClassVar = "in {what}"
     example: ClassVar = "{liveness: [region = 14, region = 20], safety: region' != 47}"
-    rules: ClassVar = {"anyOf": [{"required": ["safety"]}, {"required": ["liveness"]}]}
+    rules: ClassVar = (
+        OneOf(
+            ("safety", "liveness"),
+            "give it 'liveness' (what to reach infinitely often) or 'safety' (always)",
+        ),
+    )
     init: values.FormulaList | None = key("Conditions at the start (no next values).")
     safety: values.FormulaList | None = key("Conditions on every step.")
     liveness: values.FormulaList | None = key("Conditions met infinitely often.")
@@ -234,13 +232,11 @@ class ObjectiveKeys(Item, frozen=True):
     label: ClassVar = "{rest}"
     example: ClassVar = EXAMPLE
     elsewhere: ClassVar = {"circuit": "use 'patrol', with two targets or more"}
-    rules: ClassVar = {
-        "oneOf": [{"required": [kind]} for kind in (*KINDS, "ltl")],
-        "dependentSchemas": {
-            FORM: {"anyOf": [{"required": [kind]} for kind in STRICT]},
-            WITHIN: {"anyOf": [{"required": [kind]} for kind in TIMED]},
-        },
-    }
+    rules: ClassVar = (
+        OneOf((*KINDS, "ltl"), f"give it one, for example {EXAMPLE}", "choose one of them"),
+        Beside(FORM, STRICT, "leave it out: other kinds have one form only"),
+        Beside(WITHIN, TIMED, "rounds of other kinds cannot have a deadline"),
+    )
     patrol: values.TargetList | None = _kind("patrol")
     visit: values.TargetList | None = _kind("visit")
     cover: values.TargetList | None = _kind("cover")
@@ -375,7 +371,13 @@ class ChangeKeys(Item, frozen=True):
 
     one: ClassVar = "a change"
     label: ClassVar = "of {robot}"
-    rules: ClassVar = {"oneOf": [{"required": ["objective"]}, {"required": ["service"]}]}
+    rules: ClassVar = (
+        OneOf(
+            ("objective", "service"),
+            "give it an 'objective', or 'service: out' or 'service: back'",
+            "give each a change of its own",
+        ),
+    )
     at_: int | None = key("The tick at which it applies.", "for example 'at: 12'", least=1)
     robot: Scalar | None = key("", "the name of a robot of the team")
     objective: ObjectiveKeys | None = key("Its objective from then on; not 'ltl'.")

@@ -17,7 +17,7 @@ from msgspec.structs import replace
 from safenav.data import Count, Positive, Seconds
 from safenav.errors import Outcome
 from safenav.scenario.objective import Objective
-from safenav.scenario.yaml.typed import Key
+from safenav.scenario.yaml.keys import Key
 from safenav.world.map import Region, RegionMap, tiles
 from safenav.world.poses import Mobility, Pose
 

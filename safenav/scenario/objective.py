@@ -360,12 +360,6 @@ def kinds_that(has: Callable[[type[TargetObjective]], bool] = bool) -> tuple[str
     return tuple(key for key, kind in KINDS.items() if has(kind))
 
 
-def one_of(keys: Sequence[str], quote: str = "") -> str:
-    """Return keys as a choice in a message: ``patrol, visit or hold``."""
-    *some, last = (f"{quote}{key}{quote}" for key in keys)
-    return f"{', '.join(some)} or {last}" if some else last
-
-
 def alternation(targets: Sequence[Target], like: Objective) -> TargetObjective:
     """Return the objective to visit targets in turn, under the rules of another objective."""
     return ruled(ALTERNATING(tuple(targets)), like)

@@ -4,13 +4,17 @@ A value that needs more than its form (a region of the map, a formula) is ``Raw`
 ``reading`` read it once the map and the names are known.
 """
 
-from typing import Annotated, Any, ClassVar, Literal
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from safenav.formula.syntax import RESERVED_WORDS
 from safenav.scenario.model import FAILURES, OPERATOR_ACTION, ResolveAt
 from safenav.scenario.yaml.document import Node, Scalar
-from safenav.scenario.yaml.findings import Findings
-from safenav.scenario.yaml.typed import MOST, NAME, Item, Key, NameForm, Raw, key
+from safenav.scenario.yaml.keys import MOST, NAME, Item, Key, NameForm, OneOf, Raw, key
+
+if TYPE_CHECKING:
+    from safenav.scenario.yaml.findings import Findings
 
 OWN_VARIABLES = frozenset({"region", "heading"})
 RESERVED = RESERVED_WORDS | OWN_VARIABLES | {"move", "scout", "goal", "request", "wait", "assigned"}
@@ -123,7 +127,7 @@ Requirements = Annotated[Raw, Key(form=_NAMED_FORMULAS | tuple[str | _NAMED_FORM
 class RectangleKeys(Item, frozen=True):
     """The free regions of these rows and columns, from 0 in the north-west."""
 
-    rules: ClassVar = {"minProperties": 1}
+    rules: ClassVar = (OneOf(("rows", "columns"), "a rectangle has 'rows', 'columns' or both"),)
     elsewhere: ClassVar = {"any": "an area lists its regions: [[1, 1], [1, 2]]"}
     rows: Span | None = key("Default: all rows.")
     columns: Span | None = key("Default: all columns.")

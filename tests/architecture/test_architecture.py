@@ -178,7 +178,7 @@ def test_the_judge_has_the_same_kinds_of_objectives() -> None:
 
 
 PATH = ("scenario.language", "scenario.model", "spec.compile", "synthesis.slugs", "trace.records")
-MOST_ON_PATH = 32
+MOST_ON_PATH = 25
 
 
 def test_the_path_from_what_a_user_writes_to_what_a_run_records_is_short() -> None:

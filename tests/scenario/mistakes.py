@@ -15,10 +15,8 @@ SOME = 1
 
 SHAPE = re.compile(
     r"\bexpected |unknown key |the key '.*' is missing|must be (at|from|more)|unknown word"
-    r"|is empty$|cannot name|is reserved|there is no event|: both '|has both"
-    r"|without '|exactly one of|has no meaning for"
-    r"|always_eventually|there are no robots"
-    r"|at least two robots|one form only|map: one of|version \d+ of|targets, and a patrol"
+    r"|is empty$|cannot name|is reserved|: both '|without '|always_eventually|there are no robots"
+    r"|at least two robots|: one of .* is missing|version \d+ of|targets, and a patrol"
     r"|is outside the map: -"
 )
 """The messages of the loader about the shape alone."""

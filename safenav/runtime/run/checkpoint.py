@@ -26,7 +26,7 @@ from safenav.runtime.worlds.protocol import checked_obstacle
 from safenav.runtime.worlds.simulation import Truth
 from safenav.scenario.model import Clock, Obstacle, ResolveAt, Robot, Scenario
 from safenav.scenario.objective import Ltl, Objective, formulas_in
-from safenav.scenario.yaml.typed import entries
+from safenav.scenario.yaml.keys import entries
 from safenav.strict_json import TYPE
 from safenav.team.formulas import pursuit_of
 from safenav.team.state import Is, Plan, RobotNow, State

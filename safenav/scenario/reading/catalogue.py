@@ -28,7 +28,8 @@ from safenav.scenario.values import UNLIMITED
 from safenav.scenario.yaml import document
 from safenav.scenario.yaml.document import Node, Scalar, clipped, entries_of, items_of
 from safenav.scenario.yaml.findings import Findings, parsed, read_source, suggestion
-from safenav.scenario.yaml.typed import Key, Raw, read
+from safenav.scenario.yaml.keys import Key, Raw
+from safenav.scenario.yaml.typed import read
 from safenav.world.map import Region
 from safenav.world.poses import Mobility
 
@@ -159,14 +160,6 @@ def _type(
     before, what = len(reading), f"obstacle type {clipped(key.text)}"
     blocks = _blocks(item, known, reading)
     needs = _needs(item.needs or (), reading)
-    if item.at("needs") is not None:
-        for word in ("action", "resolve_at"):
-            if (stray := item.at(word)) is not None:
-                found = f"{what} has both 'needs' and '{word}'"
-                reading.add(stray, found, "each need has its own 'action' and 'at'")
-    elif item.at("action") is None:
-        hint = "the capability that resolves it, for example 'action: push'"
-        reading.add(item.node, f"{what}: the key 'action' is missing", hint)
     last = needs[-1] if needs else None
     if last and last.same and last.at is ResolveAt.SELF and blocks != frozenset():
         found = f"the 'same' robots fulfil the last need of {what} inside it, but may not enter"

@@ -10,14 +10,15 @@ from safenav.errors import Outcome
 from safenav.formula.parser import FormulaError
 from safenav.scenario import language, values
 from safenav.scenario.model import Expect, Input, Obstacle, ObstacleType, RobotChange
-from safenav.scenario.objective import Ltl, Objective, kinds_that, one_of
+from safenav.scenario.objective import Ltl, Objective, kinds_that
 from safenav.scenario.reading.catalogue import type_named
 from safenav.scenario.reading.regions import Reading
-from safenav.scenario.reading.robots import misses_targets, resolve_objective, within_of
+from safenav.scenario.reading.robots import misses_targets, resolve_objective
 from safenav.scenario.yaml import document
-from safenav.scenario.yaml.document import Node, Scalar, clipped
+from safenav.scenario.yaml.document import Node, Scalar, clipped, one_of
 from safenav.scenario.yaml.findings import Findings, described
-from safenav.scenario.yaml.typed import MOST, NameForm, Raw, read, sequence
+from safenav.scenario.yaml.keys import MOST, NameForm, Raw
+from safenav.scenario.yaml.typed import read, sequence
 
 
 def resolve_obstacles(
@@ -115,15 +116,11 @@ def _change(item: language.ChangeKeys, reading: Reading) -> RobotChange | None:
     name = word.text if word is not None else None
     if word is not None:
         reading.names_robot(word, word.text)
-    if (item.at("objective") is None) is (item.at("service") is None):
-        found = f"a change of {clipped(name or 'a robot')} needs exactly one of 'objective' and"
-        hint = "give it an 'objective', or 'service: out' or 'service: back'; one for each change"
-        reading.add(item.node, f"{found} 'service'", hint)
     objective = _objective(item, name, reading)
-    within = within_of(item.objective, objective, reading)
     if item.flawed or item.at_ is None or name is None or len(reading) > before:
         return None
     active = _SERVICE[item.service] if item.service else None
+    within = None if item.objective is None else item.objective.within
     return RobotChange(item.at_, name, objective, active, within)
 
 

@@ -24,16 +24,17 @@ from safenav.scenario.model import (
     RobotChange,
     Scenario,
 )
-from safenav.scenario.objective import Ltl, kinds_that, one_of
+from safenav.scenario.objective import Ltl, kinds_that
 from safenav.scenario.reachability import Reachability
 from safenav.scenario.reading import catalogue, events
 from safenav.scenario.reading.map import resolve_map
 from safenav.scenario.reading.regions import Reading, resolve_areas, resolve_exclusions
 from safenav.scenario.reading.robots import resolve_robots
 from safenav.scenario.yaml import document
-from safenav.scenario.yaml.document import Mapping, Node, below, entries_of, items_of
+from safenav.scenario.yaml.document import Mapping, Node, below, entries_of, items_of, one_of
 from safenav.scenario.yaml.findings import Findings, ReadableFolder, parsed, read_source
-from safenav.scenario.yaml.typed import entries, read
+from safenav.scenario.yaml.keys import entries
+from safenav.scenario.yaml.typed import read
 from safenav.world.map import Region, RegionMap
 
 Change = Callable[[Node, Findings], Node]

@@ -13,62 +13,37 @@ from msgspec.structs import asdict, replace
 from safenav.errors import Diagnostic, InputError, install_command
 from safenav.files import ROS_MAP, kind_of
 from safenav.scenario import language
-from safenav.scenario.language import FORMS, OPTIONS, MapKeys
+from safenav.scenario.language import FORMS, MapKeys
 from safenav.scenario.reading.regions import NO_SIZE, Reading, too_large
 from safenav.scenario.yaml.document import Node, Place, Scalar, Sequence, clipped
 from safenav.scenario.yaml.findings import (
     FOREIGN,
     Findings,
     described,
-    listed,
     parsed,
     read_source,
     wrong_type,
 )
-from safenav.scenario.yaml.typed import entries, read, sequence
+from safenav.scenario.yaml.typed import read, sequence
 from safenav.world.map import FREE, MAX_REGIONS, WALL, Frame, RegionMap
-
-_HINT = (
-    "write 'grid: |' and below it one indented line of '#' and '.' for each row, or name a file: "
-    "'image', 'ros' or 'movingai'"
-)
 
 
 def resolve_map(item: language.MapKeys | None, reading: Reading) -> None:
     """Add the map and its names to ``reading``. After an error in the map was reported, only its
     names are available."""
     if item is not None:
-        form = _form(item, reading)
-        reading.world = _read_form(form, item, reading) if form else None
+        reading.world = _read_form(item, reading)
         _resolve_names(item, reading)
 
 
-def _form(item: language.MapKeys, findings: Findings) -> str | None:
-    """Return the form of the map; report keys that do not belong to it."""
-    forms = [key for key, _ in item.node.entries if key.text in FORMS]
-    if not forms:
-        if all(key.text in entries(language.MapKeys) for key, _ in item.node.entries):
-            findings.add(item.node, f"map: one of {listed(list(FORMS))} is missing", _HINT)
-        return None
-    form = forms[0].text
-    for key in forms[1:]:
-        findings.add(key, f"map: both '{form}' and '{key.text}'", "a map has one form")
-    for key, _ in item.node.entries:
-        if len(forms) == 1 and key.text in OPTIONS and key.text not in FORMS[form]:
-            having = [other for other, keys in FORMS.items() if key.text in keys]
-            hint = f"it belongs to {listed(having)}"
-            if form == "ros" and key.text == "origin":
-                hint = "the file has its own origin"
-            findings.add(key, f"map: '{key.text}' has no meaning for '{form}'", hint)
-    return form if len(forms) == 1 else None
-
-
-def _read_form(form: str, item: language.MapKeys, reading: Reading) -> RegionMap | None:
-    given = getattr(item, form)
+def _read_form(item: language.MapKeys, reading: Reading) -> RegionMap | None:
+    forms = [form for form in FORMS if item.at(form) is not None]
+    given = getattr(item, forms[0]) if len(forms) == 1 else None
     if given is None:
         return None
+    (form,), frame = forms, _frame(item)
     if form == "grid":
-        frame, world = _frame(item, reading), read_grid(given.node, reading)
+        world = read_grid(given.node, reading)
         return world and replace(world, frame=frame)
     try:  # only map files need numpy, whose import takes longer than reading a whole scenario
         from safenav.scenario.reading import map_file
@@ -82,16 +57,13 @@ def _read_form(form: str, item: language.MapKeys, reading: Reading) -> RegionMap
     if form == "ros":
         return map_file.read_ros(given, item, reading)
     reader = map_file.read_image_map if form == "image" else map_file.read_movingai_map
-    frame, world = _frame(item, reading), reader(given, item, reading)
+    world = reader(given, item, reading)
     return world and replace(world, frame=frame)
 
 
-def _frame(item: language.MapKeys, findings: Findings) -> Frame | None:
+def _frame(item: language.MapKeys) -> Frame | None:
     """Return the frame of the map, if the scenario states the size of regions."""
     side, origin = item.resolution, item.origin
-    if item.at("origin") is not None and item.at("resolution") is None:
-        hint = "also write 'resolution', the side of a region in metres"
-        findings.add(item.at("origin"), "map: 'origin' without 'resolution'", hint)
     if side is None:
         return None
     x, y, yaw = (*(origin or (0.0, 0.0)), 0.0)[:3]

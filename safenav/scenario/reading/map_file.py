@@ -24,7 +24,8 @@ from safenav.scenario.reading.regions import NO_SIZE, Reading, too_large
 from safenav.scenario.values import MapOrigin
 from safenav.scenario.yaml.document import Node, Place, Scalar, clipped
 from safenav.scenario.yaml.findings import Findings, parsed, read_bytes, read_source, suggestion
-from safenav.scenario.yaml.typed import Item, key, read
+from safenav.scenario.yaml.keys import Item, key
+from safenav.scenario.yaml.typed import read
 from safenav.world.images import (
     Blocked,
     Image,
@@ -42,8 +43,6 @@ from safenav.world.map import MAX_REGIONS, Frame, RegionMap, pieces
 def read_movingai_map(node: Scalar, item: MapKeys, findings: Reading) -> RegionMap | None:
     """Return the map of ``movingai: arena.map``, divided into ``rows`` and ``cols`` if given; None
     after an error was reported."""
-    before = len(findings)
-    count, share = read_count(item, findings), item.share or 0.0
     path = findings.folder / node.text
     text = read_source(path, findings, node)
     if text is None:
@@ -53,28 +52,26 @@ def read_movingai_map(node: Scalar, item: MapKeys, findings: Reading) -> RegionM
     except InputError as error:
         report(error, path, node, findings)
         return None
-    if len(findings) > before or misread(item):
+    if misread(item):
         return None
     blocked = np.array(rows, dtype=np.bool_)
-    layout = Layout.of_count(blocked, *(count or blocked.shape))
-    return with_walls(blocked, layout, share, node, findings)
+    layout = Layout.of_count(blocked, *(count_of(item) or blocked.shape))
+    return with_walls(blocked, layout, item.share or 0.0, node, findings)
 
 
 def read_image_map(node: Scalar, item: MapKeys, findings: Reading) -> RegionMap | None:
     """Return the map of an image with ``rows`` and ``cols``; None after an error was reported."""
-    before = len(findings)
-    count, share = read_count(item, findings), item.share or 0.0
     image = read_pixels(node, findings)
-    if image is None or len(findings) > before or misread(item):
+    if image is None or misread(item):
         return None
     walls = dark(image)
-    if count is None:
+    if (count := count_of(item)) is None:
         height, width = walls.shape
         rows, cols = suggested(walls)
         found = f"map: the image of {width} x {height} pixels needs a number of rows and columns"
         findings.add(node, found, f"add 'rows: {rows}' and 'cols: {cols}'")
         return None
-    return with_walls(walls, Layout.of_count(walls, *count), share, node, findings)
+    return with_walls(walls, Layout.of_count(walls, *count), item.share or 0.0, node, findings)
 
 
 def read_pixels(node: Scalar, findings: Reading) -> Image | None:
@@ -90,20 +87,16 @@ def read_pixels(node: Scalar, findings: Reading) -> Image | None:
         return None
 
 
-def read_count(item: MapKeys, findings: Findings) -> tuple[int, int] | None:
+def count_of(item: MapKeys) -> tuple[int, int] | None:
     """Return ``rows`` and ``cols``; None unless both are given."""
-    rows, cols = item.rows, item.cols
-    for word, other in (("rows", "cols"), ("cols", "rows")):
-        node = item.at(word)
-        if node is not None and item.at(other) is None:
-            findings.add(node, f"map: '{word}' without '{other}'", "give both or none")
-    return None if rows is None or cols is None else (rows, cols)
+    return None if item.rows is None or item.cols is None else (item.rows, item.cols)
 
 
 def misread(item: MapKeys) -> bool:
-    """Return whether a number of the map was reported."""
+    """Return whether a number of the map was reported, or the lack of one."""
     numbers = ("rows", "cols", "share", "resolution")
-    return any(item.at(key) is not None and getattr(item, key) is None for key in numbers)
+    wrong = any(item.at(key) is not None and getattr(item, key) is None for key in numbers)
+    return wrong or (item.rows is None) != (item.cols is None)
 
 
 def with_walls(
@@ -231,10 +224,8 @@ class RosFile(Item, frozen=True):
 
 def read_ros(node: Scalar, item: MapKeys, findings: Reading) -> RegionMap | None:
     """Return the map with its frame; None after an error was reported."""
-    before = len(findings)
-    count = read_count(item, findings)
+    before, count = len(findings), count_of(item)
     side = item.resolution if isinstance(item.resolution, float) else None
-    share = item.share or 0.0
     sized = [word for word, _ in item.node.entries if word.text in ("rows", "cols", "resolution")]
     if item.at("resolution") is not None and len(sized) > 1:
         extra = next(word for word in sized if word.text != "resolution")
@@ -269,7 +260,7 @@ def read_ros(node: Scalar, item: MapKeys, findings: Reading) -> RegionMap | None
         assert count is not None
         layout = Layout.of_count(blocked, *count)
         resolution = (width / layout.cols, height / layout.rows)
-    world = with_walls(blocked, layout, share, node, findings)
+    world = with_walls(blocked, layout, item.share or 0.0, node, findings)
     if world is None:
         return None
     x, y, yaw = settings.origin

@@ -17,7 +17,8 @@ from safenav.scenario.objective import Target
 from safenav.scenario.values import AnyOf, AreaValue, RectangleKeys
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped, items_of, plain
 from safenav.scenario.yaml.findings import Findings, ReadableFolder, wrong_type
-from safenav.scenario.yaml.typed import Raw, read, sequence
+from safenav.scenario.yaml.keys import Raw
+from safenav.scenario.yaml.typed import read, sequence
 from safenav.world.map import MAX_REGIONS, Region, RegionMap
 
 NO_SIZE = "map: region size missing"
@@ -310,7 +311,7 @@ def _area(node: Node, what: str, reading: Reading) -> frozenset[Region] | None:
         return None
     for item in (node,) if isinstance(node, Mapping) else items_of(node):
         if isinstance(item, Mapping):
-            found |= _rectangle(read(RectangleKeys, item, what, reading), what, reading)
+            found |= _rectangle(read(RectangleKeys, item, what, reading), reading)
         elif (region := reading.region(item, what)) is not None:
             found.add(region)
     if not found and reading.world is not None and len(reading) == before:
@@ -318,11 +319,9 @@ def _area(node: Node, what: str, reading: Reading) -> frozenset[Region] | None:
     return frozenset(found) if found and len(reading) == before else None
 
 
-def _rectangle(item: RectangleKeys, what: str, reading: Reading) -> set[Region]:
+def _rectangle(item: RectangleKeys, reading: Reading) -> set[Region]:
     """Return the free regions of ``{rows: 1-4, columns: 1-6}``; a missing key means all."""
     world = reading.world
-    if not item.node.entries:
-        reading.add(item.node, f"{what}: a rectangle has 'rows', 'columns' or both")
     rows = _span(item.rows, world.rows if world else None, reading)
     cols = _span(item.columns, world.cols if world else None, reading)
     if world is None or not item.node.entries:

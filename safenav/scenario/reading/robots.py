@@ -9,18 +9,15 @@ from msgspec.structs import replace
 from safenav.formula.parser import FormulaError, check, parse
 from safenav.formula.syntax import Comparison, Name, resolve_constants, to_text, variables
 from safenav.scenario import language
-from safenav.scenario.language import FORM, RULES, STRICT, TIMED, WITHIN
 from safenav.scenario.model import Robot, RobotModel
 from safenav.scenario.objective import (
     EMPTY,
-    EXAMPLE,
     KINDS,
     Ltl,
     Objective,
     TargetObjective,
     kinds_that,
     on_steps,
-    one_of,
     ruled,
     staying,
 )
@@ -28,9 +25,10 @@ from safenav.scenario.reachability import Reachability
 from safenav.scenario.reading.catalogue import model_named, vision_of
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.yaml import document
-from safenav.scenario.yaml.document import Node, Scalar, clipped, entries_of
-from safenav.scenario.yaml.findings import Findings, suggestion
-from safenav.scenario.yaml.typed import Raw, read, sequence
+from safenav.scenario.yaml.document import Node, Scalar, clipped, entries_of, one_of
+from safenav.scenario.yaml.findings import suggestion
+from safenav.scenario.yaml.keys import Raw
+from safenav.scenario.yaml.typed import read, sequence
 from safenav.world.map import HEADINGS, Heading, Region, RegionMap
 from safenav.world.poses import Mobility, Pose
 
@@ -68,12 +66,12 @@ def _robot(
     mobility = model.mobility if model else None
     objective = resolve_objective(item.objective, mobility, reading)
     waiting = _while_waiting(item, objective, mobility, reading)
-    within = within_of(item.objective, objective, reading)
     if model is None or start is None or objective is None:
         return None
     if mobility is Mobility.HEADING and heading is None:
         return None
     pose = Pose(start, heading if mobility is Mobility.HEADING else None)
+    within = None if item.objective is None else item.objective.within
     robot = Robot(name, model, pose, objective, avoids, tracks, waiting, within)
     robot = replace(robot, when=_when(item, robot, reading))
     _check_reachable(robot, objective, item.at("objective"), reading)
@@ -243,13 +241,7 @@ def resolve_objective(
     reported. ``mobility``: of its robot, if that is known."""
     if item is None:
         return None
-    what, keys = f"objective {item.of}", [key.text for key, _ in item.node.entries]
-    given = [key for key in keys if key in KINDS or key == "ltl"]
-    if not given and (not keys or {FORM, *RULES}.intersection(keys)):
-        reading.add(item.node, f"{what} is empty", f"give it one, for example {EXAMPLE}")
-    if len(given) > 1:
-        kinds = " and ".join(f"'{kind}'" for kind in given)
-        reading.add(item.node, f"{what}: both {kinds}", "choose one of them")
+    given = [key for key in (*KINDS, "ltl") if item.at(key) is not None]
     if len(given) != 1:
         return None
     (kind,) = given
@@ -258,25 +250,9 @@ def resolve_objective(
         if kind == "ltl"
         else _about_targets(KINDS[kind], getattr(item, kind), reading)
     )
-    if item.form is not None and kind not in STRICT:
-        hint = f"leave it out: it is for {one_of(STRICT, chr(39))}"
-        reading.add(item.at(FORM), f"{item.named(FORM)}: '{kind}' has one form only", hint)
-    elif item.form is not None and isinstance(found, TargetObjective):
+    if item.form is not None and isinstance(found, TargetObjective):
         found = replace(found, literal=True)
     return _ruled(found, item, mobility, reading)
-
-
-def within_of(
-    item: language.ObjectiveKeys | None, objective: Objective | None, findings: Findings
-) -> int | None:
-    """Return the most ticks of a round of an objective; None without such a limit."""
-    if item is None or objective is None or item.within is None:
-        return None
-    kind = "ltl" if isinstance(objective, Ltl) else objective.kind
-    if kind not in TIMED:
-        message = f"{item.named(WITHIN)}: rounds of '{kind}' cannot have a deadline"
-        findings.add(item.at(WITHIN), message, f"use it with {one_of(TIMED)}")
-    return item.within
 
 
 def _ruled(
@@ -322,7 +298,7 @@ def _about_targets(
 def _ltl(item: language.LtlKeys | None, mobility: Mobility | None, reading: Reading) -> Ltl | None:
     if item is None:
         return None
-    before, what = len(reading), item.of.removeprefix("in ")
+    before = len(reading)
     memory = _memory(item, reading)
     if item.memory is None and item.at("memory") is not None:
         return None  # without its declarations no formula can be checked
@@ -331,12 +307,6 @@ def _ltl(item: language.LtlKeys | None, mobility: Mobility | None, reading: Read
     init = _lines(item.init, own, False, reading)
     safety = _lines(item.safety, {**own, **inputs}, True, reading)
     liveness = _lines(item.liveness, {**own, **inputs}, True, reading)
-    if all(
-        v is None or v.node == document.Sequence(v.node.place, ())
-        for v in (item.safety, item.liveness)
-    ):
-        hint = "give it 'liveness' (what to reach infinitely often) or 'safety' (always)"
-        reading.add(item.node, f"{what} is empty", hint)
     if item.flawed or len(reading) > before:
         return None
     named = set().union(*(variables(parse(line)) for line in (*init, *safety, *liveness)))

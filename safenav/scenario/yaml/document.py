@@ -9,7 +9,7 @@ twelve.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import yaml
@@ -278,6 +278,12 @@ def clipped(text: str, width: int = 40) -> str:
     """Return text from a file for a message: one printable line of at most ``width`` characters."""
     shown = printable(text).replace("\n", "?")
     return shown if len(shown) <= width else shown[: width - 3] + "..."
+
+
+def one_of(keys: Iterable[str], quote: str = "") -> str:
+    """Return keys as a choice in a message: ``patrol, visit or hold``."""
+    *some, last = (f"{quote}{key}{quote}" for key in keys)
+    return f"{', '.join(some)} or {last}" if some else last
 
 
 def _place(event: Any) -> Place:

@@ -12,7 +12,8 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from msgspec import Struct
 
 from safenav.scenario.yaml.document import Scalar
-from safenav.scenario.yaml.typed import Key, entries, key_of, whole_range
+from safenav.scenario.yaml.keys import Key, entries, key_of
+from safenav.scenario.yaml.typed import whole_range
 
 
 def schema_text(root: type[Struct], title: str) -> str:
@@ -88,6 +89,7 @@ def _defined(kind: type[Struct], definitions: dict[str, Any]) -> dict[str, Any]:
             own = {"description": key.described} if key.described else {}
             part = schema(key.annotation, definitions, key)
             properties[key.word] = {**own, **part, **key.schema}
+        rules = getattr(kind, "rules", ())
         needed = [key.word for key in entries(kind).values() if key.required]
         definitions[name] = {
             **described,
@@ -95,7 +97,7 @@ def _defined(kind: type[Struct], definitions: dict[str, Any]) -> dict[str, Any]:
             "properties": properties,
             "additionalProperties": False,
             **({"required": needed} if needed else {}),
-            **schema(getattr(kind, "rules", {}), definitions),
+            **({"allOf": [rule.schema for rule in rules]} if rules else {}),
         }
     return {"$ref": f"#/$defs/{name}"}
 

@@ -1,11 +1,8 @@
-"""Typed reading of YAML documents: the annotations of frozen classes are the language of a file.
+"""Typed reading of YAML documents by the declarations of their language (``keys``).
 
 ``read`` returns the value of a node, or None after it reported why there is none; it continues
 after an error, so that one error does not hide another. ``json_schema`` writes the JSON Schema of
-the same annotations: ``int``, ``float``, ``str``, ``bool``, ``Literal``, ``StrEnum``, ``X | Y``,
-lists (``tuple[X, ...]``), pairs (``tuple[X, Y]``), mappings (``dict[Scalar, X]`` or ``dict[str,
-X]``), ``Scalar`` (a text with its place), frozen classes (a mapping with a key for each field), and
-``Raw`` values. A ``Key``, in ``Annotated`` or in place of a default, describes and limits a value.
+the same declarations.
 """
 
 from __future__ import annotations
@@ -13,16 +10,15 @@ from __future__ import annotations
 import math
 import re
 import types
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Mapping
 from enum import StrEnum
-from functools import cache
-from typing import Annotated, Any, ClassVar, Literal, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from msgspec import NODEFAULT, Struct
 from msgspec.structs import replace
 
 from safenav.scenario.yaml import document
-from safenav.scenario.yaml.document import Node, Scalar, Sequence, clipped
+from safenav.scenario.yaml.document import Node, Scalar, Sequence, clipped, one_of
 from safenav.scenario.yaml.findings import (
     Findings,
     as_meant,
@@ -31,195 +27,17 @@ from safenav.scenario.yaml.findings import (
     suggestion,
     wrong_type,
 )
-
-MOST = 2**31 - 1
-"""The largest whole number unless a key sets another limit."""
-MOST_OF_A_NAME = 100
-NAME = "[A-Za-z_][A-Za-z0-9_-]{0,99}"
-IDENTIFIER = "[A-Za-z_][A-Za-z0-9_]{0,99}"
-"""The form of names that become variables of specifications."""
-
-Check = Callable[[Any, Node, str, Findings], Any]
-"""Returns the value that was read (with its node and name), changed if need be; None after it
-reported an error."""
-
-
-class Key(Struct, frozen=True, eq=False):
-    """Description and limits of a value.
-
-    ``about``: its meaning; ``required``: the hint if it is missing, or an example that continues
-    ``about``; ``least``, ``most``, ``above``: limits of a number, ``why``: the hint beside them;
-    ``entries``: the least number of items; ``expected``: in messages; ``example``: of a mapping;
-    ``check``: a further check, ``schema``: what it adds to the JSON Schema; ``form``: the form of a
-    raw value, an annotation or a JSON Schema; ``default``: the value if it is missing.
-
-    ``entries`` fills the rest for a key of a class: its ``field``, its spelling (``word``), its
-    annotation, whether its value is a ``part`` of the document: an item or several.
-    """
-
-    about: str = ""
-    required: str = ""
-    least: float | None = None
-    most: float | None = None
-    above: float | None = None
-    why: str = ""
-    entries: int = 0
-    expected: str = ""
-    example: str = ""
-    check: Check | None = None
-    schema: Mapping[str, object] = {}
-    form: Any = None
-    default: Any = None
-    field: str = ""
-    word: str = ""
-    annotation: Any = None
-    part: bool = False
-
-    @property
-    def described(self) -> str:
-        """Its meaning, with its default."""
-        value = self.default
-        shown = {True: "true", False: "false"}.get(value, value) if type(value) is bool else value
-        plain = isinstance(value, str | int | float) and value != ""
-        default = f"Default: {f'{shown:g}' if isinstance(shown, float) else shown}."
-        return " ".join(filter(None, (self.about, default if plain else "")))
-
-    @property
-    def hint(self) -> str:
-        """The hint of the message about a missing key."""
-        what = f"{self.about[:1].lower()}{self.about[1:-1]}, "
-        return (what if self.required.startswith("for example") else "") + self.required
-
-
-def key(about: str = "", required: str = "", **rest: Any) -> Any:
-    """Return a key in place of the default of a field."""
-    return Key(about, required, **rest)
-
-
-class NameForm(Struct, frozen=True):
-    """Names that a file declares, for ``what``. ``identifier``: without hyphens; ``taken`` and
-    ``prefixes``: reserved words and beginnings of names; ``reserved``, ``why``: the message."""
-
-    what: str
-    identifier: bool = False
-    taken: frozenset[str] = frozenset()
-    prefixes: tuple[str, ...] = ()
-    reserved: str = "is reserved"
-    why: str = "use another name"
-
-    @property
-    def pattern(self) -> str:
-        """The form of such a name, as a regular expression."""
-        return IDENTIFIER if self.identifier else NAME
-
-    def check(self, key: Scalar, findings: Findings) -> bool:
-        """Return whether a key can be such a name; report it if not."""
-        if not re.fullmatch(self.pattern, key.text):
-            signs = "digits and '_'" if self.identifier else "digits, '_' and '-'"
-            hint = f"use letters from a to z, {signs}, beginning with a letter"
-            if len(key.text) > MOST_OF_A_NAME:
-                hint = f"it has {len(key.text)} characters; use at most {MOST_OF_A_NAME}"
-            elif not key.text.isascii():
-                hint += ": specifications are ASCII; 'name' of the scenario may be any text"
-            findings.add(key, f"'{clipped(key.text)}' cannot name {self.what}", hint)
-            return False
-        if key.text in self.taken or (self.prefixes and key.text.startswith(self.prefixes)):
-            findings.add(key, f"'{clipped(key.text)}' {self.reserved}", self.why)
-            return False
-        return True
-
-    @property
-    def schema(self) -> dict[str, object]:
-        """The JSON Schema of such a name."""
-        barred: list[object] = [{"enum": sorted(self.taken)}] if self.taken else []
-        if self.prefixes:
-            barred.append({"pattern": f"^({'|'.join(self.prefixes)})"})
-        unless = {"not": {"anyOf": barred}} if barred else {}
-        return {"type": "string", "pattern": f"^{self.pattern}$", **unless}
-
-
-class Raw(Struct, frozen=True):
-    """A value that is checked later: its node, and its name in messages."""
-
-    node: Node
-    what: str
-
-
-class Item(Struct, frozen=True, kw_only=True):
-    """A mapping in a document; a field without a default is None if its key is missing or was
-    reported.
-
-    ``node``, ``of``: the mapping, and what follows its keys in messages; ``flawed``: an error in it
-    was reported. ``rules``: the part of its JSON Schema beside its keys; ``example``: for messages;
-    ``elsewhere``: hints for keys that it does not have; ``open``: other keys are allowed. ``one``
-    names an item of a list or a mapping in messages, ``label`` follows a key: {what} is the item,
-    {rest} that without its first word, {name} its number or key, {type} the text of its key
-    ``type``.
-    """
-
-    rules: ClassVar[Mapping[str, object]] = {}
-    example: ClassVar[str] = ""
-    elsewhere: ClassVar[Mapping[str, str]] = {}
-    open: ClassVar[bool] = False
-    one: ClassVar[str] = "an item of {what}"
-    label: ClassVar[str] = "of {what}"
-    node: document.Mapping
-    of: str
-    flawed: bool = False
-
-    def at(self, key: str) -> Node | None:
-        """Return the node of a key, for diagnostics; None if it is missing."""
-        return self.node.get(key)
-
-    def named(self, key: str) -> str:
-        """Name a value for messages."""
-        return f"'{key}' {self.of}".rstrip()
-
-
-@cache
-def entries(kind: type[Struct]) -> Mapping[str, Key]:
-    """Return the keys of a class, by their spelling."""
-    hints = get_type_hints(kind, include_extras=True)
-    fields = [f for f in kind.__struct_fields__ if not (issubclass(kind, Item) and f in _OWN)]
-    backwards = zip(
-        reversed(kind.__struct_fields__), reversed(kind.__struct_defaults__), strict=False
-    )
-    given = dict(backwards)
-    found = {}
-    for name in fields:
-        annotation, default = hints[name], given.get(name, NODEFAULT)
-        key = default if isinstance(default, Key) else replace(key_of(annotation), default=default)
-        word = getattr(kind, "spelled", {}).get(name, name.rstrip("_"))
-        part = any(map(_is_item, _inside(annotation)))
-        found[word] = replace(key, field=name, word=word, annotation=annotation, part=part)
-    return found
-
-
-_OWN = ("node", "of", "flawed")
-
-
-def key_of(annotation: Any) -> Key:
-    """Return the key of an annotation."""
-    return next((k for k in get_args(annotation)[1:] if isinstance(k, Key)), _PLAIN_KEY)
-
-
-_PLAIN_KEY = Key()
-
-
-def _is_item(annotation: Any) -> bool:
-    return (
-        isinstance(annotation, type)
-        and issubclass(annotation, Struct)
-        and not issubclass(annotation, Raw | Scalar)
-    )
-
-
-def _inside(annotation: Any) -> Iterator[Any]:
-    """Yield an annotation and, for unions, lists and mappings, the annotations inside."""
-    yield annotation
-    if get_origin(annotation) in (Annotated, Union, types.UnionType, tuple, dict):
-        for part in get_args(annotation):
-            yield from _inside(part)
+from safenav.scenario.yaml.keys import (
+    MOST,
+    Beside,
+    Item,
+    Key,
+    NameForm,
+    OneOf,
+    Raw,
+    entries,
+    key_of,
+)
 
 
 def read(
@@ -283,12 +101,40 @@ def _item(kind: type[Struct], node: Node, what: str, findings: Findings) -> Any:
             value = key.check(value, inner, title, findings)
         if value is not None:
             values[key.field] = value
+    _check_rules(getattr(kind, "rules", ()), node, what, known, findings)
     if issubclass(kind, Item):
         defaults = {key.field: key.default for key in known.values()}
         flawed = len(findings) > before
         return kind(node=node, of=of, flawed=flawed, **{**defaults, **values})
     needed = {key.field for key in known.values() if key.default is NODEFAULT}
     return kind(**values) if needed <= values.keys() else None
+
+
+def _check_rules(
+    rules: tuple[OneOf | Beside, ...],
+    node: document.Mapping,
+    what: str,
+    known: Collection[str],
+    findings: Findings,
+) -> None:
+    """Report keys that are missing or have no meaning beside the others, each once. One that is
+    missing may be an unknown one, which was reported."""
+    given = {key.text: key for key, _ in node.entries}
+    told = {word for word in given if word not in known}
+    for rule in rules:
+        if isinstance(rule, Beside):
+            if rule.key in given.keys() - told and given.keys().isdisjoint(rule.others):
+                told.add(rule.key)
+                others = one_of(rule.others, "'")
+                findings.add(given[rule.key], f"{what}: '{rule.key}' without {others}", rule.hint)
+            continue
+        found = [given[word] for word in given if word in rule.keys]
+        for key in found[1:] if rule.several else ():
+            findings.add(key, f"{what}: both '{found[0].text}' and '{key.text}'", rule.several)
+        if not found and not told:
+            findings.add(node, f"{what}: one of {listed(rule.keys)} is missing", rule.missing)
+        if not found:
+            return
 
 
 def _filled(form: str, what: str, node: Node | None = None, name: str = "") -> str:
@@ -468,17 +314,3 @@ _PLAIN: Mapping[Any, Callable[[Node, str, Findings, Key], Any]] = {
     bool: _truth,
     Scalar: lambda node, what, findings, key: node if _text(node, what, findings, key) else None,
 }
-
-
-def version(number: int, file: str, mark: str) -> Any:
-    """Return the key of the version of a format: ``safenav: 1``."""
-
-    def check(value: int, node: Node, _what: str, findings: Findings) -> int:
-        if value != number:
-            found = f"version {value} of the {file} format is unknown"
-            findings.add(node, found, f"this safenav reads '{mark}: {number}'")
-        return value
-
-    needed = f"begin the file with '{mark}: {number}', the version of its format"
-    about = "Version of the format."
-    return Key(about, needed, least=-MOST, check=check, schema={"const": number})
