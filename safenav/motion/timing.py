@@ -2,10 +2,10 @@
 line at the second at which robots of their paces carry it out.
 
 The turns of a run in lockstep are in a serial order in which no robot ever enters a region where
-another robot is. In continuous time robots move simultaneously, each at its own pace; only
-activities that depend on each other keep the serial order (Hoenig et al., RA-L 2019; section VII of
-the paper names the problem). An activity waits only for earlier ones in the trace, so there is no
-deadlock. The lines of each robot keep their order, as do those of each obstacle.
+another robot is. In continuous time robots move simultaneously, each at its own pace: a step waits
+for earlier ones of robots that it must not meet (Hoenig et al., RA-L 2019; section VII of the paper
+names the problem), and all else for everything before it. An activity waits only for earlier ones,
+so there is no deadlock.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from safenav.pace.robot import Pace, acted_by, pace_of
 from safenav.scenario.model import Clock, Need, Obstacle, Robot
 from safenav.trace import records
 from safenav.trace.file import Trace
-from safenav.trace.vocabulary import ActResult, ChangeCause, MovedBy, MoveEnd
+from safenav.trace.vocabulary import ActResult, MovedBy, MoveEnd
 
 
 class TimedAction(Struct, frozen=True):
@@ -174,11 +174,14 @@ def turns_in_time(trace: Trace, motion: Motion) -> Mapping[str, Sequence[tuple[i
     return _walked(trace, paces_of(trace, motion.header)).turns
 
 
-SHARED = (
+WAITING = (
     *(records.Request, records.Push, records.Pop, records.Told, records.KnownObstacle),
-    *(records.Plan, records.PlanEnd, records.Synthesis),
+    *(records.Plan, records.PlanEnd, records.Synthesis, records.Service, records.Truth),
+    *(records.Violation, records.Discovered, records.Appeared, records.Gone),
+    *(records.Met, records.Resolved),
 )
-"""Lines of decisions that concern more than one robot."""
+"""Lines that wait for all activities until then, and for which later ones wait: decisions, actions,
+and changes of obstacles and robots. Only steps overlap."""
 
 
 def _walked(trace: Trace, paces: Mapping[str, Pace]) -> _SerialRun:
@@ -190,11 +193,11 @@ def _walked(trace: Trace, paces: Mapping[str, Pace]) -> _SerialRun:
 
 
 class _Step(Struct):
-    """A step under way: its place among the lines, its first tick, and the decision it follows."""
+    """A step under way: its place among the lines, its first tick, and when it could begin."""
 
     place: int
     tick: int
-    cause: float
+    since: float
 
 
 class _SerialRun:
@@ -211,83 +214,49 @@ class _SerialRun:
         """The end of each robot's last activity."""
         self._left: dict[int, dict[str, float]] = defaultdict(dict)
         """The last step with which each robot left a region."""
-        self._opened: dict[int, list[tuple[frozenset[str], float]]] = defaultdict(list)
-        """Actions that opened a region to the robots that an obstacle had kept out."""
-        self._since: dict[str, float] = defaultdict(float)
-        """The last line about each obstacle."""
-        self._due: dict[str, tuple[float, float, records.Record]] = {}
-        """Obstacles that appear or disappear: the earliest time, and the time without a later
-        line."""
-        self._cause: dict[str, float] = defaultdict(float)
-        """The decision that each robot follows."""
-        self._acted = self._decided = 0.0
-        """The newest action, and the newest decision that concerns more than one robot."""
-        self._planned: tuple[str, ...] = ()
+        self._since = 0.0
+        """The time of the last line that is not a step."""
         self._begun: dict[str, _Step] = {}
         """Steps that take several ticks."""
         self._commands = 0
         self._turn = ""
 
     def take(self, record: records.Record) -> None:
-        now = self._ended[self._turn]
+        if isinstance(record, WAITING):
+            self._since = max([self._since, *self._ended.values()])
         match record:
             case records.Move():
                 self._move(record)
-            case records.Violation():
-                self._turn = record.robot
-                self._about(record.obstacle, self._ended[record.robot], record)
             case records.Met() | records.Resolved():
-                self._fulfil(record)
-            case records.Appeared(cause=ChangeCause.BATTERY):
-                region = self._obstacles[record.obstacle].region
-                there = [self._ended[name] for name, at in self._at.items() if at == region]
-                self._about(record.obstacle, max(there, default=0.0), record)
-            case records.Service(cause=ChangeCause.BATTERY):
-                self._serve(record)
-            case records.Appeared() if self._obstacles[record.obstacle].ordered:
-                self._about(record.obstacle, max(now, self._decided), record)  # as its request
-            case records.Appeared():
-                left = self._left[self._obstacles[record.obstacle].region]
-                self._await(record.obstacle, max(left.values(), default=0.0), record)
-            case records.Gone():
-                self._await(record.obstacle, 0.0, record)
-            case records.Discovered():
-                self._about(record.obstacle.name, now, record)
-            case records.Truth():
-                self._about(record.obstacle, now, record)
+                number = self._needs.fulfilled(record)
+                if number is not None:
+                    self._act(record, self._obstacles[record.obstacle], number)
+                self._tell(self._since, record)
             case records.End():
-                for obstacle in [*self._due]:
-                    self._settle(obstacle, inf)
                 end = max((t for t, _ in self.lines if t < inf), default=0.0)
                 self._tell(end, replace(record, makespan=end))
-            case _ if isinstance(record, SHARED):
-                self._decide(record, now)
             case _:
-                self._tell(now, record)
+                self._tell(max(self._since, self._ended[self._turn]), record)
 
     def _move(self, move: records.Move) -> None:
         name = self._turn = move.robot
         step = self._begun.pop(name, None)
         if step is None:
-            step = _Step(len(self.lines), move.tick, self._cause[name])
+            step = _Step(len(self.lines), move.tick, self._since)
             self.lines.append((inf, move))
         if move.toward is not None:
             self._begun[name] = step
         elif move.to != move.from_:
             self._step(move, step)
-        self._turned(name, move.tick, self._ended[name])
+        self._turned(name, move.tick)
 
     def _step(self, move: records.Move, step: _Step) -> None:
         name, origin, to = move.robot, move.from_, move.to
-        before = [self._ended[name], step.cause]
-        before += self._left_before(name, origin, to)
-        before += [end for kept, end in self._opened[to] if name in kept]
-        begin, pace = max(before), self._paces[name]
+        begin = max([self._ended[name], step.since, *self._left_before(name, origin, to)])
+        pace = self._paces[name]
         seconds = pace.step(begin, origin, to)
         end = begin + seconds
         pace.arrived(end)
-        for obstacle in [o for o in self._due if self._obstacles[o].region == to]:
-            self._settle(obstacle, begin)
         self._commands += 1
         what = (self._commands, name, origin, to, move.heading, move.by or MovedBy.STRATEGY)
         depart = records.Depart(step.tick, *what, seconds=seconds)
@@ -311,92 +280,29 @@ class _SerialRun:
                     regions |= zone.regions
             yield from (self._left[region].get(other, 0.0) for region in regions)
 
-    def _turned(self, name: str, tick: int, time: float) -> None:
-        turns = self.turns.setdefault(name, [])
-        turns.append((tick, max(round(time, DECIMALS), turns[-1][1] if turns else 0.0)))
-
-    def _decide(self, record: records.Record, now: float) -> None:
-        """Take a decision: after the turn in which it is made, and after all actions until then."""
-        self._decided = max(now, self._decided, self._acted)
-        if isinstance(record, records.Synthesis):
-            self._cause[record.robot] = self._decided
-        elif isinstance(record, records.Request):
-            self._since[record.obstacle] = max(self._since[record.obstacle], self._decided)
-        elif isinstance(record, records.Plan):
-            self._planned = tuple(record.robots)
-        if isinstance(record, records.Plan | records.PlanEnd):
-            self._cause.update(dict.fromkeys(self._planned, self._decided))
-        self._tell(self._decided, record)
-
-    def _fulfil(self, record: Fulfilling) -> None:
-        obstacle = self._obstacles[record.obstacle]
-        number = self._needs.fulfilled(record)
-        if number is not None:
-            self._act(record, obstacle, number)
-        self._about(obstacle.name, self._since[obstacle.name], record)
-        self._open(record, obstacle, self._since[obstacle.name])
+    def _turned(self, name: str, tick: int) -> None:
+        self.turns.setdefault(name, []).append((tick, round(self._ended[name], DECIMALS)))
 
     def _act(self, record: Fulfilling, obstacle: Obstacle, number: int) -> None:
         regions = obstacle.resolution_regions(self._scenario.map, number)
         there = [name for name, at in self._at.items() if at in regions]
         team = team_of(self._robots, record, obstacle.needs[number], there)
-        own = (max(self._ended[name], self._cause[name]) for name in team)
-        begin = max([self._since[obstacle.name], *own])
         paces = [(self._paces[name], self._at[name]) for name in team]
-        end = begin + acted_by(paces, begin, obstacle.region)
+        begin = self._since
+        end = self._since = begin + acted_by(paces, begin, obstacle.region)
         self._commands += 1
         who = (self._commands, record.robot)
         self._tell(begin, records.Act(record.tick, *who, team, (obstacle.name,)))
         done = {obstacle.name: ActResult.DONE}
         self._tell(end, records.ActionEnd(record.tick, *who, done))
         self._ended.update(dict.fromkeys(team, end))
-        self._acted, self._since[obstacle.name] = max(self._acted, end), end
         for name in team:  # one that has acted in a tick of its step departs after the action
             if name in self._begun:
                 step = self._begun[name]
                 self.lines.append(self.lines[step.place])
                 step.place = len(self.lines) - 1
         for name in [n for n, at in self._at.items() if at == obstacle.region]:
-            self._turned(name, record.tick, end)
-
-    def _open(self, record: Fulfilling, obstacle: Obstacle, end: float) -> None:
-        """Record which robots a region admits: all robots if the obstacle is resolved; if one need
-        is left, those that resolve it by entering."""
-        let_in = [robot for robot in self._robots.values() if obstacle.blocks(robot)]
-        if isinstance(record, records.Met):
-            need = record.need + 1
-            if need == len(obstacle.needs):
-                return  # its resolution follows
-            let_in = [robot for robot in let_in if obstacle.resolved_by_entering(robot, need)]
-        elif record.traversable is False:
-            return
-        self._opened[obstacle.region].append((frozenset(robot.name for robot in let_in), end))
-
-    def _serve(self, record: records.Service) -> None:
-        """Take a robot out of service, as it has no charge, or back into it."""
-        name, region = record.robot, self._at[record.robot]
-        past = [t for o, t in self._since.items() if self._obstacles[o].region == region]
-        now = max([self._ended[name], *past])
-        if record.active:
-            self._cause[name] = max(self._cause[name], now)
-        self._tell(now, record)
-
-    def _await(self, obstacle: str, least: float, record: records.Record) -> None:
-        """Let an obstacle appear or disappear once all activities until then have ended, at least
-        at a time; earlier if the next line about it, or a step into its region, comes first."""
-        self._settle(obstacle, inf)
-        least = max(least, self._since[obstacle])
-        self._due[obstacle] = least, max([least, *self._ended.values()]), record
-
-    def _settle(self, obstacle: str, latest: float) -> None:
-        if obstacle in self._due:
-            least, time, record = self._due.pop(obstacle)
-            self._about(obstacle, max(least, min(time, latest)), record)
-
-    def _about(self, obstacle: str, time: float, record: records.Record) -> None:
-        self._settle(obstacle, time)
-        self._since[obstacle] = max(time, self._since[obstacle])
-        self._tell(self._since[obstacle], record)
+            self._turned(name, record.tick)
 
     def _tell(self, time: float, record: records.Record) -> None:
         self.lines.append((round(time, DECIMALS), record))

@@ -108,6 +108,20 @@ def test_times_that_ignore_conflicts_or_exclusions_are_refused() -> None:
         assert check_motion(motion_of(trace), trace) == []
 
 
+@pytest.mark.parametrize(
+    ("name", "decision"), [("case_study_1", records.Synthesis), ("two_digits", records.Plan)]
+)
+def test_a_step_before_the_decision_that_it_follows_is_refused(name: str, decision: type) -> None:
+    trace = trace_of(name)
+    serial = dated(trace, paces_of(trace, motion(name).header))
+    timed = ordered(trace, serial)
+    at = max(i for i, (t, record) in enumerate(serial) if isinstance(record, decision) and t > 0)
+    step = next(i for i, (_, r) in enumerate(serial) if i > at and isinstance(r, records.Depart))
+    serial[step] = (serial[at][0] - 0.1, serial[step][1])
+    (found,) = disorder(timed, serial)
+    assert (found.rule, found.found[:14]) == ("order", "begins 0.100 s")
+
+
 def test_a_robot_that_opens_a_door_by_entering_acts_in_front_of_it() -> None:
     """Its body is in the first half of the region, 5 cm behind the border."""
     moved = motion_of(read_bytes(played(beside(__file__, "scenarios/pushing.yaml"))))

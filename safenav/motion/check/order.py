@@ -49,6 +49,7 @@ ELSEWHERE = (
     *(records.Goal, records.Belief, records.Request),
 )
 """Lines that none of these rules needs."""
+DECISIONS = records.Synthesis | records.Plan | records.PlanEnd
 
 
 Step = tuple[Depart, Arrive | None, int]
@@ -69,8 +70,7 @@ def check_order(case: Examination) -> None:
 
 def disorder(trace: Trace, serial: Sequence[Dated]) -> Iterator[Finding]:
     """Yield the rules that the lines of a trace break at their times, by the judge of live runs.
-    ``serial``: the lines in their own order, in which robots move and act after the decision that
-    their strategy follows."""
+    ``serial``: the lines in their own order, in which robots move and act after the decisions."""
     live = by_instants(trace)
     lines = [each for each in live.records if not isinstance(each, ELSEWHERE)]
     texts = (json_line(as_data(each)).encode() for each in (live.header, *lines))
@@ -78,20 +78,13 @@ def disorder(trace: Trace, serial: Sequence[Dated]) -> Iterator[Finding]:
         robot, t = found.robot or "", lines[found.line - 2].t or 0.0
         told = found.explanation.removeprefix(f"{robot} ")
         yield Finding(t, robot, JUDGED[found.rule], told)
-    bound: dict[str, float] = {}
-    planned: tuple[str, ...] = ()
+    decided = 0.0
     for t, record in serial:
-        if isinstance(record, records.Synthesis):
-            bound[record.robot] = t
-        elif isinstance(record, records.Plan):
-            planned = tuple(record.robots)
-        if isinstance(record, records.Plan | records.PlanEnd):
-            bound |= dict.fromkeys(planned, t)
-        team = record.robots if isinstance(record, Act) else ()
-        for name in (record.robot,) if isinstance(record, Depart) else team:
-            if (early := bound.get(name, 0.0) - t) > NEAR:
-                what = f"begins {early:.3f} s before the event that its strategy follows"
-                yield Finding(t, name, "order", what)
+        if isinstance(record, DECISIONS):
+            decided = t
+        elif isinstance(record, Depart | Act) and (early := decided - t) > NEAR:
+            what = f"begins {early:.3f} s before the decision that it follows"
+            yield Finding(t, record.robot, "order", what)
 
 
 def _steps(case: Examination, trace: Trace) -> None:
