@@ -53,7 +53,7 @@ quick: install lint ## lint, types and unit tests, in under a minute
 	$(BIN)/pytest -n $(JOBS) --dist worksteal -q -m "not slow" $(QUICK)
 
 golden: install ## rewrite the transcripts of commands: review the diff
-	SAFENAV_GOLDEN=1 $(BIN)/pytest -q $(foreach at,cli report slugs,tests/$(at)/test_transcripts.py) \
+	SAFENAV_GOLDEN=1 $(BIN)/pytest -q $(foreach at,cli explain report slugs,tests/$(at)/test_transcripts.py) \
 	  tests/scenario/test_documentation.py tests/traces/test_schema.py
 
 install: $(VENV)/.installed
