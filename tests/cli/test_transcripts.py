@@ -5,11 +5,13 @@ import re
 import shutil
 from collections.abc import Mapping
 from pathlib import Path
+from shlex import quote
 from zipfile import ZipFile
 
 import pytest
 
 import warm
+from children import ran
 from once import SCENARIOS
 from safenav.cli import COMMANDS, command_of
 from support import damage
@@ -52,7 +54,11 @@ def test_commands_print_their_transcript(file: Path, tmp_path: Path) -> None:
     def run(words: list[str], variables: Mapping[str, str]) -> tuple[int, str]:
         own = {"NO_COLOR": "1", "COLUMNS": "100", "SAFENAV_CACHE": str(tmp_path / "cache")}
         env = {**os.environ, **own, **variables}
-        done = warm.safenav(*words[1:], cwd=tmp_path, env=env, together=True)
+        if words[0] != "safenav":
+            said = " ".join(word if word in (">", ">>") else quote(word) for word in words)
+            done = ran(["sh", "-c", f"{{ {said}; }} 2>&1"], cwd=tmp_path)
+        else:
+            done = warm.safenav(*words[1:], cwd=tmp_path, env=env, together=True)
         return done.returncode, done.stdout
 
     check(file, tmp_path, run)

@@ -1,8 +1,8 @@
 """Transcripts: what commands print and how they exit, word for word.
 
-A transcript writes files (``> NAME``, then ``| LINE``) and runs commands (``$``); the indented
-lines below a command are its output, and its exit status if that is not 0. ``make golden`` rewrites
-them: the review of a change is its diff.
+A transcript writes files (``> NAME``, then ``| LINE``) and runs commands (``$``), of safenav or of
+the system; the indented lines below a command are its output, and its exit status if that is not 0.
+``make golden`` rewrites them: the review of a change is its diff.
 """
 
 import os
