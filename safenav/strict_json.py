@@ -68,7 +68,7 @@ def _constant(word: str) -> float:
 
 
 MOST_LEVELS = 200
-"""Deepest nesting of a line: a proof nests as deep as its choices."""
+"""Deepest nesting of a line."""
 MOST_ROBOTS = 1000
 MOST_REGIONS = 2**18
 NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.@#-]{0,199}")

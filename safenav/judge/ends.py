@@ -189,8 +189,8 @@ def negative(e: Line, s: State) -> Iterator[str]:
 
 @rule("blocked")
 def shut(e: Line, s: State) -> Iterator[str]:
-    """An obstacle is given up only with a proof that no robot can ever resolve it."""
-    if e.proof is not None:
+    """An obstacle is given up only if no robot can ever resolve it."""
+    if e.reason in ("no_capable_robot", "unresolvable"):
         yield from _proof_problems(shut_problems(e, s), s)
 
 

@@ -150,7 +150,7 @@ READS: dict[str, Read] = {
     **{"poses": _list(_pair(_INT, _HEADING), frozenset), "way": _list(_pair(_INT, _HEADING))},
     **{"closed": _list(_pair(_INT, _STR)), "cells": _list(_list(_INT, frozenset))},
     **{"again": _by_name(_list(_BOOL)), "orders": _list(_pair(_STR, _count, _STR, _count))},
-    **{"places": _by_name(_pair(_INT, _HEADING)), "refused": _by_name(_of(int, type(None)))},
+    **{"refused": _by_name(_of(int, type(None)))},
 }
 READS |= {
     "name": _of(str, type(None)),
@@ -258,15 +258,6 @@ def _objective(value: Any) -> Objective:
     return Objective(kind=kind, formulas=formulas, count=liveness, **about)
 
 
-def _proof(value: Any) -> Line:
-    kind = _by_name(lambda inner: inner)(value).get("kind")
-    if kind not in ("closure", "tree", "joint", "room"):
-        raise WrongError("must be a closure, a tree, a joint search or about room")
-    line: Line = READS[kind](value)
-    line.kind = kind
-    return line
-
-
 def _pose(value: Any) -> tuple[int, str | None]:
     pose = READS["facing"](value)
     if pose.heading is not None and pose.heading >= len(HEADINGS):
@@ -304,7 +295,6 @@ READS |= {
     "when": _list(_pair(_STR, _objective)),
     "objective": _objective,
     "objectives": _by_name(_objective),
-    "proof": _proof,
 }
 _add(
     need="action at:at robots:count together:bool same:bool",
@@ -321,19 +311,13 @@ _add(
     command="places:regions from:poses memory?:ints",
     until="rounds:count by?:count",
     limits="ticks:count seconds?:number",
-    reach="poses:poses live:bool",
-    option="obstacle need:count robots:set",
+    proof="robots:names memory?:memories",
 )
 _add(
     hidden="type:type region:int traversable?:bool appears?:count goes?:count"
     " resolve_within?:count ordered:bool number:count",
     member="name model:model start:pose objective:objective avoids?:set within?:count when:when",
-    choice="option:option proof:proof",
-    closure="resolved:names never:names robots:reach_by_name",
-    joint="robots:names start:places stages:counts states:count sha256 memory?:memories",
-    room="robots:names",
 )
-_add(tree="choices:choice_list")
 _add(
     scenario="map:map robots:robots obstacles:obstacles until:until limits:limits clock:clock"
     " seed:int coordination:coordination changes:change_list never_together:zone_list"
@@ -370,7 +354,7 @@ KINDS = {
         "truth": "obstacle cause:cause traversable:bool",
         "met": "obstacle need:count robot at:int action robots?:names",
         "resolved": "obstacle robot at:int traversable:truth robots?:names",
-        "blocked": "obstacle robots:set reason:permanent proof?:proof",
+        "blocked": "obstacle robots:set reason:permanent",
         "reopened": "obstacle",
         "objective": "robot objective:objective at_once:bool cause:cause within?:count",
         "inputs": "values:truths user?:names",

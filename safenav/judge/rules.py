@@ -388,7 +388,7 @@ def obeys_inputs(e: Line, s: State) -> Iterator[str]:
 @rule("blocked", "reopened")
 def permanence(e: Line, s: State) -> Iterator[str]:
     """An obstacle becomes permanent because it was just found untraversable, because an operator
-    says so, or with a proof that it can never be resolved."""
+    says so, or because it can never be resolved."""
     one = s.obstacles[e.obstacle]
     if e.kind == "reopened":
         if not one.shut or one.resolved:
@@ -399,8 +399,6 @@ def permanence(e: Line, s: State) -> Iterator[str]:
         yield f"{one.name} was not found untraversable in this tick"
     elif e.reason == "operator" and not one.declared:
         yield f"no operator has declared {one.name} permanent"
-    elif e.reason in ("no_capable_robot", "unresolvable") and e.proof is None:
-        yield f"{one.name} is given up without proof"
     elif e.reason == "no_capable_robot" and all(
         len(need.able) >= need.robots for need in one.needs[one.stage :]
     ):

@@ -6,9 +6,7 @@ joint state and the served requests only, and is remembered by them.
 
 from __future__ import annotations
 
-import hashlib
-import json
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from itertools import combinations, count, islice, product
 
 from msgspec import Struct
@@ -22,7 +20,6 @@ from safenav.scenario.reachability import room_words, without_room
 from safenav.solve.solve import Solver, settle
 from safenav.team.floor import Floor, Joint, Stages, put
 from safenav.team.state import Plan, Stage
-from safenav.trace import vocabulary
 from safenav.world.poses import Mask, PoseGraph, bits
 
 WORK, WORK_OF_A_ROBOT, CHARGED_WORK, CHARGED_LEAST = 3_000_000, 60_000, 250_000, 40_000
@@ -47,13 +44,12 @@ class Found(Struct, frozen=True):
 
 
 class Deadlock(Struct, frozen=True):
-    """No order of moves of ``robots`` completes the mission. ``why``: what the proof does not say;
-    ``whole``: with the open obstacles."""
+    """No order of moves of ``robots`` completes the mission. ``memory``: what the formulas of some
+    robots remember; ``why``: the reason in words, if it is not the search."""
 
     robots: tuple[int, ...]
-    proof: vocabulary.JointSearch | vocabulary.NoRoom
+    memory: Mapping[str, Mapping[str, int]] | None = None
     why: str = ""
-    whole: bool = False
 
 
 class Unserved(Struct, frozen=True):
@@ -123,7 +119,7 @@ def _ask(
         alone = possible or _search(floor, joint, frozenset(), seed, check)
         if not isinstance(alone, Exhausted):
             return Unserved(tuple(g for g in served if g not in possible))
-    return Deadlock(floor.robots, _stated(floor, joint, answer), whole=True)
+    return _deadlock(floor, joint)
 
 
 def ask_charged(
@@ -190,7 +186,7 @@ def _proof(
         found = search.singles(FEW_STATES)
     if not isinstance(found, Exhausted):
         return None
-    return Deadlock(group, _stated(few, begun, found), whole=opened)
+    return _deadlock(few, begun)
 
 
 def _crowded(floor: Floor) -> Deadlock | None:
@@ -200,8 +196,7 @@ def _crowded(floor: Floor) -> Deadlock | None:
     if group is None:
         return None
     who = tuple(i for i in floor.robots if team.members[i].robot in group)
-    proof = vocabulary.NoRoom(tuple(team.members[i].name for i in who))
-    return Deadlock(who, proof, f"deadlock: {room_words(group, team.world)}")
+    return Deadlock(who, why=f"deadlock: {room_words(group, team.world)}")
 
 
 def _search(
@@ -299,21 +294,8 @@ def _spread(floor: Floor, joint: Joint, group: tuple[int, ...]) -> int:
     return sum(max(side) - min(side) for side in zip(*at, strict=True))
 
 
-def _stated(floor: Floor, joint: Joint, reached: Exhausted) -> vocabulary.JointSearch:
-    """The proof in the words of a trace: all joint poses, counted and hashed."""
-    graphs, found = floor.graphs, set()
-    for poses in {tuple(each.poses[i] for i in floor.robots) for each in reached}:
-        placed = [graphs[i].pose(p).place for i, p in zip(floor.robots, poses, strict=True)]
-        found.add(json.dumps(placed, separators=(",", ":")))
-    text = "".join(f"{line}\n" for line in sorted(found))
+def _deadlock(floor: Floor, joint: Joint) -> Deadlock:
     names = {i: floor.team.members[i].name for i in floor.robots}
-    there = {name: graphs[i].pose(joint.poses[i]).place for i, name in names.items()}
-    stages = {floor.gate(g).name: joint.stages[g].need for g in floor.open(joint.stages)}
-    goal, sha256 = (
-        vocabulary.JointGoal(floor.team.rounds),
-        hashlib.sha256(text.encode()).hexdigest(),
-    )
-    own = {i: floor.team.members[i].graph.memory(joint.poses[i]) for i in names}
-    memory = {names[i]: dict(values) for i, values in own.items() if values}
-    who = tuple(names.values())
-    return vocabulary.JointSearch(who, there, stages, goal, len(found), sha256, memory or None)
+    own = {name: floor.team.members[i].graph.memory(joint.poses[i]) for i, name in names.items()}
+    memory = {name: dict(values) for name, values in own.items() if values}
+    return Deadlock(floor.robots, memory or None)

@@ -16,8 +16,7 @@ from msgspec.structs import replace
 
 from safenav.scenario.reachability import too_many
 from safenav.team.floor import Floor, Stages
-from safenav.trace import vocabulary
-from safenav.world.poses import FAR, Mask, PoseGraph, bits
+from safenav.world.poses import FAR, Mask, bits
 
 MOST_NODES = 20_000
 Rank = tuple[object, ...]
@@ -211,7 +210,7 @@ def _replayed(plan: list[Step], now: Sets, wanted: frozenset[int]) -> tuple[Step
     return tuple(rebuilt) if now.done(wanted) else None
 
 
-# Proofs that ignore collisions: closure tables, and trees where irreversible choices matter.
+# Proofs that ignore collisions: closures, and trees where irreversible choices matter.
 
 
 class Closure(Struct, frozen=True):
@@ -219,7 +218,6 @@ class Closure(Struct, frozen=True):
     them whose next need can never be met; ``reach``, ``live``: of each robot once all others are
     resolved."""
 
-    resolved: tuple[int, ...]
     never: tuple[int, ...]
     stuck: tuple[int, ...]
     reach: tuple[Mask, ...]
@@ -249,7 +247,6 @@ def closure_of(now: Sets) -> Closure:
                 now, grown = replace(now, stages=floor.advanced(g, now.stages)), True
     never = floor.open(now.stages)
     return Closure(
-        tuple(g for g in floor.open(given) if g not in never),
         never,
         tuple(g for g in never if now.stages[g].need == given[g].need),
         tuple(now.reach(i, poses) for i, poses in enumerate(now.sets)),
@@ -290,31 +287,6 @@ def refute(now: Sets) -> Refutation:
 def _loses_nothing(step: Step, now: Sets) -> bool:
     pairs = zip(step.group, step.at, strict=True)
     return all(not now.reach(i, now.sets[i]) & ~now.reach(i, at) for i, at in pairs)
-
-
-# In the words of a trace.
-
-
-def stated(now: Sets, found: Refutation, given_up: tuple[str, ...] = ()) -> vocabulary.Proof:
-    floor = now.floor
-    name = [floor.gate(g).name for g in range(len(floor.gates))]
-    if isinstance(found, Closure):
-        robots = zip(floor.team.members, floor.graphs, found.reach, found.live, strict=True)
-        reach = {m.name: vocabulary.Reach(places(graph, at), live) for m, graph, at, live in robots}
-        never = (*(name[g] for g in found.never), *given_up)
-        return vocabulary.Closure(tuple(name[g] for g in found.resolved), never, reach)
-    choices = []
-    for each in found:
-        group = tuple(floor.team.members[i].name for i in each.step.group)
-        option = vocabulary.Option(name[each.step.g], each.step.need, group, each.lossless)
-        choices.append(vocabulary.Choice(option, stated(now, each.because, given_up)))
-    return vocabulary.Tree(tuple(choices))
-
-
-def places(graph: PoseGraph, poses: Mask) -> tuple[tuple[int, str | None], ...]:
-    return tuple(
-        sorted((graph.pose(p).place for p in bits(poses)), key=lambda e: (e[0], e[1] or ""))
-    )
 
 
 # Current duties: the served requests, the plan for all of them, and the duties that follow.

@@ -378,13 +378,12 @@ class Resolved(Record, frozen=True, tag="resolved"):
 
 
 class KnownObstacle(Record, frozen=True, tag="blocked"):
-    """An obstacle became permanent for ``robots``. ``proof``: that it can never be resolved;
-    ``because``: the missing capability; ``for_now``: the scenario changes something later."""
+    """An obstacle became permanent for ``robots``. ``because``: the missing capability;
+    ``for_now``: the scenario changes something later."""
 
     obstacle: str
     robots: frozenset[str]
     reason: vocabulary.BlockReason
-    proof: Proof | None = None
     because: str | None = None
     for_now: bool | None = None
 
@@ -459,7 +458,7 @@ class Resumed(Note, frozen=True, tag="resumed"):
 
 class End(Record, frozen=True, tag="outcome"):
     """The last line of a complete trace. ``rounds`` of each robot; ``syntheses``: calls of the
-    synthesizer. ``cause``: why an operator is needed. ``proof``: of a negative outcome.
+    synthesizer. ``cause``: why an operator is needed. ``proof``: of a ``deadlock``.
     ``unrealizable``: robot and spec of each synthesis that ended the run. Live: ``makespan``, the
     end of the last command. ``late``: the missed deadlines; ``refused``: those that cannot be met
     from the start (``NAME.battery`` for a charge), each with the least feasible value (None: there

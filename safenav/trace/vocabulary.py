@@ -1,8 +1,4 @@
-"""The values of a trace's fields: words, which docs/trace.md explains, parts of records, and
-infeasibility proofs.
-
-In proofs (docs/trace.md, "Proofs"), obstacles and robots are named; poses are places, a region and
-a heading (null without)."""
+"""The values of a trace's fields: words, which docs/trace.md explains, and parts of records."""
 
 from __future__ import annotations
 
@@ -11,7 +7,7 @@ from enum import StrEnum
 
 from msgspec import Struct
 
-from safenav.data import Count, Place, Region, Sha256
+from safenav.data import Place, Region
 
 
 class Reason(StrEnum):
@@ -42,7 +38,7 @@ class BlockReason(StrEnum):
     UNTRAVERSABLE = "untraversable"
     NO_CAPABLE_ROBOT = "no_capable_robot"
     UNRESOLVABLE = "unresolvable"
-    """The closure of all that the team can do never resolves it: see ``proof``."""
+    """The closure of all that the team can do never resolves it."""
     OPERATOR = "operator"
     """Live: an operator declared it permanent."""
 
@@ -128,7 +124,7 @@ class OperatorCause(StrEnum):
     UNREALIZABLE = "unrealizable"
     DEADLOCK = "deadlock"
     NEVER_RESOLVABLE = "never_resolvable"
-    """A robot cannot continue in the closure of all that the team can do: see ``proof``."""
+    """A robot cannot continue in the closure of all that the team can do."""
     OUT_OF_SERVICE = "out_of_service"
     """Nothing is left to do while robots are out of service."""
 
@@ -164,72 +160,9 @@ class Signal(Struct, frozen=True):
     wait: bool
 
 
-class Reach(Struct, frozen=True):
-    """``poses``: all that a robot can reach, ascending. ``live``: whether from some of them it can
-    meet every target of its objective infinitely often."""
-
-    poses: tuple[Place, ...]
-    live: bool
-
-
-class Closure(Struct, frozen=True, tag_field="kind", tag="closure"):
-    """The most that the team can do. ``resolved``: the open obstacles that it can resolve;
-    ``never``: those that it cannot; ``robots``: the reach of each robot without the former."""
-
-    resolved: tuple[str, ...]
-    never: tuple[str, ...]
-    robots: Mapping[str, Reach]
-
-
-class Option(Struct, frozen=True):
-    """``robots`` fulfil need number ``need`` of ``obstacle``. ``lossless``: each of them can return
-    to all poses that it could reach before, so that no other option need be examined."""
-
-    obstacle: str
-    need: Count
-    robots: tuple[str, ...]
-    lossless: bool
-
-
-class Choice(Struct, frozen=True):
-    """A possible next step, and the proof that it does not help."""
-
-    option: Option
-    proof: Proof
-
-
-class Tree(Struct, frozen=True, tag_field="kind", tag="tree"):
-    """All options (or one that is lossless), each refuted."""
-
-    choices: tuple[Choice, ...]
-
-
-class JointGoal(Struct, frozen=True):
-    """Number of times that each robot would have to meet its objective."""
-
-    rounds: Count
-
-
-class JointSearch(Struct, frozen=True, tag_field="kind", tag="joint"):
-    """No order of moves completes the mission: ``states`` joint states can be reached, whose sorted
-    lines have this ``sha256``. ``start``: the pose of each robot; ``stages``: the next need of each
-    open obstacle; ``memory``: what the formulas of some robots remember there, which the search
-    follows."""
+class Proof(Struct, frozen=True):
+    """No order of moves of these ``robots`` completes the mission, even without all others.
+    ``memory``: what the formulas of some robots remember."""
 
     robots: tuple[str, ...]
-    start: Mapping[str, Place]
-    stages: Mapping[str, Count]
-    goal: JointGoal
-    states: Count
-    sha256: Sha256
     memory: Mapping[str, Mapping[str, int]] | None = None
-
-
-class NoRoom(Struct, frozen=True, tag_field="kind", tag="room"):
-    """Each of these ``robots`` must be at its last target at the end, each is in conflict with all
-    others, and these targets are fewer regions than they are robots."""
-
-    robots: tuple[str, ...]
-
-
-Proof = Closure | Tree | JointSearch | NoRoom

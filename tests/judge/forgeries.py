@@ -283,24 +283,14 @@ def a_forbidden_step(lines: list[Line], chance: random.Random) -> bool:
 
 @kind
 def a_negative(lines: list[Line], chance: random.Random) -> bool:
-    """The run ends immediately, with an empty proof: the mission was completed."""
-    names, grid = [*team(lines[0])], world(lines)[0]
+    """The run ends immediately, perhaps by a deadlock: the mission was completed."""
     honest = lines[-1]["outcome"] == "completed"
     ends = honest and an_earlier_end(lines, chance)
-    free = [[r, None] for r, cell in enumerate(grid) if cell != "#"]
-    every = {name: {"poses": free, "live": False} for name in names}
-    start = {name: [each["start"]["region"], None] for name, each in team(lines[0]).items()}
-    proofs = [
-        {"kind": "closure", "resolved": [], "never": [], "robots": every},
-        {"kind": "tree", "choices": []},
-        {"kind": "room", "robots": names[:1]},
-        {"kind": "joint", "robots": names, "start": start, "stages": {}, "goal": {"rounds": 1},
-         "states": 1, "sha256": "0" * 64},
-        None,
-    ]  # fmt: skip
-    proof = chance.choice(proofs)
+    names = [*team(lines[0])]
     cause = chance.choice(["deadlock", "unrealizable", "never_resolvable", "out_of_service"])
-    lines[-1] |= {"outcome": "operator_needed", "cause": cause, "proof": proof}
+    lines[-1] |= {"outcome": "operator_needed", "cause": cause}
+    if cause == "deadlock":
+        lines[-1]["proof"] = {"robots": chance.choice([names, names[:1], []])}
     return ends
 
 

@@ -382,7 +382,7 @@ class Evidence:
 
     def concludes(self, e: Line, s: State) -> None:
         """Negatives that the judge has proven, and the end, are claims."""
-        if e.kind == "blocked" and e.proof is not None:
+        if e.kind == "blocked" and e.reason in ("no_capable_robot", "unresolvable"):
             kind, region = e.obstacle.partition("@")[0], s.obstacles[e.obstacle].region
             self.claim("never", e, f"No robot can ever resolve {kind}@{_word({region}, s)}.")
         elif e.kind == "blocked" and e.reason == "operator":
@@ -448,21 +448,11 @@ def _end(e: Line, s: State) -> str:
         return f"The run ended early ({what.replace('_', ' ')}); no claim about its goal."
     if e.cause == "out_of_service":
         why = f"{' and '.join(n for n, r in s.robots.items() if r.out)} out of service"
-    elif e.proof is None:
-        lost = {**s.unrealizable, **(e.unrealizable or {})}
-        why = f"there is no strategy for {' and '.join(lost)}"
-    elif e.proof.kind in ("joint", "room"):
+    elif e.unrealizable:
+        why = f"there is no strategy for {' and '.join(e.unrealizable)}"
+    elif e.proof is not None:
         names = [name for name in s.robots if name in e.proof.robots]
         why = f"no order of moves of {' and '.join(names)} completes the mission"
     else:
-        stuck = " and ".join(sorted(_stuck(e.proof))) or "in each case some robot"
-        why = f"{stuck} cannot continue, whatever the robots in service with strategies do"
+        why = "some robot cannot continue, whatever the robots in service with strategies do"
     return f"An operator is needed: {why}."
-
-
-def _stuck(proof: Line) -> set[str]:
-    """Return the robots that cannot continue in any case of a proof."""
-    if proof.kind == "closure":
-        return {name for name, table in proof.robots.items() if not table.live}
-    cases = [_stuck(choice.proof) for choice in proof.choices]
-    return set.intersection(*cases) if cases else set()

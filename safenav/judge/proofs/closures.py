@@ -1,9 +1,9 @@
-"""Closures and trees.
+"""The most that a team can do, and what follows: obstacles that are never resolved, robots that can
+never continue.
 
-A closure is a set of poses for each robot that it cannot leave, whatever is resolved: each robot
-begins inside, no step leads out, every obstacle listed as never resolved has a need whose regions
-too few robots reach, and some robot cannot continue in its set. A tree refutes every choice of a
-group of robots that meets a need; one after which all its robots can return stands for all others.
+The closure has the poses that each robot can reach if every need is met whose regions enough robots
+can reach. A robot that cannot continue there never can. Otherwise each choice of a group of robots
+that meets the next need is followed; one after which all its robots can return stands for all.
 """
 
 from __future__ import annotations
@@ -13,10 +13,9 @@ from functools import cache
 from itertools import combinations, product, takewhile
 from typing import Any, NamedTuple
 
-from safenav.judge.formulas import Formulas, Pose
-from safenav.judge.lines import Line
+from safenav.judge.formulas import Formulas
 from safenav.judge.state import Need, Obstacle, State
-from safenav.judge.world import Graph, Poses, around, can_continue, reach
+from safenav.judge.world import Graph, Poses, can_continue, reach
 
 Sets = Mapping[str, Poses]
 
@@ -107,10 +106,11 @@ class Case:
         self.at: dict[str, Any] = {name: s.destination(name) for name in s.names}
         for name, number in self.memory.items():
             self.at[name] = (*self.at[name], number, frozenset())
+        self.start = {name: frozenset([pose]) for name, pose in self.at.items()}
         known = (one for one in every if one.open and one.known)
         known = (one for one in known if not one.shut)
         self.obstacles = tuple(self._opened(one) for one in known)
-        self._reach, self._around = cache(self._reached), cache(self._back)
+        self._reach = cache(self._reached)
 
     def _member(self, name: str) -> Member:
         s, robot = self.state, self.state.robots[name]
@@ -176,9 +176,6 @@ class Case:
     def _reached(self, name: str, poses: Poses, walls: frozenset[int]) -> Poses:
         return frozenset(reach(self.members[name].steps, poses, walls))
 
-    def _back(self, name: str, pose: Pose, walls: frozenset[int]) -> Poses:
-        return frozenset(around(self.members[name].steps, pose, walls))
-
     def reach(self, name: str, poses: Poses, obstacles: Iterable[Open]) -> Poses:
         return self._reach(name, poses, self.walls(name, obstacles))
 
@@ -186,6 +183,9 @@ class Case:
         """Return whether a robot can meet each target infinitely often from some of the poses."""
         member = self.members[name]
         return can_continue(member.steps, poses, member.aims, self.walls(name, obstacles))
+
+    def all_continue(self, sets: Sets, obstacles: Iterable[Open]) -> bool:
+        return all(self.can_continue(name, sets[name], obstacles) for name in self.names)
 
     def is_live(self, name: str, pose: Any, obstacles: Iterable[Open]) -> bool:
         walls, member = self.walls(name, obstacles), self.members[name]
@@ -240,49 +240,9 @@ def _with_memory(formulas: Formulas, steps: Graph) -> tuple[Graph, list[Poses]]:
     return graph, aims
 
 
-MOST_NODES, MOST_DEPTH = 10_000, 60
-
-
-def closure_problems(
-    proof: Line, case: Case, *, lame: bool, start: Sets | None = None, opened: tuple[Open, ...] = ()
-) -> Iterator[str]:
-    """Yield the errors of a closure. ``lame``: some robot must be unable to continue; ``start``:
-    the possible poses of the robots, ``opened``: the obstacles (default: the present ones)."""
-    never = [name for name in proof.never if name not in case.shut]
-    known = {one.name: one for one in (case.obstacles if start is None else opened)}
-    if unknown := [name for name in never if name not in known]:
-        yield f"{', '.join(unknown)} is unknown or resolved, so it blocks no robot"
-    elif forgotten := sorted(known.keys() - {*never, *proof.resolved}):
-        yield f"the closure omits {', '.join(forgotten)}"
-    elif proof.robots.keys() != case.at.keys():
-        yield f"the closure covers {', '.join(sorted(proof.robots)) or 'no robot'}, not the team"
-    else:
-        inside = {name: table.poses for name, table in proof.robots.items()}
-        carried = [known[name] for name in never]
-        while True:  # loads whose next need is never met are carried forever
-            full = case.full(carried)
-            kept = [one for one in carried if next(_stuck_at(one, case, inside, full), None) == 0]
-            if kept == carried:
-                break
-            carried = kept
-        stages = {name: next(_stuck_at(known[name], case, inside, full), None) for name in never}
-        for name, stage in stages.items():
-            if stage is None:
-                yield f"{name} can be resolved: enough robots reach its resolution regions"
-                return
-        stuck = tuple(
-            known[name]._replace(left=known[name].left[stage:]) for name, stage in stages.items()
-        )
-        for name in case.names:
-            begins = frozenset([case.at[name]]) if start is None else start[name]
-            yield from _robot_problems(name, case, proof.robots[name], begins, stuck)
-        if lame and all(table.live for table in proof.robots.values()):
-            yield "the proof marks every robot as live, so it proves nothing"
-
-
-def _stuck_at(one: Open, case: Case, inside: Sets, full: frozenset[str]) -> Iterator[int]:
-    """Yield the indices of open needs whose regions too few robots can reach. ``full``: robots that
-    can never take another load."""
+def _stuck_at(one: Open, case: Case, inside: Sets, full: frozenset[str]) -> int | None:
+    """Return the index of the first open need whose regions too few robots can reach, if there is
+    one. ``full``: robots that can never take another load."""
     left, regions = one.left, {n: {pose[0] for pose in there} for n, there in inside.items()}
     for number, need in enumerate(left):
         begin = number
@@ -306,65 +266,51 @@ def _stuck_at(one: Open, case: Case, inside: Sets, full: frozenset[str]) -> Iter
         groups = combinations(at, max(missing, 0))
         apart = need.together and not any(case.fits(group, at) for group in groups)
         if len(at) < missing or apart:
-            yield number
+            return number
+    return None
 
 
-def _robot_problems(
-    name: str, case: Case, table: Line, begins: Poses, stuck: tuple[Open, ...]
-) -> Iterator[str]:
-    if not begins <= table.poses:
-        yield f"{name} begins outside its closure"
-        return
-    walls, steps = case.walls(name, stuck), case.members[name].steps
-    for pose in table.poses:
-        for to in steps.get(pose, ()):
-            if to[0] not in walls and to not in table.poses:
-                yield f"{name} can move from {pose[0]} to {to[0]}, outside its closure"
-                return
-    if not table.live and case.can_continue(name, table.poses, stuck):
-        yield f"{name} can continue forever in its closure, but is marked not live"
+def team_closure(
+    case: Case, start: Sets, opened: tuple[Open, ...]
+) -> tuple[Sets, tuple[Open, ...]]:
+    """Return the poses that each robot can reach, and the obstacles that are never resolved, each
+    with the need that is never met. ``start``: where the robots may be."""
+    left = opened
+    while True:
+        inside = {name: case.reach(name, start[name], left) for name in case.names}
+        full = case.full(one for one in left if one in opened)  # they carry their loads forever
+        stages = [_stuck_at(one, case, inside, full) for one in opened]
+        after = tuple(
+            one._replace(left=one.left[stage:])
+            for one, stage in zip(opened, stages, strict=True)
+            if stage is not None
+        )
+        if after == left:
+            return inside, left
+        left = after
 
 
-def tree_problems(proof: Line, case: Case) -> Iterator[str]:
-    """Yield the errors of a tree. Raises TooLargeError."""
-    left = [MOST_NODES]
-    sets = {name: frozenset([pose]) for name, pose in case.at.items()}
-    yield from _node_problems(proof, case, sets, case.obstacles, left, 0)
+MOST_CHOICES = 10_000
 
 
-def _node_problems(
-    proof: Line, case: Case, sets: Sets, opened: tuple[Open, ...], left: list[int], depth: int
-) -> Iterator[str]:
-    left[0] -= 1
-    if left[0] < 0 or depth > MOST_DEPTH:
-        raise TooLargeError(f"a tree of more than {MOST_NODES} nodes, or deeper than {MOST_DEPTH}")
-    if proof.kind == "closure":
-        yield from closure_problems(proof, case, lame=True, start=sets, opened=opened)
-        return
-    if proof.kind != "tree":
-        yield f"a {proof.kind} proof within a tree"
-        return
-    closed = {name: case.reach(name, sets[name], opened) for name in case.names}
-    if all(case.can_continue(name, closed[name], opened) for name in case.names):
-        yield "every robot is live before any of the choices"
-        return
-    proofs = {(c.option.obstacle, c.option.need, c.option.robots): c.proof for c in proof.choices}
-    options = {
-        (opened[k].name, opened[k].stage, frozenset(at)): (k, at, lossless)
-        for k, at, lossless in _options(case, closed, opened)
-    }
-    chosen = [one for one in options if one in proofs]
-    lossless = [one for one in chosen if options[one][2]]
-    missing = [one for one in options if one not in proofs]
-    if missing and not lossless:
-        name, _, group = missing[0]
-        yield f"{', '.join(sorted(group))} at {name} is not refuted"
-        return
-    for one in lossless[:1] if missing else chosen:
-        k, at, _ = options[one]
-        rest = (*opened[:k], opened[k].acted(at), *opened[k + 1 :])
-        rest = tuple(each for each in rest if each.left)
-        yield from _node_problems(proofs[one], case, {**closed, **at}, rest, left, depth + 1)
+def is_hopeless(case: Case) -> bool:
+    """Return whether after every choice some robot can never continue. Raises TooLargeError."""
+    states, seen = list[tuple[Sets, tuple[Open, ...]]]([(case.start, case.obstacles)]), 0
+    while states:
+        (sets, opened), seen = states.pop(), seen + 1
+        if seen > MOST_CHOICES:
+            raise TooLargeError(f"more than {MOST_CHOICES} choices of robots for obstacles")
+        if not case.all_continue(*team_closure(case, sets, opened)):
+            continue
+        closed = {name: case.reach(name, sets[name], opened) for name in case.names}
+        if case.all_continue(closed, opened):
+            return False
+        options = [*_options(case, closed, opened)]
+        lossless = [one for one in options if one[2]]
+        for k, at, _ in lossless[:1] or options:
+            rest = (*opened[:k], opened[k].acted(at), *opened[k + 1 :])
+            states.append(({**closed, **at}, tuple(each for each in rest if each.left)))
+    return True
 
 
 def _options(

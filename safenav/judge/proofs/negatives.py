@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Iterator, Mapping
 from functools import cache
 from heapq import heappop, heappush
@@ -12,12 +10,12 @@ from typing import Any, NamedTuple
 
 from safenav.judge.formulas import Pose
 from safenav.judge.lines import Line
-from safenav.judge.proofs.closures import Case, Open, TooLargeError, closure_problems, tree_problems
+from safenav.judge.proofs.closures import Case, Open, TooLargeError, is_hopeless, team_closure
 from safenav.judge.rules import NotJudged
 from safenav.judge.state import Robot, State, agrees
 from safenav.judge.world import Poses, closure
 
-MOST_STATES = 200_000
+MOST_STATES, MOST_SERVED = 200_000, 20_000
 EITHER = ELSEWHERE = -1
 Left = tuple[int, int]
 """In order: the goals left, and the next one (``EITHER``: the one met first). In any order: the
@@ -43,79 +41,37 @@ class _State(NamedTuple):
     opened: tuple[Open, ...]
 
 
-def joint_problems(proof: Line, case: Case) -> Iterator[str]:
-    """Yield the errors of a joint proof. Raises TooLargeError."""
-    opened = {one.name: one for one in case.obstacles}
-    stages = {name: stage for name, stage in proof.stages.items() if name not in case.shut}
-    robots = [name for name in case.names if name in proof.robots]
-    if not robots or len(robots) != len(proof.robots):
-        yield f"the proof is about {', '.join(proof.robots) or 'no robots'}"
+def deadlock_problems(case: Case, robots: list[str]) -> Iterator[str]:
+    """Yield how some robots can complete their part of the mission, without all others and the
+    obstacles that those may resolve. Raises TooLargeError."""
+    if _without_room(robots, case.state):
         return
-    for name in robots:
-        if proof.start.get(name) != case.at[name][:2]:
-            yield f"{name} is at {case.at[name][0]}, not where the proof begins"
-            return
-    for name, stage in stages.items():
-        if name not in opened or opened[name].stage != stage:
-            yield f"{name} is not open with {stage} of its needs met"
-            return
-        able = frozenset[str]().union(*(need.able for need in opened[name].left))
-        if helpers := sorted(able - {*robots}):
-            yield f"{helpers[0]}, which the proof omits, may help to resolve {name}"
-            return
-    if proof.states > MOST_STATES:
-        raise TooLargeError(f"{proof.states} joint states; at most {MOST_STATES} are enumerated")
-    known = tuple(one for one in case.obstacles if one.name in stages)
-    every, poses = Enumeration(case, robots, known), set[tuple[Any, ...]]()
-    for state, seen in every.reached():
-        poses.add(tuple(pose[:2] for pose in state.poses))
-        if every.is_complete(state):
-            at = zip(robots, state.poses, strict=True)
-            yield f"the mission can be completed with {', '.join(f'{n} at {p[0]}' for n, p in at)}"
-            return
-        if seen > MOST_STATES:
-            raise TooLargeError(f"more than {MOST_STATES} joint states")
-        if len(poses) > proof.states:
-            yield f"more states are reachable than the {proof.states} of the proof"
-            return
-    lines = sorted(json.dumps(one, separators=(",", ":")) + "\n" for one in poses)
-    if len(poses) != proof.states:
-        yield f"{len(poses)} states are reachable, not {proof.states}"
-    elif hashlib.sha256("".join(lines).encode()).hexdigest() != proof.sha256:
-        yield "the reachable states are not those of the proof (sha256)"
+    others = {*case.names} - {*robots}
+    alone = (o for o in case.obstacles if all(others.isdisjoint(need.able) for need in o.left))
+    every = Enumeration(case, robots, tuple(alone))
+    for state in every.complete(MOST_STATES):
+        yield f"the mission can be completed with {every.show(state)}"
+        return
 
 
-def can_complete(case: Case, most: int) -> str:
+def can_complete(case: Case) -> str:
     """Return where the robots may go to complete what those in service have to do; empty if they
     cannot, or have done it. Raises TooLargeError."""
     every = Enumeration(case, case.names, case.obstacles)
-    for state, seen in every.reached():
-        if every.is_complete(state) and case.state.orders.isdisjoint(o.name for o in state.opened):
-            if all(
-                pose == case.at[name] for name, pose in zip(case.names, state.poses, strict=True)
-            ):
-                return ""
-            at = zip(case.names, state.poses, strict=True)
-            return ", ".join(f"{name} at {pose[0]}" for name, pose in at)
-        if seen > most:
-            raise TooLargeError(f"more than {most} joint states")
+    for state in every.complete(MOST_SERVED):
+        if case.state.orders.isdisjoint(one.name for one in state.opened):
+            moved = any(p != case.at[n] for n, p in zip(case.names, state.poses, strict=True))
+            return every.show(state) if moved else ""
     return ""
 
 
-def room_problems(proof: Line, case: Case) -> Iterator[str]:
-    """Yield the errors of a proof that robots have no room at their last targets."""
-    robots, s = {*proof.robots}, case.state
-    if not robots or robots - {*case.names}:
-        yield "the proof names no robots of the team"
-        return
-    regions = set[int]()
-    for name in robots:
-        if not s.robots[name].own.settles or robots - {name, *s.rivals[name]}:
-            yield f"{name} need not stay at a target, or may share its region"
-            return
-        regions |= s.robots[name].own.last
-    if len(regions) >= len(robots):
-        yield f"there is room at {len(regions)} regions for {len(robots)} robots"
+def _without_room(robots: list[str], s: State) -> bool:
+    """Return whether some robots, all in conflict, must stay at fewer regions than they are."""
+    owns = [s.robots[name].own for name in robots]
+    if not all(own.settles for own in owns):
+        return False
+    apart = all({*robots} <= {name, *s.rivals[name]} for name in robots)
+    return apart and len(frozenset[int]().union(*(own.last for own in owns))) < len(robots)
 
 
 def goals_of(name: str, case: Case) -> Goals:
@@ -178,6 +134,18 @@ class Enumeration:
             _, _, state = heappop(queue)
             yield state, len(seen)
             after = self._successors(state)
+
+    def complete(self, most: int) -> Iterator[_State]:
+        """Yield the states in which the mission is completed. Raises TooLargeError."""
+        for state, seen in self.reached():
+            if self.is_complete(state):
+                yield state
+            if seen > most:
+                raise TooLargeError(f"more than {most} joint states")
+
+    def show(self, state: _State) -> str:
+        at = zip(self.robots, state.poses, strict=True)
+        return ", ".join(f"{name} at {pose[0]}" for name, pose in at)
 
     def _starts(self) -> Iterator[_State]:
         poses = tuple(self.case.at[name] for name in self.robots)
@@ -291,10 +259,6 @@ def _met(own: Goals, pose: Any, left: Left) -> Left:
     return 0, 0
 
 
-MOST_SERVED = 20_000
-TOO_LARGE = "whether the proof holds: {}"
-
-
 def negative_problems(e: Line, s: State) -> Iterator[str]:
     """Yield why an `operator_needed` is not proven."""
     if e.cause == "out_of_service":
@@ -303,40 +267,40 @@ def negative_problems(e: Line, s: State) -> Iterator[str]:
     if unread := _unread(s):
         yield NotJudged(f"why an operator is needed: the formulas of {unread} have many memories")
         return
-    if e.proof is None:
-        yield from _lost_problems(e, s)
-        return
-    numbers = {}
+    try:
+        if e.proof is not None:
+            yield from _deadlock_problems(e, s)
+        elif not is_hopeless(Case(s)):
+            yield from _lost_problems(e, s)
+        elif e.cause not in (causes := _causes(s)):
+            yield f"its cause is {e.cause}; proven is {causes[0]}"
+    except TooLargeError as error:
+        yield NotJudged(f"whether the proof holds: {error}")
+
+
+def _deadlock_problems(e: Line, s: State) -> Iterator[str]:
+    robots, numbers = [name for name in s.names if name in e.proof.robots], dict[str, int]()
     for name, stated in (e.proof.memory or {}).items():
         if (number := _memory(name, stated, s)) is None:
             yield f"the formulas of {name} cannot remember {', '.join(stated)} so"
             return
         numbers[name] = number
-    case = Case(s, memory=numbers)
-    if e.cause not in (causes := _causes(e.proof, case)):
-        yield f"its cause is {e.cause}; proven is {causes[0]}"
-    try:
-        match e.proof.kind:
-            case "closure":
-                yield from closure_problems(e.proof, case, lame=True)
-            case "tree":
-                yield from tree_problems(e.proof, case)
-            case "joint":
-                yield from joint_problems(e.proof, case)
-            case "room":
-                yield from room_problems(e.proof, case)
-    except TooLargeError as error:
-        yield NotJudged(TOO_LARGE.format(error))
+    if e.cause != "deadlock":
+        yield f"its cause is {e.cause}; proven is deadlock"
+    if not robots or len(robots) != len(e.proof.robots):
+        yield f"the proof is about {', '.join(e.proof.robots) or 'no robots'}"
+    else:
+        yield from deadlock_problems(Case(s, memory=numbers), robots)
 
 
 def shut_problems(e: Line, s: State) -> Iterator[str]:
     """Yield why an obstacle that is given up may still be resolved, with all robots in service."""
-    if e.proof.kind != "closure" or e.obstacle not in e.proof.never:
-        yield f"only a closure with {e.obstacle} among its `never` proves that"
-    elif unread := _unread(s):
+    if unread := _unread(s):
         yield NotJudged(f"whether {e.obstacle} can be resolved: {unread} has many memories")
-    else:
-        yield from closure_problems(e.proof, Case(s, hopeful=True), lame=False)
+        return
+    case = Case(s, hopeful=True)
+    if e.obstacle not in {one.name for one in team_closure(case, case.start, case.obstacles)[1]}:
+        yield f"{e.obstacle} can be resolved: enough robots reach its resolution regions"
 
 
 def _unread(s: State) -> str:
@@ -344,18 +308,18 @@ def _unread(s: State) -> str:
     return ", ".join(name for name, formulas in each if formulas and not formulas.whole)
 
 
-def _causes(proof: Line, case: Case) -> tuple[str, ...]:
-    """Return the causes that a proof shows, the most specific first."""
-    if proof.kind in ("joint", "room"):
-        return ("deadlock",)
-    if proof.kind == "tree" or not proof.never:
-        return ("unrealizable",)
-    known = [case.state.obstacles[name] for name in proof.never if name in case.state.obstacles]
-    short = [[len(need.able) < need.robots for need in one.needs[one.stage :]] for one in known]
-    if any(few[0] for few in short if few):
-        return ("no_capable_robot",)
-    others = ("never_resolvable", "cyclic_requests")
-    return (*others, "no_capable_robot") if any(map(any, short)) else others
+def _causes(s: State) -> list[str]:
+    """Return the causes of a negative that no order of moves can avert, the most specific first."""
+    found = list[str]()
+    for hopeful in (False, True):
+        case = Case(s, hopeful=hopeful)
+        stuck = (one.name for one in team_closure(case, case.start, case.obstacles)[1])
+        known = [s.obstacles[name] for name in (*case.shut, *stuck)]
+        short = [[len(n.able) < n.robots for n in one.needs[one.stage :]] for one in known]
+        found += ["no_capable_robot"] * any(map(any, short))
+        if known and not any(few[0] for few in short if few):
+            found += ["never_resolvable", "cyclic_requests"]
+    return [*found, "unrealizable"]
 
 
 def _out_of_service_problems(e: Line, s: State) -> Iterator[str]:
@@ -365,7 +329,7 @@ def _out_of_service_problems(e: Line, s: State) -> Iterator[str]:
     elif e.kind == "outcome" and not any(robot.acts for robot in s.robots.values()):
         case = Case(s)
         try:
-            if done := can_complete(case, MOST_SERVED):
+            if done := can_complete(case):
                 yield f"the robots in service can do their part of the mission, with {done}"
         except TooLargeError as error:
             yield NotJudged(f"whether the robots in service can do their part: {error}")
@@ -377,11 +341,10 @@ def _lost_problems(e: Line, s: State) -> Iterator[str]:
     stated = {**s.unrealizable, **(e.unrealizable or {})}
     if s.waiting is not None:
         stated = {**s.lost_before, **stated}
-    case = Case(s)
     games = list[str]()
     for name, spec in stated.items():
         robot = s.robots[name]
-        if not _continues(robot, case, s.spec_memory.get((name, spec))):
+        if not _continues(robot, s, s.spec_memory.get((name, spec))):
             return
         if _is_a_game(robot, s):
             games.append(name)
@@ -405,27 +368,23 @@ def _is_a_game(robot: Robot, s: State) -> bool:
     return hears or bool(s.rivals[robot.name]) or any(robot.name in who for who, _ in s.zones)
 
 
-def _continues(robot: Robot, case: Case, memory: Mapping[str, int] | None) -> bool:
+def _continues(robot: Robot, s: State, memory: Mapping[str, int] | None) -> bool:
     """Return whether a robot alone can continue forever from its pose."""
-    name, own, s = robot.name, robot.own, case.state
-    pose = s.destination(name)
-    there = case.reach(name, frozenset([pose]), ())
-    if robot.out:
-        return case.can_continue(name, [pose], ())
-    if own.ends:
+    name, own, case = robot.name, robot.own, Case(s)
+    pose, formulas = s.destination(name), robot.own.formulas
+    if own.ends and not robot.out:
         here = frozenset([pose])
         for target in own.targets[min(robot.progress.ahead, own.count - 1) :]:
             here = frozenset(p for p in case.reach(name, here, ()) if p[0] in target)
         if s.scenario.coordination != "resynthesis":  # it may be sent away, and must come back
             here = frozenset(p for p in here if _comes_back(name, p, case))
         return bool(here)
-    if own.kind == "ltl" and own.formulas is not None and memory is not None:
-        formulas = own.formulas
+    if own.kind == "ltl" and formulas is not None and memory is not None:
         rows = [k for k, r in enumerate(formulas.values) if agrees(formulas.names, r, memory)]
         rows = rows if memory or not formulas.names else formulas.begins(pose)
-        live = _live(formulas, there, case.members[name].steps)
-        return any((pose, row) in live for row in rows) if rows else bool(live)
-    if own.literal and own.strict and memory:
+        cases = (Case(s, memory={name: row}) for row in rows)
+        return any(each.can_continue(name, [each.at[name]], ()) for each in cases)
+    if own.literal and own.strict and memory and not robot.out:
         turn = next(iter(memory.values()))
         return case.can_continue(name, [pose], ()) and _keeps_order(robot, case, turn)
     return case.can_continue(name, [pose], ())
@@ -434,25 +393,6 @@ def _continues(robot: Robot, case: Case, memory: Mapping[str, int] | None) -> bo
 def _comes_back(name: str, pose: Pose, case: Case) -> bool:
     away = frozenset(to for to in case.members[name].steps.get(pose, ()) if to[0] != pose[0])
     return pose in case.reach(name, away, ())
-
-
-def _live(formulas: Any, inside: frozenset[Pose], steps: Mapping[Pose, Any]) -> set[Any]:
-    """Return the greatest set of poses with memories from which a robot can meet every goal
-    infinitely often by steps, or by staying, within it."""
-    pairs = ((a, b) for a in inside for b in (a, *steps.get(a, ())) if b in inside)
-    edges = [((a, i), (b, j), goals) for a, b in pairs for i, j, goals in formulas.steps(a, b)]
-    kept, before = {state for edge in edges for state in edge[:2]}, set[Any]()
-    while kept != before:
-        before = kept
-        for goal in range(max(formulas.count, 1)):
-            within = [edge for edge in edges if edge[0] in kept and edge[1] in kept]
-            found = {a for a, _, goals in within if goal in goals or not formulas.count}
-            more = found
-            while more:
-                more = {a for a, b, _ in within if b in more} - found
-                found = found | more
-            kept = found
-    return kept
 
 
 def _keeps_order(robot: Robot, case: Case, turn: int) -> bool:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Hashable, Sequence
 
-from msgspec import Struct, field
+from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.plan.ask import Deadlock, Found, Unserved, lost
@@ -31,10 +31,9 @@ from safenav.solve import solve
 from safenav.team import state as now
 from safenav.team.acts import FAILURE
 from safenav.team.apply import apply, charged, done, initial, stands
-from safenav.team.floor import driven, floor_now, gates_of, stages_of, without_memory
+from safenav.team.floor import driven, floor_now, stages_of, without_memory
 from safenav.team.state import Is, RobotNow, State
 from safenav.team.team import Team
-from safenav.trace.vocabulary import JointSearch, Proof
 from safenav.trace.words import listed
 
 Coming = Callable[[], bool]
@@ -49,17 +48,15 @@ _OUT = {
 
 
 class Control(Struct, frozen=True):
-    """Intentions of the team. ``proofs``: why obstacles were given up; ``new``: the robots that
-    have just been synthesized; ``pending``: those that wait for a strategy, because of ``asked``;
-    ``thinks``: the plan is still being computed; ``helped``: what could not be done may be possible
-    since a change. ``vain``: obstacles that a robot was to resolve
-    for which it has no strategy, by these ``failed`` syntheses."""
+    """Intentions of the team. ``new``: the robots that have just been synthesized; ``pending``:
+    those that wait for a strategy, because of ``asked``; ``thinks``: the plan is still being
+    computed; ``helped``: what could not be done may be possible since a change. ``vain``: obstacles
+    that a robot was to resolve for which it has no strategy, by these ``failed`` syntheses."""
 
     question: Hashable | None = None
     found: solve.Settlement = solve.Settlement()
     roles: tuple[Role, ...] = ()
     controllers: tuple[Controller | None, ...] = ()
-    proofs: dict[int, Proof] = field(default_factory=dict)
     new: tuple[int, ...] = ()
     end: End | None = None
     pending: frozenset[int] = frozenset()
@@ -91,9 +88,9 @@ def coordinate(
         if question == before.asked and not answers.ready:
             answers.keep()
             return control, []
-        given = _give_up(team, state, decide)
+        _give_up(team, state, decide)
         try:
-            control = _settled(team, state, before, given, answers, coming)
+            control = _settled(team, state, before, answers, coming)
         except Pending as wait:
             return replace(control, pending=wait.robots, asked=question), []
         except solve.BudgetError:
@@ -186,31 +183,22 @@ def _is_astray(robot: RobotNow) -> bool:
     return robot.active and robot.to is None and robot.node is None
 
 
-def _give_up(team: Team, state: State, decide: Decide) -> dict[int, Proof]:
-    """Obstacles whose next need no robots can ever fulfil become permanent, with the closure as
-    proof."""
-    found: dict[int, Proof] = {}
+def _give_up(team: Team, state: State, decide: Decide) -> None:
+    """Make obstacles permanent whose next need no robots can ever fulfil."""
     while True:
         sets = hopeful(team, state, given_up=False)
-        floor, closure = sets.floor, solve.closure_of(sets)
-        if not closure.stuck:
-            return found
-        proof = solve.stated(sets, closure, _names(team, state))
+        closure = solve.closure_of(sets)
         for g in closure.stuck:
-            found[floor.gates[g]] = proof
-            decide(event := now.GaveUp(floor.gates[g]))
+            decide(event := now.GaveUp(sets.floor.gates[g]))
             state = apply(team, state, event)
-
-
-def _names(team: Team, state: State) -> tuple[str, ...]:
-    return tuple(team.obstacles[k].name for k, each in enumerate(state.obstacles) if each.given_up)
+        if not closure.stuck:
+            return
 
 
 def _settled(
     team: Team,
     state: State,
     before: Control,
-    given: dict[int, Proof],
     answers: Answers,
     coming: Coming,
 ) -> Control:
@@ -226,7 +214,6 @@ def _settled(
     aside = frozenset(g for g, k in enumerate(floor.gates) if state.obstacles[k].aside)
     lone = frozenset(range(len(poses))).difference(team.sharing)
     found = solve.settle(solve.Solver(floor), poses, stages, aside, helping, lone)
-    proofs = {**before.proofs, **given}
     never: End | None = None
     if found.proof is not None:
         out = [i for i, robot in enumerate(state.robots) if not robot.active]
@@ -243,7 +230,7 @@ def _settled(
     if never is None:
         roles = Roles(plain, here, floor, stages, found).all()
     elif before.roles:
-        stands = Control(None, found, roles, before.controllers, proofs, (), never)
+        stands = Control(None, found, roles, before.controllers, (), never)
         anywhere = replace(found, safe=(None,) * len(poses))
         others = Roles(plain, here, floor, stages, anywhere)
         return _meanwhile(team, state, stands, others, answers) if coming() else stands
@@ -277,10 +264,10 @@ def _settled(
             joint = joint_now(state, whole)._replace(stages=stages_of(whole, state))
             proven = lost(whole, joint, [i for i, _ in failed])
             if proven is not None:
-                dead = _deadlock(team, state, proven)
+                dead = deadlocked(team, state, proven)
                 links = (*end.links, *dead.links)
                 end = replace(dead, explanation="; ".join(links), links=links)
-    return Control(None, found, roles, tuple(controllers), proofs, tuple(new), end)
+    return Control(None, found, roles, tuple(controllers), tuple(new), end)
 
 
 def _whole_team(found: solve.Refutation, out: Collection[int]) -> solve.Closure | None:
@@ -358,32 +345,12 @@ def _planned(
         case Unserved(gates):
             decide(now.SetAside(tuple(floor.gates[g] for g in gates)))
         case Deadlock():  # a robot out of service may stand in the way
-            return _without(team, state, out) if out else _deadlock(team, state, answer)
+            return _without(team, state, out) if out else deadlocked(team, state, answer)
         case None:
             why = "search budget exhausted while planning a joint plan; no verdict"
             left = [i for i in out if not (done(team, state, i) and stands(team, state, i))]
             return _without(team, state, left, why) if left else End("search_limit", why)
     return None
-
-
-def _deadlock(team: Team, state: State, found: Deadlock) -> End:
-    """The end of a run by such an answer."""
-    robots, proof, why, whole = found.robots, found.proof, found.why, found.whole
-    if isinstance(proof, JointSearch) and whole:
-        begun = {team.obstacles[k].name: state.obstacles[k].stage.need for k in gates_of(state)}
-        proof = replace(proof, stages=begun)  # no robot has acted yet
-    if isinstance(proof, JointSearch):
-        proof = _whole(team, state, robots, proof)
-    return deadlocked(team, state, robots, proof, why)
-
-
-def _whole(team: Team, state: State, robots: tuple[int, ...], proof: JointSearch) -> JointSearch:
-    """The proof with the obstacles that were given up, which the team treats as walls."""
-    if len(robots) < len(team.members):
-        return proof
-    pairs = zip(team.obstacles, state.obstacles, strict=True)
-    gone = {obstacle.name: each.stage.need for obstacle, each in pairs if each.given_up}
-    return replace(proof, stages={**proof.stages, **gone})
 
 
 def _out_of_service(team: Team, state: State, control: Control) -> End | None:

@@ -10,6 +10,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.errors import Outcome
+from safenav.plan.ask import Deadlock
 from safenav.runtime.control.roles import Role
 from safenav.runtime.control.strategies import Controller, walls_of
 from safenav.scenario.objective import Ltl, Word, describe
@@ -22,7 +23,7 @@ from safenav.solve.reasons import (
     shortfalls,
     without_room,
 )
-from safenav.solve.solve import Closure, Refutation, Sets, Settlement, around, closure_of, stated
+from safenav.solve.solve import Closure, Refutation, Sets, Settlement, around, closure_of
 from safenav.spec.task import Memory, Task
 from safenav.team.apply import done, rounds, stands
 from safenav.team.floor import (
@@ -37,7 +38,7 @@ from safenav.team.floor import (
 )
 from safenav.team.state import Is, State
 from safenav.team.team import Team
-from safenav.trace.vocabulary import JointSearch, OperatorCause, Proof
+from safenav.trace.vocabulary import OperatorCause, Proof
 from safenav.trace.words import MANY, counted, listed, obstacle_words, seconds_words, some
 
 _TRAPPED = "every remaining option traps a robot needed elsewhere"
@@ -96,8 +97,7 @@ def infeasible(team: Team, state: State, now: Sets, proof: Refutation) -> End:
     known = missed and closure is proof
     cause = cause_of(missed) if known else OperatorCause.UNREALIZABLE
     stuck_names = tuple(team.members[i].name for i in stuck)
-    said = stated(now, proof, tuple(given_up))
-    return End("operator_needed", "; ".join(links), cause.value, said, (), links, stuck_names)
+    return End("operator_needed", "; ".join(links), cause.value, None, (), links, stuck_names)
 
 
 def _first_dead_end(now: Sets, proof: Refutation, word: Word) -> tuple[Closure | None, list[str]]:
@@ -166,13 +166,11 @@ def _why_not(team: Team, i: int, task: Task) -> str:
     return explain_unrealizable(team.members[i].robot, task, team.world)
 
 
-def deadlocked(
-    team: Team, state: State, robots: tuple[int, ...], proof: Proof, why: str = ""
-) -> End:
-    """The end of a run in which no order of moves of these robots completes the mission. ``why``:
-    the reason in words, if it is not the search."""
+def deadlocked(team: Team, state: State, found: Deadlock) -> End:
+    """The end of a run in which no order of moves of some robots completes the mission."""
+    robots, why = found.robots, found.why
     names = tuple(team.members[i].name for i in robots)
-    if isinstance(proof, JointSearch):
+    if not why:
         rivals = [i for i in robots if team.members[i].partners] or [*robots]
         where = ", ".join(
             f"{team.members[i].name} {'at' if state.robots[i].to is None else 'on its way to'} "
@@ -184,10 +182,9 @@ def deadlocked(
         ends = f" with {listed(stay)} at {last}" if stay else ""
         few = len(robots) < len(team.members)
         alone = ", even with all other robots and open obstacles out of the way" if few else ""
-        why = (
-            f"{where}: deadlock; none of the {proof.states} reachable joint states "
-            f"completes every objective{ends}{alone}"
-        )
+        what = f"no reachable joint state completes every objective{ends}{alone}"
+        why = f"{where}: deadlock; {what}"
+    proof = Proof(names, found.memory)
     return End("operator_needed", why, "deadlock", proof, (), (why,), names)
 
 

@@ -36,7 +36,6 @@ from safenav.trace.vocabulary import (
     OperatorCause,
     OperatorIntervention,
     PlanEndReason,
-    Proof,
     Reason,
 )
 
@@ -192,7 +191,7 @@ class Recorder:
                 ]
                 return
             case now.Declared(k):
-                self.emit(self._blocked(k, BlockReason.OPERATOR, None))
+                self.emit(self._blocked(k, BlockReason.OPERATOR))
                 self.helpers.pop(k, None)
                 self.why = Reason.BLOCKED
             case now.Intervened(what, i, k, pose, objective) if self.live:
@@ -284,19 +283,18 @@ class Recorder:
         self.emit(records.Resolved(self.tick, *who, asked, truth, robots=group))
         if truth is False:
             goes = obstacle.source.goes is not None
-            self.emit(self._blocked(k, BlockReason.UNTRAVERSABLE, None, goes or None))
+            self.emit(self._blocked(k, BlockReason.UNTRAVERSABLE, goes or None))
         self.helpers.pop(k, None)
 
     def _blocked(
         self,
         k: int,
         reason: BlockReason,
-        proof: Proof | None,
         for_now: bool | None = None,
         because: str | None = None,
     ) -> records.KnownObstacle:
         about = self._name(k), frozenset(map(self._robot, self.team.obstacles[k].blocks))
-        return records.KnownObstacle(self.tick, *about, reason, proof, because, for_now)
+        return records.KnownObstacle(self.tick, *about, reason, because, for_now)
 
     def _group(self, state: State, k: int, number: int, i: int) -> tuple[str, ...] | None:
         """The robots that meet a need when robot i acts; None if it does so alone."""
@@ -371,8 +369,7 @@ class Recorder:
         if k not in self.helpers or not able:
             self.emit(self._request(state, k, (), control, because))
         reason = BlockReason.UNRESOLVABLE if able else BlockReason.NO_CAPABLE_ROBOT
-        proof = control.proofs.get(k)
-        self.emit(self._blocked(k, reason, proof, coming or None, because))
+        self.emit(self._blocked(k, reason, coming or None, because))
         self.helpers.pop(k, None)
 
     def _request(
