@@ -253,8 +253,6 @@ def _told_apart(rounds: list[list[State]], home: list[int | None]) -> tuple[Part
 
 SOURCE = "paper, Section V-D, the runtime-assignable goal"
 NEXT = "'"
-ABLE = "it never loses a region that it is assigned"
-HOME = "it does not leave permanently unless assigned elsewhere"
 
 
 def inputs(world: RegionMap) -> tuple[Variable, ...]:
@@ -302,11 +300,11 @@ def guarantees(task: Task, world: RegionMap) -> Iterator[Constraint]:
     stay = _origin("it stays while it must wait")
     yield Constraint(Section.SYS_TRANS, "wait' -> region' = region", stay)
     possible = assignable_regions(task, world)
-    able = _origin(ABLE)
+    able = _origin("it never loses a region that it is assigned")
     for part in possible.parts:
         formula = f"{_asked(part)} -> {_in(part, task, NEXT)}"
         yield Constraint(Section.SYS_TRANS, formula, able, tuple(sorted(part.regions)))
-    home = _origin(HOME)
+    home = _origin("it does not leave permanently unless assigned elsewhere")
     for part in possible.homes:
         asked = "!request' | " + one_of("assigned", part.regions, "'")
         formula = f"{_in(part, task)} & ({asked}) -> {_in(part, task, NEXT)}"
@@ -317,9 +315,9 @@ def guarantees(task: Task, world: RegionMap) -> Iterator[Constraint]:
 
 def may_leave(spec: Specification) -> Specification:
     """Return a specification (compiled, or read from its text) without the guarantees that the
-    robot can return: the scenario does not require them."""
+    robot can return: those about the assigned region. The scenario does not require them."""
     guarantees_of = [c for c in spec.constraints if c.section is Section.SYS_TRANS]
-    return spec.without(c for c in guarantees_of if ABLE in c.origin.rule or HOME in c.origin.rule)
+    return spec.without(c for c in guarantees_of if "assigned'" in c.formula)
 
 
 def _in(part: Part, task: Task, mark: str = "") -> str:
@@ -341,12 +339,8 @@ def _asked(part: Part) -> str:
     return f"request' & !wait' & {assigned}"
 
 
-def excused(constraint: Constraint, holds: bool = False) -> Constraint:
-    """Return a goal of the robot, excused while a request is open; if the objective ``holds``, also
-    the guarantee to stay."""
-    stays = holds and constraint.origin.rule.endswith(", stay")
-    if constraint.section is not Section.SYS_LIVENESS and not stays:
-        return constraint
+def excused(constraint: Constraint) -> Constraint:
+    """Return a constraint of the robot's objective, excused while a request is open."""
     rule = f"{constraint.origin.rule}, unless it is assigned a region"
     origin, formula = replace(constraint.origin, rule=rule), f"request' | ({constraint.formula})"
     return replace(constraint, formula=formula, origin=origin)

@@ -19,7 +19,7 @@ does. It has no foresight: the robot cannot plan around future positions of othe
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import combinations
 
 from msgspec import Struct
@@ -56,10 +56,6 @@ def compile_task(task: Task, world: RegionMap) -> Specification:
         task.objective, f"{task.item}.objective", task.pose.region, task.memory, task.assignable
     )
     steered = task.assignable
-    own = [
-        assignable.excused(each, task.objective.settles) if steered else each
-        for each in objective.constraints
-    ]
     variables = [
         *(assignable.inputs(world) if steered else ()),
         *belief.inputs(task, world),
@@ -78,7 +74,7 @@ def compile_task(task: Task, world: RegionMap) -> Specification:
         *_beginning(task),
         *_motion(task, world),
         *(assignable.guarantees(task, world) if steered else ()),
-        *own,
+        *objective.constraints,
     ]
     title = f"{robot.name} ({robot.model.name}): {describe(task.objective)}"
     return Specification(robot.name, title, tuple(variables), tuple(constraints))
@@ -161,30 +157,44 @@ def encode(
     """Encode an objective for a robot that stands in ``region`` and remembers ``memory``.
 
     ``item`` is the scenario item that the constraints' origins name; ``assigned``: goals can be
-    assigned to the robot at runtime.
+    assigned to the robot at runtime; while one is, its own goals are excused.
     """
     if isinstance(objective, Ltl):
         variables = tuple(
             Variable(name, Owner.OUTPUT, bounds, "memory of the objective")
             for name, bounds in objective.memory.items()
         )
-        return ObjectiveEncoding(variables, tuple(_ltl(objective, item, memory)))
+        return ObjectiveEncoding(variables, _excused(_ltl(objective, item, memory), assigned))
     goal = objective.turn if objective.remembers(assigned) else ""
-    variables, constraints = _about_targets(objective, item, region, memory, goal)
+    variables, constraints = _about_targets(objective, item, region, memory, goal, assigned)
     rule = Origin(f"{item}.always", "on each step that it takes", SOURCE_OBJECTIVE)
     steps = (Constraint(Section.SYS_TRANS, on_steps(text), rule) for text in objective.always)
-    return ObjectiveEncoding(variables, (*constraints, *steps))
+    return ObjectiveEncoding(variables, (*_excused(constraints, assigned), *steps))
+
+
+def _excused(constraints: Iterable[Constraint], assigned: bool) -> tuple[Constraint, ...]:
+    """Return the constraints of an objective; its goals are excused if ``assigned``."""
+    goal = Section.SYS_LIVENESS
+    return tuple(
+        assignable.excused(each) if assigned and each.section is goal else each
+        for each in constraints
+    )
 
 
 def _about_targets(
-    objective: TargetObjective, item: str, region: Region, memory: Memory, goal: str
+    objective: TargetObjective,
+    item: str,
+    region: Region,
+    memory: Memory,
+    goal: str,
+    assigned: bool,
 ) -> tuple[tuple[Variable, ...], Iterator[Constraint]]:
     if _is_the_papers(objective):
         scout = Variable("scout", Owner.OUTPUT, None, "true: the second target is next")
         return (scout,), _patrol(objective, item, region, memory)
     bounds = (0, len(objective.targets) - 1)
     next_ = Variable(goal, Owner.OUTPUT, bounds, "the target whose turn it is")
-    return (next_,) if goal else (), _pursuit(objective, item, region, memory, goal)
+    return (next_,) if goal else (), _pursuit(objective, item, region, memory, goal, assigned)
 
 
 def _is_the_papers(objective: TargetObjective) -> bool:
@@ -220,7 +230,12 @@ def _patrol(
 
 
 def _pursuit(
-    objective: TargetObjective, item: str, region: Region, memory: Memory, goal: str
+    objective: TargetObjective,
+    item: str,
+    region: Region,
+    memory: Memory,
+    goal: str,
+    assigned: bool,
 ) -> Iterator[Constraint]:
     """Yield the order of the targets, if the variable ``goal`` remembers it, and each target
     infinitely often. Without it the next one is the first: a strategy takes its goals in their
@@ -250,7 +265,8 @@ def _pursuit(
     for place in sorted(targets[last]) if settles else ():
         now = f"{goal} = {last} & region = {place}" if goal else f"region = {place}"
         rule = origin("at the last one, stay" if goal else "once there, stay")
-        yield Constraint(Section.SYS_TRANS, f"{now} -> region' = {place}", rule, (place,))
+        rest = Constraint(Section.SYS_TRANS, f"{now} -> region' = {place}", rule, (place,))
+        yield assignable.excused(rest) if assigned else rest
     ordered = objective.in_turn and not goal
     recur = "at each target in turn" if goal else "at each target"
     recur += ", beginning with the next" if ordered and last else ""

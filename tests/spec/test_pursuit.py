@@ -45,7 +45,7 @@ OBJECTIVES = [
 
 
 def values(memory: int, region: int) -> dict[str, int]:
-    return {"region": region, "scout": memory, "goal": memory}
+    return {"region": region, "scout": memory, "goal": memory, "request": 0}
 
 
 @pytest.mark.parametrize("objective", OBJECTIVES, ids=str)
