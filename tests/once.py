@@ -10,6 +10,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
+from typing import Any
+
+import yaml
 
 from safenav.runtime.run.mission import Mission
 from safenav.scenario.reading.loader import load_scenario
@@ -27,6 +30,11 @@ CORPUS = Path(os.environ.get("SAFENAV_CORPUS") or ROOT / "tests" / "corpus")
 def beside(module: str, file: str) -> str:
     """The text of a file in the folder of a module."""
     return (Path(module).parent / file).read_text(encoding="utf-8")
+
+
+def from_yaml(text: str) -> Any:
+    """The data in a text of YAML, read in C: each worker reads all tables of the tests."""
+    return yaml.load(text, Loader=yaml.CSafeLoader)
 
 
 def made_once(name: str, make: Callable[[Path], object]) -> Path:

@@ -14,6 +14,7 @@ from typing import Any
 import yaml
 
 from campaigns.play import play
+from once import from_yaml
 from safenav.errors import InputError
 
 Data = dict[str, Any]
@@ -26,7 +27,7 @@ def read_case(file: Path) -> tuple[Data, dict[str, Any], dict[str, Any]]:
     """The mission of a file, the options of ``play``, and all facts."""
     text = file.read_text(encoding="utf-8")
     said = "\n".join(line[2:] for line in text.splitlines() if line.startswith("#:"))
-    facts, data = yaml.safe_load(said) or {}, yaml.safe_load(text)
+    facts, data = from_yaml(said) or {}, from_yaml(text)
     facts["outcome"] = facts.get("outcome") or (data.get("expect") or {}).get("outcome")
     options = {k: v for k, v in facts.items() if k in OPTIONS}
     if "faults" in facts:

@@ -10,10 +10,9 @@ from functools import cache
 from pathlib import Path
 
 import pytest
-import yaml
 
 from children import ran
-from once import SCENARIOS, made_once
+from once import SCENARIOS, from_yaml, made_once
 from runtime.played import whole
 from safenav.certify.bundle import bundle_of_run, programs, proofs_of, write_files
 from safenav.judge.bundle import check as checker
@@ -39,7 +38,7 @@ def bundle_at(name: str, text: str) -> Path:
     )
 
 
-TEXTS: dict[str, str] = yaml.safe_load(Path(__file__).with_name("scenarios.yaml").read_text())
+TEXTS: dict[str, str] = from_yaml(Path(__file__).with_name("scenarios.yaml").read_text())
 
 
 @cache

@@ -4,14 +4,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import yaml
 from msgspec.structs import replace
 
 from certify.tasks import Circumstances, scenario_of, verdict_of
+from once import from_yaml
 from safenav.spec.specification import Section, Specification
 from safenav.spec.task import Memory
 
-DATA = yaml.safe_load((Path(__file__).parent / "planted.yaml").read_text())
+DATA = from_yaml((Path(__file__).parent / "planted.yaml").read_text())
 
 
 def planted(spec: Specification, what: dict[str, Any]) -> Specification:

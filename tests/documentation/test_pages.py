@@ -23,9 +23,9 @@ from xml.etree import ElementTree
 
 import click
 import pytest
-import yaml
 
 import warm
+from once import from_yaml
 from safenav.cli import group
 from safenav.scenario.reading.loader import load_scenario_text
 
@@ -99,7 +99,7 @@ def read(language: str, text: str) -> None:
             for line in text.splitlines():
                 known(line)
         case "yaml":
-            data = yaml.safe_load(text)
+            data = from_yaml(text)
             if isinstance(data, dict) and {"safenav", "map", "robots"} <= data.keys():
                 load_scenario_text(text)
         case "json" if "..." not in text:

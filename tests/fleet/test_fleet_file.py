@@ -9,6 +9,7 @@ import jsonschema
 import pytest
 import yaml
 
+from once import from_yaml
 from safenav.errors import Diagnostic, InputError
 from safenav.fleet import file as fleet_file
 from safenav.fleet.file import template_text
@@ -54,7 +55,7 @@ robots:
             act={"push": "open_door"},
         ),
     }
-    jsonschema.validate(yaml.safe_load(text), SCHEMA)
+    jsonschema.validate(from_yaml(text), SCHEMA)
 
 
 @pytest.mark.parametrize(
@@ -82,7 +83,7 @@ def test_fleet_files_of_the_documentation_load(page: str, tmp_path: Path) -> Non
     found = re.findall(r"^```yaml[^\n]*\n(safenav-fleet:.*?)^```", text, re.MULTILINE | re.DOTALL)
     assert found
     for fleet in found:
-        names = yaml.safe_load(fleet)["robots"]
+        names = from_yaml(fleet)["robots"]
         robots = {
             name: {"model": "quadcopter", "start": k, "objective": {"hold": k}}
             for k, name in enumerate(names)
@@ -126,7 +127,7 @@ def test_the_template_loads_and_fits_the_schema(name: str, tmp_path: Path) -> No
     assert set(fleet.stations) == {robot.name for robot in scenario.robots}
     for robot in scenario.robots:
         assert set(fleet.stations[robot.name].act) == set(robot.capabilities)
-    jsonschema.validate(yaml.safe_load(text), SCHEMA)
+    jsonschema.validate(from_yaml(text), SCHEMA)
     scans = {station.scan and station.scan.obstacle for station in fleet.stations.values()}
     expected = {"case_study_1": "door", "beam": "beam"}
     assert scans == {expected.get(name)}

@@ -3,11 +3,10 @@
 import re
 
 import pytest
-import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from once import beside
+from once import beside, from_yaml
 from safenav.formula import syntax
 from safenav.formula.parser import MAX_DEPTH, FormulaError, check, parse, to_infix
 from safenav.formula.syntax import Connective, Operation, evaluate, to_text
@@ -100,9 +99,7 @@ def test_aliases_mean_the_same(alias: str, plain: str) -> None:
     assert to_text(parse(alias)) == plain
 
 
-@pytest.mark.parametrize(
-    ("text", "column", "words"), yaml.safe_load(beside(__file__, "errors.yaml"))
-)
+@pytest.mark.parametrize(("text", "column", "words"), from_yaml(beside(__file__, "errors.yaml")))
 def test_errors_point_at_the_position(text: str, column: int, words: str) -> None:
     with pytest.raises(FormulaError, match=f"column {column}: .*{words}") as caught:
         parse(text)

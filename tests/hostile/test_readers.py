@@ -5,6 +5,7 @@ import struct
 import sys
 import zlib
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
@@ -34,6 +35,14 @@ def laughs(levels: int = 30) -> str:
     return LAB + "\n".join(lines) + "\n"
 
 
+class Png(NamedTuple):
+    """An image of zeros, of fewer or more rows than it says."""
+
+    width: int
+    height: int
+    rows: int
+
+
 def png(width: int, height: int, rows: int) -> bytes:
     """An image of zeros: some bytes for a hundred megabytes."""
 
@@ -60,7 +69,7 @@ WIDE = "[INPUT]\na:0...2147483647\n[OUTPUT]\nb\n[ENV_INIT]\na = 0\n[SYS_TRANS]\n
 BITS = ["a@0.0.2147483647", *(f"a@{k}" for k in range(1, 31)), "b"]
 ZERO = {"rank": 0, "state": [0] * 32, "trans": [0]}
 WIDE_STRATEGY = json.dumps({"variables": BITS, "nodes": {"0": ZERO}})
-Files = dict[str, str | bytes]
+Files = dict[str, str | bytes | Png]
 
 BOMBS: dict[str, tuple[Files, tuple[str, ...]]] = {
     "buffers, explained": ({"s.slugsin": doubling(22)}, ("explain", "s.slugsin")),
@@ -115,15 +124,15 @@ BOMBS: dict[str, tuple[Files, tuple[str, ...]]] = {
         ("check", "s.yaml"),
     ),
     "a wide PNG": (
-        {"s.yaml": image("s.png"), "s.png": png(60_000, 60_000, 1)},
+        {"s.yaml": image("s.png"), "s.png": Png(60_000, 60_000, 1)},
         ("draw", "s.yaml"),
     ),
     "a PNG of zeros": (
-        {"s.yaml": image("s.png"), "s.png": png(4000, 4000, 4000)},
+        {"s.yaml": image("s.png"), "s.png": Png(4000, 4000, 4000)},
         ("draw", "s.yaml"),
     ),
     "a PNG with more rows than it says": (
-        {"s.yaml": image("s.png"), "s.png": png(2000, 20, 20_000)},
+        {"s.yaml": image("s.png"), "s.png": Png(2000, 20, 20_000)},
         ("draw", "s.yaml"),
     ),
     "a PGM header": (
@@ -174,6 +183,7 @@ def test_a_small_file_does_not_become_a_huge_one(name: str, tmp_path: Path) -> N
         (tmp_path / folder).mkdir()
     sandbox = tmp_path / "sandbox"
     for file, content in files.items():
+        content = png(*content) if isinstance(content, Png) else content
         data = content.encode() if isinstance(content, str) else content
         assert len(data) < 10_000_000
         (sandbox / file).write_bytes(data)

@@ -8,13 +8,13 @@ words after a colon, and the edits.
 from pathlib import Path
 
 import pytest
-import yaml
 
+from once import from_yaml
 from safenav.judge.engine import judge
 from safenav.judge.lines import NotATraceError
 from support.damage import GOOD, Edit, damage, text
 
-BROKEN = yaml.safe_load((Path(__file__).parent / "broken.yaml").read_text())
+BROKEN = from_yaml((Path(__file__).parent / "broken.yaml").read_text())
 CASES = [
     pytest.param(name, told, edits, id=f"{name} {number}: {told}")
     for name, each in BROKEN.items()

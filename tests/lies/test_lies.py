@@ -6,7 +6,6 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import pytest
-import yaml
 
 from certify.making import (
     Files,
@@ -18,12 +17,13 @@ from certify.making import (
     shipped,
     with_lines,
 )
+from once import from_yaml
 from safenav.certify.check import check_bundle
 from safenav.judge.engine import judge
 from safenav.judge.lines import NotATraceError
 from support.damage import Line, damage
 
-DATA = yaml.safe_load((Path(__file__).parent / "lies.yaml").read_text())
+DATA = from_yaml((Path(__file__).parent / "lies.yaml").read_text())
 LIES: dict[str, dict[str, Any]] = {lie["says"]: lie for lie in DATA["lies"]}
 
 

@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-import yaml
 from msgspec.structs import replace
 
 from motion.runs import SHIPPED, motion, played, trace_of
-from once import beside
+from once import beside, from_yaml
 from safenav.errors import InputError, UsageError
 from safenav.motion.check.verdict import check_motion, read_motion_of
 from safenav.motion.file import Motion, parsed, text_of
@@ -21,7 +20,7 @@ from safenav.motion.walker import advanced
 from safenav.scenario.model import RobotModel
 from safenav.trace.file import Trace, read_bytes
 
-DAMAGES = yaml.safe_load(beside(__file__, "damages.yaml"))
+DAMAGES = from_yaml(beside(__file__, "damages.yaml"))
 
 
 @pytest.mark.parametrize("name", SHIPPED)

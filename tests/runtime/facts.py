@@ -6,12 +6,12 @@ from typing import Any
 
 import click
 import pytest
-import yaml
 from click.testing import CliRunner
 from msgspec import convert
 from msgspec.structs import replace
 
 from certify.making import bundle_at, certified, files_of, judged, lines_of, rewrite, with_lines
+from once import from_yaml
 from runtime.continued import moves, rests
 from runtime.played import Line, Run, begin, loaded, whole
 from runtime.worlds import Clocked, Distant, Driven, Faulty, Remote, Swinging
@@ -36,7 +36,7 @@ CASES = Path(__file__).parent / "cases"
 def read_case(file: Path) -> tuple[str, Facts]:
     """Return the scenario and the facts of a case file."""
     lines = file.read_text().splitlines(keepends=True)
-    facts = yaml.safe_load("".join(line[3:] for line in lines if line.startswith("#:"))) or {}
+    facts = from_yaml("".join(line[3:] for line in lines if line.startswith("#:"))) or {}
     return "".join(line for line in lines if not line.startswith("#:")), facts
 
 

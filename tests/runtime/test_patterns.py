@@ -7,8 +7,8 @@ from functools import reduce
 from pathlib import Path
 
 import pytest
-import yaml
 
+from once import from_yaml
 from runtime.played import play
 
 PAGE = (Path(__file__).parents[2] / "docs" / "patterns.md").read_text(encoding="utf-8")
@@ -156,7 +156,7 @@ def word(text: str) -> Word:
 def word_of_run(name: str) -> Word:
     """What happens in a run: the place and the inputs of each tick, as they repeat in the end where
     no input changes that."""
-    told = yaml.safe_load(WRITTEN[name])
+    told = from_yaml(WRITTEN[name])
     document = {
         "safenav": 1,
         "clock": "lockstep",

@@ -11,6 +11,7 @@ import pytest
 import yaml
 from msgspec import Struct
 
+from once import from_yaml
 from safenav.errors import InputError
 from safenav.fleet.file import FleetKeys, Station
 from safenav.scenario import language
@@ -45,7 +46,7 @@ def test_the_first_example_is_a_whole_scenario() -> None:
 
 @pytest.mark.parametrize("fragment", FRAGMENTS, ids=[str(i) for i in range(len(FRAGMENTS))])
 def test_fragments_fit_into_the_whole_scenario(fragment: str) -> None:
-    whole = yaml.safe_load(WHOLE) | yaml.safe_load(fragment)
+    whole = from_yaml(WHOLE) | from_yaml(fragment)
     if "catalogue" in whole:
         assert load_scenario_text(yaml.safe_dump(whole)).robots[0].model.name in ("rover", "digit")
     else:

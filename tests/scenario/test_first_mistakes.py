@@ -4,15 +4,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import yaml
 
-from once import beside
+from once import beside, from_yaml
 from safenav.errors import Diagnostic, InputError
 from safenav.scenario.reading.loader import load_scenario_text
 
 FIRST = beside(__file__, "scenarios/first_mistakes_first.yaml")
 
-MISTAKES = yaml.safe_load((Path(__file__).parent / "first_mistakes.yaml").read_text())
+MISTAKES = from_yaml((Path(__file__).parent / "first_mistakes.yaml").read_text())
 
 
 def messages(found: tuple[Diagnostic, ...]) -> list[str]:

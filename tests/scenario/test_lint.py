@@ -4,10 +4,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import yaml
 
 import warm
-from once import beside
+from once import beside, from_yaml
 from safenav.scenario.lint import imprecise, lint
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 
@@ -36,7 +35,7 @@ PLAIN = {
 }
 
 
-WARNINGS = yaml.safe_load(beside(__file__, "lint.yaml"))
+WARNINGS = from_yaml(beside(__file__, "lint.yaml"))
 
 
 @pytest.mark.parametrize("row", WARNINGS, ids=[row["what"] for row in WARNINGS])

@@ -9,11 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from once import beside
+from once import beside, from_yaml
 from safenav.errors import Diagnostic, InputError
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from safenav.world.images import read_image, read_movingai
@@ -193,7 +192,7 @@ def test_any_map_may_have_an_origin(written: str, expected: Frame | None) -> Non
     assert load(written, 0).frame == expected
 
 
-WRONG_KEYS = yaml.safe_load(beside(__file__, "map_keys.yaml"))
+WRONG_KEYS = from_yaml(beside(__file__, "map_keys.yaml"))
 
 
 @pytest.mark.parametrize(("written", "words"), WRONG_KEYS)

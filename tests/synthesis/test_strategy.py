@@ -8,9 +8,8 @@ from typing import Any
 
 import networkx
 import pytest
-import yaml
 
-from once import beside
+from once import beside, from_yaml
 from safenav.errors import SynthesizerError
 from safenav.spec.specification import Owner, Specification, Variable, read_specification
 from safenav.synthesis.strategy import Strategy, to_dot, to_graphml
@@ -44,7 +43,7 @@ def _changed(data: bytes, *path: Any, value: Any) -> bytes:
     return json.dumps(document).encode()
 
 
-MALFORMED = yaml.safe_load(beside(__file__, "malformed.yaml"))
+MALFORMED = from_yaml(beside(__file__, "malformed.yaml"))
 
 
 @pytest.mark.parametrize(("path", "value", "complaint"), MALFORMED)
