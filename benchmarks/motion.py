@@ -18,9 +18,9 @@ from safenav.motion.check.verdict import check_motion
 from safenav.motion.columns import sample
 from safenav.motion.file import Segment, text_of
 from safenav.motion.flyer import HORIZON, AxisTracker
-from safenav.motion.geometry import HEADINGS, MetricFloor
+from safenav.motion.geometry import HEADINGS, MetricFloor, turn
 from safenav.motion.making import motion_of
-from safenav.motion.mover import Crossing, Start
+from safenav.motion.mover import Crossing
 from safenav.motion.walker import WalkerMover
 from safenav.runtime.run.mission import Mission
 from safenav.scenario.reading.loader import load_scenario
@@ -45,14 +45,14 @@ def main() -> None:
 def walking() -> None:
     """Plan and sample random moves."""
     floor = MetricFloor(SIDE, SIDE, 2.7)
-    mover = WalkerMover(Start("digit", floor, SIDE * SIDE // 2, "east", VALUES))
+    mover = WalkerMover("digit", floor, SIDE * SIDE // 2, "east", VALUES)
     steps = {"east": 1, "north": -SIDE, "west": -1, "south": SIDE}
     chance = random.Random(0)
     found: list[Segment] = []
     begin = time.process_time()
     for tick in range(2000):
         assert mover.heading is not None
-        ways = [HEADINGS[(HEADINGS.index(mover.heading) + turn) % 4] for turn in (-1, 0, 1)]
+        ways = [heading for heading in HEADINGS if turn(mover.heading, heading) != 2]
         heading = chance.choice(ways)
         if not (SIDE < mover.region < SIDE * (SIDE - 1) and 1 < mover.region % SIDE < SIDE - 2):
             mover.region = SIDE * SIDE // 2 + SIDE // 2

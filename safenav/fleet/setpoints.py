@@ -14,7 +14,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from safenav.motion.columns import placed, sampled
+from safenav.motion.columns import BODY, placed, sampled
 from safenav.motion.file import Foothold, Moving, Segment
 from safenav.motion.flyer import HORIZON, PERIOD
 from safenav.world.map import Frame
@@ -63,7 +63,7 @@ def reference_of(pieces: Sequence[Moving], limits: Mapping[str, object], frame: 
     times = np.minimum(begin + TABLE * np.arange(int((end - begin) / TABLE) + 2), end)
     columns = placed(sampled(pieces, times, limits), (*frame.origin, frame.yaw))
     columns["yaw"] = np.unwrap(columns["yaw"])
-    rows = np.stack([*[*columns.values()][:YAW], columns["yaw"]], axis=1)
+    rows = np.stack([columns[name] for name in BODY], axis=1)
     feet = [
         replace(foot, down=piece.t0 + foot.down, up=piece.t0 + foot.up)
         for piece in pieces

@@ -1,10 +1,10 @@
 """A robot's motion as columns of numbers at a chosen rate, and in words.
 
 In the frame of the world (the map's origin and yaw applied, as ROS has it) or of the map.
-A walker has ``t, com_{x,y,z}, vel_{x,y,z}, acc_{x,y,z}, cop_{x,y}, yaw`` and for each foot
-``left_{x,y,z,yaw}``; all others ``t, x, y, z, vel_*, acc_*, yaw``; a flyer in simulated flight has
-its attitude ``q_{w,x,y,z}``, rates, thrust and its reference instead of accelerations.
-The attitude stays in the frame of the map.
+All robots have ``t, x, y, z, vel_{x,y,z}, acc_{x,y,z}, yaw`` of the middle of the body (of a
+walker: its centre of mass). A walker also has ``cop_{x,y}`` and for each foot
+``left_{x,y,z,yaw}``; a flyer in simulated flight its attitude ``q_{w,x,y,z}``, rates, thrust and
+its reference instead of accelerations. The attitude stays in the frame of the map.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ from safenav.motion.geometry import MetricFloor, between, mass, path, values
 
 Array = NDArray[np.float64]
 
+BODY = ("x", "y", "z", "vel_x", "vel_y", "vel_z", "acc_x", "acc_y", "acc_z", "yaw")
 WALKER = (
-    *("com_x", "com_y", "com_z", "vel_x", "vel_y", "vel_z", "acc_x", "acc_y", "acc_z"),
-    *("cop_x", "cop_y", "yaw", "left_x", "left_y", "left_z", "left_yaw"),
+    *BODY,
+    *("cop_x", "cop_y", "left_x", "left_y", "left_z", "left_yaw"),
     *("right_x", "right_y", "right_z", "right_yaw"),
 )
-BODY = ("x", "y", "z", "vel_x", "vel_y", "vel_z", "acc_x", "acc_y", "acc_z", "yaw")
 TRACKED = ("q_w", "q_x", "q_y", "q_z", "omega_x", "omega_y", "omega_z", "thrust")
 LEFT, RIGHT = 1, -1
 _OWN_FRAME = frozenset({"q_x", "omega_x"})
@@ -56,8 +56,7 @@ class Columns(Struct, frozen=True):
     @property
     def place(self) -> tuple[Array, Array]:
         """x and y of the middle of the body."""
-        name = "com_" if "com_x" in self.columns else ""
-        return self.columns[f"{name}x"], self.columns[f"{name}y"]
+        return self.columns["x"], self.columns["y"]
 
     @property
     def velocity(self) -> tuple[Array, Array]:
@@ -106,11 +105,10 @@ def _executed(
             ("x", "y", "yaw"), (*rows[:, 1:3].T, np.unwrap(rows[:, 3])), strict=True
         )
     }
-    middle = "com_" if "com_x" in columns else ""
     found = dict(columns)
     for axis in ("x", "y"):
-        off = measured[axis] - columns[f"{middle}{axis}"]
-        for name in (f"{middle}{axis}", f"left_{axis}", f"right_{axis}"):
+        off = measured[axis] - columns[axis]
+        for name in (axis, f"left_{axis}", f"right_{axis}"):
             if name in columns:
                 found[name] = columns[name] + off
         if len(times) > 1:
@@ -161,8 +159,8 @@ def _walking(segment: Segment, times: Array, limits: Mapping[str, object]) -> Ar
     table[:, 0:2], table[:, 2] = moved.states[:, :2], height
     table[:, 3:5] = moved.states[:, 2:]
     table[:, 6:8] = omega**2 * (moved.states[:, :2] - moved.pressures)
-    table[:, 9:11] = moved.pressures
-    table[:, 11] = _body_yaw(segment, times)
+    table[:, 9] = _body_yaw(segment, times)
+    table[:, 10:12] = moved.pressures
     for side, at in ((LEFT, 12), (RIGHT, 16)):
         for foot in segment.feet:
             if foot.side == side:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from safenav.motion.file import Curve, PressurePhase, State
 from safenav.pace.robot import PEAK as PEAK
+from safenav.world.map import HEADINGS, Heading
 
 Array = NDArray[np.float64]
 T = TypeVar("T", float, Array)
@@ -91,12 +92,6 @@ def path(curve: Curve, times: Array) -> Array:
     return found
 
 
-HEADINGS = ("east", "north", "west", "south")
-"""In the order of quarter turns counter-clockwise."""
-
-_UNIT_VECTORS = {"east": (1, 0), "north": (0, 1), "west": (-1, 0), "south": (0, -1)}
-
-
 class Box(Struct, frozen=True):
     """A rectangle along the axes, in metres."""
 
@@ -131,19 +126,20 @@ class MetricFloor(Struct, frozen=True):
     def heading(self, origin: int, to: int) -> str:
         """The heading of a step between two regions that lie side by side."""
         (row, col), (next_row, next_col) = divmod(origin, self.cols), divmod(to, self.cols)
-        step = (next_col - col, row - next_row)
-        return next(name for name, ahead in _UNIT_VECTORS.items() if ahead == step)
+        step = (next_row - row, next_col - col)
+        return next(heading.label for heading in Heading if heading.step == step)
 
 
 def turn(before: str, after: str) -> int:
     """Quarter turns counter-clockwise between two headings: -1, 0, 1 or 2."""
-    quarters = (HEADINGS.index(after) - HEADINGS.index(before)) % 4
+    quarters = (HEADINGS[before] - HEADINGS[after]) % 4
     return quarters - 4 if quarters == 3 else quarters
 
 
 def unit_vector(heading: str) -> tuple[int, int]:
     """A heading as an integer unit vector, so that rotation by it is exact."""
-    return _UNIT_VECTORS[heading]
+    row, col = HEADINGS[heading].step
+    return col, -row
 
 
 class Mass(Struct, frozen=True):

@@ -30,7 +30,7 @@ from safenav.motion.file import (
 )
 from safenav.motion.flyer import flown
 from safenav.motion.geometry import MetricFloor
-from safenav.motion.mover import Crossing, Glider, Mover, Start, flown_through
+from safenav.motion.mover import Crossing, Glider, Mover, flown_through
 from safenav.motion.timing import TimedAction, actions_of, by_command, dated, ordered, paces_of
 from safenav.motion.walker import WalkerMover, fault_of
 from safenav.pace.robot import KINDS
@@ -148,16 +148,12 @@ def mover(
         raise UsageError(f"{robot}: unknown kind of motion '{kind[:40]}'\n    known: {known}")
     values: dict[str, float] = {}
     for name, parameter in KINDS[kind].items():
-        value = motion.get(name, parameter.default)
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            raise UsageError(f"{robot}: '{name}' of its motion is not a number")
+        values[name] = value = float(str(motion[name]))
         if not parameter.least <= value <= parameter.most:
             limits = f"from {parameter.least:g} to {parameter.most:g}"
             raise UsageError(f"{robot}: '{name}' of its motion is {value:g}, not {limits}")
-        values[name] = float(value)
-    start = Start(robot, floor, region, heading, values)
     if kind == "walker":
-        walker = WalkerMover(start)
+        walker = WalkerMover(robot, floor, region, heading, values)
         if (fault := fault_of(walker.gait)) is not None:
             raise UsageError(
                 f"{robot}: a walker {values['height']:g} m high at {values['speed']:g} m/s cannot "
@@ -165,7 +161,7 @@ def mover(
                 "    change 'speed' or 'height' of its model"
             )
         return walker
-    return Glider(start, kind)
+    return Glider(robot, floor, region, heading, values, kind)
 
 
 def _motion(robot: Robot) -> Mapping[str, object]:

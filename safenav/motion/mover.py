@@ -36,23 +36,20 @@ class Crossing(Struct, frozen=True):
     short: bool = False
 
 
-class Start(Struct, frozen=True):
-    """A robot before its motion. ``values``: the parameters of its motion by name
-    (safenav.pace.robot)."""
-
-    robot: str
-    floor: MetricFloor
-    region: int
-    heading: str | None
-    values: Mapping[str, float]
-
-
 class Mover(ABC):
-    """A robot in motion. ``time`` is the end of its motion so far, in seconds."""
+    """A robot in motion, first at rest in a region. ``values``: the parameters of its motion by
+    name (safenav.pace.robot); ``time``: the end of its motion so far, in seconds."""
 
-    def __init__(self, start: Start) -> None:
-        self.robot, self.floor, self.values = start.robot, start.floor, start.values
-        self.region, self.heading, self.time = start.region, start.heading, 0.0
+    def __init__(
+        self,
+        robot: str,
+        floor: MetricFloor,
+        region: int,
+        heading: str | None,
+        values: Mapping[str, float],
+    ) -> None:
+        self.robot, self.floor, self.values = robot, floor, values
+        self.region, self.heading, self.time = region, heading, 0.0
 
     @abstractmethod
     def move(self, crossing: Crossing) -> list[Moving]:
@@ -95,17 +92,24 @@ class Glider(Mover):
     straight; its body has room to turn in a region.
     """
 
-    def __init__(self, start: Start, kind: str) -> None:
-        super().__init__(start)
-        self.kind, values = kind, start.values
-        size, side = values["size"], self.floor.side
+    def __init__(
+        self,
+        robot: str,
+        floor: MetricFloor,
+        region: int,
+        heading: str | None,
+        values: Mapping[str, float],
+        kind: str,
+    ) -> None:
+        super().__init__(robot, floor, region, heading, values)
+        self.kind, size, side = kind, values["size"], floor.side
         if size + 2 * ROOM > side:
             raise UsageError(
-                f"{self.robot}: a body of {size:g} m does not fit into regions of {side:g} m\n"
+                f"{robot}: a body of {size:g} m does not fit into regions of {side:g} m\n"
                 "    give the map a larger 'resolution', or the model a smaller 'size'"
             )
-        self.place = self.floor.centre(self.region)
-        self.facing = YAW[self.heading] if self.heading else 0.0
+        self.place = floor.centre(region)
+        self.facing = YAW[heading] if heading else 0.0
         self._height = (values.get("altitude", 0.0),)
         self._pull = RESERVE * values["tilt"] if kind == "flyer" else values.get("acceleration")
 

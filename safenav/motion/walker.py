@@ -29,7 +29,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from math import cos, pi, sin
 
 import numpy as np
@@ -50,8 +50,16 @@ from safenav.motion.file import (
     Segment,
     Swing,
 )
-from safenav.motion.geometry import MetricFloor, between, derivative, turn, unit_vector, values
-from safenav.motion.mover import Crossing, Mover, Start
+from safenav.motion.geometry import (
+    MetricFloor,
+    between,
+    derivative,
+    mass,
+    turn,
+    unit_vector,
+    values,
+)
+from safenav.motion.mover import Crossing, Mover
 from safenav.pace.gait import Apex, Gait, Stride, Walker, gait_on, starting, stopping, walking
 from safenav.pace.robot import WALKER, YAW
 
@@ -67,11 +75,6 @@ def divergent(state: Array, omega: float) -> Array:
 def convergent(state: Array, omega: float) -> Array:
     """eta of a state."""
     return state[:2] - state[2:] / omega
-
-
-def joined(xi: Array, eta: Array, omega: float) -> Array:
-    """The state with these components."""
-    return np.concatenate([(xi + eta) / 2, omega * (xi - eta) / 2])
 
 
 def placed(
@@ -110,16 +113,6 @@ def placed(
     spread = rows * weights
     moved: Array = nodes + spread.T @ np.linalg.solve(spread @ rows.T, ends_at - rows @ nodes)
     return moved
-
-
-def advanced(state: Array, before: Array, after: Array, seconds: float, omega: float) -> Array:
-    """The state after some seconds in which the centre of pressure moves from one point to another.
-    For times of a step: over a whole move it would lose seven digits."""
-    rate = (after - before) / (omega * seconds)
-    grow, shrink = np.exp(omega * seconds), np.exp(-omega * seconds)
-    xi = after + rate + (divergent(state, omega) - before - rate) * grow
-    eta = after - rate + (convergent(state, omega) - before + rate) * shrink
-    return joined(xi, eta, omega)
 
 
 LEFT, RIGHT = 1, -1
@@ -320,15 +313,20 @@ def _placed_walking(gait: Gait, apex: Apex) -> Array:
 class WalkerMover(Mover):
     """A walker that stands, or is at a walking pose with ``foot`` on the ground, 0 if it stands."""
 
-    def __init__(self, start: Start) -> None:
-        super().__init__(start)
-        self.heading = start.heading or "east"
+    def __init__(
+        self,
+        robot: str,
+        floor: MetricFloor,
+        region: int,
+        heading: str | None,
+        values: Mapping[str, float],
+    ) -> None:
+        super().__init__(robot, floor, region, heading or "east", values)
         self.foot = 0
-        walker = Walker(*(self.values[name] for name in WALKER))
         try:
-            self.gait = gait_on(self.floor.side, walker)
+            self.gait = gait_on(floor.side, Walker(*(values[name] for name in WALKER)))
         except UsageError as error:
-            raise UsageError(f"{self.robot}: {error}") from error
+            raise UsageError(f"{robot}: {error}") from error
 
     def limits(self) -> Mapping[str, float]:
         return {**self.values, "omega": self.gait.omega, **BUILD}
@@ -421,25 +419,19 @@ class Placing:
 
 def cut_off(segment: Segment, at: float, omega: float) -> Segment:
     """Return a segment until an instant within it (seconds since its start)."""
-    state = np.array(segment.start)
-    phases: list[PressurePhase] = []
-    begin = 0.0
-    for phase in segment.phases:
-        if begin < at:
-            lasting = min(begin + phase.seconds, at) - begin
-            here, there = np.array([phase.x, phase.y]), np.array([phase.to_x, phase.to_y])
-            there = here + (there - here) * lasting / phase.seconds
-            x, y = there.tolist()
-            phases.append(replace(phase, seconds=lasting, to_x=x, to_y=y))
-            state = advanced(state, here, there, lasting, omega)
-        begin += phase.seconds
+    moved = mass(segment.phases, segment.start, segment.goal, np.array([at]), omega)
+    ends = accumulate(phase.seconds for phase in segment.phases)
+    phases = [p for p, end in zip(segment.phases, ends, strict=True) if end - p.seconds < at]
+    last, (x, y) = phases[-1], moved.pressures[0].tolist()
+    lasting = at - sum(phase.seconds for phase in phases[:-1])
+    phases[-1] = replace(last, seconds=lasting, to_x=x, to_y=y)
     return replace(
         segment,
         t1=segment.t0 + at,
         phases=tuple(phases),
         feet=tuple(replace(f, up=min(f.up, at)) for f in segment.feet if f.down < at),
         swings=tuple(_cut(swing, at) for swing in segment.swings if swing.t0 < at),
-        goal=tuple(state.tolist()),
+        goal=tuple(moved.states[0].tolist()),
     )
 
 

@@ -17,7 +17,7 @@ from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError, UsageError
 from safenav.files import csv_text
-from safenav.motion.file import GoalLine, Motion, Moving, Piece, Segment
+from safenav.motion.file import GoalLine, Motion, Moving, Piece
 from safenav.pace.robot import YAW
 from safenav.run.run import Run
 from safenav.trace.file import Trace
@@ -131,8 +131,7 @@ def _pose(motion: Motion, piece: Moving, since: float) -> tuple[float, ...]:
     from safenav.motion.columns import sample  # waypoints of a trace need no numpy
 
     row = sample(piece, np.array([since]), motion.header.robots[piece.robot])[0].tolist()
-    yaw = row[11] if isinstance(piece, Segment) else row[9]
-    return row[0], row[1], row[2], yaw, hypot(row[3], row[4])
+    return row[0], row[1], row[2], row[9], hypot(row[3], row[4])
 
 
 def _columns(found: Sequence[Waypoint]) -> tuple[str, ...]:

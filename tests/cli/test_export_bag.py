@@ -162,10 +162,9 @@ def test_robots_are_at_the_positions_of_the_motion(
             told.setdefault(one.child_frame_id, []).append((place.x, place.y))
     with np.load(tmp_path / "run.npz") as columns:
         for name, places in told.items():
-            middle = "com_" if f"{name}.com_x" in columns else ""
             for at, axis in enumerate("xy"):
                 found = [place[at] for place in places]
-                assert found == pytest.approx(columns[f"{name}.{middle}{axis}"], abs=1e-9)
+                assert found == pytest.approx(columns[f"{name}.{axis}"], abs=1e-9)
     found = safenav(*export, "--side", "0.5")
     assert found.returncode == 2 and "leave out --side" in found.stderr
 

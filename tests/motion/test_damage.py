@@ -16,7 +16,6 @@ from safenav.errors import InputError, UsageError
 from safenav.motion.check.verdict import check_motion, read_motion_of
 from safenav.motion.file import Motion, parsed, text_of
 from safenav.motion.making import motion_of
-from safenav.motion.walker import advanced
 from safenav.scenario.model import RobotModel
 from safenav.trace.file import Trace, read_bytes
 
@@ -47,6 +46,16 @@ def at(line: Any, path: str) -> tuple[Any, Any]:
     return line, last
 
 
+def carried(state: Any, phase: list[float], omega: float) -> Any:
+    """The state of a mass after a phase."""
+    seconds, before, after = phase[0], np.array(phase[1:3]), np.array(phase[3:])
+    rate, (place, speed) = (after - before) / (omega * seconds), np.split(state, 2)
+    grow = np.exp(omega * seconds)
+    xi = after + rate + (place + speed / omega - before - rate) * grow
+    eta = after - rate + (place - speed / omega - before + rate) / grow
+    return np.concatenate([(xi + eta) / 2, omega * (xi - eta) / 2])
+
+
 def damaged(text: str, damage: dict[str, Any]) -> str:
     lines = [json.loads(line) for line in text.splitlines()]
     wanted = damage["line"].items()
@@ -68,8 +77,8 @@ def damaged(text: str, damage: dict[str, Any]) -> str:
         path[:] = [path[0], 0.0, k * seconds**2, -2 * k * seconds, k]
     if damage.get("carried"):
         state, omega = np.array(line["start"]), lines[0]["robots"][line["robot"]]["omega"]
-        for seconds, *ends in line["phases"]:
-            state = advanced(state, np.array(ends[:2]), np.array(ends[2:]), seconds, omega)
+        for phase in line["phases"]:
+            state = carried(state, phase, omega)
         line["goal"] = state.tolist()
     also = [
         {k: line.get(v, v) if k == "t" else v for k, v in more.items()}

@@ -75,10 +75,10 @@ NAME = "case_study_1"
 
 
 def test_columns_are_each_other_s_derivatives() -> None:
-    for robot, place in (("digit", "com_"), ("quad", "")):
+    for robot in ("digit", "quad"):
         columns = columns_of(motion(NAME), robot, 1000.0).columns
         for axis in "xy":
-            speed = np.gradient(columns[f"{place}{axis}"], 1e-3)
+            speed = np.gradient(columns[axis], 1e-3)
             assert np.abs(speed - columns[f"vel_{axis}"])[1:-1].max() < 0.01
 
 
@@ -86,8 +86,8 @@ def test_columns_are_in_the_world_of_the_map_s_origin() -> None:
     header = replace(motion(NAME).header, origin=(10.0, 20.0, np.pi / 2))
     turned = columns_of(replace(motion(NAME), header=header), "digit", 10.0).columns
     plain = columns_of(motion(NAME), "digit", 10.0).columns
-    np.testing.assert_allclose(turned["com_x"], 10 - plain["com_y"], atol=1e-9)
-    np.testing.assert_allclose(turned["com_y"], 20 + plain["com_x"], atol=1e-9)
+    np.testing.assert_allclose(turned["x"], 10 - plain["y"], atol=1e-9)
+    np.testing.assert_allclose(turned["y"], 20 + plain["x"], atol=1e-9)
     np.testing.assert_allclose(turned["vel_x"], -plain["vel_y"], atol=1e-9)
     np.testing.assert_allclose(turned["yaw"], plain["yaw"] + np.pi / 2, atol=1e-9)
 

@@ -121,8 +121,7 @@ class _Body:
     """The middle of a body (3, times), its speed (times), and bounds of both changes."""
 
     def __init__(self, columns: Columns, times: Array) -> None:
-        middle = "com_" if "com_x" in columns.columns else ""
-        self.place = np.array([columns.columns[f"{middle}{axis}"] for axis in "xyz"])
+        self.place = np.array([columns.columns[axis] for axis in "xyz"])
         velocity = np.array([columns.columns[f"vel_{axis}"] for axis in "xyz"])
         self.speed: Array = np.sqrt((velocity**2).sum(axis=0))
         gaps = np.diff(times)

@@ -37,12 +37,12 @@ GRAVITY = 9.81
 
 Array = NDArray[np.float64]
 
-_WALKER = {
-    **{"x": "com_x", "y": "com_y", "z": "com_z", "yaw": "yaw"},
-    **{f"l{name}": f"left_{name}" for name in ("x", "y", "z", "yaw")},
-    **{f"r{name}": f"right_{name}" for name in ("x", "y", "z", "yaw")},
+_SHOWN = {
+    short + name: of + name
+    for short, of in (("", ""), ("l", "left_"), ("r", "right_"))
+    for name in ("x", "y", "z", "yaw")
 }
-_BODY = {name: name for name in ("x", "y", "z", "yaw")}
+"""Columns of a body and of a walker's feet, with their names in the page."""
 
 
 def encoded_motion(motion: records.Motion) -> dict[str, Any]:
@@ -64,8 +64,7 @@ def encoded_motion(motion: records.Motion) -> dict[str, Any]:
 def _track(motion: records.Motion, robot: str) -> dict[str, Any]:
     described = motion.header.robots[robot]
     columns = columns_of(motion, robot, RATE, in_world=False)
-    walks = "com_x" in columns.columns
-    found = {name: columns.columns[given] for name, given in (_WALKER if walks else _BODY).items()}
+    found = _shown(columns.columns)
     if described["kind"] == "flyer":
         found |= _attitude(columns.columns)
     return {
@@ -74,19 +73,22 @@ def _track(motion: records.Motion, robot: str) -> dict[str, Any]:
         "samples": len(columns.times),
         **_packed(found),
         "feet": [list(foot) for foot in _feet(motion, robot)],
-        **_ghost(motion, robot, columns.times, list(found)),
+        **_ghost(motion, robot, columns.times),
     }
 
 
-def _ghost(motion: records.Motion, robot: str, times: Array, names: list[str]) -> dict[str, Any]:
+def _shown(columns: Mapping[str, Array]) -> dict[str, Array]:
+    return {name: columns[of] for name, of in _SHOWN.items() if of in columns}
+
+
+def _ghost(motion: records.Motion, robot: str, times: Array) -> dict[str, Any]:
     """Return the planned columns of a robot with measured ones: its present or last goal if it has
     goals, else its reference."""
     if not motion.of(records.Measured, robot):
         return {}
     goals = motion.of(records.GoalLine, robot)
     columns = columns_of(motion, robot, RATE, in_world=False, planned=not goals).columns
-    wanted = _WALKER if "com_x" in columns else _BODY
-    found = {name: columns[wanted[name]].copy() for name in names if name in wanted}
+    found = {name: column.copy() for name, column in _shown(columns).items()}
     if goals:
         for goal in goals:
             since = times >= goal.t0
