@@ -29,54 +29,6 @@ def test_a_scenario_comes_from_standard_input(write: Write) -> None:
     assert "1 passed" in done.stdout, done.stdout + done.stderr
 
 
-def test_artifacts_of_failures_are_kept_and_nothing_else(write: Write) -> None:
-    write("good.yaml")
-    write("wrong.yaml", expect="{outcome: completed}")
-    done = safenav(".", "--out", "out")
-    (folder,) = Path("out/failures").iterdir()
-    assert {path.name for path in folder.iterdir()} == {"reason.txt", "trace.jsonl", "replay.html"}
-    assert "expected completed, got unrealizable" in (folder / "reason.txt").read_text()
-    assert f"{folder}/trace.jsonl" in done.stdout
-    lines = (folder / "trace.jsonl").read_text().splitlines()
-    assert json.loads(lines[-1])["outcome"] == "unrealizable"
-    assert "<html" in (folder / "replay.html").read_text()
-    assert {path.name for path in Path("out").iterdir()} == {"failures", "results.jsonl"}
-    write("wrong.yaml")
-    safenav(".", "--out", "out")
-    assert not Path("out/failures").exists()
-
-
-def test_results_of_another_batch_are_not_wiped(write: Write) -> None:
-    write("a.yaml")
-    write("b.yaml", expect="{outcome: completed}")
-    assert safenav(".", "--out", "out").returncode == 1
-    before = {path: path.read_bytes() for path in Path("out").rglob("*") if path.is_file()}
-    done = safenav("a.yaml", "--out", "out")
-    assert done.returncode == 2
-    assert "out holds the results of another batch, of b.yaml" in done.stderr
-    assert {path: path.read_bytes() for path in Path("out").rglob("*") if path.is_file()} == before
-    write("c.yaml")
-    assert "2 passed, 1 different" in safenav(".", "--out", "out").stdout
-
-
-def test_resuming_removes_artifacts_of_failures_that_now_pass(write: Write) -> None:
-    write("mended.yaml", expect="{outcome: completed}")
-    write("wrong.yaml", expect="{outcome: completed}")
-    safenav(".", "--out", "out")
-    write("mended.yaml")
-    assert "1 passed, 1 different" in safenav(".", "--out", "out", "--resume").stdout
-    (folder,) = Path("out/failures").iterdir()
-    assert (folder / "reason.txt").read_text().startswith("wrong.yaml\n")
-
-
-def test_a_folder_of_another_program_is_not_emptied(write: Write) -> None:
-    write("good.yaml")
-    write("mine/failures/thesis.txt", text="years of work")
-    done = safenav("good.yaml", "--out", "mine")
-    assert done.returncode == 0
-    assert Path("mine/failures/thesis.txt").read_text() == "years of work"
-
-
 def test_a_broken_scenario_a_crash_and_a_hang_do_not_take_the_batch_down(
     write: Write, slugs: SlugsLog
 ) -> None:

@@ -5,8 +5,6 @@ from pathlib import Path
 
 import pytest
 
-from batch.made_scenarios import SlugsLog, Write
-from batch.running import safenav
 from safenav.batch.search import find_cases
 from safenav.certify.check import sources_of
 
@@ -34,22 +32,6 @@ def _case(folder: Path, form: str, catalogue: str = "") -> str:
     scenario.write_text(f"safenav: 1\nmap: {MAPS[form][0]}\n{catalogue}{ROBOTS}")
     (case,) = find_cases([str(scenario)]).cases
     return case.fingerprint
-
-
-@pytest.mark.parametrize("form", MAPS)
-@pytest.mark.parametrize("catalogue", ["", "catalogue: own.yaml\n"])
-def test_a_change_of_a_named_file_is_noticed_and_of_no_other(
-    files: Path, form: str, catalogue: str
-) -> None:
-    before = _case(files, form, catalogue)
-    named = [*MAPS[form][1], *(["own.yaml"] if catalogue else [])]
-    for name in ("floor.pgm", "maps/floor.yaml", "maps/floor.pgm", "arena.map", "own.yaml"):
-        kept = (files / name).read_text()
-        (files / name).write_text(kept + "# changed")
-        assert (_case(files, form, catalogue) != before) == (name in named), name
-        (files / name).write_text(kept)
-    (files / "unrelated.png").write_text("changed")
-    assert _case(files, form, catalogue) == before
 
 
 @pytest.mark.parametrize("form", MAPS)
@@ -92,21 +74,3 @@ def test_the_map_that_a_matrix_puts_in_place_counts(files: Path) -> None:
     after = prints()
     assert after["arena.map"] == before["arena.map"]
     assert after["other.map"] != before["other.map"]
-
-
-def test_resume_runs_a_scenario_again_whose_catalogue_changed(
-    write: Write, slugs: SlugsLog
-) -> None:
-    model = "robots: {digger: {mobility: free, layer: ground}}\n"
-    write("own.yaml", text=model)
-    text = "map: {grid: ['#####', '#...#', '#####']}\ncatalogue: own.yaml\n"
-    text += "robots: {r: {model: digger, start: 6, objective: {visit: [6, 8]}}}\n"
-    write("a.yaml", text=f"safenav: 1\n{text}expect: {{outcome: unrealizable}}\n")
-    write("b.yaml")
-    words = ["a.yaml", "b.yaml", "--out", "out", "--resume"]
-    assert safenav(*words).returncode == 0
-    assert "(2 of them done before)" in safenav(*words).stdout
-    assert len(slugs.pids) == 2
-    write("own.yaml", text=model + "# another one\n")
-    assert "(1 of them done before)" in safenav(*words).stdout
-    assert len(slugs.pids) == 3

@@ -55,7 +55,7 @@ def test_commands_print_their_transcript(file: Path, tmp_path: Path) -> None:
         own = {"NO_COLOR": "1", "COLUMNS": "100", "SAFENAV_CACHE": str(tmp_path / "cache")}
         env = {**os.environ, **own, **variables}
         if words[0] != "safenav":
-            said = " ".join(word if word in (">", ">>") else quote(word) for word in words)
+            said = " ".join(word if word in (">", ">>", "|") else quote(word) for word in words)
             done = ran(["sh", "-c", f"{{ {said}; }} 2>&1"], cwd=tmp_path)
         else:
             done = warm.safenav(*words[1:], cwd=tmp_path, env=env, together=True)

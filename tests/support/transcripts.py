@@ -17,7 +17,8 @@ Run = Callable[[list[str], Mapping[str, str]], tuple[int, str]]
 VARYING = (
     (re.compile(r"(under )?\b[\d.]+ m?s(?=,| summed| total)"), "N ms"),
     (re.compile(r"\b\d+ KiB"), "N KiB"),
-    (re.compile(r"(?<= in )[\d.]+ s(?=$|;)|(?<= )\d+\.\d\d$", re.MULTILINE), "N"),
+    (re.compile(r"(?<=yaml)-[0-9a-f]{8}(?=/)"), "-DIGEST"),
+    (re.compile(r"(?<= in )[\d.]+ s(?=$|;| \()|(?<= )\d+\.\d\d$", re.MULTILINE), "N"),
     (re.compile(r'(?<=seconds": )[\d.e-]+'), "N"),
     (re.compile(r"(?<= )\d+\.\d(?= +(yes|no|-)$)", re.MULTILINE), "N"),
     (re.compile(r"(?<=a broken image: ).*"), "WHY"),
@@ -34,7 +35,7 @@ def played(script: str, folder: Path, run: Run) -> str:
         lines.append(line)
         if line.startswith("> "):
             file = folder / line[2:]
-            file.parent.mkdir(exist_ok=True)
+            file.parent.mkdir(parents=True, exist_ok=True)
             file.write_text("")
         elif line.startswith("|"):
             with file.open("a", encoding="utf-8") as text:
