@@ -165,6 +165,7 @@ def _rounds(mission: Mission) -> int:
 class Sudden(Clocked):
     """One in which a gate appears before the cart, which has done a round."""
 
+    pauses = False
     gate: Obstacle
     mission: Mission
 

@@ -99,6 +99,8 @@ class Opened(Clocked):
     """A person opens the door 20 s after a robot has seen it. From then on the synthesizer does not
     answer (``flag``)."""
 
+    pauses = False
+
     def __init__(self, scenario: Scenario, flag: Path) -> None:
         super().__init__(scenario)
         self.flag, self.door = flag, scenario.obstacles[0]

@@ -91,9 +91,11 @@ class Remote:
 
 
 class Clocked(Remote):
-    """One whose time does not stand still while the team waits."""
+    """One whose time does not stand still while the team waits; answers are there at once, or how
+    far it gets meanwhile would depend on the machine."""
 
     hidden = ("expected", "times", "changes")
+    pauses = True
 
 
 class Faulty(LiveSimulation):
