@@ -11,11 +11,7 @@ from safenav.runtime.worlds.protocol import BlockingWorld as BlockingWorld
 from safenav.runtime.worlds.protocol import Elsewhere as Elsewhere
 from safenav.runtime.worlds.protocol import Failed as Failed
 from safenav.runtime.worlds.protocol import Lost as Lost
-from safenav.runtime.worlds.protocol import PausingWorld as PausingWorld
-from safenav.runtime.worlds.protocol import PlacingWorld as PlacingWorld
-from safenav.runtime.worlds.protocol import RememberingWorld as RememberingWorld
 from safenav.runtime.worlds.protocol import Sensed as Sensed
-from safenav.runtime.worlds.protocol import TimedWorld as TimedWorld
 from safenav.runtime.worlds.protocol import World as World
 from safenav.runtime.worlds.protocol import WorldEvent as WorldEvent
 from safenav.scenario.model import Need as Need

@@ -20,7 +20,7 @@ from safenav.runtime.run.operator import Operator, Running
 from safenav.runtime.worlds import protocol
 from safenav.runtime.worlds.commands import Commands
 from safenav.runtime.worlds.lockstep import Lockstep, inputs_of
-from safenav.runtime.worlds.protocol import Change, InputWorld
+from safenav.runtime.worlds.protocol import Change
 from safenav.runtime.worlds.simulation import LiveSimulation, SimulatedWorld, Truth
 from safenav.scenario import model
 from safenav.scenario.model import switching
@@ -63,7 +63,7 @@ class World:
         truth = world.truth if isinstance(world, LiveSimulation) else world
         self.truth = truth if isinstance(truth, SimulatedWorld) else None
         self.lockstep = None
-        if not protocol.implements(world, protocol.World):
+        if protocol.optional(world, "start") is None:
             self.lockstep = Lockstep(world, scenario)  # type: ignore[arg-type]
         self.commands: Commands | Lockstep = self.lockstep or Commands(world, scenario)  # type: ignore[arg-type]
         self.live, limits = self.commands.live, scenario.limits
@@ -76,7 +76,7 @@ class World:
         self.operator = Operator(scenario, self.truth, self.commands)
         self.still = False
         self.passes = 0
-        self._inputs = truth if protocol.implements(truth, InputWorld) else None
+        self._inputs = truth
         self._set: frozenset[str] = frozenset()
         self._places: object = None
         self._stood: list[State] = []

@@ -15,7 +15,14 @@ from msgspec import Struct
 
 from safenav.runtime.worlds import protocol
 from safenav.runtime.worlds.lockstep import WorldError, asked, sensed
-from safenav.runtime.worlds.protocol import claimed, is_time, well_formed, wrong_result, wrong_step
+from safenav.runtime.worlds.protocol import (
+    claimed,
+    is_time,
+    optional,
+    well_formed,
+    wrong_result,
+    wrong_step,
+)
 from safenav.runtime.worlds.simulation import LiveSimulation, pace_on
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.vocabulary import ActResult
@@ -70,13 +77,11 @@ class Commands:
         self.scenario = scenario
         self.dropped: list[tuple[protocol.WorldEvent, str]] = []
         self.sensed: list[protocol.Sensed] = []
-        self._timed = world if protocol.implements(world, protocol.TimedWorld) else None
-        self._changing = world if protocol.implements(world, protocol.ChangingWorld) else None
-        self.simulated = self._timed is not None
+        self._expected, self._times = optional(world, "expected"), optional(world, "times")
+        self._changes = optional(world, "changes")
+        self.simulated = self._expected is not None and self._times is not None
         """Whether the world knows how long commands take."""
-        self.pauses = self.simulated or (
-            protocol.implements(world, protocol.PausingWorld) and world.pauses
-        )
+        self.pauses = self.simulated or bool(getattr(world, "pauses", False))
         """Whether time passes only while the run waits."""
         self._names = frozenset(robot.name for robot in scenario.robots)
         self._open: dict[str, OpenCommand] = {}
@@ -123,17 +128,17 @@ class Commands:
 
     def expected(self, robot: Robot) -> float | None:
         """The expected duration of a robot's last command, if the world knows it."""
-        return None if self._timed is None else self._timed.expected(robot)
+        return None if self._expected is None else self._expected(robot)
 
     def placed(self, robot: Robot, pose: Pose) -> None:
         """Notify a world that keeps poses of a robot that an operator has put somewhere."""
-        if protocol.implements(self.world, protocol.PlacingWorld):
-            self.world.placed(robot, pose)
+        if (placed := optional(self.world, "placed")) is not None:
+            placed(robot, pose)
 
     def cleared(self, obstacle: Obstacle) -> None:
         """Notify a world that remembers obstacles of one that an operator has resolved."""
-        if protocol.implements(self.world, protocol.RememberingWorld):
-            self.world.cleared(obstacle)
+        if (cleared := optional(self.world, "cleared")) is not None:
+            cleared(obstacle)
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
         """The obstacle in ``region``, according to the world's sensors. Raises WorldError."""
@@ -185,13 +190,11 @@ class Commands:
 
     def times(self) -> Sequence[float]:
         """The future times at which a simulation changes something."""
-        return () if self._timed is None else self._timed.times()
+        return () if self._times is None else self._times()
 
     def changes(self, occupied: Collection[Region]) -> Sequence[protocol.Change]:
         """The obstacles that have appeared or disappeared."""
-        if self._changing is None:
-            return ()
-        return tuple(self._changing.changes(int(self.now()), occupied))
+        return () if self._changes is None else self._changes(int(self.now()), occupied)
 
     def _clock(self) -> float:
         """Seconds on the world's clock. Raises WorldError."""

@@ -32,11 +32,12 @@ def asked(call: str, ask: Callable[[], T]) -> T:
         raise WorldError(f"World.{call} failed: {type(error).__name__}: {error}") from error
 
 
-def inputs_of(world: protocol.InputWorld | None, tick: int) -> dict[str, bool]:
+def inputs_of(world: object, tick: int) -> dict[str, bool]:
     """The inputs that a world sets in a tick. Raises WorldError, also for a value such as "off"."""
+    inputs = protocol.optional(world, "inputs")
 
     def read() -> dict[str, bool]:
-        values = {} if world is None else world.inputs(tick)
+        values = {} if inputs is None else inputs(tick)
         for name, value in values.items():
             if value not in (False, True):
                 raise ValueError(f"{name} is {value!r}, not True or False")
@@ -56,7 +57,7 @@ class Lockstep:
     def __init__(self, world: protocol.BlockingWorld, scenario: Scenario) -> None:
         self._world, self._scenario, self._tick = world, scenario, 0
         self._simulated = world if isinstance(world, SimulatedWorld) else None
-        self._changing = world if protocol.implements(world, protocol.ChangingWorld) else None
+        self._changes = protocol.optional(world, "changes")
         self._ended: dict[str, protocol.Ended] = {}
         self.dropped: list[tuple[protocol.WorldEvent, str]] = []
         self.sensed: list[protocol.Sensed] = []
@@ -123,12 +124,12 @@ class Lockstep:
 
     def changes(self, occupied: Collection[Region]) -> list[protocol.Change]:
         """The obstacles that appeared or disappeared; none in a world without changes."""
-        world, tick = self._changing, self._tick
-        if world is None:
+        listed, tick = self._changes, self._tick
+        if listed is None:
             return []
         call = f"changes({tick})"
         changes = []
-        for each in asked(call, lambda: list(world.changes(tick, occupied))):
+        for each in asked(call, lambda: list(listed(tick, occupied))):
             change = _part(call, each, protocol.Change)
             obstacle = checked(call, change.obstacle, self._scenario.map)
             if change.appeared and obstacle.region in occupied and not obstacle.ordered:

@@ -8,11 +8,11 @@ regions that they do not name (docs/library.md).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from itertools import pairwise
 from math import isfinite
 from numbers import Real
-from typing import Any, Protocol, TypeGuard, TypeVar
+from typing import Any, Protocol
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -97,15 +97,6 @@ class Acted(WorldEvent, frozen=True):
     reason: str = ""
 
 
-_Kind = TypeVar("_Kind")
-
-
-def implements(world: object, kind: Callable[..., _Kind]) -> TypeGuard[_Kind]:
-    """Return whether a world has all members of a protocol, also those of a proxy
-    (``__getattr__``), which ``isinstance`` ignores from Python 3.12 on."""
-    return all(hasattr(world, name) for name in vars(kind) if not name.startswith("_"))
-
-
 Ended = Arrived | Elsewhere | Blocked | Failed | Lost
 """Events that end a step."""
 
@@ -158,22 +149,21 @@ class BlockingWorld(Protocol):
         The mission derives earlier needs from the poses of the robots."""
 
 
-class TimedWorld(Protocol):
-    """A simulation: it knows how long commands take, and time passes in ``wait`` only."""
+def optional(world: object, name: str) -> Callable[..., Any] | None:
+    """A method that a world need not have, or None:
 
-    def expected(self, robot: Robot) -> float | None:
-        """Duration in seconds of a robot's last command."""
+    - ``changes(tick, occupied)``: each ``Change`` by the beginning of a tick; nothing may appear in
+      the ``occupied`` regions, in which robots stand or which they are entering.
+    - ``inputs(tick)``: the inputs of a tick by name; those that are missing stay as they are.
 
-    def times(self) -> Sequence[float]:
-        """Future times at which the world changes by itself."""
+    In a live run ``pauses`` (no method) says whether time passes in ``wait`` only, and there are
 
-
-class PausingWorld(Protocol):
-    """A world that may pause while the run computes: a simulated fleet."""
-
-    @property
-    def pauses(self) -> bool:
-        """Whether time passes in ``wait`` only."""
+    - ``expected(robot)`` and ``times()``, of a simulation: the seconds of the robot's last command,
+      and the future times at which the world changes by itself. Its time passes in ``wait`` only.
+    - ``placed(robot, pose)``: an operator has put a robot without a command there.
+    - ``cleared(obstacle)``: an operator has resolved it, so that earlier readings of it are void.
+    """
+    return getattr(world, name, None)
 
 
 class Change(Struct, frozen=True):
@@ -186,36 +176,6 @@ class Change(Struct, frozen=True):
     by_user: bool = False
     truth: bool | None = None
     another: bool = False
-
-
-class ChangingWorld(Protocol):
-    """A world in which obstacles appear and disappear."""
-
-    def changes(self, tick: int, occupied: Collection[Region]) -> Iterable[Change]:
-        """Return the obstacles that appeared or disappeared by the beginning of a tick.
-        ``occupied``: the regions in which robots stand or which they are entering; nothing may
-        appear there."""
-
-
-class InputWorld(Protocol):
-    """A world that sets the inputs of the scenario."""
-
-    def inputs(self, tick: int) -> Mapping[str, bool]:
-        """Return the inputs of a tick; those that are missing stay as they are."""
-
-
-class PlacingWorld(Protocol):
-    """A world that keeps the poses of robots."""
-
-    def placed(self, robot: Robot, pose: Pose) -> None:
-        """Record that a robot without a command is in ``pose``."""
-
-
-class RememberingWorld(Protocol):
-    """A world that stores sensor readings: a fleet."""
-
-    def cleared(self, obstacle: Obstacle) -> None:
-        """An operator has resolved ``obstacle``: earlier readings of it are void."""
 
 
 def is_time(found: Any) -> bool:
