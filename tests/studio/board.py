@@ -135,7 +135,7 @@ def answer(browser: Browser, typed: str | None = None, *, accept: bool = True) -
 
 HOUSE = beside(__file__, "scenarios/house.yaml")
 WARD = "areas: {ward: {rows: 1-3, columns: 5-7}}\n"
-DEN, HALL, WALL = 10, 22, 13
+DEN = 10
 
 
 def words(browser: Browser, selector: str) -> str:
@@ -157,12 +157,6 @@ def start(board: Board) -> None:
     browser.wait(lambda: browser.all('button[aria-label="Pause the run"]'))
     browser.button("Pause the run").click()
     browser.wait(lambda: browser.one(".badge").text == "paused")
-
-
-def hover(board: Board, region: int) -> None:
-    x, y = board.at(region)
-    event = {"type": "mouseMoved", "x": x, "y": y}
-    board.browser.driver.execute_cdp_cmd("Input.dispatchMouseEvent", event)
 
 
 def readout(browser: Browser) -> str:

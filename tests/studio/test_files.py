@@ -85,3 +85,26 @@ def test_a_trace_is_not_opened_as_a_scenario(tmp_path: Path) -> None:
     trace.write_text('{"type":"header","trace":2,"safenav":"0","scenario":{}}\n')
     with pytest.raises(UsageError, match="this is a trace, not a scenario"):
         Editor.of_file(trace, None)
+
+
+def test_a_map_is_read_from_the_folder_and_from_nowhere_else(tmp_path: Path) -> None:
+    flat = "P2 4 4 255\n0 0 0 0\n0 255 255 0\n0 255 255 0\n0 0 0 0\n"
+    text = "safenav: 1\nmap: {image: IMAGE, rows: 4, cols: 4}\n"
+    text += "robots: {eye: {model: quadcopter, start: [1, 1], objective: {hold: [1, 1]}}}\n"
+    (tmp_path / "flat").mkdir()
+    (tmp_path / "flat" / "floor.pgm").write_text(flat)
+    (tmp_path / "flat" / "flat.yaml").write_text(text.replace("IMAGE", "floor.pgm"))
+    (tmp_path / "flat" / "out.yaml").write_text(text.replace("IMAGE", "../../floor.pgm"))
+
+    async def story(page: Page) -> None:
+        await page.say("open", kind="file", name="flat.yaml")
+        told = await page.hear(lambda m: is_document(m) and m["file"] == "flat.yaml")
+        assert told["drawing"]["run"]["rows"] == 4 and not told["problems"]
+        await page.say("open", kind="file", name="out.yaml")
+        told = await page.hear(lambda m: is_document(m) and m["file"] == "out.yaml")
+        assert told["drawing"] is None, "the map before is not that of this one"
+        (problem,) = told["problems"]
+        assert "outside the folder" in problem["found"] and "--folder" in problem["hint"]
+
+    with Served("studio", tmp_path / "flat", "--no-browser") as served:
+        visit(served.address, story)
