@@ -7,8 +7,7 @@ temporal operators of one operand; ``and``; ``or``; ``until`` and ``since``; ``-
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
-from functools import partial
+from collections.abc import Iterator
 from math import inf
 
 from msgspec import Struct
@@ -132,8 +131,12 @@ _HINTS = {
 _WORDS = {"G": "always", "F": "eventually", "U": "until", "S": "since", "H": "historically"}
 _WORDS |= {"O": "once", "globally": "always", "finally": "eventually", "AND": "and", "OR": "or"}
 _WORDS |= {"NOT": "not", "implies": "->"}
-_UNARY = ("always", "eventually", "once", "historically")
-_RESERVED = frozenset({*_UNARY, "until", "since", "and", "or", "not", "inf"})
+_UNARY = ("not", "always", "eventually", "once", "historically")
+_LEVELS = {"->": 1, "until": 2, "since": 2, "or": 3, "and": 4, "+": 7, "-": 7, "*": 8}
+_LEVELS |= dict.fromkeys((">=", ">", "<=", "<"), 6)
+"""How tightly each binary operator binds; those of one operand bind as ``_OPERAND``."""
+_OPERAND = 5
+_RESERVED = frozenset({*_UNARY, "until", "since", "and", "or", "inf"})
 
 
 def parse_requirement(text: str) -> Requirement:
@@ -150,9 +153,10 @@ class _Parser:
         self._depth = 0
 
     def whole(self) -> Requirement:
-        if self._peek().kind == "end":
+        begin = self._peek()
+        if begin.kind == "end":
             raise FormulaError(1, "the formula is empty", "e.g. always(distance(a, b) >= 1)")
-        tree = self._condition(self._implication)
+        tree = _condition(self._expression(), begin)
         if self._peek().kind != "end":
             raise self._unexpected("an operator or the end")
         return tree
@@ -180,65 +184,49 @@ class _Parser:
             hint = f"write '{_WORDS[found.text]}'"
         return FormulaError(found.column, f"unexpected {shown}", hint)
 
-    def _requirement(self, tree: Node, begin: Token) -> Requirement:
-        if isinstance(tree, RobotSignal | Literal | Arithmetic):
-            hint = "compare it: distance(a, b) >= 1"
-            raise FormulaError(begin.column, "a number where a condition is expected", hint)
-        return tree
-
-    def _condition(self, operand: Callable[[], Node]) -> Requirement:
-        """Return the operand that begins here, which must not be a number."""
+    def _expression(self, least: int = 0) -> Node:
+        """Return what begins here, up to an operator that binds less tightly than ``least``."""
         begin = self._peek()
-        return self._requirement(operand(), begin)
-
-    def _number(self, tree: Node, begin: Token) -> SignalTerm:
-        if isinstance(tree, RobotSignal | Literal | Arithmetic):
-            return tree
-        hint = "only numbers are compared, added and multiplied"
-        raise FormulaError(begin.column, "a condition where a number is expected", hint)
-
-    def _implication(self) -> Node:
-        begin = self._peek()
-        self._descend(begin)
-        left = self._until()
-        if self._take("->"):
-            held = self._requirement(left, begin)
-            left = Compound("or", (Compound("not", (held,)), self._condition(self._implication)))
-        self._depth -= 1
-        return left
-
-    def _descend(self, begin: Token) -> None:
         self._depth += 1
         if self._depth > MOST_DEPTH:
             found = f"nested more than {MOST_DEPTH} deep"
             raise FormulaError(begin.column, found, "split it into several formulas")
-
-    def _until(self) -> Node:
-        begin = self._peek()
-        left = self._junction("or")
-        while operator := self._take("until", "since"):
-            held, window = self._requirement(left, begin), self._window()
-            right = self._condition(partial(self._junction, "or"))
-            left = Compound(operator.text, (held, right), window)
-        return left
-
-    def _junction(self, word: str) -> Node:
-        begin = self._peek()
-        operand = partial(self._junction, "and") if word == "or" else self._unary
-        left = operand()
-        while self._take(word):
-            held = self._requirement(left, begin)
-            left = Compound(word, (held, self._condition(operand)))
-        return left
-
-    def _unary(self) -> Node:
-        operator = self._take("not", *_UNARY)
-        if operator is None:
-            return self._comparison()
-        self._descend(operator)
-        window = Window() if operator.text == "not" else self._window()
-        operand = self._condition(self._unary)
+        left = self._operand() if least <= _OPERAND else self._factor()
+        while (level := _LEVELS.get(self._peek().text, -1)) >= least:
+            operator = self._lexemes[self._at]
+            self._at += 1
+            left = self._joined(left, begin, operator, level)
         self._depth -= 1
+        return left
+
+    def _joined(self, left: Node, begin: Token, operator: Token, level: int) -> Node:
+        """Return ``left``, which begins at a token, joined with what follows the operator."""
+        text = operator.text
+        if level > _OPERAND:
+            first, after = _number(left, begin), self._peek()
+            second = _number(self._expression(level + 1), after)
+            if operator.kind != "relation":
+                return Arithmetic(text, first, second)
+            if self._peek().kind == "relation":
+                hint = "comparisons do not chain: join two with 'and'"
+                raise FormulaError(self._peek().column, f"unexpected '{self._peek().text}'", hint)
+            more, less = (first, second) if text[0] == ">" else (second, first)
+            return Margin(Arithmetic("-", more, less))
+        held = _condition(left, begin)
+        window = self._window() if text in ("until", "since") else Window()
+        after = self._peek()
+        then = _condition(self._expression(level + (text != "->")), after)
+        if text == "->":
+            return Compound("or", (Compound("not", (held,)), then))
+        return Compound(text, (held, then), window)
+
+    def _operand(self) -> Node:
+        operator = self._take(*_UNARY)
+        if operator is None:
+            return self._factor()
+        window = Window() if operator.text == "not" else self._window()
+        begin = self._peek()
+        operand = _condition(self._expression(_OPERAND), begin)
         return Compound(operator.text, (operand,), window)
 
     def _window(self) -> Window:
@@ -257,55 +245,29 @@ class _Parser:
     def _seconds(self) -> float:
         if self._take("inf"):
             return inf
-        found = self._peek()
-        if found.kind != "number":
+        if self._peek().kind != "number":
             raise self._unexpected("seconds: a number, or 'inf'")
-        self._at += 1
-        return self._value(found)
+        return self._value()
 
-    def _value(self, found: Token) -> float:
+    def _value(self) -> float:
+        found = self._peek()
+        self._at += 1
         value = float(found.text)
         if value > 1e9:
             raise FormulaError(found.column, "a number that is too large")
         return value
 
-    def _comparison(self) -> Node:
-        begin = self._peek()
-        left = self._sum()
-        relation = self._peek()
-        if relation.kind != "relation":
-            return left
-        self._at += 1
-        first, after = self._number(left, begin), self._peek()
-        second = self._number(self._sum(), after)
-        if self._peek().kind == "relation":
-            hint = "comparisons do not chain: join two with 'and'"
-            raise FormulaError(self._peek().column, f"unexpected '{self._peek().text}'", hint)
-        more, less = (first, second) if relation.text[0] == ">" else (second, first)
-        return Margin(Arithmetic("-", more, less))
-
-    def _sum(self) -> Node:
-        return self._chain(("+", "-"), lambda: self._chain(("*",), self._factor))
-
-    def _chain(self, operators: tuple[str, ...], operand: Callable[[], Node]) -> Node:
-        begin = self._peek()
-        left = operand()
-        while operator := self._take(*operators):
-            first, after = self._number(left, begin), self._peek()
-            left = Arithmetic(operator.text, first, self._number(operand(), after))
-        return left
-
     def _factor(self) -> Node:
         found = self._peek()
         if opening := self._take("("):
-            inner = self._implication()
+            inner = self._expression()
             self._need(")", f" for the '(' in column {opening.column}")
             return inner
         if self._take("-"):
-            return Arithmetic("-", Literal(0.0), self._number(self._factor(), self._peek()))
+            after = self._peek()
+            return Arithmetic("-", Literal(0.0), _number(self._factor(), after))
         if found.kind == "number":
-            self._at += 1
-            return Literal(self._value(found))
+            return Literal(self._value())
         if found.kind == "event":
             self._at += 1
             kind, _, obstacle = found.text.partition("_")
@@ -341,3 +303,18 @@ class _Parser:
             raise self._unexpected("the name of a robot")
         self._at += 1
         return found
+
+
+def _condition(tree: Node, begin: Token) -> Requirement:
+    """Return the tree, which begins at a token and must not be a number."""
+    if isinstance(tree, RobotSignal | Literal | Arithmetic):
+        hint = "compare it: distance(a, b) >= 1"
+        raise FormulaError(begin.column, "a number where a condition is expected", hint)
+    return tree
+
+
+def _number(tree: Node, begin: Token) -> SignalTerm:
+    if isinstance(tree, RobotSignal | Literal | Arithmetic):
+        return tree
+    hint = "only numbers are compared, added and multiplied"
+    raise FormulaError(begin.column, "a condition where a number is expected", hint)
