@@ -1,9 +1,9 @@
 """Build the wheel that installs without a compiler, and name the platforms that it runs on.
 
-    python packaging/wheel.py dist [BUILD]
+    python packaging/wheel.py dist [PROGRAM]
 
-BUILD is a folder in which what was compiled is kept for the next time; without it everything is
-compiled, as a release should be.
+PROGRAM is a compiled synthesizer to put into it; without it one is compiled, as a release should
+be.
 
 The wheel holds Python files and one program. On Linux the program is linked statically, so it
 asks nothing of the system but its kernel: the wheel may then call itself manylinux_2_17, which
@@ -30,11 +30,11 @@ _DYNAMIC, _INTERPRETER = 2, 3
 """Program headers (p_type) that only a program with shared libraries has."""
 
 
-def build(folder: Path, kept: Path | None = None) -> Path:
-    """The wheel, in ``folder``, under its final name; ``kept``: where to compile."""
+def build(folder: Path, program: Path | None = None) -> Path:
+    """The wheel, in ``folder``, under its final name; ``program``: the compiled synthesizer."""
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as scratch:
-        settings = _settings(kept or Path(scratch) / "build")
+        settings = _settings(Path(scratch) / "build", program)
         _run("pip", "wheel", str(ROOT), "--no-deps", "--quiet", "-w", scratch, *settings)
         (built,) = Path(scratch).glob("*.whl")
         if platform.system() == "Linux":
@@ -47,9 +47,10 @@ def build(folder: Path, kept: Path | None = None) -> Path:
     return wheel
 
 
-def _settings(compiled: Path) -> list[str]:
+def _settings(compiled: Path, program: Path | None) -> list[str]:
     """A build of its own: nothing of a developer's build folder gets into the wheel."""
-    settings = ["cmake.define.SLUGS_PORTABLE=ON", f"build-dir={compiled.resolve()}"]
+    settings = ["cmake.define.SLUGS_PORTABLE=ON", f"build-dir={compiled}"]
+    settings += [] if program is None else [f"cmake.define.SLUGS_PROGRAM={program.resolve()}"]
     return [word for setting in settings for word in ("--config-settings", setting)]
 
 
