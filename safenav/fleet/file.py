@@ -15,10 +15,10 @@ from typing import Annotated, ClassVar
 from msgspec import Struct, field
 from msgspec.structs import replace
 
+from safenav.scenario import values
 from safenav.scenario.lint import arrival_room
-from safenav.scenario.model import Failures, Obstacle, ObstacleType, Scenario
+from safenav.scenario.model import Failures, Obstacle, Scenario
 from safenav.scenario.reading.regions import Reading
-from safenav.scenario.values import RegionValue
 from safenav.scenario.yaml.document import Node, Scalar, below, clipped
 from safenav.scenario.yaml.findings import Findings, parsed, read_source
 from safenav.scenario.yaml.json_schema import schema_text as schema_of
@@ -79,9 +79,8 @@ def _inside(value: float, node: Node, what: str, findings: Findings) -> float | 
 
 
 def _type_of_obstacle(value: str, node: Node, what: str, findings: Findings) -> str | None:
-    del what
-    assert isinstance(findings, Reading) and isinstance(node, Scalar)
-    return value if _kind(node, findings) is not None else None
+    assert isinstance(findings, Reading)
+    return value if findings.type(node, what) is not None else None
 
 
 class ScanUse(Struct, frozen=True):
@@ -223,8 +222,8 @@ class HiddenKeys(Item, frozen=True):
     """A true obstacle of a simulation."""
 
     one: ClassVar = "an obstacle of simulation"
-    type: Scalar | None = key("An obstacle type of the scenario.", EXAMPLE)
-    region: RegionValue | None = key("Its region, as in a scenario.", EXAMPLE)
+    type: values.Type | None = key("An obstacle type of the scenario.", EXAMPLE)
+    region: values.RegionValue | None = key("Its region, as in a scenario.", EXAMPLE)
     traversable: bool | None = key("The truth that resolving it reveals.")
 
 
@@ -276,7 +275,7 @@ def _fleet(item: FleetKeys, scenario: Scenario, findings: Reading) -> FleetFile:
         if name.text not in names:
             its = f"its robots are {', '.join(names)}"
             findings.unknown(name, "the scenario has no robot", name.text, names, its)
-    simulation = _simulation(item.simulation, findings)
+    simulation = _simulation(item.simulation)
     kind = item.transport or TransportKind.ROS2
     if kind is TransportKind.ROS2:
         _check_apart(stations, item.at("robots") or item.node, findings)
@@ -309,25 +308,14 @@ def _inputs(
     return {name.text: topic for name, topic in item.inputs.items()}
 
 
-def _simulation(item: SimulationKeys | None, findings: Reading) -> SimulationUse:
+def _simulation(item: SimulationKeys | None) -> SimulationUse:
     if item is None:
         return SimulationUse()
     found = []
     for each in item.obstacles or ():
-        kind, region = _kind(each.type, findings), findings.region(each.region)
-        if kind is not None and region is not None:
-            found.append(Obstacle(kind, region, each.traversable))
+        if each.type is not None and each.region is not None:
+            found.append(Obstacle(each.type, each.region, each.traversable))
     return SimulationUse(item.pace, None if item.obstacles is None else tuple(found))
-
-
-def _kind(word: Scalar | None, findings: Reading) -> ObstacleType | None:
-    """Return an obstacle type of the scenario; report an unknown one."""
-    types = findings.catalogue.obstacles
-    if word is None or word.text in types:
-        return types[word.text] if word is not None else None
-    its = f"the scenario's types are {', '.join(sorted(types))}"
-    findings.unknown(word, "the scenario has no type of obstacle", word.text, types, its)
-    return None
 
 
 def _station(item: FleetKeys, name: str, own: Station | None, world: RegionMap | None) -> Station:

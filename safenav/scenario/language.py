@@ -8,6 +8,7 @@ docs/scenario.md explains each key.
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
+from safenav.errors import Outcome
 from safenav.scenario import values
 from safenav.scenario.model import Clock, Coordination, LatePolicy, Limits, Until
 from safenav.scenario.objective import EXAMPLE, KINDS, STAYING, kinds_that
@@ -274,7 +275,9 @@ class RobotKeys(Item, frozen=True):
             }.items()
         },
     }
-    model: Scalar | None = key("A robot model of the catalogue.", "for example 'model: digit'")
+    model: values.Model | None = key(
+        "A robot model of the catalogue.", "for example 'model: digit'"
+    )
     start: values.RegionValue | None = key(
         "Where it starts.", "a region, for example 'start: 47' or 'start: [3, 8]'"
     )
@@ -286,13 +289,13 @@ class RobotKeys(Item, frozen=True):
         "While it waits for help; not 'ltl'. Default: it stays."
     )
     vision: float | Literal["unlimited"] | None = _VISION
-    avoids: tuple[Scalar, ...] | None = key(
+    avoids: tuple[values.Robot, ...] | None = key(
         "Robots whose regions it must not enter. Default: those of its layer."
     )
-    tracks: tuple[Scalar, ...] = key(
+    tracks: tuple[values.Robot, ...] = key(
         "Robots that its specification models, by beliefs.", default=()
     )
-    when: dict[Scalar, ObjectiveKeys] | None = key(
+    when: dict[values.InputOn, ObjectiveKeys] | None = key(
         "Objectives while inputs are on; the first counts.", example=f"{{alarm: {EXAMPLE}}}"
     )
 
@@ -303,10 +306,10 @@ class ExclusionKeys(Item, frozen=True):
     one: ClassVar = "an entry of never_together"
     label: ClassVar = "of never_together"
     example: ClassVar = "{robots: [quad, digit], in: [47]}"
-    robots: tuple[Scalar, ...] | None = key(
+    robots: tuple[values.Robot, ...] | None = key(
         "At least two robots.",
         "name two robots or more, for example 'robots: [quad, digit]'",
-        schema={"minItems": 2},
+        entries=2,
     )
     in_: values.ZoneValue | None = key(
         "Regions for at most one of them.",
@@ -338,7 +341,7 @@ class ObstacleKeys(Item, frozen=True):
     label: ClassVar = "of {type}"
     example: ClassVar = "{type: door, region: 47}"
     elsewhere: ClassVar = _NO_SWEEPS
-    type: Scalar | None = key("An obstacle type of the catalogue.", "for example 'type: door'")
+    type: values.Type | None = key("An obstacle type of the catalogue.", "for example 'type: door'")
     region: values.RegionValue | None = key("Its region.", _AT)
     traversable: bool | None = key(
         "The truth that resolving it reveals, if its type has one. Default: true."
@@ -359,7 +362,7 @@ class OrderKeys(Item, frozen=True):
     at_: int | None = key(
         "The tick at which the team receives it.", "for example 'at: 10'", least=1
     )
-    type: Scalar | None = key(
+    type: values.Type | None = key(
         "An obstacle type with 'blocks: []'.", "an obstacle type with 'blocks: []'"
     )
     region: values.RegionValue | None = key("Its region.", _AT)
@@ -379,26 +382,9 @@ class ChangeKeys(Item, frozen=True):
         ),
     )
     at_: int | None = key("The tick at which it applies.", "for example 'at: 12'", least=1)
-    robot: Scalar | None = key("", "the name of a robot of the team")
+    robot: values.Robot | None = key("", "the name of a robot of the team")
     objective: ObjectiveKeys | None = key("Its objective from then on; not 'ltl'.")
     service: Literal["out", "back"] | None = key("out: it stops; back: it continues.")
-
-
-Ended = Literal[
-    "completed",
-    "operator_needed",
-    "unrealizable",
-    "tick_limit",
-    "time_limit",
-    "search_limit",
-    "assumption_violated",
-    "late",
-    "interrupted",
-]
-"""The outcomes (``safenav.errors``) of a run without a defect of the program."""
-
-_OBSTACLE = {"description": "An obstacle: type@region.", **values.matching(".+@.+")}
-_NAMES = {"items": _OBSTACLE}
 
 
 _AS_REQUIREMENT = "state it in 'requirements', by requested_door@47 and resolved_door@47"
@@ -409,21 +395,19 @@ class ExpectKeys(Item, frozen=True):
 
     example: ClassVar = "{outcome: completed}"
     elsewhere: ClassVar = dict.fromkeys(("order", "never"), _AS_REQUIREMENT)
-    outcome: Ended | None = key("The outcome of the run.")
-    late: tuple[Scalar, ...] | None = key(
+    outcome: Outcome | None = key("The outcome of the run.")
+    late: tuple[values.Subject, ...] | None = key(
         "Exactly the missed deadlines: robots, obstacles, mission. Default: none."
     )
-    resolved: tuple[Scalar, ...] | None = key(
-        "Exactly the obstacles that are resolved.", schema=_NAMES
+    resolved: tuple[values.ObstacleName, ...] | None = key(
+        "Exactly the obstacles that are resolved."
     )
-    blocked: tuple[Scalar, ...] | None = key(
-        "Exactly the obstacles that become permanent.", schema=_NAMES
+    blocked: tuple[values.ObstacleName, ...] | None = key(
+        "Exactly the obstacles that become permanent."
     )
-    helpers: dict[Scalar, Scalar] | None = key(
-        "The helper of each obstacle.", schema={"propertyNames": {"pattern": "^.+@.+$"}}
-    )
+    helpers: dict[values.ObstacleName, values.Robot] | None = key("The helper of each obstacle.")
     ticks: int | None = key("At most this many ticks (lockstep).", least=1)
-    rounds: Annotated[int, Key(least=1)] | dict[Scalar, int] | None = key(
+    rounds: Annotated[int, Key(least=1)] | dict[values.Robot, int] | None = key(
         "At least this many rounds, as in 'until': of every robot, or {quad: 3}.",
         expected="a whole number, or one for each robot",
     )
@@ -474,8 +458,8 @@ class ScenarioKeys(Item, frozen=True):
         "Maximum ticks from a request to its resolution, unless the obstacle has its own."
     )
     late: LatePolicy = key("After a missed deadline: go_on, or stop.", default=LatePolicy.GO_ON)
-    chargers: tuple[values.RegionValue, ...] | None = key("Regions where batteries are charged.")
-    flat: Scalar | None = key(
+    chargers: tuple[values.Regions, ...] = key("Regions where batteries are charged.", default=())
+    flat: values.Type | None = key(
         "The obstacle type (with 'blocks: []') that represents a robot without charge."
     )
     seed: int = key("Seed of all random draws.", most=2**63 - 1, default=0)

@@ -309,26 +309,15 @@ class Catalogue(Struct, frozen=True):
     """Robot models and obstacle types by name.
 
     ``sources`` says where an entry comes from: ``robots.digit`` -> "built in" or a file.
-    ``broken`` holds the names (and ``*`` for any) of entries that were reported as unusable; they
-    are not reported as unknown as well.
     """
 
     robots: Mapping[str, RobotModel] = field(default_factory=dict)
     obstacles: Mapping[str, ObstacleType] = field(default_factory=dict)
     sources: Mapping[str, str] = field(default_factory=dict)
-    broken: frozenset[str] = frozenset()
 
     @property
     def layers(self) -> frozenset[str]:
         return frozenset(model.layer for model in self.robots.values())
-
-    def may_hold(self, name: str) -> bool:
-        """Return whether a missing entry may be one that could not be read."""
-        return not self.broken.isdisjoint((name, "*"))
-
-    def without_rest(self) -> Catalogue:
-        """Return this catalogue marked as incomplete: further entries could not be read."""
-        return replace(self, broken=self.broken | {"*"})
 
 
 class Obstacle(Struct, frozen=True):

@@ -1,7 +1,7 @@
 """Forms of values in scenarios: names, regions and targets, formulas, actions, ticks.
 
-A value that needs more than its form (a region of the map, a formula) is ``Raw``: the modules of
-``reading`` read it once the map and the names are known.
+Names and regions are looked up by the reading (``reading.regions``), which knows the map, the
+catalogue and the names. What also depends on a robot (a formula) is ``Raw``.
 """
 
 from __future__ import annotations
@@ -9,9 +9,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from safenav.formula.syntax import RESERVED_WORDS
-from safenav.scenario.model import FAILURES, OPERATOR_ACTION, ResolveAt
+from safenav.scenario.model import FAILURES, OPERATOR_ACTION, ObstacleType, ResolveAt, RobotModel
+from safenav.scenario.objective import Target
 from safenav.scenario.yaml.document import Node, Scalar
 from safenav.scenario.yaml.keys import MOST, NAME, Item, Key, NameForm, OneOf, Raw, key
+from safenav.world.map import Region
 
 if TYPE_CHECKING:
     from safenav.scenario.yaml.findings import Findings
@@ -59,14 +61,17 @@ _ROWS = {"type": "array", "minItems": 1, "items": matching(r"[#.]+\s*")}
 
 Position = Annotated[Raw, Key(form={"anyOf": [_COUNT, _CELL]})]
 """The number of a region, in reading order from 0 in the north-west, or [row, column]."""
-RegionValue = Annotated[Raw, Key(form={"anyOf": [_COUNT, _CELL, _NAMED]})]
-"""A region: its number, [row, column] or name; or an area, if several regions are allowed."""
+_REGION = {"anyOf": [_COUNT, _CELL, _NAMED]}
+RegionValue = Annotated[Region, Key(form=_REGION, by="region")]
+"""A region: its number, [row, column] or name."""
+Regions = Annotated[Target, Key(form=_REGION, by="regions")]
+"""A region, or the regions of an area."""
 
 
 class AnyOf(Item, frozen=True):
     """Any one of several regions."""
 
-    any: tuple[RegionValue, ...] | None = key(
+    any: tuple[Regions, ...] | None = key(
         "Any one of these regions.",
         "a target of several regions is written {any: [47, [3, 8]]}; rows and columns get "
         "a name under 'areas'",
@@ -75,17 +80,19 @@ class AnyOf(Item, frozen=True):
     )
 
 
-TargetValue = Annotated[Raw, Key(form=RegionValue | AnyOf)]
+TargetValue = Annotated[Target, Key(form=Regions | AnyOf, by="target")]
 TargetList = Annotated[Raw, Key(form=tuple[TargetValue, ...])]
-ZoneValue = Annotated[Raw, Key(form=TargetValue | tuple[TargetValue, ...])]
+ZoneValue = Annotated[Target, Key(form=TargetValue | tuple[TargetValue, ...], by="zone")]
 """A target, or a list of targets that all count."""
 Span = Annotated[Raw, Key(form={"anyOf": [_COUNT, matching(r"(\d{1,9})\s*-\s*(\d{1,9})")]})]
 """A row or column, or a range of them."""
 FormulaList = Annotated[Raw, Key(form=str | tuple[str, ...])]
 """A formula, or a list of formulas."""
 GridRows = Annotated[Raw, Key(form={"anyOf": [matching(_GRID), _ROWS]})]
+_Metres = Annotated[float, Key(why="write the metres of the corner as finite numbers")]
+_Yaw = Annotated[float, Key(why="write 0: map_saver writes nan where SLAM gave no valid rotation")]
 MapOrigin = Annotated[
-    tuple[float, float] | tuple[float, float, float], Key(expected="[x, y] or [x, y, yaw]")
+    tuple[_Metres, _Metres] | tuple[_Metres, _Metres, _Yaw], Key(expected="[x, y] or [x, y, yaw]")
 ]
 
 
@@ -99,7 +106,21 @@ def _capability(word: Scalar, node: Node, what: str, findings: Findings) -> Scal
 Action = Annotated[Scalar, Key(check=_capability, schema={"not": {"const": OPERATOR_ACTION}})]
 """An action of robots: any word but that of the operator's."""
 
-Where = Annotated[Raw, Key(form=ResolveAt | tuple[RegionValue, ...], entries=1)]
+Where = Annotated[
+    ResolveAt | Target, Key(form=ResolveAt | tuple[Regions, ...], entries=1, by="places")
+]
+"""Resolution regions."""
+
+Model = Annotated[RobotModel, Key(form=str, by="model")]
+Type = Annotated[ObstacleType, Key(form=str, by="type")]
+Robot = Annotated[str, Key(by="robot")]
+InputOn = Annotated[str, Key(by="input")]
+_OBSTACLE = matching(".+@.+")
+ObstacleName = Annotated[
+    str, Key("An obstacle: type@region.", by="obstacle", schema={"pattern": _OBSTACLE["pattern"]})
+]
+Subject = Annotated[str, Key(by="subject")]
+"""A robot, an obstacle, or the mission: what can have a deadline."""
 
 
 def _ascending(value: Any, node: Node, what: str, findings: Findings) -> Any:
@@ -133,9 +154,7 @@ class RectangleKeys(Item, frozen=True):
     columns: Span | None = key("Default: all columns.")
 
 
-AreaValue = Annotated[
-    Raw, Key(form=RectangleKeys | tuple[RegionValue | RectangleKeys, ...], entries=1)
-]
+AreaValue = Annotated[Raw, Key(form=RectangleKeys | tuple[Regions | RectangleKeys, ...], entries=1)]
 
 
 UNLIMITED = "unlimited"

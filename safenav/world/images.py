@@ -150,9 +150,12 @@ def read_image(data: bytes) -> Image:
 
 
 def _check_size(width: int, height: int) -> None:
-    if not 0 < width * height <= MAX_PIXELS:
-        found = f"an image of {width} x {height} pixels; the maximum is {MAX_PIXELS}"
-        raise InputError([flaw(found, "scale it down: a few pixels for each region are enough")])
+    found = f"an image of {width} x {height} pixels"
+    if not width * height:
+        raise InputError([flaw(found, "save it again: it has no pixel")])
+    if width * height > MAX_PIXELS:
+        hint = "scale it down: a few pixels for each region are enough"
+        raise InputError([flaw(f"{found}; the maximum is {MAX_PIXELS}", hint)])
 
 
 def _pgm(data: bytes) -> Image:

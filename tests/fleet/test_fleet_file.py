@@ -164,7 +164,7 @@ MISTAKES = [
     (HEAD + "defaults: {namespace: /}\n", "quad and digit have the same namespace, '/'"),
     (HEAD + "robots: {digit: {speed: 0}}\n", "'speed' of robot 'digit'"),
     (HEAD + "robots: {digit: {scan: {}}}\n", "the key 'obstacle' is missing"),
-    (HEAD + "robots: {digit: {scan: {obstacle: dor}}}\n", "no type of obstacle 'dor'"),
+    (HEAD + "robots: {digit: {scan: {obstacle: dor}}}\n", "unknown obstacle type 'dor'"),
     (HEAD + "robots: {digit: {follow: {tolerance: 0}}}\n", "'tolerance' of follow"),
     (HEAD + "defaults: {follow: yes}\n", "follow of defaults"),
     (HEAD + "robots: {digit: {act: [push]}}\n", "'act' of robot 'digit'"),

@@ -164,6 +164,7 @@ HUGE = chunk(b"IHDR", struct.pack(">IIBBBBB", 9000, 9000, 1, 0, 0, 0, 0)) + chun
         (b"P2 4 2 9\n", b"9 " * 7 + b"-1", "pixels from -1 to 9 where"),
         (b"P2 4 2 9\n", b"9 " * 7 + b"white", "not a number"),
         (b"P5 20000 20000 9\n", b"", "an image of 20000 x 20000 pixels; the maximum is"),
+        (b"P5 0 5 255\n", b"", "an image of 0 x 5 pixels"),
         (b"P4 4 2\n", b"\x00\x00", "neither a PNG nor a PGM image"),
         (PNG, b"", "a broken image: not the header of a PNG"),
         (PNG + chunk(b"teXt", b"\0\0\0\1" * 2), HUGE, "an image of 9000 x 9000"),

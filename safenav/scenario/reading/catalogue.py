@@ -6,7 +6,7 @@ place or from a file. Code contains no model and no type.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import TypeVar
@@ -25,19 +25,16 @@ from safenav.scenario.model import (
 )
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.values import UNLIMITED
-from safenav.scenario.yaml import document
-from safenav.scenario.yaml.document import Node, Scalar, clipped, entries_of, items_of
+from safenav.scenario.yaml.document import Node, Scalar, clipped, entries_of
 from safenav.scenario.yaml.findings import Findings, parsed, read_source, suggestion
-from safenav.scenario.yaml.keys import Key, Raw
+from safenav.scenario.yaml.keys import Key
 from safenav.scenario.yaml.typed import read
-from safenav.world.map import Region
 from safenav.world.poses import Mobility
 
 T = TypeVar("T")
 
 BUILT_IN = "built in"
 LIBRARY = Path(__file__).parents[1] / "built_in"
-LISTED = "'safenav new --catalogue' lists them; 'catalogue' in the scenario adds others"
 
 
 @lru_cache(maxsize=1)
@@ -63,45 +60,29 @@ def read_catalogue_file(
     root = None if text is None else parsed(text, inside)
     if root is not None:
         resolve_catalogue(read(language.CatalogueKeys, root, "catalogue", inside), inside, source)
-    reading.catalogue = reading.catalogue.without_rest() if root is None else inside.catalogue
+    if root is None:
+        reading.broken.add("*")
+    reading.catalogue = inside.catalogue
 
 
 def resolve_catalogue(item: language.CatalogueKeys | None, reading: Reading, source: str) -> None:
     """Add the entries of a catalogue to that of ``reading``; None: it was reported."""
     base = reading.catalogue
     if item is None:
-        reading.catalogue = base.without_rest()
+        reading.broken.add("*")
         return
     robots, obstacles = dict(base.robots), dict(base.obstacles)
-    sources, broken = dict(base.sources), set(base.broken)
+    sources = dict(base.sources)
     for key, model in (item.robots or {}).items():
         if (found := _model(key, model, reading)) is not None:
             robots[key.text], sources[f"robots.{key.text}"] = found, source
-    broken |= {key.text for key, _ in entries_of(item.at("robots"))} - robots.keys()
-    known = replace(base, robots=robots, broken=frozenset(broken))
+    reading.broken |= {key.text for key, _ in entries_of(item.at("robots"))} - robots.keys()
+    known = replace(base, robots=robots)
     for key, each in (item.obstacles or {}).items():
         if (kind := _type(key, each, known, reading)) is not None:
             obstacles[key.text], sources[f"obstacles.{key.text}"] = kind, source
-    broken |= {key.text for key, _ in entries_of(item.at("obstacles"))} - obstacles.keys()
-    reading.catalogue = Catalogue(robots, obstacles, sources, frozenset(broken))
-
-
-def model_named(word: Scalar | None, what: str, reading: Reading) -> RobotModel | None:
-    """Return a robot model of the catalogue; report an unknown one."""
-    return _named(word, f"{what}: unknown robot model", reading.catalogue.robots, reading)
-
-
-def type_named(word: Scalar | None, what: str, reading: Reading) -> ObstacleType | None:
-    """Return an obstacle type of the catalogue; report an unknown one."""
-    return _named(word, f"{what}: unknown obstacle type", reading.catalogue.obstacles, reading)
-
-
-def _named(word: Scalar | None, found: str, known: Mapping[str, T], reading: Reading) -> T | None:
-    if word is None:
-        return None
-    if word.text not in known and not reading.catalogue.may_hold(word.text):
-        reading.unknown(word, found, word.text, known, LISTED)
-    return known.get(word.text)
+    reading.broken |= {key.text for key, _ in entries_of(item.at("obstacles"))} - obstacles.keys()
+    reading.catalogue = Catalogue(robots, obstacles, sources)
 
 
 def vision_of(value: float | str | None) -> float | None:
@@ -157,14 +138,14 @@ def _motion(item: language.ModelKeys, findings: Findings) -> str | None:
 def _type(
     key: Scalar, item: language.TypeKeys, known: Catalogue, reading: Reading
 ) -> ObstacleType | None:
-    before, what = len(reading), f"obstacle type {clipped(key.text)}"
+    before = len(reading)
     blocks = _blocks(item, known, reading)
     needs = _needs(item.needs or (), reading)
     last = needs[-1] if needs else None
     if last and last.same and last.at is ResolveAt.SELF and blocks != frozenset():
-        found = f"the 'same' robots fulfil the last need of {what} inside it, but may not enter"
+        found = f"the 'same' robots fulfil the last need {item.of} inside it, but may not enter"
         reading.add(item.node, found, "write 'at: neighbours' or 'blocks: []'")
-    where = _places(item.resolve_at, reading) or ResolveAt.SELF
+    where = item.resolve_at or ResolveAt.SELF
     action = needs[0].action if needs else item.action.text if item.action else None
     if item.flawed or len(reading) > before or action is None:
         return None
@@ -192,38 +173,17 @@ def _needs(items: Sequence[language.NeedKeys], reading: Reading) -> tuple[Need, 
             message = f"{label} needs {given} robots, and the need before it {before}"
             hint = "the same robots fulfil both; leave 'robots' out"
             reading.add(item.at("robots"), message, hint)
-        at = _places(item.at_, reading) or ResolveAt.SELF
+        at = item.at_ or ResolveAt.SELF
         if item.action is not None:
             need = Need(item.action.text, given or before, at, item.together, item.same)
             found.append(need)
     return tuple(found)
 
 
-def _places(where: Raw | None, reading: Reading) -> ResolveAt | frozenset[Region] | None:
-    """Return resolution regions from a word or a list of regions."""
-    if where is None:
-        return None
-    node, label = where.node, where.what
-    if isinstance(node, Scalar) and node.value in {**reading.names, **reading.areas}:
-        shown = clipped(node.text)
-        message = f"{label}: found the name '{shown}', expected a list of regions"
-        reading.add(node, message, f"put brackets around it: [{shown}]")
-        return None
-    if not isinstance(node, document.Sequence):
-        found: ResolveAt | None = read(ResolveAt, node, label, reading)
-        return found
-    if not node.items:
-        reading.add(node, f"{label} is empty", "without a region no robot can resolve it")
-        return None
-    return frozenset[Region]().union(
-        *(reading.regions(item, label) or () for item in items_of(node))
-    )
-
-
 def _blocks(item: language.TypeKeys, known: Catalogue, reading: Reading) -> frozenset[str] | None:
     words = {*known.layers, *known.robots, *reading.named}
     # A separate catalogue may name any robot, and an unreadable model may have any layer.
-    checked = reading.named and not known.broken
+    checked = reading.named and not reading.broken
     for word in item.blocks or ():
         if checked and word.text not in words:
             found = (

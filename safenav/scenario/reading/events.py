@@ -4,29 +4,27 @@ expected result: ``expect``, and ``requirements``, formulas of signal temporal l
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
-from safenav.errors import Outcome
 from safenav.formula.parser import FormulaError
 from safenav.scenario import language, values
 from safenav.scenario.model import Expect, Input, Obstacle, ObstacleType, RobotChange
 from safenav.scenario.objective import Ltl, Objective, kinds_that
-from safenav.scenario.reading.catalogue import type_named
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.reading.robots import misses_targets, resolve_objective
 from safenav.scenario.yaml import document
-from safenav.scenario.yaml.document import Node, Scalar, clipped, one_of
-from safenav.scenario.yaml.findings import Findings, described
+from safenav.scenario.yaml.document import Node, Scalar, clipped, entries_of, one_of
+from safenav.scenario.yaml.findings import Findings, wrong_type
 from safenav.scenario.yaml.keys import MOST, NameForm, Raw
 from safenav.scenario.yaml.typed import read, sequence
 
 
 def resolve_obstacles(
-    items: Sequence[language.ObstacleKeys], reading: Reading
-) -> tuple[Obstacle, ...]:
-    """Return the readable obstacles; errors in the others are reported."""
+    items: Sequence[language.ObstacleKeys] | None, node: Node | None, reading: Reading
+) -> None:
+    """Add the readable obstacles to ``reading``; errors in the others are reported."""
     found: list[Obstacle] = []
-    for item in items:
+    for item in items or ():
         obstacle, where = _obstacle(item, reading), item.at("region")
         if obstacle is None:
             continue
@@ -43,7 +41,7 @@ def resolve_obstacles(
                 acts = any(need.action in robot.capabilities for need in obstacle.needs)
                 alone = f": {robot.name} alone does not resolve it from inside" if acts else ""
                 reading.add(where, message, f"move one of them{alone}")
-    return tuple(found)
+    reading.keep(found, node)
 
 
 def _meet(one: Obstacle, other: Obstacle) -> bool:
@@ -53,25 +51,25 @@ def _meet(one: Obstacle, other: Obstacle) -> bool:
 
 
 def _obstacle(item: language.ObstacleKeys, reading: Reading) -> Obstacle | None:
-    before = len(reading)
-    kind = type_named(item.type, "'type' of an obstacle", reading)
-    region, appears, goes = reading.region(item.region), item.from_, item.until
+    before, kind, appears, goes = len(reading), item.type, item.from_, item.until
     truth = _truth(item, kind, reading)
     if appears is not None and goes is not None and appears >= goes:
         label = kind.name if kind else "the obstacle"
         hint = "'from' is the tick at which it appears, 'until' that at which it disappears"
         reading.add(item.at("until"), f"{label} disappears before it appears", hint)
-    if item.flawed or kind is None or region is None or len(reading) > before:
+    if item.flawed or kind is None or item.region is None or len(reading) > before:
         return None
-    return Obstacle(kind, region, truth, appears, goes, item.resolve_within)
+    return Obstacle(kind, item.region, truth, appears, goes, item.resolve_within)
 
 
-def resolve_orders(items: Sequence[language.OrderKeys], reading: Reading) -> tuple[Obstacle, ...]:
-    """Return the tasks that the team receives during the run, as obstacles that block no robot."""
+def resolve_orders(
+    items: Sequence[language.OrderKeys] | None, node: Node | None, reading: Reading
+) -> None:
+    """Add the tasks that the team receives during the run to ``reading``, as obstacles that block
+    no robot."""
     found: list[Obstacle] = []
-    for item in items:
-        kind = type_named(item.type, item.named("type"), reading)
-        at, region = item.at_, reading.region(item.region)
+    for item in items or ():
+        at, kind, region = item.at_, item.type, item.region
         if kind is not None and kind.blocks != frozenset():
             message = f"an order of {kind.name}, which stops robots"
             reading.add(item.at("type"), message, f"give {kind.name} 'blocks: []'")
@@ -80,7 +78,7 @@ def resolve_orders(items: Sequence[language.OrderKeys], reading: Reading) -> tup
             number = 1 + sum(o.type is kind and o.region == region for o in found)
             limit = item.resolve_within
             found.append(Obstacle(kind, region, truth, at, None, limit, True, number))
-    return tuple(found)
+    reading.keep(found, node)
 
 
 def _truth(item: language.ObstacleKeys, kind: ObstacleType | None, reading: Reading) -> bool | None:
@@ -112,10 +110,7 @@ def resolve_changes(
 
 
 def _change(item: language.ChangeKeys, reading: Reading) -> RobotChange | None:
-    before, word = len(reading), item.robot
-    name = word.text if word is not None else None
-    if word is not None:
-        reading.names_robot(word, word.text)
+    before, name = len(reading), item.robot
     objective = _objective(item, name, reading)
     if item.flawed or item.at_ is None or name is None or len(reading) > before:
         return None
@@ -156,15 +151,16 @@ _AGAIN: Mapping[str | bool | None, tuple[bool, ...]] = {
 
 
 def resolve_inputs(
-    items: Mapping[Scalar, language.InputKeys], reading: Reading
-) -> tuple[Input, ...]:
-    """Return the inputs; errors are reported."""
-    for key in items:
+    items: Mapping[Scalar, language.InputKeys] | None, node: Node | None, reading: Reading
+) -> None:
+    """Add the inputs to ``reading``; errors are reported."""
+    for key in items or ():
         if key.text in reading.named:
             reading.add(key, f"'{clipped(key.text)}' is reserved", "use another name")
-    return tuple(
+    reading.input_names = tuple(key.text for key, _ in entries_of(node))
+    reading.inputs = tuple(
         Input(key.text, _spans(item.at_, reading), _AGAIN[item.always_eventually])
-        for key, item in items.items()
+        for key, item in (items or {}).items()
     )
 
 
@@ -180,75 +176,21 @@ def _spans(value: Raw | None, findings: Findings) -> tuple[tuple[int, int], ...]
         first, last = (int(match[1]), int(match[2] or match[1])) if match else (0, 0)
         if not 1 <= first <= last <= MOST:
             hint = "for example at: [12, 20-30]; ticks count from 1"
-            expected = "expected a tick or a range of ticks"
-            findings.add(part, f"{value.what}: found {described(part)}, {expected}", hint)
+            wrong_type(part, value.what, "a tick or a range of ticks", findings, hint)
         found.append((first, last))
     return tuple(found)
 
 
-MISSION = "mission"
-
-
 def resolve_expect(item: language.ExpectKeys | None, reading: Reading) -> Expect:
-    """Return the expected result; errors are reported."""
+    """Return the expected result."""
     if item is None:
         return Expect()
-    others = {*reading.named, MISSION}
-    return Expect(
-        outcome=Outcome(item.outcome) if item.outcome else None,
-        resolved=_names(item.resolved, item.named("resolved"), reading),
-        blocked=_names(item.blocked, item.named("blocked"), reading),
-        helpers=_helpers(item, reading),
-        ticks=item.ticks,
-        rounds=_rounds(item, reading),
-        late=_names(item.late, item.named("late"), reading, others) if reading.named else None,
-    )
-
-
-def _names(
-    words: Collection[Scalar] | None, what: str, reading: Reading, others: Collection[str] = ()
-) -> frozenset[str] | None:
-    """Return names of obstacles, or of ``others``."""
-    if words is None:
-        return None
-    found = (
-        w.text if w.text in others else _obstacle_name(w, w.text, what, reading) for w in words
-    )
-    return frozenset(name for name in found if name is not None)
-
-
-def _rounds(item: language.ExpectKeys, reading: Reading) -> dict[str, int] | None:
-    """Return the rounds of each robot from one number for all, or one for each."""
-    if not isinstance(item.rounds, dict):
-        return None if item.rounds is None else dict.fromkeys(reading.named, item.rounds)
-    what = item.named("rounds")
-    found = item.rounds.items()
-    return {key.text: n for key, n in found if reading.names_robot(key, key.text, what)}
-
-
-def _helpers(item: language.ExpectKeys, reading: Reading) -> dict[str, str] | None:
-    if item.helpers is None:
-        return None
-    what, helpers = item.named("helpers"), {}
-    for key, robot in item.helpers.items():
-        obstacle = _obstacle_name(key, key.text, what, reading)
-        if reading.names_robot(robot, robot.text, what) and obstacle is not None:
-            helpers[obstacle] = robot.text
-    return helpers
-
-
-def _obstacle_name(
-    node: Node, written: str, what: str, reading: Reading, column: int | None = None
-) -> str | None:
-    """Return an obstacle's name with its region as a number: ``door@47`` for ``door@dock``. None if
-    it was reported, or obstacles are not known. ``column``: that of the name in a text."""
-    if reading.obstacles is None:
-        return None
-    if (name := reading.obstacle_named(written)) is None:
-        names = [obstacle.name for obstacle in reading.obstacles]
-        nothing = "the scenario has no obstacles"
-        reading.unknown(node, f"{what}: there is no obstacle", written, names, nothing, column)
-    return name
+    rounds = item.rounds
+    if isinstance(rounds, int):
+        rounds = dict.fromkeys(reading.named, rounds)
+    sets = (item.resolved, item.blocked, item.late if reading.named else None)
+    resolved, blocked, late = (None if names is None else frozenset(names) for names in sets)
+    return Expect(item.outcome, resolved, blocked, item.helpers, item.ticks, rounds, late)
 
 
 _WHAT = "requirements"
@@ -310,11 +252,13 @@ def _formula(node: Scalar, text: str, what: str, reading: Reading) -> str:
     for part in nodes(tree):
         if isinstance(part, RobotSignal):
             for robot, column in zip(part.robots, part.columns, strict=True):
-                reading.names_robot(node, robot, what, column)
+                if reading.named and robot not in reading.named:
+                    found = f"{what}: no robot is named"
+                    reading.unknown(node, found, robot, reading.named, column=column)
         elif isinstance(part, Happens):
             events.append(part)
     for event in sorted(events, key=lambda event: -event.column):
         begin = event.column + len(event.kind)
-        name = _obstacle_name(node, event.obstacle, what, reading, begin + 1)
+        name = reading.names_obstacle(node, event.obstacle, what, begin + 1)
         text = f"{text[:begin]}{name or event.obstacle}{text[begin + len(event.obstacle) :]}"
     return text

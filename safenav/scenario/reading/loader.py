@@ -30,11 +30,10 @@ from safenav.scenario.reading import catalogue, events
 from safenav.scenario.reading.map import resolve_map
 from safenav.scenario.reading.regions import Reading, resolve_areas, resolve_exclusions
 from safenav.scenario.reading.robots import resolve_robots
-from safenav.scenario.yaml import document
 from safenav.scenario.yaml.document import Mapping, Node, below, entries_of, items_of, one_of
 from safenav.scenario.yaml.findings import Findings, ReadableFolder, parsed, read_source
 from safenav.scenario.yaml.keys import entries
-from safenav.scenario.yaml.typed import read
+from safenav.scenario.yaml.typed import Stages, read
 from safenav.world.map import Region, RegionMap
 
 Change = Callable[[Node, Findings], Node]
@@ -140,53 +139,61 @@ def schema_text() -> str:
     return schema_of(language.ScenarioKeys, "safenav scenario")
 
 
+def _resolve_catalogue(
+    item: language.CatalogueKeys | str | None, node: Node | None, reading: Reading
+) -> None:
+    if isinstance(item, str):
+        path = reading.folder / item
+        catalogue.read_catalogue_file(path, reading, str(path), node)
+    elif node is not None:
+        catalogue.resolve_catalogue(item, reading, reading.file)
+
+
+def _resolve_flat(kind: ObstacleType | None, node: Node | None, reading: Reading) -> None:
+    reading.flat = kind
+    if kind is not None and kind.blocks != frozenset():
+        found = f"'flat': a {kind.name} appears where a robot stands, and it stops some"
+        reading.add(node, found, f"give {kind.name} 'blocks: []'")
+
+
+STAGES: Stages = {
+    "map": resolve_map,
+    "areas": resolve_areas,
+    "catalogue": _resolve_catalogue,
+    "inputs": events.resolve_inputs,
+    "robots": resolve_robots,
+    "obstacles": events.resolve_obstacles,
+    "orders": events.resolve_orders,
+    "flat": _resolve_flat,
+}
+"""The parts of a scenario that others refer to, in the order in which they are read."""
+
+
 def _scenario(root: Node, reading: Reading) -> Scenario | None:
     """Return the scenario, which is valid only if nothing was reported."""
-    item: language.ScenarioKeys | None = read(language.ScenarioKeys, root, "the scenario", reading)
+    reading.named = tuple(key.text for key, _ in entries_of(below(root, "robots")))
+    item: language.ScenarioKeys | None = read(
+        language.ScenarioKeys, root, "the scenario", reading, stages=STAGES
+    )
     if item is None:
         return None
-    reading.names_known = item.map is not None
-    resolve_map(item.map, reading)
-    resolve_areas(item.areas or {}, reading)
-    reading.named = tuple(key.text for key, _ in entries_of(item.at("robots")))
-    if isinstance(item.catalogue, str):
-        path = reading.folder / item.catalogue
-        catalogue.read_catalogue_file(path, reading, str(path), item.at("catalogue"))
-    elif item.at("catalogue") is not None:
-        catalogue.resolve_catalogue(item.catalogue, reading, reading.file)
-    reading.inputs = tuple(key.text for key, _ in entries_of(item.at("inputs")))
-    inputs = events.resolve_inputs(item.inputs or {}, reading)
-    if item.robots == {} and not reading.named:
-        reading.add(item.at("robots"), "there are no robots", "a scenario has at least one")
-    reading.team = resolve_robots(item.robots or {}, reading)
-    obstacles = (
-        *events.resolve_obstacles(item.obstacles, reading),
-        *events.resolve_orders(item.orders, reading),
-    )
-    listed = [node for key in ("obstacles", "orders") if (node := item.at(key)) is not None]
-    lists = all(isinstance(node, document.Sequence) for node in listed)
-    if reading.world and lists and len(obstacles) == sum(len(items_of(node)) for node in listed):
-        reading.obstacles = obstacles
     changes = events.resolve_changes(item.changes, reading)
-    reading.flat = _flat(item, reading)
     if item.coordination is Coordination.ASSIGNABLE:
         check_assignable(reading.team, changes, item.at("coordination"), reading)
     never_together = resolve_exclusions(item.never_together, reading)
-    expect = events.resolve_expect(item.expect, reading)
     requirements = events.resolve_requirements(item.requirements, reading)
-    chargers = [reading.regions(place) or frozenset() for place in item.chargers or ()]
     if reading.world is None:
         return None
     scenario = Scenario(
         name=item.name or printable(Path(reading.file).stem),
         map=reading.world,
         robots=reading.team,
-        obstacles=obstacles,
+        obstacles=reading.obstacles,
         until=item.until,
         limits=item.limits,
         seed=item.seed,
         coordination=item.coordination,
-        expect=expect,
+        expect=events.resolve_expect(item.expect, reading),
         source=reading.file,
         tiles=item.partition.tiles if isinstance(item.partition, language.TileKeys) else None,
         changes=changes,
@@ -196,21 +203,13 @@ def _scenario(root: Node, reading: Reading) -> Scenario | None:
         never_together=never_together,
         resolve_within=item.resolve_within,
         late=item.late,
-        chargers=frozenset[Region]().union(*chargers),
+        chargers=frozenset[Region]().union(*item.chargers),
         flat=reading.flat,
-        inputs=inputs,
+        inputs=reading.inputs,
     )
     if len(reading) == 0:
         check_deadlines(scenario, item.node, reading)
     return scenario
-
-
-def _flat(item: language.ScenarioKeys, reading: Reading) -> ObstacleType | None:
-    kind = catalogue.type_named(item.flat, item.named("flat"), reading)
-    if kind is not None and kind.blocks != frozenset():
-        found = f"'flat': a {kind.name} appears where a robot stands, and it stops some"
-        reading.add(item.at("flat"), found, f"give {kind.name} 'blocks: []'")
-    return kind
 
 
 _ASSIGNABLE = "'coordination: assignable' cannot"

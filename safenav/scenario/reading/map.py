@@ -28,9 +28,10 @@ from safenav.scenario.yaml.typed import read, sequence
 from safenav.world.map import FREE, MAX_REGIONS, WALL, Frame, RegionMap
 
 
-def resolve_map(item: language.MapKeys | None, reading: Reading) -> None:
+def resolve_map(item: language.MapKeys | None, _: Node | None, reading: Reading) -> None:
     """Add the map and its names to ``reading``. After an error in the map was reported, only its
     names are available."""
+    reading.names_known = item is not None
     if item is not None:
         reading.world = _read_form(item, reading)
         _resolve_names(item, reading)
@@ -143,7 +144,7 @@ def load_map(path: Path, division: Division) -> RegionMap:
     reading = Reading(str(path))
     reading.folder = Path.cwd()
     root = parsed("{" + ", ".join(map_lines(path, division, reading.folder)) + "}", reading)
-    resolve_map(read(MapKeys, root, "map", reading), reading)
+    resolve_map(read(MapKeys, root, "map", reading), root, reading)
     _tell_whole_file(reading, division)
     assert reading.world is not None, "else it was reported"
     return reading.world

@@ -4,23 +4,38 @@ its ``areas:`` and ``never_together:``."""
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from collections.abc import Mapping as Names
 from collections.abc import Sequence as Nodes
 from pathlib import Path
+from typing import TypeVar
 
 from msgspec.structs import replace
 
 from safenav.scenario import language
-from safenav.scenario.model import Catalogue, Exclusion, Obstacle, ObstacleType, Robot, name_parts
+from safenav.scenario.model import (
+    Catalogue,
+    Exclusion,
+    Input,
+    Obstacle,
+    ObstacleType,
+    ResolveAt,
+    Robot,
+    RobotModel,
+    name_parts,
+)
 from safenav.scenario.objective import Target
-from safenav.scenario.values import AnyOf, AreaValue, RectangleKeys
+from safenav.scenario.values import AnyOf, RectangleKeys
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped, items_of, plain
 from safenav.scenario.yaml.findings import Findings, ReadableFolder, wrong_type
 from safenav.scenario.yaml.keys import Raw
-from safenav.scenario.yaml.typed import read, sequence
+from safenav.scenario.yaml.typed import read
 from safenav.world.map import MAX_REGIONS, Region, RegionMap
 
+T = TypeVar("T")
+
+LISTED = "'safenav new --catalogue' lists them; 'catalogue' in the scenario adds others"
+MISSION = "mission"
 NO_SIZE = "map: region size missing"
 """The error of a map file that the scenario does not divide."""
 
@@ -33,9 +48,6 @@ def too_large(rows: int, cols: int) -> tuple[str, str]:
 
 _EXPECTED = "a region: 47, [row, column] or a name"
 _BRACKETS = re.compile(r"\[\s*(\d{1,9})\s*,\s*(\d{1,9})\s*\]", re.ASCII)
-
-Value = Node | Raw | None
-"""A value of a file: a node, or a raw value, which knows its name in messages."""
 
 
 def place_of(value: object) -> Region | tuple[int, int] | None:
@@ -50,30 +62,17 @@ def place_of(value: object) -> Region | tuple[int, int] | None:
     return None
 
 
-def opened(value: Value, what: str) -> tuple[Node | None, str]:
-    """Return the node of a value and its name in messages."""
-    return (value.node, value.what) if isinstance(value, Raw) else (value, what)
-
-
-def _union(found: Iterable[Target | None]) -> Target | None:
-    """Return the regions of all targets; None if one of them was reported."""
-    regions: set[Region] = set()
-    for target in found:
-        if target is None:
-            return None
-        regions |= target
-    return frozenset(regions)
-
-
 class Reading(Findings):
     """Findings of a file with the declarations that its items refer to. Without a valid map only
     the form of regions is checked.
 
     ``names`` maps declared names to regions and ``areas`` to sets of them, or to None if the
     declaration was invalid. ``named``: all robots, ``team``: the readable ones. ``names_known``:
-    whether the map is readable; if not, its names are not checked, nor are those of robots if there
-    are none. ``inputs`` of the environment. ``obstacles``: None if some were reported; ``flat``:
-    the obstacle type that represents a robot without charge. ``reachable``: report targets that a
+    whether the map is readable; if not, its names are not checked. ``inputs`` of the environment,
+    ``input_names``: with the unreadable ones. ``obstacles``: the readable ones;
+    ``obstacles_known``: whether none was reported; ``flat``: the obstacle type that represents a
+    robot without charge. ``broken``: entries of the catalogue that were reported as unusable
+    (``*``: any); they are not reported as unknown as well. ``reachable``: report targets that a
     robot cannot reach. ``folder``: the folder of files that it names.
     """
 
@@ -92,16 +91,24 @@ class Reading(Findings):
         self.names_known = True
         self.named: tuple[str, ...] = ()
         self.team: tuple[Robot, ...] = ()
-        self.inputs: tuple[str, ...] = ()
+        self.inputs: tuple[Input, ...] = ()
+        self.input_names: tuple[str, ...] = ()
         self.catalogue = Catalogue()
-        self.obstacles: tuple[Obstacle, ...] | None = None
+        self.broken = set[str]()
+        self.obstacles: tuple[Obstacle, ...] = ()
+        self.obstacles_known = True
         self.flat: ObstacleType | None = None
         self.reachable = reachable
         self.folder = Path(file).parent
 
-    def region(self, value: Value, what: str = "") -> Region | None:
+    def keep(self, found: Nodes[Obstacle], node: Node | None) -> None:
+        """Add the readable obstacles of a list."""
+        self.obstacles += tuple(found)
+        whole = node is None or (isinstance(node, Sequence) and len(found) == len(node.items))
+        self.obstacles_known = self.obstacles_known and whole
+
+    def region(self, node: Node | None, what: str) -> Region | None:
         """Return a region that is not a wall; None if there is none or it was reported."""
-        node, what = opened(value, what)
         region = None if node is None else self._number(node, what)
         if region is not None and self.world is not None and region in self.world.walls:
             found = f"{what}: region {self.world.label(region)} is a wall"
@@ -109,47 +116,93 @@ class Reading(Findings):
             return None
         return region
 
-    def regions(self, value: Value, what: str = "") -> frozenset[Region] | None:
+    def regions(self, node: Node, what: str) -> Target | None:
         """Return the regions of an area, or one region; None if that was reported."""
-        node, what = opened(value, what)
         if isinstance(node, Scalar) and isinstance(node.value, str) and node.value in self.areas:
             return self.areas[node.value]
         region = self.region(node, what)
         return None if region is None else frozenset({region})
 
-    def target(self, value: Value, what: str = "") -> Target | None:
+    def target(self, node: Node, what: str) -> Target | None:
         """Return the regions of a region, an area or ``{any: [...]}``; None if it was reported."""
-        node, what = opened(value, what)
         if not isinstance(node, Mapping):
             return self.regions(node, what)
-        item = read(AnyOf, node, what, self)
-        return (
-            _union([self.regions(each.node, what) for each in item.any])
-            if item and item.any
-            else None
-        )
+        item: AnyOf | None = read(AnyOf, node, what, self)
+        if item is None or item.flawed or item.any is None:
+            return None
+        return frozenset[Region]().union(*item.any)
 
-    def zone(self, value: Value, what: str = "") -> Target | None:
+    def zone(self, node: Node, what: str) -> Target | None:
         """Return all regions of a target, or of a list of targets."""
-        node, what = opened(value, what)
         if not isinstance(node, Sequence):
             return self.target(node, what)
-        found = self.targets(node, what)
-        return None if found is None else _union(found)
+        targets = [each for each in self.targets(node, what) or () if each is not None]
+        whole = len(targets) == len(node.items)
+        return frozenset[Region]().union(*targets) if whole else None
 
-    def targets(
-        self, value: Value, what: str = "", least: int = 1
-    ) -> tuple[Target | None, ...] | None:
+    def targets(self, node: Node, what: str, least: int = 1) -> tuple[Target | None, ...] | None:
         """Return a list of ``least`` targets or more, None in place of those that were reported."""
-        node, what = opened(value, what)
         if isinstance(node, Scalar | Mapping):
             hint = "put brackets around it: [47, [3, 8], dock]"
             wrong_type(node, what, "a list of targets", self, hint)
             return None
-        items = None if node is None else sequence(node, what, self)
-        if items is None or (least == 1 and self.reports_position(node, what)):
+        if least == 1 and self.reports_position(node, what):
             return None
-        return tuple(self.target(item, what) for item in items)
+        return tuple(self.target(item, what) for item in node.items)
+
+    def places(self, node: Node, what: str) -> ResolveAt | Target | None:
+        """Return resolution regions from a word or a list of regions."""
+        if isinstance(node, Scalar) and node.value in {**self.names, **self.areas}:
+            shown = clipped(node.text)
+            message = f"{what}: found the name '{shown}', expected a list of regions"
+            self.add(node, message, f"put brackets around it: [{shown}]")
+            return None
+        if not isinstance(node, Sequence):
+            found: ResolveAt | None = read(ResolveAt, node, what, self)
+            return found
+        if not node.items:
+            self.add(node, f"{what} is empty", "without a region no robot can resolve it")
+            return None
+        return frozenset[Region]().union(*(self.regions(i, what) or () for i in node.items))
+
+    def model(self, node: Node, what: str) -> RobotModel | None:
+        """Return a robot model of the catalogue."""
+        return self._known(node, what, "unknown robot model", self.catalogue.robots, LISTED)
+
+    def type(self, node: Node, what: str) -> ObstacleType | None:
+        """Return an obstacle type of the catalogue."""
+        return self._known(node, what, "unknown obstacle type", self.catalogue.obstacles, LISTED)
+
+    def robot(self, node: Node, what: str) -> str | None:
+        """Return the name of a robot; None also if there are no robots."""
+        robots = {name: name for name in self.named}
+        return self._known(node, what, "no robot is named", robots) if robots else None
+
+    def input(self, node: Node, what: str) -> str | None:
+        """Return the name of an input."""
+        inputs = {name: name for name in self.input_names}
+        return self._known(node, what, "no input is named", inputs, "declare it in 'inputs'")
+
+    def _known(
+        self, node: Node, what: str, found: str, known: Names[str, T], hint: str = ""
+    ) -> T | None:
+        word: Scalar | None = read(Scalar, node, what, self)
+        if word is None:
+            return None
+        if word.text not in known and self.broken.isdisjoint((word.text, "*")):
+            self.unknown(word, f"{what}: {found}", word.text, known, hint)
+        return known.get(word.text)
+
+    def obstacle(self, node: Node, what: str) -> str | None:
+        """Return an obstacle's name with its region as a number."""
+        word: Scalar | None = read(Scalar, node, what, self)
+        return None if word is None else self.names_obstacle(word, word.text, what)
+
+    def subject(self, node: Node, what: str) -> str | None:
+        """Return the name of a robot, of an obstacle or of the mission."""
+        if isinstance(node, Scalar) and node.value in (*self.named, MISSION):
+            return node.text
+        return self.obstacle(node, what) if self.named else None
 
     def reports_position(self, node: Node | None, what: str) -> bool:
         """Report two numbers in a list of regions that are probably a row and a column, and return
@@ -189,21 +242,25 @@ class Reading(Findings):
         if there is none."""
         kind, where, number = name_parts(text)
         region = self.written(where)
-        for each in self.obstacles or ():
+        for each in self.obstacles:
             if (each.type.name, each.region, each.number) == (kind, region, number):
                 return each.name
         flat = self.flat is not None and kind == self.flat.name and region is not None
         return f"{kind}@{region}" if flat else None
 
-    def names_robot(
-        self, node: Node | None, name: str, what: str = "", column: int | None = None
-    ) -> bool:
-        """Return whether a name is that of a robot; report it if not. ``column``: that of the name
-        in a text."""
-        if name not in self.named and self.named:
-            found = f"{what}: no robot is named" if what else "no robot is named"
-            self.unknown(node, found, name, self.named, column=column)
-        return name in self.named
+    def names_obstacle(
+        self, node: Node, written: str, what: str, column: int | None = None
+    ) -> str | None:
+        """Return an obstacle's name with its region as a number: ``door@47`` for ``door@dock``.
+        None if it was reported, or obstacles are not known. ``column``: that of the name in a
+        text."""
+        if not self.obstacles_known or self.world is None:
+            return None
+        if (name := self.obstacle_named(written)) is None:
+            names = [obstacle.name for obstacle in self.obstacles]
+            nothing = "the scenario has no obstacles"
+            self.unknown(node, f"{what}: there is no obstacle", written, names, nothing, column)
+        return name
 
     def _number(self, node: Node, what: str) -> Region | None:
         if isinstance(node, Scalar) and isinstance(node.value, str) and node.value:
@@ -272,10 +329,10 @@ _AREA = "a list of regions [[1, 1], [1, 2]], or {rows: 1-4, columns: 1-6}"
 _RANGE = re.compile(r"(\d{1,9})\s*-\s*(\d{1,9})", re.ASCII)
 
 
-def resolve_areas(listed: Names[Scalar, AreaValue], reading: Reading) -> None:
+def resolve_areas(listed: Names[Scalar, Raw] | None, _: Node | None, reading: Reading) -> None:
     """Add the areas of the scenario to ``reading``."""
     areas: dict[str, frozenset[Region] | None] = {}
-    for key, value in listed.items():
+    for key, value in (listed or {}).items():
         name = clipped(key.text)
         if key.text in reading.names:
             reading.add(key, f"'{name}' already names a region", "use another name")
@@ -351,22 +408,20 @@ def resolve_exclusions(
     listed: Nodes[language.ExclusionKeys], reading: Reading
 ) -> tuple[Exclusion, ...]:
     """Return the readable exclusions; errors in the others are reported."""
-    known, found = {robot.name: robot for robot in reading.team}, []
+    found = []
     for item in listed:
-        before, place, where = len(reading), item.at("robots"), item.at("in")
-        names = frozenset(word.text for word in item.robots or ())
-        for name in sorted(names):
-            reading.names_robot(place, name)
-        if not item.flawed and len(names) < 2 and len(reading) == before:
+        names, zone = frozenset(item.robots or ()), item.in_
+        if not item.flawed and reading.named and len(names) < 2:
+            place = item.at("robots")
             reading.add(place, f"{item.named('robots')}: at least two robots are needed")
-        zone = reading.zone(item.in_)
-        if isinstance(where, Sequence) and not where.items:
-            reading.add(where, f"{item.named('in')} is empty", "name at least one region")
-        team = [known[name] for name in sorted(names & {*known})]
-        together = [robot.name for robot in team if zone and robot.start.region in zone]
-        if len(together) > 1:
-            reason = f"{together[0]} and {together[1]} both start there"
-            reading.add(where, f"{item.named('in')}: {reason}", "let one start elsewhere")
-        if len(reading) == before and zone is not None:
+        if zone == frozenset():
+            message = f"{item.named('in')} is empty"
+            reading.add(item.at("in"), message, "name at least one region")
+        team = (robot for robot in reading.team if robot.name in names)
+        inside = sorted(robot.name for robot in team if zone and robot.start.region in zone)
+        if len(inside) > 1:
+            reason = f"{inside[0]} and {inside[1]} both start there"
+            reading.add(item.at("in"), f"{item.named('in')}: {reason}", "let one start elsewhere")
+        if zone is not None:
             found.append(Exclusion(names, zone))
     return tuple(found)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from typing import Any
 
 from msgspec.structs import replace
 
@@ -22,7 +23,7 @@ from safenav.scenario.objective import (
     staying,
 )
 from safenav.scenario.reachability import Reachability
-from safenav.scenario.reading.catalogue import model_named, vision_of
+from safenav.scenario.reading.catalogue import vision_of
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.yaml import document
 from safenav.scenario.yaml.document import Node, Scalar, clipped, entries_of, one_of
@@ -37,28 +38,30 @@ Standing = tuple[Robot, Node | None, Node | None]
 
 
 def resolve_robots(
-    team: Mapping[Scalar, language.RobotKeys], reading: Reading
-) -> tuple[Robot, ...]:
-    """Return the readable robots; errors in the others are reported."""
+    team: Mapping[Scalar, language.RobotKeys] | None, node: Node | None, reading: Reading
+) -> None:
+    """Add the readable robots to ``reading``; errors in the others are reported."""
+    if team == {} and not entries_of(node):
+        reading.add(node, "there are no robots", "a scenario has at least one")
     standing: list[Standing] = []
-    robots = [_robot(key.text, item, standing, reading) for key, item in team.items()]
+    robots = [_robot(key.text, item, standing, reading) for key, item in (team or {}).items()]
     _check_starts(standing, reading)
     _check_timing(standing, reading)
-    return tuple(robot for robot in robots if robot is not None)
+    reading.team = tuple(robot for robot in robots if robot is not None)
 
 
 def _robot(
     name: str, item: language.RobotKeys, standing: list[Standing], reading: Reading
 ) -> Robot | None:
-    before = len(reading)
-    model = model_named(item.model, item.named("model"), reading)
+    before, model, start = len(reading), item.model, item.start
     if item.vision is not None:
         model = model and replace(model, vision=vision_of(item.vision))
-    heading, start = _heading(item, model, reading), reading.region(item.start)
-    for key, words in (("avoids", item.avoids), ("tracks", item.tracks)):
-        _check_others(words or (), item.named(key), name, reading)
-    avoids = None if item.avoids is None else frozenset(word.text for word in item.avoids)
-    tracks = frozenset(word.text for word in item.tracks)
+    heading = _heading(item, model, reading)
+    avoids = None if item.avoids is None else frozenset(item.avoids)
+    tracks = frozenset(item.tracks)
+    for key, others in (("avoids", avoids), ("tracks", tracks)):
+        if others and name in others:
+            reading.add(item.at(key), f"{item.named(key)}: a robot cannot list itself")
     if start is not None and model is not None:
         at = staying(frozenset({start}))
         there = Robot(name, model, Pose(start), at, avoids, tracks)
@@ -101,17 +104,14 @@ def _when(
 ) -> tuple[tuple[str, Objective], ...]:
     """Return its objectives while inputs are on, in the order of the file."""
     what, found = item.named("when"), []
-    for key, value in (item.when or {}).items():
-        if key.text not in reading.inputs:
-            declare = "declare it in 'inputs'"
-            reading.unknown(key, f"{what}: no input is named", key.text, reading.inputs, declare)
+    for name, value in (item.when or {}).items():
         objective = resolve_objective(value, robot.model.mobility, reading)
         if isinstance(objective, Ltl) or isinstance(robot.objective, Ltl):
             hint = "name the input in its formulas instead"
-            reading.add(key, f"{what}: not with formulas", hint)
+            reading.add(value.node, f"{what}: not with formulas", hint)
         elif objective is not None:
             _check_reachable(robot, objective, value.node, reading)
-            found.append((key.text, objective))
+            found.append((name, objective))
     return tuple(found)
 
 
@@ -125,16 +125,6 @@ def _heading(
         hint = f"a {model.name} starts with a heading: {', '.join(HEADINGS)}"
         reading.add(item.node, found, hint)
     return HEADINGS[item.heading] if item.heading else None
-
-
-def _check_others(words: Collection[Scalar], what: str, name: str, reading: Reading) -> None:
-    """Report names in a list that are not those of other robots."""
-    for word in words:
-        if word.text == name:
-            reading.add(word, f"{what}: a robot cannot list itself")
-        elif word.text not in reading.named:
-            found = f"{what}: no robot is named"
-            reading.unknown(word, found, word.text, {*reading.named} - {name})
 
 
 def _check_starts(standing: Collection[Standing], reading: Reading) -> None:
@@ -262,9 +252,9 @@ def _ruled(
     reading: Reading,
 ) -> Objective | None:
     """Return the objective with the rules beside it; rules beside ``ltl`` become formulas."""
-    avoid = reading.zone(item.avoid)
+    avoid = item.avoid
     always = _lines(item.always, _pose(mobility, reading), True, reading)
-    if objective is None or (item.avoid is not None and avoid is None):
+    if objective is None or (avoid is None and item.at("avoid") is not None):
         return None
     avoid = avoid or frozenset[Region]()
     if isinstance(objective, Ltl):
@@ -278,12 +268,13 @@ def _ruled(
 
 
 def _about_targets(
-    kind: type[TargetObjective], value: Raw, reading: Reading
+    kind: type[TargetObjective], value: Any, reading: Reading
 ) -> TargetObjective | None:
+    if value is None:
+        return None
     if kind.one:
-        target = reading.target(value)
-        return None if target is None else kind((target,))
-    listed = reading.targets(value, least=kind.least)
+        return kind((value,))
+    listed = reading.targets(value.node, value.what, least=kind.least)
     if listed is None:
         return None
     # A reported target counts as one of its own, so that no second error follows from it.
@@ -302,7 +293,7 @@ def _ltl(item: language.LtlKeys | None, mobility: Mobility | None, reading: Read
     memory = _memory(item, reading)
     if item.memory is None and item.at("memory") is not None:
         return None  # without its declarations no formula can be checked
-    inputs: Declared = dict.fromkeys(sorted(reading.inputs))
+    inputs: Declared = dict.fromkeys(sorted(reading.input_names))
     own = {**memory, **_pose(mobility, reading)}
     init = _lines(item.init, own, False, reading)
     safety = _lines(item.safety, {**own, **inputs}, True, reading)
@@ -317,7 +308,7 @@ def _memory(item: language.LtlKeys, reading: Reading) -> dict[str, tuple[int, in
     listed = entries_of(item.at("memory"))
     memory: dict[str, tuple[int, int] | None] = {key.text: None for key, _ in listed}
     for key, value in (item.memory or {}).items():
-        if key.text in (*reading.named, *reading.inputs):
+        if key.text in (*reading.named, *reading.input_names):
             kind = "a robot" if key.text in reading.named else "an input"
             found = f"'{clipped(key.text)}' is the name of {kind}"
             reading.add(key, found, "use another name")

@@ -56,10 +56,12 @@ class Sequence(Struct, frozen=True):
 
 
 class Mapping(Struct, frozen=True):
-    """Keys are text and differ from each other."""
+    """Keys are text and differ from each other. ``cut``: it has other entries, which were
+    reported."""
 
     place: Place
     entries: tuple[tuple[Scalar, Node], ...]
+    cut: bool = False
 
     def get(self, key: str) -> Node | None:
         for name, node in self.entries:
@@ -197,7 +199,7 @@ class _Builder:
     def _collection(self, is_mapping: bool, place: Place) -> tuple[Node, int]:
         items: list[Node] = []
         entries: dict[str, tuple[Scalar, Node]] = {}
-        weight = 1
+        weight, pairs = 1, 0
         for event in self._events:
             if isinstance(event, yaml.CollectionEndEvent):
                 break
@@ -212,8 +214,9 @@ class _Builder:
             if is_mapping and len(items) == 2:
                 self._enter(entries, *items)
                 items.clear()
+                pairs += 1
         if is_mapping:
-            return Mapping(place, tuple(entries.values())), weight
+            return Mapping(place, tuple(entries.values()), len(entries) < pairs), weight
         return Sequence(place, tuple(items)), weight
 
     def _scalar(self, event: Any, place: Place) -> Scalar:

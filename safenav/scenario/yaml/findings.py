@@ -187,8 +187,9 @@ def described(node: Node) -> str:
 def wrong_type(
     node: Node | None, what: str, expected: str, findings: Findings, hint: str = ""
 ) -> None:
-    """Report that a node is not of the expected type; do nothing if it is missing."""
-    if node is None:
+    """Report that a node is not of the expected type; do nothing if it is missing, or a mapping
+    without a key that can be one, which was reported."""
+    if node is None or (isinstance(node, Mapping) and node.cut and not node.entries):
         return
     if isinstance(node, Scalar) and node.style in ("'", '"') and "number" in expected:
         hint = hint or "numbers are written without quotes"
@@ -200,8 +201,6 @@ def wrong_type(
             hint = hint or f"write the number alone, without a unit{alone}"
         elif truth is not None and expected == "true or false":
             hint = hint or f"write {truth}"
-        elif "'origin'" in what and node.text.lower().strip("+-") == "nan":
-            hint = "write 0: map_saver writes nan where SLAM gave no valid rotation"
     elif isinstance(node, Mapping):
         keys = (key.text for key, _ in node.entries)
         hint = hint or next((FORMER_PARTS[key] for key in keys if key in FORMER_PARTS), "")

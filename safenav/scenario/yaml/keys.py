@@ -51,8 +51,9 @@ class Key(Struct, frozen=True, eq=False):
     ``about``: its meaning; ``required``: the hint if it is missing, or an example that continues
     ``about``; ``least``, ``most``, ``above``: limits of a number, ``why``: the hint beside them;
     ``entries``: the least number of items; ``expected``: in messages; ``example``: of a mapping;
-    ``check``: a further check, ``schema``: what it adds to the JSON Schema; ``form``: the form of a
-    raw value, an annotation or a JSON Schema; ``default``: the value if it is missing.
+    ``check``: a further check, ``schema``: what it adds to the JSON Schema; ``form``: the form of
+    the value in a document, an annotation or a JSON Schema; ``by``: the method of the findings that
+    returns the value, which looks up a name or a place; ``default``: the value if it is missing.
 
     ``entries`` fills the rest for a key of a class: its ``field``, its spelling (``word``), its
     annotation, whether its value is a ``part`` of the document: an item or several.
@@ -70,6 +71,7 @@ class Key(Struct, frozen=True, eq=False):
     check: Check | None = None
     schema: Mapping[str, object] = {}
     form: Any = None
+    by: str = ""
     default: Any = None
     field: str = ""
     word: str = ""
@@ -242,6 +244,8 @@ def _is_item(annotation: Any) -> bool:
 
 def _inside(annotation: Any) -> Iterator[Any]:
     """Yield an annotation and, for unions, lists and mappings, the annotations inside."""
+    if key_of(annotation).by:
+        return  # looked up, not read
     yield annotation
     if get_origin(annotation) in (Annotated, Union, types.UnionType, tuple, dict):
         for part in get_args(annotation):

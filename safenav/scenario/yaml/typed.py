@@ -12,6 +12,7 @@ import re
 import types
 from collections.abc import Callable, Collection, Mapping
 from enum import StrEnum
+from types import MappingProxyType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from msgspec import NODEFAULT, Struct
@@ -39,18 +40,30 @@ from safenav.scenario.yaml.keys import (
     key_of,
 )
 
+Stages = Mapping[str, Callable[[Any, Node | None, Any], None]]
+"""Keys of a mapping whose values are read first, in this order, each with a function that takes the
+value, its node (None: it is missing) and the findings before the next value is read."""
+
 
 def read(
-    annotation: Any, node: Node | None, what: str, findings: Findings, key: Key | None = None
+    annotation: Any,
+    node: Node | None,
+    what: str,
+    findings: Findings,
+    key: Key | None = None,
+    stages: Stages = MappingProxyType({}),
 ) -> Any:
     """Return the value of a node; None if there is none, or it was reported. ``what`` names it in
-    messages; ``key`` describes it."""
+    messages; ``key`` describes it; ``stages``: of a class."""
     if node is None:
         return None
     origin, arguments = get_origin(annotation), get_args(annotation)
     key = key_of(annotation) if origin is Annotated or key is None else key
     if origin is Annotated:
-        value = read(arguments[0], node, what, findings, key)
+        if key.by:
+            value = getattr(findings, key.by)(node, what)
+        else:
+            value = read(arguments[0], node, what, findings, key)
         for each in arguments[1:]:
             if isinstance(each, Key) and each.check is not None and value is not None:
                 value = each.check(value, node, what, findings)
@@ -70,13 +83,13 @@ def read(
     if issubclass(annotation, Raw):
         return annotation(node, what)
     if issubclass(annotation, Struct):
-        return _item(annotation, node, what, findings)
+        return _item(annotation, node, what, findings, stages)
     if issubclass(annotation, StrEnum):
         return _choice({member.value: member for member in annotation}, node, what, findings)
     raise TypeError(annotation)
 
 
-def _item(kind: type[Struct], node: Node, what: str, findings: Findings) -> Any:
+def _item(kind: type[Struct], node: Node, what: str, findings: Findings, stages: Stages) -> Any:
     if not isinstance(node, document.Mapping):
         example = getattr(kind, "example", "")
         hint = f"for example {example}" if example else ""
@@ -89,18 +102,18 @@ def _item(kind: type[Struct], node: Node, what: str, findings: Findings) -> Any:
         node, meant = as_meant(node, what, known, hints, findings)
     of = _filled(getattr(kind, "label", Item.label), what, node)
     values: dict[str, Any] = {}
-    for key in known.values():
-        inner = node.get(key.word)
-        if inner is None:
-            if key.required and key.word not in meant:
-                findings.add(node, f"{what}: the key '{key.word}' is missing", key.hint)
-            continue
-        title = f"{key.word if key.part else repr(key.word)} {of}".rstrip()
+    for word in (*stages, *(each for each in known if each not in stages)):
+        key, inner = known[word], node.get(word)
+        title = f"{word if key.part else repr(word)} {of}".rstrip()
         value = read(key.annotation, inner, title, findings, key)
-        if value is not None and key.check is not None:
+        if inner is None and key.required and word not in meant:
+            findings.add(node, f"{what}: the key '{word}' is missing", key.hint)
+        if inner is not None and value is not None and key.check is not None:
             value = key.check(value, inner, title, findings)
         if value is not None:
             values[key.field] = value
+        if word in stages:
+            stages[word](value, inner, findings)
     _check_rules(getattr(kind, "rules", ()), node, what, known, findings)
     if issubclass(kind, Item):
         defaults = {key.field: key.default for key in known.values()}
@@ -155,7 +168,7 @@ def _list(inner: Any, node: Node, what: str, findings: Findings, key: Key) -> An
     if len(items) < key.entries:
         least = f"{what} is empty" if not items else f"{what}: at least {key.entries} are needed"
         findings.add(node, least, key.why)
-    one = getattr(inner, "one", Item.one)
+    one = "{what}" if key_of(inner).by else getattr(inner, "one", Item.one)
     found = (
         read(inner, item, _filled(one, what, name=str(number)), findings)
         for number, item in enumerate(items, 1)
@@ -192,6 +205,7 @@ def _mapping(inner: tuple[Any, ...], node: Node, what: str, findings: Findings, 
         wrong_type(node, what, "a mapping (key: value)", findings, hint)
         return None
     names = next((n for n in get_args(inner[0]) if isinstance(n, NameForm)), None)
+    by = key_of(inner[0]).by
     one = getattr(inner[1], "one", "'{name}' of {what}")
     found = {}
     for name, item in node.entries:
@@ -199,8 +213,9 @@ def _mapping(inner: tuple[Any, ...], node: Node, what: str, findings: Findings, 
         value = read(inner[1], item, label, findings)
         if names is not None and not names.check(name, findings):
             value = replace(value, flawed=True) if isinstance(value, Item) else None
-        if value is not None:
-            found[name.text if inner[0] is str else name] = value
+        known = getattr(findings, by)(name, what) if by else name.text if inner[0] is str else name
+        if value is not None and known is not None:
+            found[known] = value
     return found
 
 
@@ -250,6 +265,8 @@ def _fits(annotation: Any, node: Node) -> bool:
 
 def _number(node: Node, what: str, findings: Findings, key: Key) -> Any:
     value = node.value if isinstance(node, Scalar) else None
+    if value in ("nan", "NaN"):  # as other writers of YAML have it
+        value = math.nan
     if isinstance(value, bool) or not isinstance(value, int | float):
         wrong_type(node, what, key.expected or "a number", findings)
         return None
@@ -258,7 +275,7 @@ def _number(node: Node, what: str, findings: Findings, key: Key) -> Any:
     except OverflowError:
         number = math.inf
     if not math.isfinite(number):
-        wrong_type(node, what, "a finite number", findings)
+        wrong_type(node, what, "a finite number", findings, key.why)
         return None
     least = -math.inf if key.least is None else key.least
     most = math.inf if key.most is None else key.most
