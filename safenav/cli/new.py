@@ -220,7 +220,8 @@ def studio(
     assign an objective. FILE is opened, or created on the first save; a folder lists its
     scenarios.
     """
-    from safenav.studio.server import start_studio
+    from safenav.studio.editor import Editor
+    from safenav.studio.server import serve
 
-    start_studio(file, folder=folder, port=port, browser=browser)
+    serve(Editor.of_file(file, folder), port, browser=browser)
     return ExitCode.OK

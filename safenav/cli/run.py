@@ -74,11 +74,12 @@ def run(
     """Run SCENARIO: synthesize a controller for each robot, then execute them in a world
     with the scenario's hidden obstacles until every robot has met its objective."""
     if live:
-        from safenav.studio.server import start_live
+        from safenav.studio.server import serve
+        from safenav.studio.session import Studio
 
         unread = ("html", "motion", "as_json", "max_ticks", "time_limit", "operator", "maps")
         options.refuse(dict.fromkeys(unread, "a run at the terminal, without --live"))
-        start_live(scenario, seed=seed, trace=trace, clock=clock)
+        serve(Studio.of_run(scenario, seed, trace, clock))
         return ExitCode.OK
     plan = load_scenario(scenario)
     for note in plan.map.notes:

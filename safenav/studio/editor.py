@@ -14,8 +14,8 @@ from safenav.errors import InputError, UsageError
 from safenav.files import another_kind, write_whole
 from safenav.scenario.beginning import TEMPLATES, template_text
 from safenav.scenario.reading.catalogue import built_in
-from safenav.scenario.reading.loader import Draft, load_draft
-from safenav.scenario.yaml.findings import MAX_BYTES, ReadableFolder
+from safenav.scenario.reading.loader import load_draft
+from safenav.scenario.yaml.findings import MAX_BYTES
 from safenav.studio.drawing import drawing_of, palette
 from safenav.studio.editing import edited
 from safenav.studio.process import RealizabilityQueue, RunOrder
@@ -114,9 +114,19 @@ def _is_scenario(path: Path) -> bool:
     return head.startswith(b"safenav:") or b"\nsafenav:" in head
 
 
+class TextOrigin(Struct, eq=False):
+    """The origin of a text. ``file``: the file that it is saved to, if any; ``saved``: the content
+    of the file, or the initial text, which needs no saving; ``number``: distinguishes origins."""
+
+    file: Path | None = None
+    saved: str | None = None
+    number: int = field(default_factory=count().__next__)
+
+
 class Editor(Studio):
-    """Owner of the text. ``scenarios``: the folder in which scenarios are opened and saved;
-    ``named``: the folder whose files a text may name, if the user named one."""
+    """Owner of the ``text``. ``revision`` grows with every change; pages keep the history.
+    ``scenarios``: the folder in which scenarios are opened and saved; ``named``: the folder whose
+    files a text may name, if the user named one."""
 
     def __init__(
         self, text: str, origin: TextOrigin, scenarios: ScenarioFolder, named: Path | None
@@ -124,13 +134,12 @@ class Editor(Studio):
         super().__init__(RunOrder(text, str(origin.file or "scenario.yaml")), built_in())
         self.scenarios = scenarios
         self.named = named
-        self.document = OpenDocument(text, origin)
+        self.text = text
+        self.origin = origin
+        self.revision = 0
         self._drawn: TextOrigin | None = None
         self._realizability = RealizabilityQueue(self.tell)
         self._drawing: dict[str, Any] | None = None
-        self._checking: asyncio.Task[None] | None = None
-        self._checked = True
-        self._draft = self._drafted()
         self._draw()
         self._does |= {
             "text": self._type,
@@ -147,18 +156,13 @@ class Editor(Studio):
         unreadable file."""
         if file is not None and file.is_dir():
             file, folder = None, folder or file
-        scenarios = ScenarioFolder(
-            (folder or (Path.cwd() if file is None else file.parent)).resolve()
-        )
+        place = folder or (Path.cwd() if file is None else file.parent)
         if file is not None and not file.parent.is_dir():
             raise UsageError(f"{file}: there is no folder {file.parent}")
-        if file is None or not file.exists():
-            text = blank()
-            return cls(
-                text, TextOrigin(file, saved=text if file is None else None), scenarios, folder
-            )
-        text = read_text(file)
-        return cls(text, TextOrigin(file, saved=text), scenarios, folder)
+        there = file is not None and file.exists()
+        text = read_text(file) if file is not None and there else blank()
+        origin = TextOrigin(file, saved=text if file is None or there else None)
+        return cls(text, origin, ScenarioFolder(place.resolve()), folder)
 
     @property
     def title(self) -> str:
@@ -166,21 +170,18 @@ class Editor(Studio):
 
     async def close(self) -> None:
         await self._realizability.close()
-        if self._checking is not None:
-            self._checking.cancel()
         await super().close()
 
     def join(self, page: asyncio.Queue[str | None]) -> None:
         super().join(page)
         if not self._realizability.verdicts and self._draft.world is not None:
-            self._realizability.check(self._order_of(self.document.text))
+            self._realizability.check(self._order_now)
 
     async def made(self, name: str) -> Made | None:
         """Return a download: the scenario, or a result of the run."""
-        file = self.document.origin.file
-        stem = "scenario" if file is None else file.stem
         if name == "scenario":
-            return f"{stem}.yaml", self.document.text.encode(), "application/yaml"
+            stem = "scenario" if self.origin.file is None else self.origin.file.stem
+            return f"{stem}.yaml", self.text.encode(), "application/yaml"
         return await super().made(name)
 
     def _everything(self) -> list[dict[str, Any]]:
@@ -193,111 +194,86 @@ class Editor(Studio):
 
     def _view(self) -> dict[str, Any]:
         """Return the message with the text, its drawing, palette and errors."""
-        document, file = self.document, self.document.origin.file
+        file = self.origin.file
         return {
             "is": "document",
-            "text": document.text,
-            "revision": document.revision,
-            "origin": document.origin.number,
-            "dirty": document.dirty,
+            "text": self.text,
+            "revision": self.revision,
+            "origin": self.origin.number,
+            "dirty": self.text != self.origin.saved,
             "file": None if file is None else self.scenarios.name(file),
             "drawing": self._drawing,
             "palette": palette(self._draft.catalogue),
             "problems": [found._asdict() for found in self._draft.diagnostics],
         }
 
-    def _reach(self) -> ReadableFolder:
-        """Return the files that the text may name: those in the folder that the user named, else
-        those in the folder of its file."""
-        return ReadableFolder(self.named or Path(self._name).parent)
-
     @property
-    def _name(self) -> str:
-        """The assumed path of the text: files that it names are searched beside it."""
-        return str(self.document.origin.file or self.scenarios.folder / "scenario.yaml")
-
-    def _drafted(self, *, reachable: bool = True) -> Draft:
-        return load_draft(self.document.text, self._name, self._reach(), reachable=reachable)
-
-    def _order_of(self, text: str) -> RunOrder:
-        return RunOrder(text, self._name, str(self._reach().folder))
+    def _order_now(self) -> RunOrder:
+        """The run of the text. It may name files in the folder that the user named, else those in
+        the folder of its file, where they are searched."""
+        name = self.origin.file or self.scenarios.folder / "scenario.yaml"
+        return RunOrder(self.text, str(name), str(self.named or name.parent))
 
     def _ordered(self) -> RunOrder:
-        if not self._checked:
-            self._draft, self._checked = self._drafted(), True
         if self._draft.scenario is None:
             raise InputError(self._draft.diagnostics)
-        return self._order_of(self.document.text)
+        return self._order_now
 
     def _draw(self) -> None:
-        """Update the drawing. While the map is unreadable, the previous drawing of the same origin
-        stays."""
-        world = self._draft.world
-        drawn = None
-        if world is not None:
-            drawn = drawing_of(self.document.text, world, self._draft.catalogue)
-        kept = self._drawing if self._drawn is self.document.origin else None
-        self._drawing, self._drawn = drawn or kept, self.document.origin
-        self._catalogue = self._draft.catalogue
+        """Read the text and draw it. While the map is unreadable, the previous drawing of the same
+        origin stays. Whether robots reach their targets is checked with their strategies."""
+        order = self._order_now
+        self._draft = load_draft(order.text, order.file, order.reach, reachable=False)
+        drawn, self._catalogue = None, self._draft.catalogue
+        if self._draft.world is not None:
+            drawn = drawing_of(self.text, self._draft.world, self._catalogue)
+        kept = self._drawing if self._drawn is self.origin else None
+        self._drawing, self._drawn = drawn or kept, self.origin
 
-    def _changed(self) -> None:
-        """Send the changed text to every page, and check it. The check that robots can reach their
-        targets takes longer on large maps; its result is sent later."""
-        self._draft, self._checked = self._drafted(reachable=False), False
+    def _replace(self, text: str, origin: TextOrigin | None = None) -> None:
+        """Replace the text, and its ``origin`` if one is given; send it to every page, and check
+        it."""
+        if text == self.text and origin is None:
+            return
+        self.text, self.origin = text, origin or self.origin
+        self.revision += 1
         self._draw()
         self.tell(self._view())
         self.tell(self._hello())
-        if self._checking is not None:
-            self._checking.cancel()
-        self._checking = asyncio.create_task(self._check(self.document.revision))
-        hopeless = self._draft.world is None
-        self._realizability.check(None if hopeless else self._order_of(self.document.text))
-
-    async def _check(self, revision: int) -> None:
-        await asyncio.sleep(0.1)
-        draft = await asyncio.to_thread(self._drafted)
-        if revision != self.document.revision:
-            return
-        self._draft, self._checked = draft, True
-        self._draw()
-        if draft.diagnostics:
-            self.tell(self._view())
+        self._realizability.check(None if self._draft.world is None else self._order_now)
 
     async def _type(self, data: Message) -> None:
         text = data.get("text")
         if not isinstance(text, str) or len(text) > MAX_BYTES:
             raise UsageError("a text is expected, of at most 5 MB")
-        if self.document.change(text):
-            self._changed()
+        self._replace(text)
 
     async def _edit(self, data: Message) -> None:
-        if self.document.change(edited(self.document.text, data, self._draft.world)):
-            self._changed()
+        self._replace(edited(self.text, data, self._draft.world))
 
     async def _open(self, data: Message) -> None:
-        """Open another text: ``kind`` blank, template or file."""
-        kind = data.get("kind")
+        """Open another text: ``kind`` blank, template or file. A text without a file keeps a named
+        file that does not exist yet as its target."""
+        kind, name = data.get("kind"), str(data.get("name"))
+        if kind == "file":
+            path = self.scenarios.path(name)
+            text = await asyncio.to_thread(read_text, path)
+            return self._replace(text, TextOrigin(path, saved=text))
         if kind == "blank":
             rows, cols = data.get("rows") or 9, data.get("cols") or 15
             if not isinstance(rows, int) or not isinstance(cols, int):
                 raise UsageError("expected numbers of rows and columns")
-            self._begin_with(blank(rows, cols))
+            text = blank(rows, cols)
         elif kind == "template":
-            self._begin_with(template(str(data.get("name"))))
-        elif kind == "file":
-            path = self.scenarios.path(str(data.get("name")))
-            text = await asyncio.to_thread(read_text, path)
-            self.document.change(text, origin=TextOrigin(path, saved=text))
-            self._changed()
+            if name not in TEMPLATES:
+                known = ", ".join(TEMPLATES)
+                raise UsageError(f"there is no template '{name[:40]}'; known: {known}")
+            text = template_text(name)
         else:
             raise UsageError("unknown beginning; known: blank, template, file")
-
-    def _begin_with(self, text: str) -> None:
-        """Open a text without a file; a named file that does not exist yet stays its target."""
-        file = self.document.origin.file
+        file = self.origin.file
         new = file if file is not None and not file.exists() else None
-        self.document.change(text, origin=TextOrigin(new, None if new else text))
-        self._changed()
+        return self._replace(text, TextOrigin(new, None if new else text))
 
     async def _files(self, _: Message) -> None:
         """Send the names of the scenarios that can be opened."""
@@ -306,49 +282,19 @@ class Editor(Studio):
     async def _save(self, data: Message) -> None:
         """Save the text to its file, or under a ``name`` in the folder. A file with unknown content
         is replaced only if ``replace`` is set."""
-        name, document = data.get("name"), self.document
-        origin = document.origin
+        name, origin = data.get("name"), self.origin
         path = self.scenarios.path(name) if isinstance(name, str) and name else origin.file
         if path is None:
             raise UsageError("the scenario has no name yet: Save as gives it one")
         known = origin.saved if path == origin.file else None
-        save_text(path, document.text, known, replace=data.get("replace") is True)
+        save_text(path, self.text, known, replace=data.get("replace") is True)
         moved = path != origin.file
-        origin.file, origin.saved = path, document.text
+        origin.file, origin.saved = path, self.text
         self.tell({"is": "saved", "file": self.scenarios.name(path)})
         if moved:  # the text may now name other files
-            self._changed()
+            self._replace(self.text, origin)
         else:
             self.tell(self._view())
-
-
-class TextOrigin(Struct, eq=False):
-    """The origin of a text. ``file``: the file that it is saved to, if any; ``saved``: the content
-    of the file, or the initial text, which needs no saving; ``number``: distinguishes origins."""
-
-    file: Path | None = None
-    saved: str | None = None
-    number: int = field(default_factory=count().__next__)
-
-
-class OpenDocument(Struct):
-    """Owner of the text. ``revision`` grows with every change; pages keep the history."""
-
-    text: str
-    origin: TextOrigin = field(default_factory=TextOrigin)
-    revision: int = 0
-
-    @property
-    def dirty(self) -> bool:
-        return self.text != self.origin.saved
-
-    def change(self, text: str, origin: TextOrigin | None = None) -> bool:
-        """Replace the text, and its ``origin`` if one is given; return whether anything changed."""
-        if text == self.text and origin is None:
-            return False
-        self.text, self.origin = text, origin or self.origin
-        self.revision += 1
-        return True
 
 
 BLANK = """\
@@ -370,10 +316,3 @@ def blank(rows: int = 9, cols: int = 15) -> str:
     inner = "#" + "." * (cols - 2) + "#"
     lines = ["#" * cols, *[inner] * (rows - 2), "#" * cols]
     return BLANK.format(grid="\n".join(f"    {line}" for line in lines))
-
-
-def template(name: str) -> str:
-    """Return a template by its name. Raises UsageError for an unknown one."""
-    if name not in TEMPLATES:
-        raise UsageError(f"there is no template '{name[:40]}'; known: {', '.join(TEMPLATES)}")
-    return template_text(name)

@@ -26,7 +26,7 @@ from contextlib import suppress
 from http import HTTPStatus
 from http.client import HTTPException, parse_headers
 from io import BytesIO
-from pathlib import Path, PurePath
+from pathlib import PurePath
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
@@ -314,43 +314,22 @@ def page(title: str) -> str:
     return framed(title, style, *(f'<script src="{name}"></script>' for name in programs))
 
 
-def start_studio(
-    file: Path | None,
-    *,
-    folder: Path | None = None,
-    port: int | None = None,
-    browser: bool = True,
-) -> None:
-    """Serve the editor until Ctrl-C. Raises UsageError if ``file`` or the port is not
-    available."""
-    from safenav.studio.editor import Editor
-
-    asyncio.run(_served(Editor.of_file(file, folder), port, browser))
-
-
-def start_live(
-    scenario: Path,
-    *,
-    seed: int | None = None,
-    trace: Path | None = None,
-    clock: str | None = None,
-) -> None:
-    """Serve the run of a scenario, without the editor, until Ctrl-C. Raises UsageError."""
-    asyncio.run(_served(Studio.of_run(scenario, seed, trace, clock), None, True))
-
-
-async def _served(studio: Studio, port: int | None, browser: bool) -> None:
-    server = Server(studio, port=port)
-    loop = asyncio.get_running_loop()
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        with suppress(NotImplementedError):
-            loop.add_signal_handler(number, server.stop)
+def serve(studio: Studio, port: int | None = None, *, browser: bool = True) -> None:
+    """Serve a studio until Ctrl-C. Raises UsageError if the port is not available."""
 
     def ready(address: str) -> None:
         click.echo(f"studio: {address}")
         click.echo("    Ctrl-C ends it", err=True)
 
-    await server.serve(browser=browser, ready=ready)
+    async def served() -> None:
+        server = Server(studio, port=port)
+        loop = asyncio.get_running_loop()
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            with suppress(NotImplementedError):
+                loop.add_signal_handler(number, server.stop)
+        await server.serve(browser=browser, ready=ready)
+
+    asyncio.run(served())
 
 
 _PAUSE = 0.2
