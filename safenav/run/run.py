@@ -267,14 +267,6 @@ class Run(Struct):
 CLOSED = {ObstacleStatus.FOUND, ObstacleStatus.REQUESTED, ObstacleStatus.BLOCKED}
 
 
-def viewers(run: Run) -> tuple[str, ...]:
-    """Return the robots with limited vision or recorded beliefs, in the order of their turns."""
-    believing = {pair[0] for pair in run.beliefs}
-    return tuple(
-        track.name for track in run.robots if track.vision is not None or track.name in believing
-    )
-
-
 class SightCache(Struct, frozen=True, dict=True):
     """The sight of robots on a map, cached by radius and blocking obstacles, so that a query for
     every tick is cheap."""

@@ -5,16 +5,17 @@ safenav have no Node. A content security policy in the page forbids every reques
 
 The run is compact data (its types: front/src/run/run.ts). Values over time are lists of
 [tick, value...]; paths are lists of regions and a letter for each heading: a thousand ticks of a
-robot take about five kilobytes. ``grown`` alone writes the parts that grow during a run: all
-entries, or those that a page lacks. A set of regions is written once, as runs of consecutive
-regions: the gap before each run and its length, as in ``14,3,7,2``. The page merges the news of a
-live run (front/src/live/player.ts).
+robot take about five kilobytes. ``_Rows`` alone writes the parts that grow during a run: all
+entries, or those since a tick, which replace those that a page has (front/src/live/player.ts). A
+set of regions is written once, as runs of consecutive regions: the gap before each run and its
+length, as in ``14,3,7,2``.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from bisect import bisect_left
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache, partial
 from html import escape
 from importlib.resources import files
@@ -32,7 +33,7 @@ from safenav.report.picture.svg import (
 )
 from safenav.run import values
 from safenav.run.reading import Beginning, RunReader, run_of
-from safenav.run.run import Run, SightCache, viewers
+from safenav.run.run import Run, SightCache
 from safenav.scenario.objective import Objective, target_regions
 from safenav.trace.file import Trace
 from safenav.world.map import Region, RegionMap
@@ -133,45 +134,8 @@ def asset(name: str) -> str:
 T = TypeVar("T")
 
 
-class PageKnowledge:
-    """The entries that pages have; at first none. ``numbered``: sets of regions are numbers in
-    ``texts``, else their texts."""
-
-    def __init__(self, world: RegionMap, *, numbered: bool) -> None:
-        self.texts: dict[str, int] = {}
-        self._numbered = numbered
-        self._counts: dict[tuple[str, ...], int] = {}
-        self._views: dict[str, list[Region]] = {}
-        self._sight = SightCache(world)
-
-    def new(self, entries: Sequence[T], *key: str) -> Sequence[T]:
-        """Return the entries of a series that pages lack; ``key`` identifies the series."""
-        begin = self._counts.get(key, 0)
-        self._counts[key] = len(entries)
-        return entries[begin:]
-
-    def steps(self, track: values.RobotTrack) -> list[Any]:
-        """Return the number of the first step that pages lack, and the steps from it on; the last
-        one may still continue."""
-        begin = max(0, self._counts.get(("steps", track.name), 0) - 1)
-        self._counts["steps", track.name] = len(track.steps)
-        new = track.steps[begin:]
-        times = [[s.first, s.last, s.toward, round(s.begin, 3), round(s.end, 3)] for s in new]
-        return [begin, times]
-
-    def sight(self, run: Run, viewer: str) -> Iterable[tuple[int, list[Region]]]:
-        """Yield the changes of a robot's sight that pages lack: the tick, and the regions seen."""
-        for tick in range(self._counts.get(("sight", viewer), 0), run.last + 1):
-            view = self._sight.after(run, viewer, tick)
-            if view is not None and view != self._views.get(viewer):
-                self._views[viewer] = view
-                yield tick, view
-        self._counts["sight", viewer] = run.last  # more lines of this tick may follow
-
-    def placed(self, regions: Iterable[Region]) -> int | str:
-        """Return the number or the text of a set of regions (ascending)."""
-        text = written(regions)
-        return self.texts.setdefault(text, len(self.texts)) if self._numbered else text
+Sets = dict[str, int]
+"""Sets of regions as texts, with their numbers."""
 
 
 def written(regions: Iterable[Region]) -> str:
@@ -187,14 +151,14 @@ def written(regions: Iterable[Region]) -> str:
     return ",".join(map(str, numbers))
 
 
-def encoded(run: Run, source: str) -> dict[str, Any]:
-    """Return the data of the page. ``source``: the name of the trace."""
-    ending, known = run.ending, PageKnowledge(run.map, numbered=True)
-    now = grown(run, known)
+def encoded(run: Run, source: str, sets: Sets | None = None) -> dict[str, Any]:
+    """Return the data of the page. ``source``: the name of the trace; ``sets``: those that pages
+    have."""
+    ending, now = run.ending, _Rows(run, {} if sets is None else sets).since(0)
     style = values.looks([track.name for track in run.robots])
     now["robots"] = [
-        {**_robot(track), **new, "steps": new["steps"][1], "look": asdict(look)}
-        for track, new, look in zip(run.robots, now["robots"], style, strict=True)
+        {**_robot(track), **rows, "look": asdict(look)}
+        for track, rows, look in zip(run.robots, now["robots"], style, strict=True)
     ]
     return {
         "name": run.name,
@@ -211,7 +175,6 @@ def encoded(run: Run, source: str) -> dict[str, Any]:
         "within": run.within,
         "opens": run.last if run.failed else 0,
         **now,
-        "sets": [*known.texts],
         "ending": ending
         and {
             "outcome": ending.outcome,
@@ -228,83 +191,92 @@ def encoded(run: Run, source: str) -> dict[str, Any]:
     }
 
 
-def grown(run: Run, known: PageKnowledge) -> dict[str, Any]:
-    """Return the entries that grow with the ticks of a run and are not ``known``; obstacles without
-    new entries are left out."""
-    growth = _Growth(run, known)
-    times = run.seconds and [round(time, 3) for time in known.new(run.seconds, "times")]
-    events = (event for event in known.new(run.events, "events") if event.kind in EVENT_MARKS)
-    return {
-        "last": run.last,
-        "times": times,
-        "robots": [growth.robot(track) for track in run.robots],
-        "obstacles": [*filter(None, map(growth.obstacle, run.hidden.values()))],
-        "stack": growth.changes(run.stack, growth.rows, "stack"),
-        "events": [growth.event(event) for event in events],
-    }
+class _Rows:
+    """The entries of a run that grow with its ticks: changes of values as [tick, value...]."""
 
-
-class _Growth:
-    def __init__(self, run: Run, known: PageKnowledge) -> None:
-        self._run, self._known = run, known
+    def __init__(self, run: Run, sets: Sets, sight: SightCache | None = None) -> None:
+        self._run, self._sets = run, sets
+        self._sight = sight or SightCache(run.map)
         self._index = {track.name: i for i, track in enumerate(run.robots)}
-        self._viewers = viewers(run)
+        self._begin = 0
 
-    def changes(
-        self, changes: values.Changes[T], value: Callable[[T], list[Any]], *key: str
+    def since(self, tick: int) -> dict[str, Any]:
+        """Return the entries from a tick on, 0: all of them. Obstacles have all, unless none is
+        new: then they are left out."""
+        run, self._begin = self._run, tick
+        first = bisect_left(run.events, tick, key=lambda event: event.tick)
+        return {
+            "last": run.last,
+            "times": run.seconds and [round(time, 3) for time in run.seconds[tick:]],
+            "robots": [self._robot(track) for track in run.robots],
+            "obstacles": [*filter(None, map(self._obstacle, run.hidden.values()))],
+            "stack": self._changes(run.stack, self._stack),
+            "events": [self._event(e) for e in run.events[first:] if e.kind in EVENT_MARKS],
+            "sets": [*self._sets],
+        }
+
+    def _changes(
+        self, changes: values.Changes[T], value: Callable[[T], list[Any]], whole: bool = False
     ) -> list[list[Any]]:
-        """Return new ticks with the value that holds from each on; the last of a tick counts."""
-        latest = dict(self._known.new(changes, *key))
-        return [[max(0, tick), *value(held)] for tick, held in latest.items()]
+        """Return ticks with the value that holds from each on; the last of a tick counts."""
+        begin = 0 if whole else self._begin
+        new = changes.after(begin - 1) if begin else changes
+        return [[tick, *value(held)] for tick, held in {max(0, t): v for t, v in new}.items()]
 
-    def robot(self, track: values.RobotTrack) -> dict[str, Any]:
-        run, name, charge = self._run, track.name, self._run.charges.get(track.name)
-        path = self._known.new(track.regions, "path", name)
-        headings = self._known.new(track.headings, "headings", name)
+    def _robot(self, track: values.RobotTrack) -> dict[str, Any]:
+        run, name, begin = self._run, track.name, self._begin
+        charge, path, headings = run.charges.get(name), track.regions, track.headings[begin:]
         facing = [heading.name[0] for heading in headings if heading is not None]
         return {
-            "path": [*path],
-            "steps": self._known.steps(track),
-            "headings": "".join(facing) if len(facing) == len(path) else None,
-            "tasks": self.changes(
-                run.objectives[name], partial(task_data, run, name), "tasks", name
-            ),
-            "progress": self.changes(run.progress[name], self._progress, "progress", name),
-            "charge": charge and self.changes(charge, lambda percent: [percent], "charge", name),
-            "view": self._view(track) if name in self._viewers else None,
+            "path": path[begin:],
+            "steps": [
+                [step.first, step.last, step.toward, round(step.begin, 3), round(step.end, 3)]
+                for step in track.steps[bisect_left(track.steps, begin - 1, key=_last) :]
+            ],
+            "headings": "".join(facing) if len(facing) == len(headings) else None,
+            "tasks": self._changes(run.objectives[name], partial(task_data, run, name)),
+            "progress": self._changes(run.progress[name], self._progress),
+            "charge": charge and self._changes(charge, lambda percent: [percent]),
+            "sight": [*self._seen(name)],
+            "beliefs": {
+                self._index[of]: self._changes(beliefs, self._belief)
+                for (viewer, of), beliefs in run.beliefs.items()
+                if viewer == name
+            },
         }
 
-    def _view(self, track: values.RobotTrack) -> dict[str, Any]:
-        """Return a robot's sight and beliefs."""
-        sight = self._known.sight(self._run, track.name)
-        return {
-            "vision": track.vision,
-            "sight": [[tick, self._known.placed(view)] for tick, view in sight],
-            "beliefs": [
-                [self._index[of], self.changes(beliefs, self._belief, "belief", viewer, of)]
-                for (viewer, of), beliefs in self._run.beliefs.items()
-                if viewer == track.name
-            ],
-        }
+    def _seen(self, robot: str) -> Iterator[list[Any]]:
+        """Yield the changes of what a robot sees."""
+        begin = self._begin
+        before = self._sight.after(self._run, robot, begin - 1) if begin else None
+        for tick in range(begin, self._run.last + 1):
+            view = self._sight.after(self._run, robot, tick)
+            if view is not None and view != before:
+                yield [tick, self._set(view)]
+            before = view
+
+    def _set(self, regions: Iterable[Region]) -> int:
+        """Return the number of a set of regions (ascending)."""
+        return self._sets.setdefault(written(regions), len(self._sets))
 
     def _belief(self, held: values.RobotBelief | None) -> list[Any]:
-        if held is None:
-            return [0, -1]
-        return [int(held.seen), self._known.placed(sorted(held.regions))]
+        return [0, -1] if held is None else [int(held.seen), self._set(sorted(held.regions))]
 
-    def obstacle(self, hidden: values.Hidden) -> dict[str, Any]:
-        run, name = self._run, hidden.name
-        new = {
-            "status": self.changes(run.statuses[name], lambda s: [s.value], "status", name),
-            "met": self.changes(run.met[name], lambda needs: [needs], "met", name),
-            "carried": self.changes(run.loads[name], self._carriers, "carried", name),
+    def _obstacle(self, hidden: values.Hidden) -> dict[str, Any]:
+        run, name, begin = self._run, hidden.name, self._begin
+        status, met, carried = run.statuses[name], run.met[name], run.loads[name]
+        if begin and max(status[-1][0], met[-1][0], carried[-1][0]) < begin:
+            return {}
+        return {
+            **_obstacle(hidden, run.map),
+            "status": self._changes(status, lambda status: [status.value], whole=True),
+            "met": self._changes(met, lambda needs: [needs], whole=True),
+            "carried": self._changes(
+                carried, lambda by: [[self._index[name] for name in by]], whole=True
+            ),
         }
-        return {**_obstacle(hidden, run.map), **new} if any(new.values()) else {}
 
-    def _carriers(self, robots: Sequence[str]) -> list[Any]:
-        return [[self._index[robot] for robot in robots]]
-
-    def rows(self, stack: Sequence[values.StackRow]) -> list[Any]:
+    def _stack(self, stack: Sequence[values.StackRow]) -> list[Any]:
         word = self._run.map.word
         return [[[row.about(word), row.roles, row.requester, [*row.helpers]] for row in stack]]
 
@@ -312,7 +284,7 @@ class _Growth:
     def _progress(done: values.RobotProgress) -> list[Any]:
         return [done.rounds, -1 if done.reached is None else done.reached]
 
-    def event(self, event: values.Event) -> list[Any]:
+    def _event(self, event: values.Event) -> list[Any]:
         return [
             min(event.tick, self._run.last),
             event.kind.value,
@@ -320,6 +292,10 @@ class _Growth:
             self._index.get(event.robot or "", -1),
             -1 if event.region is None else event.region,
         ]
+
+
+def _last(step: values.LongStep) -> int:
+    return step.last
 
 
 def _obstacle(hidden: values.Hidden, world: RegionMap) -> dict[str, Any]:
@@ -354,11 +330,11 @@ class LiveRun:
     """A live run. ``source``: its name on the page, in place of a trace file."""
 
     def __init__(self, header: Beginning, source: str) -> None:
-        self._source = source
+        self._source, self._sets = source, Sets()
         reader = RunReader(header)
         self.run, self.append = reader.run, reader.append
-        self._sent = PageKnowledge(self.run.map, numbered=False)
-        self.news()
+        self._rows = _Rows(self.run, self._sets, SightCache(self.run.map))
+        self._told = self._told_sets = 0
 
     @property
     def time(self) -> float:
@@ -367,10 +343,12 @@ class LiveRun:
 
     def whole(self) -> dict[str, Any]:
         """Return the data of a page that shows the run so far."""
-        return encoded(self.run, self._source)
+        return encoded(self.run, self._source, self._sets)
 
     def news(self) -> dict[str, Any]:
-        """Return the entries since the last call, in the form of ``whole``, to be appended. Two
-        differ: ``steps`` of a robot are [number, steps], which replace those from that number on,
-        and sets of regions are texts instead of references."""
-        return grown(self.run, self._sent)
+        """Return the entries since the last tick of the last call, in the form of ``whole``, which
+        replace those of pages; new sets follow the first ``known`` ones."""
+        since, known = self._told, self._told_sets
+        new = self._rows.since(since)
+        self._told, self._told_sets = self.run.last, len(self._sets)
+        return {"since": since, "known": known} | new | {"sets": new["sets"][known:]}

@@ -1,4 +1,4 @@
-/* sources 71860118388c02632606dfad2bce51236e697860af613cfc4c630f17cf56320c */
+/* sources 04c13abd5e2d3e4180a46e09f364d454c2d3a11094a269c1c5cfa38717ddc21e */
 /* Contains three:
 The MIT License
 

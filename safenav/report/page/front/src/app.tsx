@@ -16,9 +16,6 @@ function isTold([, kind]: RunEvent): boolean {
   return EVENTS[kind][0] === "story" || kind === "plan" || kind === "plan_end";
 }
 
-/** The rows of the largest map whose outer wall holds the words below it. */
-const MOST_ROWS = 12;
-
 interface AppProps {
   run: Run;
   player: Player;
@@ -49,7 +46,7 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
   const help = useRef<HTMLDialogElement>(null);
   const [shown, setShown] = useState<Shown>({
     ...ALL,
-    viewer: run.robots.findIndex((robot) => robot.view !== null),
+    viewer: run.robots.indexOf(viewersOf(run)[0]!),
   });
   const { eye } = stage;
   useLayoutEffect(() => player.onTick(() => redraw(0)), [player]);
@@ -68,8 +65,6 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
     [eye],
   );
   const tick = player.tick;
-  // Half a wall below the map has room for the strip.
-  const walled = /^#+$/.test(run.grid[run.rows - 1]!) && run.rows <= MOST_ROWS;
   return (
     <>
       <Header
@@ -88,8 +83,8 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
       >
         {extras.bar}
       </Header>
-      <main class={`${walled ? "walled" : ""} ${extras.beside ? "steered" : ""}`}>
-        <section class="stage" aria-label="Map">
+      <main class={extras.beside ? "steered" : ""}>
+        <section class="stage told" aria-label="Map">
           {extras.above}
           <stage.View
             run={run}

@@ -3,7 +3,7 @@
 import type { ComponentChildren } from "preact";
 import { useLayoutEffect, useMemo, useState } from "preact/hooks";
 import { App, OutcomeBadge } from "../app";
-import type { Eye } from "../map/camera";
+import { extentOf, type Eye } from "../map/camera";
 import type { Hand } from "../map/cursor";
 import { flatStage } from "../map/map";
 import { ordered, square } from "../map/shapes";
@@ -327,7 +327,7 @@ const KEYS: Keys = [
 export function LiveView({ run, player, wire, palette, watches, bar, saving }: LiveViewProps) {
   const [tool, choose] = useState<Tool>({ does: "look" });
   const { cols, rows } = run ?? { cols: 0, rows: 0 };
-  const stage = useMemo(() => flatStage({ left: 0, top: 0, right: cols, bottom: rows }), [cols, rows]);
+  const stage = useMemo(() => run && flatStage(extentOf(run)), [run?.grid.join()]);
   const over = player.state.phase === "ended";
   const hand = useWorldHand(run, over || watches ? { does: "look" } : tool, choose, wire.say);
   useLayoutEffect(() => {
@@ -338,7 +338,7 @@ export function LiveView({ run, player, wire, palette, watches, bar, saving }: L
     };
     return heard(window, { keydown: pressed });
   }, []);
-  if (run === null) return <Begin player={player} wire={wire} bar={bar} />;
+  if (run === null || stage === null) return <Begin player={player} wire={wire} bar={bar} />;
   const tick = player.tick;
   return (
     <App

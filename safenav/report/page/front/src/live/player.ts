@@ -4,7 +4,7 @@
  */
 
 import { Player } from "../run/player";
-import type { Obstacle, Robot, Run, View } from "../run/run";
+import { countOf, type Obstacle, type Robot, type Run } from "../run/run";
 
 export type Say = (does: string, data?: object) => void;
 
@@ -110,55 +110,45 @@ export class LivePlayer extends Player {
   }
 }
 
-/** New entries, in the shapes of the whole. */
-interface RobotNews extends Pick<Robot, "path" | "tasks" | "progress" | "charge" | "headings" | "view"> {
-  /** Index of the first new one. */
-  steps: [from: number, steps: Robot["steps"]];
-}
-
-export interface News extends Pick<Run, "last" | "times" | "stack" | "events"> {
-  robots: RobotNews[];
-  /** The changed ones. */
+/** The entries of a run from tick `since` on, in the shapes of the whole; they replace those that the page has. */
+export interface News extends Pick<Run, "last" | "times" | "stack" | "events" | "sets"> {
+  since: number;
+  /** The number of sets before the new ones. */
+  known: number;
+  robots: Pick<Robot, "path" | "steps" | "headings" | "tasks" | "progress" | "charge" | "sight" | "beliefs">[];
+  /** The changed ones, with all their entries. */
   obstacles: Obstacle[];
 }
 
 /** Return a new run that shares unchanged parts with the old one. */
 export function merged(run: Run, news: News): Run {
-  const robots = run.robots.map((robot, i) => joined(robot, news.robots[i]!));
-  const obstacles = run.obstacles.map((old) => {
-    const told = news.obstacles.find(({ name }) => name === old.name);
-    if (!told) return old;
-    for (const key of ["status", "met", "carried"] as const) append<unknown>(old[key], told[key]);
-    return { ...told, status: old.status, met: old.met, carried: old.carried };
+  const { since, last } = news;
+  const renew = <T extends [number, ...unknown[]]>(list: T[] | null, more: T[] | null): void =>
+    replaced(list, (entry) => entry[0] < since, more);
+  const robots = run.robots.map((robot, i) => {
+    const told = news.robots[i]!;
+    replaced(robot.path, (_, tick) => tick < since, told.path);
+    replaced(robot.steps, (step) => step[1] < since - 1, told.steps);
+    renew(robot.tasks, told.tasks);
+    renew(robot.progress, told.progress);
+    renew(robot.charge, told.charge);
+    renew(robot.sight, told.sight);
+    for (const [of, changes] of Object.entries(told.beliefs)) renew((robot.beliefs[Number(of)] ??= [[0, 0, -1]]), changes);
+    return { ...robot, headings: robot.headings && robot.headings.slice(0, since) + told.headings };
   });
-  obstacles.push(...news.obstacles.filter(({ name }) => run.obstacles.every((old) => old.name !== name)));
-  for (const key of ["times", "stack", "events"] as const) append<unknown>(run[key], news[key]);
-  return { ...run, last: news.last, robots, obstacles };
+  const named = new Map([...run.obstacles, ...news.obstacles].map((obstacle) => [obstacle.name, obstacle]));
+  renew(run.stack, news.stack);
+  renew(run.events, news.events);
+  replaced(run.times, (_, tick) => tick < since, news.times);
+  replaced(run.sets, (_, place) => place < news.known, news.sets);
+  return { ...run, last, robots, obstacles: [...named.values()] };
 }
 
-function joined(robot: Robot, news: RobotNews): Robot {
-  for (const key of ["path", "tasks", "progress", "charge"] as const) append<unknown>(robot[key], news[key]);
-  return {
-    ...robot,
-    headings: robot.headings === null ? null : robot.headings + news.headings,
-    steps: [...robot.steps.slice(0, news.steps[0]), ...news.steps[1]],
-    view: news.view ? seen(robot.view, news.view) : robot.view,
-  };
-}
-
-function seen(view: View | null, news: View): View {
-  if (view === null) return news;
-  append(view.sight, news.sight);
-  for (const [of, changes] of news.beliefs) {
-    const told = view.beliefs.find(([other]) => other === of);
-    if (told) append(told[1], changes);
-    else view.beliefs.push([of, changes]);
-  }
-  return view;
-}
-
-function append<T>(list: T[] | null, more: readonly T[] | null): void {
-  for (const entry of more ?? []) list?.push(entry);
+/** Keep the first entries of a list that are old, and append new ones. */
+function replaced<T>(list: T[] | null, isOld: (entry: T, index: number) => boolean, more: readonly T[] | null): void {
+  if (list === null) return;
+  list.length = countOf(list.length, (i) => isOld(list[i]!, i));
+  for (const entry of more ?? []) list.push(entry);
 }
 
 export type Message = { is: string } & Record<string, any>;

@@ -10,6 +10,8 @@ import { clamp } from "../run/run";
 /** Units of the drawings for one cell. */
 export const CELL = 40;
 const MARGIN = 2 / CELL;
+/** The part of an outer wall that is not shown. */
+const HALF = 0.5 + MARGIN;
 const CLOSEST = 280;
 
 /** The shown part of a map, in cells: columns from `left` to `right`, rows from `top` to `bottom`. */
@@ -22,7 +24,7 @@ export interface Extent {
 
 /** All of a map, but only half of its outer walls. */
 export function extentOf({ cols, rows, grid }: { cols: number; rows: number; grid: string[] }): Extent {
-  const half = (outer: string): number => (/^#*$/.test(outer) ? 0.5 + MARGIN : 0);
+  const half = (outer: string): number => (/^#*$/.test(outer) ? HALF : 0);
   const column = (col: number): string => grid.map((row) => row[col]).join("");
   return {
     left: half(column(0)),
@@ -78,6 +80,12 @@ export class Camera implements Eye {
   get ratio(): number {
     const { left, top, right, bottom } = this.extent;
     return (right - left) / (bottom - top);
+  }
+
+  /** The part of the height that is wall below the map, which words may cover. */
+  get wall(): number {
+    const { top, bottom } = this.extent;
+    return bottom % 1 ? (1 - HALF) / (bottom - top) : 0;
   }
 
   get isWhole(): boolean {

@@ -1,7 +1,7 @@
 /** Knowledge at a tick: obstacles, targets, occupied regions, refused steps. */
 
 import { memo } from "preact/compat";
-import { aimAt, at, type BeliefChange, type RegionSet, EVERYONE, placeOf, regionsOf, type Robot, type Run, type Shown, transitAt } from "../run/run";
+import { aimAt, at, type BeliefChange, EVERYONE, placeOf, regionsOf, type Robot, type Run, type Shown, transitAt } from "../run/run";
 import { CELL } from "./camera";
 import { centreOf, filled, INK, outline } from "./shapes";
 
@@ -163,7 +163,7 @@ const PITCH = 6.5;
 
 /** Return the robots that have sight or beliefs to shade. */
 export function viewersOf(run: Run): Robot[] {
-  return run.robots.filter((robot) => robot.view !== null);
+  return run.robots.filter(({ sight, beliefs }) => sight.length > 0 || Object.keys(beliefs).length > 0);
 }
 
 export function Hatch({ run, of, id }: { run: Run; of: number; id: string }) {
@@ -200,8 +200,8 @@ export const Shading = memo(({ run, tick, shown, selected }: ShadingProps) => {
       </defs>
       {viewers.map((robot) => <Sight run={run} robot={robot} tick={tick} />)}
       {viewers.flatMap((robot) =>
-        robot.view!.beliefs.map(([of, told]) => (
-          <Believed run={run} robot={robot} of={of} told={at(told, tick)} hatched={[of, run.robots.indexOf(robot)].includes(selected ?? -1)} />
+        Object.entries(robot.beliefs).map(([of, told]) => (
+          <Believed run={run} robot={robot} of={Number(of)} told={at(told, tick)} hatched={[Number(of), run.robots.indexOf(robot)].includes(selected ?? -1)} />
         )),
       )}
     </>
@@ -213,7 +213,7 @@ function watched(run: Run, robot: Robot, shown: Shown): boolean {
 }
 
 /** The area of a set, and the border around it. */
-function shapeOf(run: Run, set: RegionSet): { area: string; border: string } {
+function shapeOf(run: Run, set: number): { area: string; border: string } {
   const regions = regionsOf(run, set);
   let shape = drawn.get(regions);
   if (shape === undefined) drawn.set(regions, (shape = { area: filled(run, regions), border: outline(run, regions) }));
@@ -223,8 +223,8 @@ function shapeOf(run: Run, set: RegionSet): { area: string; border: string } {
 const drawn = new WeakMap<number[], { area: string; border: string }>();
 
 function Sight({ run, robot, tick }: { run: Run; robot: Robot; tick: number }) {
-  if (robot.view!.sight.length === 0) return null;
-  const { area, border } = shapeOf(run, at(robot.view!.sight, tick)[1]);
+  if (robot.sight.length === 0) return null;
+  const { area, border } = shapeOf(run, at(robot.sight, tick)[1]);
   return (
     <g class="sight" data-viewer={robot.name} style={{ "--colour": robot.look.colour }}>
       <path {...INK.sight} d={area} />

@@ -68,7 +68,7 @@ export function MapView({ run, player, camera, tick, shown, spoken = -1, hand }:
         class={camera.isWhole ? "map" : "map near"}
         role="img"
         aria-label={describeMap(run, tick)}
-        style={{ "--ratio": camera.ratio, ...(hand && { cursor: hand.cursor }) }}
+        style={{ "--ratio": camera.ratio, "--free": 1 - camera.wall, ...(hand && { cursor: hand.cursor }) }}
         {...cursor.keys}
       >
         <svg class="floor">

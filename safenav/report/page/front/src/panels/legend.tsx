@@ -124,9 +124,9 @@ export function MapMarks({ run }: { run: Run }) {
 function ShadingLegend({ run }: { run: Run }) {
   const viewers = viewersOf(run);
   const moving = run.robots.find((robot) => robot.steps.length > 0);
-  const seeing = viewers.find((robot) => robot.view!.sight.length > 0);
-  const believing = viewers.find((robot) => robot.view!.beliefs.length > 0);
-  const of = believing?.view!.beliefs[0]![0] ?? 0;
+  const seeing = viewers.find((robot) => robot.sight.length > 0);
+  const believing = viewers.find((robot) => Object.keys(robot.beliefs).length > 0);
+  const of = Number(Object.keys(believing?.beliefs ?? {})[0] ?? 0);
   const sought = run.robots[of]!.look.colour;
   return (
     <>

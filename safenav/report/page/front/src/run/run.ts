@@ -87,21 +87,14 @@ export interface Robot {
   progress: Progress[];
   /** The charge of a robot with a battery, in percent of its capacity. */
   charge: [tick: number, percent: number][] | null;
-  view: View | null;
+  /** What it sees, if its vision has a radius: places in `Run.sets`. */
+  sight: [tick: number, set: number][];
+  /** By index of the other robot. */
+  beliefs: Record<number, BeliefChange[]>;
 }
 
-/** A set of regions as text, or its place in `Run.sets`; -1 for unknown. */
-export type RegionSet = number | string;
-
-/** A robot's sight (if its vision has a radius) and beliefs. */
-export interface View {
-  vision: number | null;
-  sight: [tick: number, set: RegionSet][];
-  beliefs: [of: number, told: BeliefChange[]][];
-}
-
-/** [from tick, 1 if it sees the other, the set of regions where the other may be, -1 for unknown] */
-export type BeliefChange = [tick: number, seen: number, set: RegionSet];
+/** [from tick, 1 if it sees the other, the place in `Run.sets` of the regions where the other may be, -1 for unknown] */
+export type BeliefChange = [tick: number, seen: number, set: number];
 
 export interface Curve {
   name: string;
@@ -183,7 +176,7 @@ export interface Run {
 }
 
 /** Return how many of `size` indices, the first ones, have a property. */
-function countOf(size: number, has: (index: number) => boolean): number {
+export function countOf(size: number, has: (index: number) => boolean): number {
   let [low, high] = [0, size];
   while (low < high) {
     const middle = (low + high) >> 1;
@@ -354,8 +347,8 @@ export function regionAt({ cols, rows }: Pick<Run, "cols" | "rows">, x: number, 
 const readSets = new Map<string, number[]>();
 
 /** The regions of a set, read on first use: gaps and lengths of runs of consecutive regions. */
-export function regionsOf(run: Run, set: RegionSet): number[] {
-  const text = typeof set === "string" ? set : run.sets[set]!;
+export function regionsOf(run: Run, set: number): number[] {
+  const text = run.sets[set]!;
   let regions = readSets.get(text);
   if (regions === undefined) {
     readSets.set(text, (regions = []));
