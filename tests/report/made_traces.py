@@ -2,16 +2,11 @@
 
 import json
 import random
-from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
 from once import beside, made_once, trace_of_shipped
 from runtime.played import play
-from safenav.trace.fields import convert
-from safenav.world.map import RegionMap
-from safenav.world.sight import visible_from
-from support.damage import team
 
 DETOUR = beside(__file__, "scenarios/scouting.yaml")
 
@@ -88,40 +83,6 @@ def _played(name: str, scenario: str | dict[str, Any]) -> Lines:
 
 def _read(trace: Path) -> Lines:
     return [json.loads(line) for line in trace.read_text().splitlines()]
-
-
-def watched(lines: Lines, vision: float, side: int = 5) -> Lines:
-    """Another trace as if its robots saw only so far, and kept track of all others by beliefs
-    about the square tiles of the map, ``side`` regions wide: the worst that a page can meet."""
-    header = deepcopy(lines[0])
-    world = convert(RegionMap, header["scenario"]["map"])
-    robots = team(header)
-    for robot in robots.values():
-        robot["model"]["vision"] = vision
-    tiles: dict[tuple[int, int], list[int]] = {}
-    for region in world.free:
-        row, col = world.position(region)
-        tiles.setdefault((row // side, col // side), []).append(region)
-    where = {name: robot["start"]["region"] for name, robot in robots.items()}
-    view, known = visible_from(world, vision), dict[tuple[str, str], tuple[bool, list[int]]]()
-    told = [header]
-    for line in lines[1:]:
-        told.append(line)
-        if line["type"] != "move":
-            continue
-        robot, tick = line["robot"], line["tick"]
-        where[robot] = line["to"]
-        for other in robots:
-            seen = other != robot and view.sees(where[robot], where[other])
-            row, col = world.position(where[other])
-            near = [(row // side + d, col // side + e) for d in (-1, 0, 1) for e in (-1, 0, 1)]
-            around = sorted(region for tile in near for region in tiles.get(tile, []))
-            belief = (seen, [where[other]] if seen else around)
-            if other != robot and known.get((robot, other)) != belief:
-                known[robot, other] = belief
-                about = {"of": other, "seen": seen, "regions": belief[1]}
-                told.append({"type": "belief", "note": True, "tick": tick, "robot": robot, **about})
-    return told
 
 
 def write(lines: Lines, path: Path) -> Path:

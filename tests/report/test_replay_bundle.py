@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from children import ran
-from safenav.report.page.html import embedded, page_of
+from safenav.report.page.html import embedded, encoded, page_of
 from safenav.run.run import Run
 
 REPORT = Path(__file__).parents[2] / "safenav" / "report"
@@ -45,6 +45,13 @@ def test_the_page_is_small_and_names_no_other_file(replays: dict[str, Run]) -> N
     assert re.findall(r'(?:src|href)="([^"]*)"', page) == ["data:,"]
     assert "default-src 'none'" in page
     assert len(page) <= 130_000
+
+
+def test_a_set_of_regions_is_written_once(replays: dict[str, Run]) -> None:
+    """With beliefs, pages of long runs took many megabytes."""
+    data = encoded(replays["meeting"], "x.jsonl")
+    changes = [change for robot in data["robots"] for change in robot["sight"]]
+    assert len(changes) > len(data["sets"]) == len({*data["sets"]}) > 1
 
 
 def test_embedded_data_survives_and_cannot_end_its_element() -> None:

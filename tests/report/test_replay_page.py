@@ -160,21 +160,6 @@ def test_keys_work_wherever_the_focus_is_and_the_address_names_the_tick(
         browser.wait(lambda tick=tick: browser.tick == tick)
 
 
-def test_the_contents_of_the_map_can_be_chosen(browser: Browser, pages: dict[str, Path]) -> None:
-    browser.open(pages["door"])
-    browser.one('[data-opens="Show"]').click()
-    shown = {
-        "region numbers": ".numbers text",
-        "trails": ".trails .trail path",
-        "targets": ".knowledge .target",
-        "hidden obstacles": ".obstacle.status-hidden",
-    }
-    for label in browser.all(".choices label"):
-        assert browser.all(shown[label.text]), label.text
-        label.click()
-        assert not browser.all(shown[label.text]), label.text
-
-
 def test_the_map_is_zoomed_and_follows_a_robot(browser: Browser, pages: dict[str, Path]) -> None:
     browser.open(pages["door"])
     whole = view(browser)
@@ -247,8 +232,7 @@ def test_the_page_hatches_beliefs_and_tints_sight(browser: Browser, pages: dict[
     assert "seen" in (browser.one(".shading .belief").get_attribute("class") or "")
     browser.press(Keys.ARROW_LEFT)
     browser.press(Keys.ARROW_LEFT)
-    browser.one('[data-opens="Show"]').click()
-    chosen = browser.one(".viewer select")
+    chosen = browser.one("select.viewer")
     for option in chosen.find_elements("css selector", "option"):
         option.click()
         many = {"everyone": ["west", "east"], "no robot": []}

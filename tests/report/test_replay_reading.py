@@ -10,7 +10,6 @@ from msgspec.structs import replace
 from once import beside
 from report import made_traces
 from safenav.errors import InputError
-from safenav.report.page.html import page_of
 from safenav.run.reading import RunReader, read_run
 from safenav.run.run import SightCache
 from safenav.scenario.model import Clock
@@ -123,10 +122,3 @@ def test_found_obstacles_block_the_view_until_they_are_resolved(tmp_path: Path) 
     before, found, after = (sight.after(replay, "quad", tick) or [] for tick in (10, 11, 16))
     assert 48 in before and 48 not in found and 48 in after
     assert 47 in found, "the closed doorway itself is seen"
-
-
-def test_a_page_of_a_thousand_watchful_ticks_stays_under_a_megabyte(tmp_path: Path) -> None:
-    lines = made_traces.watched(made_traces.crowd(), 12.0)
-    replay = read_run(made_traces.write(lines, tmp_path / "t.jsonl"))
-    assert (replay.last, len(replay.robots), len(replay.beliefs)) == (1000, 6, 30)
-    assert len(page_of(replay, "t.jsonl").encode()) < 1_000_000

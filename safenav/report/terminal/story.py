@@ -268,22 +268,22 @@ def _shared(here: Sequence[Marker]) -> str:
     return "".join(marker.letter[-1] for marker in here)[:2]
 
 
-def draw(world: RegionMap, picture: MapPicture) -> list[str]:
-    """Return the map as lines of text, row 0 first."""
+def draw(world: RegionMap, picture: MapPicture, numbered: bool = False) -> list[str]:
+    """Return the map as lines of text, row 0 first; ``numbered``: with the numbers of regions."""
     standing = _by_region(picture)
-    return _rows([_cell(r, world, picture, standing.get(r, [])) for r in range(world.size)], world)
-
-
-def _rows(cells: Sequence[str], world: RegionMap) -> list[str]:
+    cells = [_cell(r, world, picture, standing.get(r, [])) for r in range(world.size)]
+    if numbered:
+        digits = len(str(world.size - 1))
+        for region, cell in enumerate(cells):
+            sign = cell.replace("·", " ")
+            cells[region] = "█" * (digits + 4) if cell == WALL else f"{sign} {region:<{digits}} "
     return ["".join(cells[i : i + world.cols]) for i in range(0, world.size, world.cols)]
 
 
 def _cell(region: Region, world: RegionMap, picture: MapPicture, here: list[Marker]) -> str:
     if len(here) == 1:
         heading, sign = here[0].heading, here[0].letter
-        if len(sign) == 2:
-            return sign
-        return sign + (ARROWS[heading] if heading is not None else " ")
+        return sign if len(sign) == 2 else sign + (ARROWS[heading] if heading is not None else " ")
     if here:
         return _shared(here)
     if region in world.walls:
@@ -300,20 +300,22 @@ def scenario_text(scenario: Scenario, width: int) -> list[str]:
     its marks.
 
     Free regions show their numbers if the map then fits into ``width`` characters."""
-    sign = labels([robot.name for robot in scenario.robots])
-    digits = len(str(scenario.map.size - 1))
-    mark = max(len(label) for label in [" ", *sign.values()])
-    numbered = scenario.map.cols * (digits + mark + 2) + _beside(scenario.map) <= width
-    drawn = _numbered(scenario, sign, digits) if numbered else _plain(scenario, sign)
-    lines = [scenario.name, "", *_with_axes(drawn, scenario.map), ""]
-    lines += [*_robots(scenario, sign), *_obstacles(scenario)]
-    marked = bool(scenario.robots or scenario.obstacles)
-    if numbered and marked:
-        lines.append("  a capital letter: a robot; a small one: its target; ?: an obstacle")
-    elif not numbered:
-        marks = "o: a target; ▒▒: an obstacle; " if marked else ""
-        lines.append(f"  {marks}a wider terminal shows region numbers")
-    return lines + _exclusions(scenario) + _names(scenario.map)
+    world, sign = scenario.map, labels([robot.name for robot in scenario.robots])
+    picture = MapPicture(
+        [Marker(sign[r.name], r.start.region, r.start.heading) for r in scenario.robots],
+        closed={obstacle.region: obstacle.name for obstacle in scenario.obstacles},
+        targets=frozenset().union(*(target_regions(r.objective) for r in scenario.robots)),
+    )
+    numbered = world.cols * (len(str(world.size - 1)) + 4) + _beside(world) <= width
+    lines = [scenario.name, "", *_with_axes(draw(world, picture, numbered), world), ""]
+    for robot in scenario.robots:
+        pose = world.stance(robot.start.region, robot.start.heading)
+        doing = describe(robot.objective, world.word)
+        lines.append(f"  {sign[robot.name]:2} {robot.name} ({robot.model.name}) at {pose}: {doing}")
+    lines += _obstacles(scenario)
+    lines += ["  o  target of an objective"] * bool(picture.targets)
+    lines += ["  a wider terminal shows region numbers"] * (not numbered)
+    return lines + _exclusions(scenario) + _names(world)
 
 
 def _beside(world: RegionMap) -> int:
@@ -329,48 +331,6 @@ def _with_axes(lines: list[str], world: RegionMap) -> list[str]:
     columns = "".join(f"{col:<{cell * every}}" for col in range(0, world.cols, every))
     rows = [f"{row:>{beside - 1}} {line}" for row, line in enumerate(lines)]
     return [f"{' ' * beside}{columns.rstrip()}", *rows]
-
-
-def _numbered(scenario: Scenario, sign: dict[str, str], digits: int) -> list[str]:
-    """Return the map as lines, each region with its mark and number. A robot's mark replaces that
-    of an obstacle, which replaces that of a target."""
-    marks: dict[Region, str] = {}
-    for robot in scenario.robots:
-        for region in target_regions(robot.objective):
-            marks[region] = sign[robot.name].lower()
-    marks |= {obstacle.region: "?" for obstacle in scenario.obstacles}
-    marks |= {robot.start.region: sign[robot.name] for robot in scenario.robots}
-
-    mark = max(len(label) for label in [" ", *sign.values()])
-    apart = " " if mark > 1 else ""  # separates a digit at the end of a label from the number
-
-    def cell(world: RegionMap, region: Region) -> str:
-        if region in world.walls:
-            return "█" * (digits + mark + 1 + len(apart))
-        return f"{marks.get(region, ''):>{mark + 1}}{apart}{region:<{digits}}"
-
-    world = scenario.map
-    return _rows([cell(world, region) for region in range(world.size)], world)
-
-
-def _plain(scenario: Scenario, sign: dict[str, str]) -> list[str]:
-    robots = [
-        Marker(sign[robot.name], robot.start.region, robot.start.heading)
-        for robot in scenario.robots
-    ]
-    targets = [region for robot in scenario.robots for region in target_regions(robot.objective)]
-    closed = {obstacle.region: obstacle.name for obstacle in scenario.obstacles}
-    return draw(scenario.map, MapPicture(robots, closed=closed, targets=targets))
-
-
-def _robots(scenario: Scenario, sign: dict[str, str]) -> list[str]:
-    world = scenario.map
-    return [
-        f"  {sign[robot.name]}  {robot.name} ({robot.model.name}) at "
-        f"{world.stance(robot.start.region, robot.start.heading)}: "
-        f"{describe(robot.objective, world.word)}"
-        for robot in scenario.robots
-    ]
 
 
 def _names(world: RegionMap) -> list[str]:
@@ -390,7 +350,7 @@ def _obstacles(scenario: Scenario) -> list[str]:
             needs.append(f"{need.action}{group} at {where or 'nowhere'}")
         status = f"ordered at tick {obstacle.appears}" if obstacle.ordered else "hidden"
         lines.append(
-            f"  ?  {obstacle_words(obstacle.name, word)}: {status} at "
+            f"  ▒▒ {obstacle_words(obstacle.name, word)}: {status} at "
             f"{scenario.map.label(obstacle.region)}, needs {', then '.join(needs)}, "
             f"{_blocked(obstacle, scenario)}"
         )

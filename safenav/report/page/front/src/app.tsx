@@ -1,13 +1,13 @@
 /** The page as a whole. */
 
 import type { ComponentChildren } from "preact";
-import { useLayoutEffect, useMemo, useReducer, useRef, useState } from "preact/hooks";
+import { useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 import { Playback } from "./panels/timeline";
-import { actionsOf, Header, type Keys, KEYS, listenToKeys, Popup, withKeys } from "./panels/shell";
+import { actionsOf, Header, type Keys, KEYS, listenToKeys, withKeys } from "./panels/shell";
 import { Events, Obstacles, Robots, Stack } from "./panels/sidebar";
 import { Legend } from "./panels/legend";
 import type { Player } from "./run/player";
-import { ALL, type Ending, EVENTS, eventsAfter, eventsAt, EVERYONE, NOBODY, type Run, type RunEvent, type Shown, when } from "./run/run";
+import { type Ending, EVENTS, eventsAfter, eventsAt, EVERYONE, NOBODY, type Run, type RunEvent, useRedraw, when } from "./run/run";
 import { viewersOf } from "./map/knowledge";
 import type { Hand } from "./map/cursor";
 import type { Stage } from "./map/map";
@@ -42,14 +42,11 @@ export interface Extras {
 }
 
 export function App({ run, player, stage, extras = {} }: AppProps) {
-  const [, redraw] = useReducer((count: number) => count + 1, 0);
+  const redraw = useRedraw();
   const help = useRef<HTMLDialogElement>(null);
-  const [shown, setShown] = useState<Shown>({
-    ...ALL,
-    viewer: run.robots.indexOf(viewersOf(run)[0]!),
-  });
+  const [viewer, choose] = useState(run.robots.indexOf(viewersOf(run)[0]!));
   const { eye } = stage;
-  useLayoutEffect(() => player.onTick(() => redraw(0)), [player]);
+  useLayoutEffect(() => player.onTick(redraw), [player]);
   // Before the page shows: a reader who sees it may press a key.
   useLayoutEffect(
     () => listenToKeys({ ...actionsOf(run, player, eye), "?": () => help.current!.showModal() }),
@@ -59,7 +56,7 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
   useLayoutEffect(
     () =>
       eye.onChange(() => {
-        if (followed.current !== eye.followed) redraw(0); // a zoom concerns the stage alone
+        if (followed.current !== eye.followed) redraw(); // a zoom concerns the stage alone
         followed.current = eye.followed;
       }),
     [eye],
@@ -90,7 +87,7 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
             run={run}
             player={player}
             tick={tick}
-            shown={shown}
+            viewer={viewer}
             spoken={spokenOf(run, tick)}
             hand={extras.hand}
           />
@@ -98,9 +95,7 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
             <Story run={run} tick={tick} playing={player.playing} />
             {stage.Tools && <stage.Tools />}
             <Legend run={run} marks={stage.marks} />
-            <Popup name="Show" kind="show">
-              <Choices run={run} shown={shown} onChange={setShown} />
-            </Popup>
+            <Viewers run={run} viewer={viewer} choose={choose} />
           </div>
         </section>
         {extras.controls ? extras.controls(tick) : <Playback run={run} player={player} tick={tick} eye={eye} />}
@@ -155,53 +150,23 @@ function spokenOf(run: Run, tick: number): number {
   return told[told.length - 1]?.[4] ?? -1;
 }
 
-interface ChoicesProps {
-  run: Run;
-  shown: Shown;
-  onChange(shown: Shown): void;
-}
-
-/** The parts of the picture that can be hidden, and their labels. */
-const CHOICES: [key: Exclude<keyof Shown, "viewer">, words: string][] = [
-  ["numbers", "region numbers"],
-  ["names", "names"],
-  ["trails", "trails"],
-  ["targets", "targets"],
-  ["hidden", "hidden obstacles"],
-];
-
-function Choices({ run, shown, onChange }: ChoicesProps) {
+/** The choice of the robots whose sight and beliefs are shown. */
+function Viewers({ run, viewer, choose }: { run: Run; viewer: number; choose(viewer: number): void }) {
   const viewers = viewersOf(run);
-  const named = Object.keys({ ...run.names, ...run.areas }).length > 0;
-  const offered = CHOICES.filter(([key]) => key !== "names" || named);
+  if (viewers.length === 0) return null;
   return (
-    <fieldset class="choices">
-      {offered.map(([key, words]) => (
-        <label key={key} class="row">
-          <input
-            type="checkbox"
-            checked={shown[key]}
-            onChange={(event) => onChange({ ...shown, [key]: event.currentTarget.checked })}
-          />
-          {words}
-        </label>
+    <select
+      aria-label="Sight and beliefs"
+      title="Whose sight and beliefs are shown"
+      class="viewer"
+      value={String(viewer)}
+      onChange={(event) => choose(Number(event.currentTarget.value))}
+    >
+      {viewers.map((robot) => (
+        <option value={String(run.robots.indexOf(robot))}>{robot.name}</option>
       ))}
-      {viewers.length > 0 && (
-        <label class="viewer row">
-          sight and beliefs of
-          <select
-            aria-label="Sight and beliefs"
-            value={String(shown.viewer)}
-            onChange={(event) => onChange({ ...shown, viewer: Number(event.currentTarget.value) })}
-          >
-            {viewers.map((robot) => (
-              <option value={String(run.robots.indexOf(robot))}>{robot.name}</option>
-            ))}
-            {viewers.length > 1 && <option value={String(EVERYONE)}>everyone</option>}
-            <option value={String(NOBODY)}>no robot</option>
-          </select>
-        </label>
-      )}
-    </fieldset>
+      {viewers.length > 1 && <option value={String(EVERYONE)}>everyone</option>}
+      <option value={String(NOBODY)}>no robot</option>
+    </select>
   );
 }

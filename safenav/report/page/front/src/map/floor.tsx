@@ -14,14 +14,13 @@ const LETTER = 0.6;
 
 interface FloorProps {
   run: Run;
-  numbers: boolean;
   /** Boxes of names in pixels; their regions have no numbers. */
   names: Box[];
   /** Pixels of a cell. */
   scale: number;
 }
 
-export function Floor({ run, numbers, names, scale }: FloorProps) {
+export function Floor({ run, names, scale }: FloorProps) {
   const legible = (LEGIBLE * 1.05 * CELL) / scale;
   const digits = String(run.rows * run.cols - 1).length;
   const size = Math.max(7.4, legible);
@@ -43,7 +42,7 @@ export function Floor({ run, numbers, names, scale }: FloorProps) {
           </path>
         );
       })}
-      {numbers && fits && <Numbers run={run} size={size} hidden={names.flatMap((name) => cellsOf(name, scale)).map(([row, col]) => row * run.cols + col)} />}
+      {fits && <Numbers run={run} size={size} hidden={names.flatMap((name) => cellsOf(name, scale)).map(([row, col]) => row * run.cols + col)} />}
     </>
   );
 }

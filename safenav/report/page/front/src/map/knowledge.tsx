@@ -1,7 +1,7 @@
 /** Knowledge at a tick: obstacles, targets, occupied regions, refused steps. */
 
 import { memo } from "preact/compat";
-import { aimAt, at, type BeliefChange, EVERYONE, placeOf, regionsOf, type Robot, type Run, type Shown, transitAt } from "../run/run";
+import { aimAt, at, type BeliefChange, EVERYONE, placeOf, regionsOf, type Robot, type Run, transitAt } from "../run/run";
 import { CELL } from "./camera";
 import { centreOf, filled, INK, outline } from "./shapes";
 
@@ -13,17 +13,16 @@ const MOST_STEPS = 400;
 interface KnowledgeProps {
   run: Run;
   tick: number;
-  shown: Shown;
   /** Enlargement of marks on large maps, where a cell is too small for them. */
   grown: number;
 }
 
-export const Knowledge = memo(({ run, tick, shown, grown }: KnowledgeProps) => (
+export const Knowledge = memo(({ run, tick, grown }: KnowledgeProps) => (
   <>
     {run.obstacles.map((obstacle) => {
       const status = at(obstacle.status, tick)[1];
       const carried = at(obstacle.carried, tick)[1].length > 0;
-      if (status === "absent" || (status === "hidden" && !shown.hidden)) return null;
+      if (status === "absent") return null;
       const [col, row] = placeOf(run, obstacle.region);
       const shape = grown > MOST_GROWN ? "" : status === "resolved" ? obstacle.opened : obstacle.shape;
       return (
@@ -52,8 +51,8 @@ export const Knowledge = memo(({ run, tick, shown, grown }: KnowledgeProps) => (
       );
     })}
     <Taken run={run} tick={tick} />
-    {shown.targets && <Intentions run={run} tick={tick} />}
-    {shown.targets && <Targets run={run} tick={tick} grown={grown} />}
+    <Intentions run={run} tick={tick} />
+    <Targets run={run} tick={tick} grown={grown} />
   </>
 ));
 
@@ -184,13 +183,14 @@ export function Hatch({ run, of, id }: { run: Run; of: number; id: string }) {
 interface ShadingProps {
   run: Run;
   tick: number;
-  shown: Shown;
+  /** The index of a robot, `EVERYONE` or `NOBODY`. */
+  viewer: number;
   /** The selected robot: what others believe of it, and what it believes, is hatched. */
   selected: number | null;
 }
 
-export const Shading = memo(({ run, tick, shown, selected }: ShadingProps) => {
-  const viewers = viewersOf(run).filter((robot) => watched(run, robot, shown));
+export const Shading = memo(({ run, tick, viewer, selected }: ShadingProps) => {
+  const viewers = viewersOf(run).filter((robot) => viewer === EVERYONE || run.robots[viewer] === robot);
   return (
     <>
       <defs>
@@ -207,10 +207,6 @@ export const Shading = memo(({ run, tick, shown, selected }: ShadingProps) => {
     </>
   );
 });
-
-function watched(run: Run, robot: Robot, shown: Shown): boolean {
-  return shown.viewer === EVERYONE || run.robots[shown.viewer] === robot;
-}
 
 /** The area of a set, and the border around it. */
 function shapeOf(run: Run, set: number): { area: string; border: string } {

@@ -6,10 +6,10 @@
  */
 
 import type { ComponentChildren, ComponentType } from "preact";
-import { useLayoutEffect, useReducer, useRef } from "preact/hooks";
+import { useLayoutEffect, useRef } from "preact/hooks";
 import { Button, resized } from "../panels/shell";
 import type { Player } from "../run/player";
-import { at, clamp, isWall, label, placeOf, poseAt, type Run, type Shown, transitAt, when } from "../run/run";
+import { at, clamp, isWall, label, placeOf, poseAt, type Run, transitAt, useRedraw, when } from "../run/run";
 import { Camera, CELL, type Extent, type Eye } from "./camera";
 import { type Hand, listenToPointers, useCursor } from "./cursor";
 import { Floor, Names, useNames } from "./floor";
@@ -28,18 +28,18 @@ interface MapProps {
   player: Player;
   camera: Camera;
   tick: number;
-  shown: Shown;
+  /** The robot whose sight and beliefs are shown. */
+  viewer: number;
   /** The region that the words below the map are about, -1 for none. */
   spoken?: number;
   hand?: Hand | undefined;
 }
 
-export function MapView({ run, player, camera, tick, shown, spoken = -1, hand }: MapProps) {
-  const [, redraw] = useReducer((count: number) => count + 1, 0);
+export function MapView({ run, player, camera, tick, viewer, spoken = -1, hand }: MapProps) {
+  const redraw = useRedraw();
   const room = useRef<HTMLDivElement>(null);
   const shades = viewersOf(run).length > 0;
-  const placed = useNames(run, camera.scale);
-  const names = shown.names ? placed : [];
+  const names = useNames(run, camera.scale);
   const now = useRef({ run, hand });
   now.current = { run, hand };
   const { cols, rows } = run;
@@ -52,7 +52,7 @@ export function MapView({ run, player, camera, tick, shown, spoken = -1, hand }:
       camera.attach([...element.querySelectorAll("svg")], element.clientWidth, element.clientHeight);
     const stops = [
       resized(element, attach),
-      camera.onChange(() => redraw(0)),
+      camera.onChange(redraw),
       listenToPointers(element, camera, () => now.current.hand, (x, y) => {
         const robot = robotAt(now.current.run, player, x, y, growth(camera, 11, 9) * 0.3);
         if (robot !== null) camera.follow(robot === camera.followed ? null : robot);
@@ -72,18 +72,18 @@ export function MapView({ run, player, camera, tick, shown, spoken = -1, hand }:
         {...cursor.keys}
       >
         <svg class="floor">
-          <Floor run={run} numbers={shown.numbers} names={names} scale={camera.scale} />
+          <Floor run={run} names={names} scale={camera.scale} />
         </svg>
         {shades && (
           <svg class="shading">
-            <Shading run={run} tick={tick} shown={shown} selected={camera.followed} />
+            <Shading run={run} tick={tick} viewer={viewer} selected={camera.followed} />
           </svg>
         )}
         <svg class="trails" style={{ "--trail": `${clamp(0.065 * camera.scale, LEAST_TRAIL, MOST_TRAIL)}px` }}>
-          {shown.trails && <Trails run={run} player={player} />}
+          <Trails run={run} player={player} />
         </svg>
         <svg class="knowledge">
-          <Knowledge run={run} tick={tick} shown={shown} grown={growth(camera, 8.8, 6)} />
+          <Knowledge run={run} tick={tick} grown={growth(camera, 8.8, 6)} />
           {spoken >= 0 && <Spoken run={run} region={spoken} />}
         </svg>
         <svg class="words">
@@ -149,7 +149,8 @@ export interface StageProps {
   run: Run;
   player: Player;
   tick: number;
-  shown: Shown;
+  /** The robot whose sight and beliefs are shown. */
+  viewer: number;
   /** The region that the story is about now, -1 for none. */
   spoken: number;
   /** The hand that takes presses on the map instead of moving it. */
@@ -173,8 +174,8 @@ export function flatStage(extent: Extent): Stage {
 
 /** The zoom of the map. */
 export function Zoom({ camera }: { camera: Camera }) {
-  const [, redraw] = useReducer((count: number) => count + 1, 0);
-  useLayoutEffect(() => camera.onChange(() => redraw(0)), [camera]);
+  const redraw = useRedraw();
+  useLayoutEffect(() => camera.onChange(redraw), [camera]);
   const off = camera.isWhole && "the whole map is shown";
   return (
     <div class="tools row" role="group" aria-label="View of the map">

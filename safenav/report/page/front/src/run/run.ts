@@ -4,7 +4,7 @@
  * rising order; each holds until the next.
  */
 
-
+import { useCallback, useReducer } from "preact/hooks";
 
 export const STATUSES = ["hidden", "found", "requested", "resolved", "blocked"] as const;
 
@@ -367,11 +367,14 @@ export async function inflated(text: string): Promise<string> {
   return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"))).text();
 }
 
-/** All contents of the map; `viewer` is the robot whose sight and beliefs are shown: its index, `EVERYONE` or `NOBODY`. */
-export const ALL = { numbers: true, names: true, trails: true, targets: true, hidden: true, viewer: -1 };
-export type Shown = typeof ALL;
-
+/** In place of the index of a robot. */
 export const [EVERYONE, NOBODY] = [-1, -2];
 
 export const dark = matchMedia("(prefers-color-scheme: dark)");
 export const calm = matchMedia("(prefers-reduced-motion: reduce)");
+
+/** Return a function that draws the component again. */
+export function useRedraw(): () => void {
+  const [, count] = useReducer((drawn: number) => drawn + 1, 0);
+  return useCallback(() => count(0), []);
+}

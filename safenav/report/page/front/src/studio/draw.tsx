@@ -7,7 +7,7 @@ import { Camera } from "../map/camera";
 import { MapView, Zoom } from "../map/map";
 import { Header, type Keys, listenToKeys, Press } from "../panels/shell";
 import { Player } from "../run/player";
-import { ALL, NOBODY, label } from "../run/run";
+import { NOBODY, label } from "../run/run";
 import { useDrawingHand } from "./hand";
 import { chooseTarget, type Chosen, type Doc, type Drawing, type DrawnRobot, type Pen, type Problem, resolving, type Verdict } from "./model";
 import { Text, type Writing } from "./text";
@@ -21,8 +21,6 @@ interface DrawProps {
   menus: ComponentChildren;
   run(): void;
 }
-
-const SHOWN = { ...ALL, trails: false, viewer: NOBODY };
 
 const KEYS: Keys = [
   ["V", "select and drag"],
@@ -132,7 +130,7 @@ function Stage({ drawing, pen, setPen, chosen, choose, say, verdict }: StageProp
   });
   return (
     <section class="stage" aria-label="Drawing">
-      <MapView key={`${cols}x${rows}`} run={drawing.run} player={player} camera={camera} tick={0} shown={SHOWN} hand={hand} />
+      <MapView key={`${cols}x${rows}`} run={drawing.run} player={player} camera={camera} tick={0} viewer={NOBODY} hand={hand} />
       <div class="tool-line row wrap" aria-live="polite">
         <p class="hint quiet">{hintOf(pen, drawing)}</p>
         {pen.does !== "select" && (

@@ -5,7 +5,7 @@ import { CELL } from "../map/camera";
 import { centreOf, INK, type MARKS, ordered, square as squareOf } from "../map/shapes";
 import type { Hand } from "../map/cursor";
 import { notice } from "../panels/shell";
-import { isWall, label, placeOf, regionAt as regionOf } from "../run/run";
+import { isWall, label, placeOf, regionAt as regionOf, useRedraw } from "../run/run";
 import { chooseTarget, targetsOf, type DrawnObstacle, type DrawnRobot, type Target, type Verdict } from "./model";
 import type { Drawn } from "./draw";
 
@@ -32,7 +32,7 @@ export function useDrawingHand(args: HandArgs): Hand {
   const { drawing, pen, setPen, chosen, choose, say, verdict } = args;
   const held = useRef<Held | null>(null);
   const [hovered, hover] = useState(-1);
-  const [, redraw] = useState(0);
+  const redraw = useRedraw();
   const { rows, cols } = drawing.run;
   const regionAt = (x: number, y: number): number => regionOf(drawing.run, x, y);
   const edit = (op: string, data: object): void => say("edit", { op, ...data });
@@ -96,7 +96,7 @@ export function useDrawingHand(args: HandArgs): Hand {
     if (region < 0) return false;
     if (pen.does === "wall" || pen.does === "floor") {
       held.current = { what: "paint", wall: pen.does === "wall", regions: new Set([region]), last: [x, y] };
-      redraw((n) => n + 1);
+      redraw();
     } else if (pen.does === "robot") {
       const there = robotAt(region);
       if (there) {
@@ -123,19 +123,19 @@ export function useDrawingHand(args: HandArgs): Hand {
     if (now?.what === "paint") {
       for (const passed of line(now.last, [x, y], regionAt)) now.regions.add(passed);
       now.last = [x, y];
-      redraw((n) => n + 1);
+      redraw();
     } else if (now?.what === "heading") {
       const [col, row] = placeOf(drawing.run, now.at);
       const [dx, dy] = [x - (col + 0.5), y - (row + 0.5)];
       now.to = Math.abs(dx) > Math.abs(dy) ? (dx > 0 ? "east" : "west") : dy > 0 ? "south" : "north";
-      redraw((n) => n + 1);
+      redraw();
     }
   };
 
   const up = (x: number, y: number): void => {
     const now = held.current;
     held.current = null;
-    redraw((n) => n + 1);
+    redraw();
     const region = regionAt(x, y);
     if (now === null) return;
     if (now.what === "paint") edit("paint", { regions: [...now.regions], wall: now.wall });

@@ -1,11 +1,11 @@
 /** The page of the studio. Its state is that of the server. */
 
 import { render } from "preact";
-import { useEffect, useMemo, useReducer, useRef, useState } from "preact/hooks";
+import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 import { LiveView, RunDownloads } from "../live/live";
 import { LivePlayer, merged, type Message, type RunState, type Say, Wire } from "../live/player";
 import { onNotice, Popup, Press } from "../panels/shell";
-import type { Run } from "../run/run";
+import { type Run, useRedraw } from "../run/run";
 import { Draw } from "./draw";
 import type { Doc, Palette, Verdict } from "./model";
 import { Writing } from "./text";
@@ -23,7 +23,7 @@ interface Hello {
 const WATCHED = "#run";
 
 export function Studio() {
-  const [, redraw] = useReducer((count: number) => count + 1, 0);
+  const redraw = useRedraw();
   const [connected, setConnected] = useState(true);
   const [refused, refuse] = useState<string | null>(null);
   const [run, setRun] = useState<Run | null>(null);
@@ -55,7 +55,7 @@ export function Studio() {
     document: (message) => {
       const before = latest.current;
       const now = (latest.current = message as unknown as Doc);
-      if (before?.origin !== now.origin) writing.current = new Writing(now.text, wire.say, () => redraw(0));
+      if (before?.origin !== now.origin) writing.current = new Writing(now.text, wire.say, redraw);
       setDoc(now);
       if (before?.revision !== now.revision) setVerdicts({}); // a saved text keeps them
     },
@@ -68,7 +68,7 @@ export function Studio() {
     },
     state: ({ state }) => {
       player.stand(state);
-      redraw(0);
+      redraw();
     },
     run: ({ run, state }) => show(run, state),
     news: ({ news }) => current.current && show(merged(current.current, news)),

@@ -7,7 +7,7 @@ import { BoxGeometry, BufferGeometry, CanvasTexture, Color, DirectionalLight, Gr
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { CELL, type Eye } from "../map/camera";
 import { overlap, type Box } from "../map/floor";
-import { at, clamp, dark, type EventKind, isWall, roleOf, type Run, type Shown } from "../run/run";
+import { at, clamp, dark, type EventKind, isWall, roleOf, type Run } from "../run/run";
 import { bodyOf, themeColour, type Body } from "./bodies";
 import { centreOf, type Motion, sampleAt, type Sampled, Trails } from "./motion";
 import { Obstacles } from "./obstacles";
@@ -384,7 +384,7 @@ export class RunScene implements Eye {
   }
 
   /** Draw a moment; the robots' knowledge is that of the tick. */
-  update(seconds: number, tick: number, shown: Shown): void {
+  update(seconds: number, tick: number): void {
     if (typeof this.view === "number") {
       const [from, to] = [this.sample(this.view, this.moment), this.sample(this.view, seconds)];
       this.carry(to.x! - from.x!, to.y! - from.y!);
@@ -401,8 +401,7 @@ export class RunScene implements Eye {
       this.stems[i]?.scale.setZ(Math.max(1e-3, base));
     });
     this.obstacles.update(tick, seconds);
-    this.trails.group.visible = shown.trails;
-    if (shown.trails) this.trails.update(seconds);
+    this.trails.update(seconds);
     this.showNotices(tick, seconds);
     this.orbit.update();
     this.scene.updateMatrixWorld();

@@ -1,7 +1,7 @@
 /** The stage of a run with its motion: the scene, and the drawing of the flat map that lies on its floor. */
 
-import { useLayoutEffect, useReducer, useRef, useState } from "preact/hooks";
-import { calm, dark, type Run, when } from "../run/run";
+import { useLayoutEffect, useRef, useState } from "preact/hooks";
+import { calm, dark, type Run, useRedraw, when } from "../run/run";
 import { heard, resized } from "../panels/shell";
 import { CELL } from "../map/camera";
 import { Floor, Names, useNames } from "../map/floor";
@@ -38,25 +38,22 @@ export async function stage3d(run: Run, motion: Motion): Promise<Stage> {
   };
 }
 
-function SceneView({ run, player, tick, shown, spoken, scene }: StageProps & { scene: RunScene }) {
-  const [, redraw] = useReducer((count: number) => count + 1, 0);
+function SceneView({ run, player, tick, viewer, spoken, scene }: StageProps & { scene: RunScene }) {
+  const redraw = useRedraw();
   const room = useRef<HTMLDivElement>(null);
   const map = useRef<SVGSVGElement>(null);
-  const latest = useRef(shown);
-  latest.current = shown;
   const scale = (room.current?.clientWidth ?? 800) / run.cols;
-  const placed = useNames(run, scale);
-  const names = shown.names ? placed : [];
+  const names = useNames(run, scale);
   useLayoutEffect(() => {
     const canvas = scene.renderer.domElement;
     room.current!.prepend(canvas);
     const draw = (): void => {
       const seconds = calm.matches ? Math.floor(player.time * CALM_STEPS) / CALM_STEPS : player.time;
-      scene.update(seconds, player.tick, latest.current);
+      scene.update(seconds, player.tick);
     };
     const fit = (): void => {
       scene.resize(room.current!.clientWidth, room.current!.clientHeight);
-      redraw(0);
+      redraw();
       draw();
     };
     // Once per frame: a dragged camera redraws the scene also while the run is paused.
@@ -72,13 +69,13 @@ function SceneView({ run, player, tick, shown, spoken, scene }: StageProps & { s
     const paint = (): void => scene.paint(map.current!, scale);
     paint();
     return heard(dark, { change: paint });
-  }, [run, tick, shown, scale, scene.followed]);
+  }, [run, tick, viewer, scale, scene.followed]);
   return (
     <div class="stage3d" ref={room} role="img" aria-label={`The run in three dimensions, ${when(run, tick)}`}>
       <svg class="floor-map" ref={map}>
-        <Floor run={run} numbers={shown.numbers} names={names} scale={scale} />
-        <Shading run={run} tick={tick} shown={shown} selected={scene.followed} />
-        <Knowledge run={run} tick={tick} shown={shown} grown={1} />
+        <Floor run={run} names={names} scale={scale} />
+        <Shading run={run} tick={tick} viewer={viewer} selected={scene.followed} />
+        <Knowledge run={run} tick={tick} grown={1} />
         {spoken >= 0 && <Spoken run={run} region={spoken} />}
         <g transform={`translate(0 ${-BEHIND * CELL})`}>
           <Names names={names} scale={scale} />
