@@ -153,12 +153,11 @@ def files_of_run(
 
     def counters(spec: str, robot: str) -> Iterator[bytes]:
         """By the rules of the scenario robots may leave permanently; the specification may not let
-        them. So a counterstrategy that also defeats that is the best one."""
-        text = read_specification(kept.texts[spec], robot=robot)
-        for wider in dict.fromkeys((may_leave(text), text)):
-            answer = synthesizer.counterstrategy(wider)
-            if answer.strategy_json is not None and answer.verdict is Verdict.UNREALIZABLE:
-                yield answer.strategy_json
+        them. So the counterstrategy must defeat that as well."""
+        wider = may_leave(read_specification(kept.texts[spec], robot=robot))
+        answer = synthesizer.counterstrategy(wider)
+        if answer.strategy_json is not None and answer.verdict is Verdict.UNREALIZABLE:
+            yield answer.strategy_json
 
     return {
         "trace.jsonl": trace,

@@ -143,8 +143,6 @@ def end(e: Line, s: State) -> Iterator[str]:
         yield f"the limit of {limit} ticks is not reached"
     if not s.live and s.tick > limits.ticks + 1:
         yield f"the limit is {limits.ticks} ticks"
-    if e.outcome == "assumption_violated" and not s.assumptions:
-        yield "no line records a violated assumption"
     if e.outcome == "unrealizable":
         if s.moves:
             yield "unrealizable is for runs that never begin, but robots have moved"
@@ -170,9 +168,9 @@ def later_change(e: Line, s: State) -> float | None:
     return None if s.external else min(times, default=None)
 
 
-@rule("waiting")
-def awaited(e: Line, s: State) -> Iterator[str]:
-    """A run that waits because others have violated an assumption records that."""
+@rule("outcome", "waiting")
+def assumption(e: Line, s: State) -> Iterator[str]:
+    """A run that ends or waits because others have violated an assumption records that."""
     if e.outcome == "assumption_violated" and not s.assumptions:
         yield "no line records a violated assumption"
 

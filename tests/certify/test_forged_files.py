@@ -54,34 +54,6 @@ def _redirect(document: Any, source: Random) -> bool:
     return True
 
 
-def _redirect_to_a_twin(document: Any, source: Random) -> bool:
-    """Break liveness only: lead to a node of the same values that pursues another goal."""
-    nodes, states = document["nodes"], dict[tuple[int, ...], list[int]]()
-    for number, node in nodes.items():
-        states.setdefault(tuple(node["state"]), []).append(int(number))
-    edges = [
-        (node, at, twin)
-        for node in nodes.values()
-        for at, target in enumerate(node["trans"])
-        for twin in states[tuple(nodes[str(target)]["state"])]
-        if twin != target
-    ]
-    if edges:
-        node, at, twin = source.choice(edges)
-        node["trans"][at] = twin
-    return bool(edges)
-
-
-def _stay_for_ever(document: Any, source: Random) -> bool:
-    """Break liveness only: a node leads to itself instead of to its successor."""
-    number = source.choice(sorted(document["nodes"]))
-    node = document["nodes"][number]
-    if int(number) in node["trans"] or len(node["trans"]) != 1:
-        return False
-    node["trans"] = [int(number)]
-    return True
-
-
 def _drop_edge(document: Any, source: Random) -> bool:
     node = document["nodes"][source.choice(sorted(document["nodes"]))]
     return bool(node["trans"]) and node["trans"].pop() is not None
@@ -128,8 +100,6 @@ ALWAYS = {"a transition gone"}
 well, by waiting where it meets its goals, or by another measure that still falls."""
 MUTANTS: dict[str, tuple[str, Change]] = {
     "a transition": ("strategies/", _redirect),
-    "a transition to a twin": ("strategies/", _redirect_to_a_twin),
-    "waiting for ever": ("strategies/", _stay_for_ever),
     "a transition gone": ("strategies/", _drop_edge),
     "a bit of a state": ("strategies/", _flip_bit),
     "a measure": ("proofs/", _measure),
@@ -172,14 +142,6 @@ def still_true(files: Files) -> bool:
         if first_failure(spec, Strategy.parse(data, spec), False) is not None:
             return False
     return True
-
-
-def test_the_strategy_of_another_task_is_refused(tmp_path: Path) -> None:
-    files = files_of(shipped("case_study_3"))
-    lines = lines_of(files)
-    one, other = (line for line in lines if line["type"] == "synthesis" and line["tick"] == 0)
-    one["strategy"] = other["strategy"]
-    assert check_bundle(rewrite(with_lines(files, lines), tmp_path / "bundle")).reason
 
 
 def of_files(change: Callable[[Any], object], folder: str) -> Callable[[Files], Files | None]:

@@ -1,12 +1,8 @@
 """A line ends at a line feed, for every reader of specifications and scenarios: behind other
 characters, what is a comment to one program would be a formula to another."""
 
-import json
-from pathlib import Path
-
 import pytest
 
-import warm
 from safenav.errors import InputError
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.specification import read_specification
@@ -26,9 +22,6 @@ light
 light' <-> somebody'
 """
 HIDDEN = TEXT.format("a light", "none{}!somebody'")
-"""A strategy that has no answer to somebody realizes this if what is hidden is an assumption."""
-STRATEGY = {"variables": ["somebody", "light"], "nodes": {"0": {"state": [0, 0], "trans": [0]}}}
-
 SCENARIO = """safenav: 1
 until: {{rounds: 1}}
 robots:
@@ -43,14 +36,6 @@ def test_an_assumption_behind_a_separator_is_refused(separator: str) -> None:
     text = HIDDEN.format(separator) + "[ENV_INIT]\n!somebody\n"
     with pytest.raises(InputError, match=rf"spec:7:22: not text: .*U\+{ord(separator):04X}"):
         read_specification(text, "spec")
-
-
-def test_verify_reports_the_position_of_the_separator(tmp_path: Path) -> None:
-    (tmp_path / "spec").write_bytes(HIDDEN.format("\x85").encode())
-    (tmp_path / "strategy").write_text(json.dumps(STRATEGY))
-    done = warm.safenav("verify", "spec", "strategy", cwd=tmp_path)
-    assert done.returncode == 2
-    assert "spec:7:22: not text: the character U+0085" in done.stderr
 
 
 @pytest.mark.parametrize("separator", SEPARATORS, ids=ids)

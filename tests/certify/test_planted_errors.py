@@ -35,6 +35,10 @@ def planted(spec: Specification, what: dict[str, Any]) -> Specification:
     return replace(spec, constraints=after)
 
 
+ACCEPTED = set[str]()
+"""Circumstances under which the strategy is accepted without an error."""
+
+
 @pytest.mark.parametrize("name", DATA["errors"])
 def test_a_planted_error_is_caught(name: str, tmp_path: Path) -> None:
     error = DATA["errors"][name]
@@ -44,6 +48,8 @@ def test_a_planted_error_is_caught(name: str, tmp_path: Path) -> None:
     about = Circumstances(tuple(given.get("closed", ())), assignable="assignable" in given)
     if "memory" in given:
         about = Circumstances(memory=Memory(given["memory"]))
-    assert verdict_of(scenario, tmp_path / "right", about) == ""
+    if (right := str((grid, error["robots"], error.get("more"), given))) not in ACCEPTED:
+        assert verdict_of(scenario, tmp_path / "right", about) == ""
+        ACCEPTED.add(right)
     said = verdict_of(scenario, tmp_path / "wrong", about, lambda s: planted(s, error["planted"]))
     assert error["reason"] in said

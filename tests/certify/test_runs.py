@@ -2,6 +2,7 @@
 
 import json
 from collections import Counter
+from copy import deepcopy
 from functools import cache
 from pathlib import Path
 from random import Random
@@ -19,12 +20,14 @@ from certify.making import (
     shipped,
     with_lines,
 )
-from certify.tasks import scenario_of, task_of, verdict_of
+from certify.tasks import Circumstances, scenario_of, task_of, verdict_of
 from once import made_once
 from runtime.worlds import Driven
 from safenav import Mission, TraceWriter, load_scenario
 from safenav.certify.bundle import bundle_of_run, bundle_of_trace
 from safenav.errors import NotCertifiedError
+from safenav.judge.bundle.evidence import Evidence
+from safenav.judge.engine import judge
 from safenav.scenario.model import Clock, Robot, Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.compile import compile_task
@@ -199,3 +202,27 @@ def test_a_live_strategy_that_assumes_single_steps_of_others_is_refused(tmp_path
 
     assert verdict_of(scenario, tmp_path / "bundle") == ""
     assert "which can occur" in verdict_of(scenario, tmp_path / "refused", planted=in_ticks)
+
+
+def test_a_counterstrategy_also_defeats_a_robot_that_leaves_permanently(tmp_path: Path) -> None:
+    """The specification of assignable goals forbids that, the scenario does not: without any of the
+    replies to it the proof is refused."""
+    scenario = scenario_of(
+        "#..\n...\n#..\n...",
+        "r0: {model: walker, start: [3, 1], heading: west, objective: {ltl: {memory: {seen: bool}, "
+        "init: '!seen', safety: \"seen' <-> seen | region = 1\", "
+        'liveness: ["bell\'"]}}}',
+        "inputs: {bell: {}}\nobstacles: [{type: door, region: 5}]\n",
+    )
+    assert verdict_of(scenario, tmp_path, Circumstances(closed=(5,), assignable=True)) == ""
+    trace = (tmp_path / "trace.jsonl").read_bytes().splitlines(keepends=True)
+    files = {p.relative_to(tmp_path).as_posix(): p for p in tmp_path.rglob("*") if p.is_file()}
+    (path,) = (tmp_path / "proofs").iterdir()
+    proof = json.loads(path.read_text())
+    for number, node in proof["automaton"]["nodes"].items():
+        for target in node["trans"]:
+            mutant = deepcopy(proof)
+            mutant["automaton"]["nodes"][number]["trans"].remove(target)
+            path.write_text(json.dumps(mutant))
+            found = judge(trace, Evidence(files).rules()).findings
+            assert "the robot could continue to" in found[0].explanation

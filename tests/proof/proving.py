@@ -6,6 +6,7 @@ import shutil
 import subprocess
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -67,6 +68,7 @@ class Case:
     def counter(self) -> bool:
         return bool(self.measures["of"] == "counterstrategy")
 
+    @cached_property
     def checked(self) -> str:
         """Why the verifier refuses the automaton, or check.py its measures; or ''."""
         try:
@@ -129,6 +131,6 @@ demands more of the nodes to start from."""
 
 def disagreements(program: Path, cases: list[Case], folder: Path) -> list[tuple[str, str, str]]:
     """The cases on which both checkers disagree, each with both reasons."""
-    both = ((case.name, case.checked(), case.proved(program, folder)) for case in cases)
+    both = ((case.name, case.checked, case.proved(program, folder)) for case in cases)
     wrong = [(name, mine, other) for name, mine, other in both if bool(mine) != bool(other)]
     return [one for one in wrong if not one[1].startswith(MORE) and one[2] != NOTHING]

@@ -154,7 +154,7 @@ def test_random_games_are_judged_as_by_the_verifier(
 ) -> None:
     cases = [case for seed in range(COUNT) for case in random_cases(seed, duel)]
     assert disagreements(program, cases, tmp_path) == []
-    refused = [case for case in cases if case.checked()]
+    refused = [case for case in cases if case.checked]
     assert len(cases) > len(refused) > len(cases) / 4
     assert {case.counter for case in cases} == {False, True}
 
@@ -210,7 +210,7 @@ def test_mutants_of_real_strategies_are_judged_as_by_the_verifier(
             filter(None, (KINDS[kind](c, source) for c in source.sample(real, len(real))))
         )
         cases.append(replace(altered, name=f"{kind}: {altered.name}"))
-        refused |= {kind} if altered.checked() else set()
+        refused |= {kind} if altered.checked else set()
     assert disagreements(program, cases, tmp_path) == []
     assert len(refused) >= 9, sorted(refused)
 
