@@ -8,7 +8,7 @@ belongs to its departure region, as the trace records the step.
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TypeVar
 
 from msgspec.structs import replace
@@ -19,9 +19,7 @@ from safenav.fleet.transport import Located, Places, SentGoal
 from safenav.fleet.world import FleetWorld
 from safenav.motion.check.verdict import GAPS
 from safenav.motion.file import (
-    Action,
     GoalLine,
-    Line,
     Measured,
     Measurement,
     Motion,
@@ -30,6 +28,7 @@ from safenav.motion.file import (
     Piece,
 )
 from safenav.motion.making import (
+    action_lines,
     described,
     end_of,
     floor_of,
@@ -40,7 +39,7 @@ from safenav.motion.making import (
     when,
 )
 from safenav.motion.mover import Mover
-from safenav.motion.timing import TimedAction, actions_of, by_command
+from safenav.motion.timing import actions_of, by_command
 from safenav.trace import records
 from safenav.trace.file import Trace
 
@@ -72,7 +71,8 @@ def driven_motion(
     lines = [*reservations(trace)]
     for act, acted in trace.acts:
         if acted is not None:
-            lines += _actions(act, acted, actions.get(act.command, ()))
+            deeds, times = actions.get(act.command, ()), (time_of(act), time_of(acted))
+            lines += action_lines(deeds, act.robots, acted.tick, *times)
     over, steps = end_of(trace), trace.steps
     for name, body in movers.items():
         turns = _Turns(name, steps)
@@ -134,20 +134,6 @@ class _Turns:
                 ends = (depart.from_, depart.to) if index == last else (at, at)
                 found[index] = replace(found[index], origin=ends[0], to=ends[1])
         return found
-
-
-def _actions(
-    act: records.Act, acted: records.ActionEnd, deeds: Sequence[TimedAction]
-) -> Iterator[Line]:
-    """Yield the lines of an action's robots in sequence."""
-    begin, end = time_of(act), time_of(acted)
-    span = (end - begin) / max(1, len(deeds))
-    for number, deed in enumerate(deeds):
-        times = (begin + number * span, begin + (number + 1) * span)
-        for robot in act.robots:
-            if robot in deed.robots:
-                what = (deed.action, deed.obstacle, deed.region)
-                yield Action(robot, acted.tick, *what, *times)
 
 
 def _plan(follower: Follower, body: Mover, begun: float, over: float) -> list[Moving]:

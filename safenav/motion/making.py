@@ -1,32 +1,26 @@
 """Computation of the motion of all robots from a trace: each step and action at the times of a run
 with a clock.
 
-A robot that has more time than its step takes glides or drives more slowly, a walker stands first;
-one that has less is refused.
+A robot that has more time than its step takes rests first; one that has less is refused.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from copy import copy
-
-from msgspec.structs import asdict, replace
 
 import safenav
 from safenav.errors import Diagnostic, InputError, SafenavError, UsageError
 from safenav.motion.file import (
     Action,
-    Curve,
     Flight,
     Line,
     Measured,
     Motion,
     MotionHeader,
     MotionOutcome,
-    Moving,
     Release,
     Reserve,
-    Segment,
 )
 from safenav.motion.flyer import flown
 from safenav.motion.geometry import MetricFloor
@@ -251,61 +245,42 @@ class _Schedule:
 
     def _step(self, depart: records.Depart, end: float | None) -> float:
         """Carry out a step until ``end``, or at the robot's own pace if the trace does not record
-        it. Return its earliest end."""
+        it; a robot with more time than it needs rests first. Return its end."""
         heading = self._floor.heading(depart.from_, depart.to)
         short = depart.command in self._short
         step = Crossing(depart.tick, depart.from_, depart.to, heading, short)
         mover = self._movers[depart.robot]
         self._rest(mover, step.tick, time_of(depart))
-        before = copy(mover)
-        moved = mover.move(step)
-        natural = mover.time
-        if end is not None and end > natural + SLACK:
-            vars(mover).update(vars(before))
-            return self._step_slowly(mover, step, end)
-        self._lines += moved
-        return natural
-
-    def _step_slowly(self, mover: Mover, step: Crossing, end: float) -> float:
-        """Carry out a step that has more time than it needs."""
-        self._lines += mover.halt(step.tick)
-        ahead = copy(mover)
-        walks = any(isinstance(piece, Segment) for piece in ahead.move(step))
-        if walks and end > ahead.time + SLACK:
-            self._lines += mover.rest(step.tick, mover.time + end - ahead.time)
-        begun = mover.time
-        moved = mover.move(step)
-        natural = mover.time
-        if end > natural + SLACK:
-            moved = [_slower(piece, begun, (end - begun) / (natural - begun)) for piece in moved]
-            mover.time = end
-        self._lines += moved
-        return natural
+        if end is not None and (left := end - _time_after(mover, step)) > SLACK:
+            self._lines += mover.halt(step.tick)
+            left = end - _time_after(mover, step)
+            self._lines += mover.wait(step.tick, mover.time + left)
+        self._lines += mover.move(step)
+        return mover.time
 
     def _act(self, act: records.Act, acted: records.ActionEnd) -> None:
-        """Carry out the actions of a command one after the other."""
+        """Carry out the actions of a command, once its robots face the first obstacle."""
         actions = self._actions.get(acted.command, [])
         idle = self._movers.keys() - self._departs.keys()
         unasked = sorted(idle & {name for one in actions for name in one.robots} - {*act.robots})
         team = {name: self._movers[name] for name in (*act.robots, *unasked)}
         tick, begin, end = acted.tick, time_of(act), time_of(acted)
-        for mover in team.values():
+        for name, mover in team.items():
             near = bool(actions) and actions[0].region == mover.region
             self._rest(mover, tick, begin, stays=near and begin < mover.time + SLACK)
             self._lines += mover.halt(tick)
-        ready, name = max((mover.time, name) for name, mover in team.items())
-        if ready > end + SLACK:
-            late = f"{name} acts until {end:.2f} s, but comes to rest only at {ready:.2f} s"
-            raise self._refused(acted, late)
-        lasting = max(mover.values.get("action_seconds", 2.0) for mover in team.values())
-        for faces in (True, False):  # without, if it has no time to turn from one to the next
-            ahead = {name: copy(mover) for name, mover in team.items()}
-            _, natural = _done(ahead, actions, tick, lasting, 0.0, end, faces)
-            if natural - lasting * len(actions) <= end + SLACK:
-                break
-        if actions and natural > end:
-            lasting = max(0.0, lasting - (natural - end) / len(actions))
-        self._lines += _done(team, actions, tick, lasting, max(0.0, end - natural), end, faces)[0]
+            if mover.time > end + SLACK:
+                late = (
+                    f"{name} acts until {end:.2f} s, but comes to rest only at {mover.time:.2f} s"
+                )
+                raise self._refused(acted, late)
+            turned = copy(mover)
+            lines = [piece for one in actions[:1] for piece in turned.face(tick, one.region)]
+            if turned.time <= end:  # else it has no time to turn
+                self._lines += lines
+                vars(mover).update(vars(turned))
+        ready = max(mover.time for mover in team.values())
+        self._lines += action_lines(actions, team, tick, ready, end)
         for name, mover in team.items():
             if any(name in one.robots and one.region == mover.region for one in actions):
                 self._due.add(name)
@@ -350,53 +325,23 @@ def when(line: Line) -> tuple[float, int]:
     return time, 1 if isinstance(line, Reserve) else 2
 
 
-def _done(
-    team: Mapping[str, Mover],
-    actions: Sequence[TimedAction],
-    tick: int,
-    lasting: float,
-    pause: float,
-    end: float,
-    faces: bool,
-) -> tuple[list[Line], float]:
-    """Return the lines of robots that carry out actions one after the other, the first after a
-    ``pause``, each for ``lasting`` seconds, the last until ``end`` but for rounding; and when all
-    are done. ``faces``: they turn towards each."""
-    lines: list[Line] = []
-    over = max((mover.time for mover in team.values()), default=0.0)
-    for number, act in enumerate(actions):
-        group = [mover for name, mover in team.items() if name in act.robots]
-        for mover in group if faces else ():
-            if number and actions[number - 1].region == mover.region != act.region:
-                lines += mover.resume(tick)
-            lines += mover.face(tick, act.region)
-        start = max([over, *(mover.time for mover in group)]) + (0.0 if number else pause)
-        over = start + lasting
-        if abs(over - end) < SLACK:
-            over = end
-        for mover in group:
-            lines += mover.wait(tick, over)
-            times = (min(start, over), over)
-            what = (act.action, act.obstacle, act.region)
-            lines.append(Action(mover.robot, tick, *what, *times))
-    return lines, over
+def _time_after(mover: Mover, step: Crossing) -> float:
+    """Return the end of a step that begins now."""
+    ahead = copy(mover)
+    ahead.move(step)
+    return ahead.time
 
 
-def _slower(piece: Moving, begin: float, factor: float) -> Moving:
-    """Return the same path, slower by a factor from ``begin`` on."""
-    assert isinstance(piece, Flight), "a walker rests first"
-    t0, t1 = (begin + (t - begin) * factor for t in (piece.t0, piece.t1))
-    parts = tuple(_stretched(part, factor) for part in piece.parts)
-    return replace(piece, parts=parts, t0=t0, t1=t1)
-
-
-def _stretched(part: Curve, factor: float) -> Curve:
-    found = {
-        name: tuple(c / factor**power for power, c in enumerate(value))
-        for name, value in asdict(part).items()
-        if isinstance(value, tuple)
-    }
-    return replace(part, seconds=part.seconds * factor, **found)
+def action_lines(
+    actions: Sequence[TimedAction], robots: Collection[str], tick: int, begin: float, end: float
+) -> Iterator[Action]:
+    """Yield the lines of the robots' actions, one after the other, each as long as the others."""
+    span = (end - begin) / max(1, len(actions))
+    for number, one in enumerate(actions):
+        times = (begin + number * span, begin + (number + 1) * span)
+        for robot in robots:
+            if robot in one.robots:
+                yield Action(robot, tick, one.action, one.obstacle, one.region, *times)
 
 
 def time_of(record: records.Record) -> float:

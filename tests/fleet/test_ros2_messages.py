@@ -140,7 +140,7 @@ def test_fields_are_those_of_other_definitions() -> None:
 
 
 @pytest.mark.parametrize("name", KINDS, ids=lambda name: name.split("/")[-1])
-def test_bytes_are_those_of_another_serializer(name: str, values: int = 1000) -> None:
+def test_bytes_are_those_of_another_serializer(name: str, values: int = 200) -> None:
     """A request or reply begins with its header, after which CDR restarts its count by 8."""
     rng = random.Random(name)
     kind = kind_of(KINDS[name])
