@@ -25,7 +25,6 @@ from msgspec.structs import asdict
 
 from safenav.errors import SafenavError
 from safenav.report.picture.svg import (
-    EVENT_MARKS,
     GLYPHS,
     obstacle_pictogram,
     opened_pictogram,
@@ -186,7 +185,7 @@ def encoded(run: Run, source: str, sets: Sets | None = None) -> dict[str, Any]:
                 status.value: {"path": mark.path, "meaning": status.meaning}
                 for status, mark in GLYPHS.status.items()
             },
-            "event": {kind.value: mark.path for kind, mark in GLYPHS.events.items()},
+            "event": {kind.value: path for kind, path in GLYPHS.events.items()},
         },
     }
 
@@ -211,7 +210,7 @@ class _Rows:
             "robots": [self._robot(track) for track in run.robots],
             "obstacles": [*filter(None, map(self._obstacle, run.hidden.values()))],
             "stack": self._changes(run.stack, self._stack),
-            "events": [self._event(e) for e in run.events[first:] if e.kind in EVENT_MARKS],
+            "events": [self._event(e) for e in run.events[first:] if e.kind in GLYPHS.events],
             "sets": [*self._sets],
         }
 

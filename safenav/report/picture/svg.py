@@ -184,21 +184,20 @@ class Mark(Struct, frozen=True):
 class Glyphs(Struct, frozen=True):
     """SVG paths in [-1, 1] squared, y downwards, filled by the even-odd rule; shapes repeat what
     colours show. ``nose`` shows a heading, pointing north, outside the body; ``charger`` a region
-    where batteries are charged; ``plate`` is the background of a robot's silhouette; ``robots`` are
-    silhouettes by model, ``obstacles`` by type, ``opened`` those of doors that are resolved."""
+    where batteries are charged; ``robots`` are silhouettes by model, ``obstacles`` by type,
+    ``opened`` those of doors that are resolved."""
 
     nose: str
     charger: str
-    plate: str
     robots: Mapping[str, str]
     obstacles: Mapping[str, str]
     opened: Mapping[str, str]
     status: Mapping[ObstacleStatus, Mark]
-    events: Mapping[StoryKind, Mark]
+    events: Mapping[StoryKind, str]
 
 
 GLYPHS = json.decode(Path(__file__).with_name("glyphs.json").read_bytes(), type=Glyphs)
-STATUS_MARKS, EVENT_MARKS = GLYPHS.status, GLYPHS.events
+STATUS_MARKS = GLYPHS.status
 
 
 def robot_pictogram(model: str) -> str:
