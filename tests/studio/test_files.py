@@ -87,7 +87,8 @@ def test_a_trace_is_not_opened_as_a_scenario(tmp_path: Path) -> None:
         Editor.of_file(trace, None)
 
 
-def test_a_map_is_read_from_the_folder_and_from_nowhere_else(tmp_path: Path) -> None:
+@pytest.mark.parametrize("named", ["flat", "flat/flat.yaml"])
+def test_a_map_is_read_from_the_folder_and_from_nowhere_else(named: str, tmp_path: Path) -> None:
     flat = "P2 4 4 255\n0 0 0 0\n0 255 255 0\n0 255 255 0\n0 0 0 0\n"
     text = "safenav: 1\nmap: {image: IMAGE, rows: 4, cols: 4}\n"
     text += "robots: {eye: {model: quadcopter, start: [1, 1], objective: {hold: [1, 1]}}}\n"
@@ -106,5 +107,5 @@ def test_a_map_is_read_from_the_folder_and_from_nowhere_else(tmp_path: Path) -> 
         (problem,) = told["problems"]
         assert "outside the folder" in problem["found"] and "--folder" in problem["hint"]
 
-    with Served("studio", tmp_path / "flat", "--no-browser") as served:
+    with Served("studio", tmp_path / named, "--no-browser") as served:
         visit(served.address, story)
