@@ -302,7 +302,7 @@ WRONG = [
     ("always[0:2] speed(a) < 1", 9, "a comma separates"),
     ("always[0,x] speed(a) < 1", 10, "seconds"),
     ("1 < speed(a) < 2", 14, "do not chain"),
-    ("not " * 60 + "speed(a) < 1", 197, "nested more than 50"),
+    ("not " * 60 + "speed(a) < 1", 201, "nested more than 50"),
     ("speed(a) < 1 speed(b) < 1", 14, "an operator or the end"),
     ("speed(a) / 2 < 1", 10, "no division"),
 ]
