@@ -137,64 +137,36 @@ def _word(*words: str | None) -> Read:
     return read
 
 
-_INT, _STR, _BOOL, _NUMBER = _of(int), _of(str), _of(bool), _of(int, float)
-_NAMES, _SET = _list(_STR), _list(_STR, frozenset)
+_INT, _STR, _BOOL = _of(int), _of(str), _of(bool)
 _HEADING = _word(*HEADINGS, None)
 READS: dict[str, Read] = {
-    **{"int": _INT, "str": _STR, "bool": _BOOL, "number": _NUMBER, "count": _count},
-    **{"heading": _HEADING, "truth": _of(bool, type(None))},
-    **{"names": _NAMES, "set": _SET, "regions": _list(_INT, frozenset)},
-    **{"counts": _by_name(_count), "ints": _by_name(_INT), "truths": _by_name(_BOOL)},
-    **{"words": _by_name(_STR)},
-    **{"memories": _by_name(_by_name(_INT)), "spans": _list(_pair(_count, _count))},
-    **{"poses": _list(_pair(_INT, _HEADING), frozenset), "way": _list(_pair(_INT, _HEADING))},
-    **{"closed": _list(_pair(_INT, _STR)), "cells": _list(_list(_INT, frozenset))},
-    **{"again": _by_name(_list(_BOOL)), "orders": _list(_pair(_STR, _count, _STR, _count))},
-    **{"refused": _by_name(_of(int, type(None)))},
+    **{"int": _INT, "str": _STR, "bool": _BOOL, "number": _of(int, float), "count": _count},
+    **{"heading": _HEADING, "truth": _of(bool, type(None)), "least": _of(int, type(None))},
+    **{"place": _pair(_INT, _HEADING), "span": _pair(_count, _count), "mark": _pair(_INT, _STR)},
+    "order": _pair(_STR, _count, _STR, _count),
+    "known": lambda one: read_of("int" if type(one) is int else "int*")(one),
+    "at": lambda one: read_of("self|neighbours" if type(one) is str else "int!")(one),
 }
-READS |= {
-    "name": _of(str, type(None)),
-    "by": _word("strategy", "backtrack", "plan", "stay"),
-    "result": _word("arrived", "elsewhere", "blocked", "failed", "lost"),
-    "results": _by_name(_word("done", "untraversable", "failed", "nothing")),
-    "cause": _word("scenario", "world", "user", "input", "battery"),
-    "permanent": _word("untraversable", "no_capable_robot", "unresolvable", "operator"),
-    "plan_end": _word("reached", "violation", "changed"),
-    "deadline": _word("set", "kept", "late", "excused", "lost"),
-    "verdict": _word("realizable", "unrealizable", "timeout", "out_of_memory"),
-    "form": _word("literal", "other_memory", "alternation"),
-    "intervention": _word(
-        *("resolved", "permanent", "put_back", "out_of_service", "objective", "added", "give_up")
-    ),
-    "ended": _word(
-        *("completed", "operator_needed", "unrealizable", "tick_limit", "time_limit"),
-        *("search_limit", "assumption_violated", "late", "interrupted", "error"),
-    ),
-    "averted": _word("operator_needed", "assumption_violated", "search_limit", "time_limit"),
-    "needed": _word(
-        *("no_capable_robot", "cyclic_requests", "unrealizable", "deadlock", "never_resolvable"),
-        "out_of_service",
-    ),
-    "mobility": _word("free", "heading"),
-    "clock": _word("lockstep", "live"),
-    "place": _word("self", "neighbours"),
-    "world": _word("simulated", "external"),
-    "coordination": _word("resynthesis", "assignable"),
-    "policy": _word("go_on", "stop"),
-}
-READS["knowledge"] = _by_name(lambda one: _INT(one) if type(one) is int else _list(_INT)(one))
-READS |= {"beliefs": _by_name(READS["cells"])}
-READS["areas"] = _by_name(READS["regions"])
-READS["at"] = lambda one: READS["place" if type(one) is str else "regions"](one)
-READS |= {"ways": _by_name(READS["way"]), "again_list": _list(_BOOL)}
-"""The types of fields."""
+"""The types of values."""
+
+
+def read_of(kind: str) -> Read:
+    """Return the reader of a type: one of ``READS``, one of several words (``a|b``), or, for a type
+    ``x``, a list (``x*``), a set (``x!``) or an object of them by name (``x~``)."""
+    if kind[-1] in "*!~":
+        inner = read_of(kind[:-1])
+        return _by_name(inner) if kind[-1] == "~" else _list(inner, _MADE[kind[-1]])
+    return _word(*kind.split("|")) if "|" in kind else READS[kind]
+
+
+_MADE: dict[str, Callable[[Iterable[Any]], Any]] = {"*": tuple, "!": frozenset}
 
 
 def _object(text: str) -> Read:
     """Read an object with these fields, each as ``name:type``, with ``?`` if it may be absent."""
     words = [word.partition(":") for word in text.split()]
     fields = [
-        (name.rstrip("?"), name.endswith("?"), READS[kind or "str"]) for name, _, kind in words
+        (name.rstrip("?"), name.endswith("?"), read_of(kind or "str")) for name, _, kind in words
     ]
 
     def read(value: Any) -> Line:
@@ -214,13 +186,6 @@ def _object(text: str) -> Read:
     return read
 
 
-def _add(**shapes: str) -> None:
-    """Name the types of objects, and of lists and mappings of these."""
-    for name, text in shapes.items():
-        READS[name] = read = _object(text)
-        READS[f"{name}_list"], READS[f"{name}_by_name"] = _list(read, list), _by_name(read)
-
-
 def _memory(value: Any) -> Any:
     kinds = _by_name(lambda kind: kind if kind == "bool" else _pair(_INT, _INT)(kind))(value)
     if any(kind != "bool" and kind[0] > kind[1] for kind in kinds.values()):
@@ -229,7 +194,7 @@ def _memory(value: Any) -> Any:
 
 
 READS["memory"] = _memory
-_add(ltl="memory?:memory inputs?:names init?:names safety?:names liveness?:names")
+_ltl = _object("memory?:memory inputs?:str* init?:str* safety?:str* liveness?:str*")
 
 
 def _objective(value: Any) -> Objective:
@@ -242,13 +207,13 @@ def _objective(value: Any) -> Objective:
         raise WrongError(f"has the unknown kind {kind}")
     targets, always = list[frozenset[int]](), _list(_STR)(always or [])
     if kind == "ltl":
-        body = vars(READS["ltl"](body or {}))
+        body = vars(_ltl(body or {}))
     else:
         listed = [body] if kind == "hold" else _list(lambda one: one, list)(body)
-        targets = [READS["regions"](one if isinstance(one, list) else [one]) for one in listed]
+        targets = [read_of("int!")(one if isinstance(one, list) else [one]) for one in listed]
         if not targets or not all(targets):
             raise WrongError("must have targets")
-    rules = READS["regions"](avoid or []), always
+    rules = read_of("int!")(avoid or []), always
     asks = kind == "ltl" or always
     formulas = Formulas(body if kind == "ltl" else {}, always) if asks else None
     data = json.dumps([[sorted(one) for one in targets] or body, sorted(rules[0]), rules[1]])
@@ -258,115 +223,126 @@ def _objective(value: Any) -> Objective:
     return Objective(kind=kind, formulas=formulas, count=liveness, **about)
 
 
+READS["objective"] = _objective
+_facing = _object("region:int heading?:count")
+
+
 def _pose(value: Any) -> tuple[int, str | None]:
-    pose = READS["facing"](value)
+    pose = _facing(value)
     if pose.heading is not None and pose.heading >= len(HEADINGS):
         raise WrongError("has an unknown heading")
     return pose.region, None if pose.heading is None else HEADINGS[pose.heading]
 
 
+READS |= {"pose": _pose, "when": _pair(_STR, _objective)}
+READS["battery"] = _object("capacity:count start:count move:count stay:number charge:count")
+READS["model"] = _object(
+    "name mobility:free|heading layer capabilities:str! vision?:number timing:count"
+    " battery?:battery"
+)
+_member = _object(
+    "name model:model start:pose objective:objective avoids?:str! within?:count when:when*"
+)
+READS["need"] = _object("action at:at robots:count together:bool same:bool")
+_kind = _object("name action resolve_at:at blocks?:str! listed:need* resolve_within?:count")
+
+
 def _robot(value: Any) -> Line:
     """Return a robot with the fields of its model."""
-    robot = READS["member"](value)
+    robot = _member(value)
     return Line(**vars(robot.model) | vars(robot))
 
 
 def _type(value: Any) -> Line:
     """Return a type of obstacles with all its ``needs``."""
-    kind, one = READS["kind"](value), {"robots": 1, "together": False, "same": False}
+    kind, one = _kind(value), {"robots": 1, "together": False, "same": False}
     needs = kind.listed or [Line(action=kind.action, at=kind.resolve_at, **one)]
     return Line(**vars(kind), needs=needs)
 
 
+READS |= {"robot": _robot, "type": _type, "flat": lambda value: _type(value).name}
+_hidden = _object(
+    "type:type region:int traversable?:bool appears?:count goes?:count resolve_within?:count"
+    " ordered:bool number:count"
+)
+
+
 def _obstacle(value: Any) -> Line:
     """Return an obstacle with its ``name``."""
-    one = READS["hidden"](value)
+    one = _hidden(value)
     number = f"#{one.number}" if one.number > 1 else ""
     return Line(**vars(one), name=f"{one.type.name}@{one.region}{number}")
 
 
-READS |= {
-    "pose": _pose,
-    "robots": _list(_robot, list),
-    "type": _type,
-    "obstacle": _obstacle,
-    "obstacles": _list(_obstacle, list),
-    "flat": lambda value: READS["type"](value).name,
-    "when": _list(_pair(_STR, _objective)),
-    "objective": _objective,
-    "objectives": _by_name(_objective),
-}
-_add(
-    need="action at:at robots:count together:bool same:bool",
-    battery="capacity:count start:count move:count stay:number charge:count",
-    model="name mobility:mobility layer capabilities:set vision?:number timing:count"
-    " battery?:battery",
-    facing="region:int heading?:count",
-    kind="name action resolve_at:at blocks?:set listed:need_list resolve_within?:count",
-    change="at:count robot objective?:objective active?:bool within?:count",
-    zone="robots:set regions:regions",
-    input="name spans:spans again:again_list",
-    map="rows:count cols:count walls:regions names:ints areas:areas",
-    signal="request:bool wait:bool assigned:int",
-    command="places:regions from:poses memory?:ints",
-    until="rounds:count by?:count",
-    limits="ticks:count seconds?:number",
-    proof="robots:names memory?:memories",
-)
-_add(
-    hidden="type:type region:int traversable?:bool appears?:count goes?:count"
-    " resolve_within?:count ordered:bool number:count",
-    member="name model:model start:pose objective:objective avoids?:set within?:count when:when",
-)
-_add(
-    scenario="map:map robots:robots obstacles:obstacles until:until limits:limits clock:clock"
-    " seed:int coordination:coordination changes:change_list never_together:zone_list"
-    " resolve_within?:count late:policy chargers:regions flat?:flat inputs:input_list",
-)
+READS["obstacle"] = _obstacle
+for _name, _text in {
+    "change": "at:count robot objective?:objective active?:bool within?:count",
+    "zone": "robots:str! regions:int!",
+    "input": "name spans:span* again:bool*",
+    "map": "rows:count cols:count walls:int! names:int~ areas:int!~",
+    "signal": "request:bool wait:bool assigned:int",
+    "command": "places:int! from:place! memory?:int~",
+    "until": "rounds:count by?:count",
+    "limits": "ticks:count seconds?:number",
+    "proof": "robots:str* memory?:int~~",
+    "scenario": "map:map robots:robot* obstacles:obstacle* until:until limits:limits"
+    " clock:lockstep|live seed:int coordination:resynthesis|assignable changes:change*"
+    " never_together:zone* resolve_within?:count late:go_on|stop chargers:int! flat?:flat"
+    " inputs:input*",
+}.items():
+    READS[_name] = _object(_text)
 _MOVED = "robot from:int to:int heading:heading"
-_ENDS = "explanation cause?:needed proof?:proof"
+_CAUSE = "cause:scenario|world|user|input|battery"
+_ENDS = (
+    "explanation proof?:proof cause?:no_capable_robot|cyclic_requests|unrealizable|deadlock"
+    "|never_resolvable|out_of_service"
+)
+_AVERTED = "operator_needed|assumption_violated|search_limit|time_limit"
+_ENDED = "completed|unrealizable|tick_limit|late|interrupted|error"
+_BY, _RESULT = "strategy|backtrack|plan|stay", "arrived|elsewhere|blocked|failed|lost"
 KINDS = {
     kind: _object(text)
     for kind, text in {
-        "header": "trace:int scenario:scenario world:world cells?:cells",
-        "move": f"{_MOVED} toward?:int by?:by result?:result signal?:signal",
-        "depart": f"{_MOVED} command:count by:by node?:count signal?:signal",
+        "header": "trace:int scenario:scenario world:simulated|external cells?:int!*",
+        "move": f"{_MOVED} toward?:int by?:{_BY} result?:{_RESULT} signal?:signal",
+        "depart": f"{_MOVED} by:{_BY} node?:count signal?:signal",
         "hold": "robot signal:signal",
-        "arrive": "robot at:int heading:heading result:result command:count regions?:regions",
-        "act": "robot robots:names obstacles:names",
-        "acted": "robot results:results reason? barred?:names",
-        "synthesis": "robot verdict:verdict objective:objective spec node?:count memory?:ints"
-        " places?:regions strategy? region?:int heading?:heading form?:form"
-        " closed?:closed knowledge?:knowledge beliefs?:beliefs neutral?:int"
-        " places_from?:command_list sight_closed?:regions inputs?:truths"
-        " again?:again forbidden?:poses",
-        "plan": "robots:ways orders:orders",
-        "plan_end": "reason:plan_end",
+        "arrive": f"robot at:int heading:heading result:{_RESULT} regions?:int!",
+        "act": "robot robots:str* obstacles:str*",
+        "acted": "robot results:done|untraversable|failed|nothing~ reason? barred?:str*",
+        "synthesis": "robot verdict:realizable|unrealizable|timeout|out_of_memory spec node?:count"
+        " objective:objective memory?:int~ places?:int! strategy? region?:int heading?:heading"
+        " form?:literal|other_memory|alternation closed?:mark* knowledge?:known~ beliefs?:int!*~"
+        " neutral?:int places_from?:command* sight_closed?:int! inputs?:bool~ forbidden?:place!",
+        "plan": "robots:place*~ orders:order*",
+        "plan_end": "reason:reached|violation|changed",
         "told": "robot objective:objective",
-        "push": "obstacle objectives:objectives",
-        "pop": "obstacle objectives:objectives",
-        "violation": "robot obstacle at:int proposed:int",
-        "request": "obstacle requester:name aside?:bool",
+        "push": "obstacle objectives:objective~",
+        "pop": "obstacle objectives:objective~",
+        "violation": "robot obstacle",
+        "request": "obstacle",
         "discovered": "obstacle:obstacle",
-        "appeared": "obstacle cause:cause",
-        "gone": "obstacle cause:cause",
-        "order": "obstacle cause:cause",
-        "truth": "obstacle cause:cause traversable:bool",
-        "met": "obstacle need:count robot at:int action robots?:names",
-        "resolved": "obstacle robot at:int traversable:truth robots?:names",
-        "blocked": "obstacle robots:set reason:permanent",
+        "appeared": f"obstacle {_CAUSE}",
+        "gone": f"obstacle {_CAUSE}",
+        "order": f"obstacle {_CAUSE}",
+        "truth": f"obstacle {_CAUSE} traversable:bool",
+        "met": "obstacle need:count robot at:int action robots?:str*",
+        "resolved": "obstacle robot at:int traversable:truth robots?:str*",
+        "blocked": "obstacle robots:str!"
+        " reason:untraversable|no_capable_robot|unresolvable|operator",
         "reopened": "obstacle",
-        "objective": "robot objective:objective at_once:bool cause:cause within?:count",
-        "inputs": "values:truths user?:names",
-        "service": "robot active:bool cause:cause",
-        "operator": "intervention:intervention robot? obstacle? region?:int heading?:heading",
+        "objective": f"robot objective:objective at_once:bool {_CAUSE} within?:count",
+        "inputs": "values:bool~ user?:str*",
+        "service": f"robot active:bool {_CAUSE}",
+        "operator": "intervention:resolved|permanent|put_back|out_of_service|objective|added"
+        "|give_up robot? obstacle? region?:int heading?:heading",
         "goal": "robot goal:count region:int round:count",
         "assumption": "robot",
-        "deadline": "of due:count verdict:deadline earliest?:count",
+        "deadline": "of due:count verdict:set|kept|late|excused|lost earliest?:count",
         "checkpoint": "lines:count",
-        "waiting": f"outcome:averted {_ENDS} until?:number",
-        "outcome": f"outcome:ended {_ENDS} rounds:counts ticks:count unrealizable?:words"
-        " late?:names refused?:refused",
+        "waiting": f"outcome:{_AVERTED} {_ENDS} until?:number",
+        "outcome": f"outcome:{_AVERTED}|{_ENDED} {_ENDS} rounds:count~ ticks:count"
+        " unrealizable?:str~ late?:str* refused?:least~",
     }.items()
 }
 """The types of facts, which are judged; all other lines are marked as notes, and explain."""

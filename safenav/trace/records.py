@@ -80,14 +80,13 @@ class Synthesis(Record, frozen=True, tag="synthesis"):
     where an installed strategy begins.
 
     The data of the specification: the pose (``region``, ``heading``); ``memory`` at the start;
-    ``inputs`` that its formulas name, and ``again``: their values that are assumed infinitely
-    often; ``closed``: regions other than walls, each with the obstacle or rule; ``knowledge``:
-    robots whose positions are inputs -> the initial region, or the cells that may hold it;
-    ``beliefs``: robot -> lists of cells, value N + i of its input stands for the i-th (N regions);
-    ``sight_closed``: regions that block the view; ``places`` that may be assigned, ``neutral``: the
-    input without a request, ``places_from``: places that may be assigned only from some poses;
-    ``forbidden``: poses from which the team could not continue; ``form`` of the objective, and
-    what it ``allows``.
+    ``inputs`` that its formulas name; ``closed``: regions other than walls, each with the obstacle
+    or rule; ``knowledge``: robots whose positions are inputs -> the initial region, or the cells
+    that may hold it; ``beliefs``: robot -> lists of cells, value N + i of its input stands for the
+    i-th (N regions); ``sight_closed``: regions that block the view; ``places`` that may be
+    assigned, ``neutral``: the input without a request, ``places_from``: places that may be assigned
+    only from some poses; ``forbidden``: poses from which the team could not continue; ``form`` of
+    the objective, and what it ``allows``.
     """
 
     robot: str
@@ -106,7 +105,6 @@ class Synthesis(Record, frozen=True, tag="synthesis"):
     heading: Heading | None = None
     memory: Mapping[str, int] | None = None
     inputs: Mapping[str, bool] | None = None
-    again: Mapping[str, tuple[bool, ...]] | None = None
     closed: tuple[tuple[Region, str], ...] | None = None
     knowledge: Mapping[str, Region | tuple[Count, ...]] | None = None
     beliefs: Mapping[str, tuple[tuple[Count, ...], ...]] | None = None

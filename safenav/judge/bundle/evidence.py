@@ -280,23 +280,15 @@ class Evidence:
         weaker = e.objective.serves(own) and own.literal and not task.objective.strict
         require(not weaker, f"the strategy of {name} may cross a target out of turn")
         walls = [one for one in known if name in one.blocks]
-        at = {one.name: {one.region} for one in walls}
-        at[f"robots.{name}.objective.avoid"] = {*own.avoid}  # no robot: it may move
-        closed = [(what.removeprefix("obstacles."), region) for region, what in e.closed or ()]
-        wrong = [what for what, region in closed if region not in at.get(what, ())]
-        require(not wrong, f"{', '.join(wrong)} is not in the region that it should close")
-        shut = {one.name for one in walls if one.shut} - {what for what, _ in closed}
-        shut |= {str(region) for region in own.avoid - {region for _, region in closed}}
-        require(not shut, f"{name} does not know of {', '.join(sorted(shut))}")
+        closed = {region for region, _ in e.closed or ()}
+        wrong = closed - own.avoid - {one.region for one in walls}
+        require(not wrong, f"it closes {sorted(wrong)}, where no obstacle is")
+        shut = (own.avoid | {one.region for one in walls if one.shut}) - closed
+        require(not shut, f"{name} does not know that {sorted(shut)} are closed")
         mine, rules = (own.avoid, own.always), (e.objective.avoid, e.objective.always)
         require(rules == mine, f"{name} is not synthesized for its own rules")
-        listed = {each.name: list(each.again) for each in s.scenario.inputs}
-        again = {each: listed[each] for each in task.heard if listed[each]}
-        stated = {each: list(values) for each, values in (e.again or {}).items()}
-        same = again == stated and all(
-            s.inputs[n] is bool(on) for n, on in (e.inputs or {}).items()
-        )
-        require(same, f"{name} assumes inputs that the scenario lacks")
+        same = all(s.inputs.get(name) is bool(on) for name, on in (e.inputs or {}).items())
+        require(same, f"{name} assumes other inputs than those of the run")
         task.others.check_known(s)
 
     def apart(self, e: Line, s: State) -> None:

@@ -190,6 +190,7 @@ class Task:
         self.pose: Pose = (e.region, e.heading if self.faces else None)
         self.formulas = formulas = self.objective.formulas
         names = formulas.names if formulas and self.objective.kind == "ltl" else []
+        self.again = {each.name: each.again for each in s.scenario.inputs}
         self.heard: list[str] = formulas.inputs if formulas and names else []
         self.own = names[: len(names) - len(self.heard)]
         self.memory: Mapping[str, int] = e.memory or {}
@@ -358,7 +359,7 @@ class Task:
         commanded to wait (assumed to end), no assumption is met."""
         seen, found = self._seen(row), [True] if self.told else []
         for name in self.heard:
-            found += [seen[name] == value for value in (self.line.again or {}).get(name, ())]
+            found += [seen[name] == value for value in self.again[name]]
         return [held and not seen.get("wait") for held in found]
 
     def check_keeps(self, start: int, measures: Any) -> None:

@@ -215,7 +215,6 @@ def synthesis_line(
         heading=task.pose.facing,
         memory=_memory(task),
         inputs={each.name: on for each, on in task.inputs} or None,
-        again={each.name: each.again for each, _ in task.inputs if each.again} or None,
         closed=tuple((known.region, known.item) for known in task.blocked),
         knowledge={
             other.name: other.region if other.belief is None else tuple(sorted(other.belief))
