@@ -187,6 +187,14 @@ def resolve_constants(
     return walk(formula)
 
 
+def one_of(variable: str, values: Iterable[int], prime: str = "") -> str:
+    """``variable`` has one of the values, as a formula that binds like an atom."""
+    atoms = [f"{variable}{prime} = {value:d}" for value in sorted(values)]
+    if not atoms:
+        return "FALSE"
+    return atoms[0] if len(atoms) == 1 else "(" + " | ".join(atoms) + ")"
+
+
 def to_text(formula: Formula) -> str:
     """Return the formula in structured slugs, on one line."""
     match formula:

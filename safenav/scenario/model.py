@@ -256,6 +256,11 @@ class Need(Struct, frozen=True):
     together: bool = False
     same: bool = False
 
+    @property
+    def places(self) -> frozenset[Region]:
+        """The regions that it names."""
+        return self.at if isinstance(self.at, frozenset) else frozenset()
+
 
 def actions_of(needs: Sequence[Need], number: int) -> frozenset[str]:
     """Return the actions that a robot must have for a need: that of the need, and those of the
@@ -382,13 +387,13 @@ class Obstacle(Struct, frozen=True):
 
     def resolution_regions(self, world: RegionMap, need: int = 0) -> tuple[Region, ...]:
         """Return S_r of one need without walls, ascending."""
-        where = self.needs[need].at
-        if where == ResolveAt.SELF:
-            return (self.region,)
-        if where == ResolveAt.NEIGHBOURS:
-            return tuple(sorted(world.neighbours(self.region)))
-        assert isinstance(where, frozenset)
-        return tuple(sorted(r for r in where if world.is_free(r)))
+        match self.needs[need].at:
+            case ResolveAt.SELF:
+                return (self.region,)
+            case ResolveAt.NEIGHBOURS:
+                return tuple(sorted(world.neighbours(self.region)))
+            case regions:
+                return tuple(sorted(r for r in regions if world.is_free(r)))
 
 
 def name_parts(name: str) -> tuple[str, str, int]:

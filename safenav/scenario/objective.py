@@ -6,7 +6,8 @@ formulas (``spec.compile``); the runtime, joint plans and graph searches count b
 judge has a class of its own (``judge.lines``), on purpose. All other code queries the kind and
 never names it.
 
-Raw formulas (``ltl``) have no pursuit: the synthesizer makes their automaton.
+Raw formulas (``ltl``) have goals instead of targets, which count in any order: the synthesizer
+makes their automaton.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple, TypeVar
 from msgspec import Struct, field
 from msgspec.structs import replace
 
+from safenav.formula import syntax
 from safenav.scenario.yaml.document import flow
 from safenav.world.map import Region
 from safenav.world.poses import bits
@@ -90,7 +92,8 @@ class TargetObjective(Struct, frozen=True):
     target, if there is more than one. ``settles``: it ends at its last target and stays there,
     where each tick is a round. ``strict``: the robot leaves each target with its next step, and
     touches none out of turn; where that cannot be kept, plain alternation (``relaxed``) suffices,
-    unless it is ``literal`` (``spec.task``)."""
+    unless it is ``literal`` (``spec.forms``). ``formulas``: those that state its
+    goals."""
 
     kind: ClassVar[str]
     meaning: ClassVar[str]
@@ -102,6 +105,9 @@ class TargetObjective(Struct, frozen=True):
     turn: ClassVar[str] = ""
     settles: ClassVar[bool] = False
     strict: ClassVar[bool] = False
+    formulas: ClassVar[Ltl | None] = None
+    memory: ClassVar[Mapping[str, tuple[int, int] | None]] = {}
+    inputs: ClassVar[tuple[str, ...]] = ()
     targets: tuple[Target, ...]
     avoid: Target = frozenset()
     always: tuple[str, ...] = ()
@@ -163,9 +169,22 @@ class TargetObjective(Struct, frozen=True):
         return memory
 
     @property
+    def goals(self) -> int:
+        return len(self.targets)
+
+    @property
     def pursuit(self) -> Pursuit:
         """The order in which its targets count."""
         return Pursuit(len(self.targets), self.in_turn, self.settles)
+
+    def waiting(self, places: Target) -> Objective:
+        """Return the objective to go to a place and stay, under the rules of this one."""
+        return staying(places, self)
+
+    def alternating(self, places: Target, own: Target | None) -> Objective:
+        """Return the objective to go to a place infinitely often, in turn with its ``own`` target,
+        under the rules of this one."""
+        return alternation((places,) if own is None else (places, own), self)
 
     def reached(self, region: Region) -> int:
         """Return the targets that contain ``region``, as a mask."""
@@ -308,7 +327,8 @@ class Ltl(Struct, frozen=True):
     (``region``, ``heading``) and declared memory.
 
     ``memory`` maps a name to None (Boolean) or to its (min, max). ``inputs``: the environment's
-    inputs that the formulas name. It has no targets; only its formulas forbid steps.
+    inputs that the formulas name. It has no targets; only its formulas forbid steps. Its goals are
+    about steps.
     """
 
     init: tuple[str, ...] = ()
@@ -316,6 +336,7 @@ class Ltl(Struct, frozen=True):
     liveness: tuple[str, ...] = ()
     memory: Mapping[str, tuple[int, int] | None] = field(default_factory=dict)
     inputs: tuple[str, ...] = ()
+    turn: ClassVar[str] = ""
     strict: ClassVar[bool] = False
     literal: ClassVar[bool] = False
     in_turn: ClassVar[bool] = False
@@ -331,8 +352,44 @@ class Ltl(Struct, frozen=True):
     def ordered(cls) -> bool:
         return False
 
+    @property
+    def formulas(self) -> Ltl:
+        return self
+
+    @property
+    def goals(self) -> int:
+        return len(self.liveness)
+
+    @property
+    def pursuit(self) -> Pursuit:
+        """The order in which its goals count; without any each step is a round."""
+        return Pursuit(max(1, self.goals), in_turn=False, settles=False)
+
     def relaxed(self) -> Ltl:
         return self
+
+    def remembers(self, assigned: bool = False) -> bool:
+        del assigned
+        return False
+
+    def waiting(self, places: Target) -> Ltl:
+        """Return its rules with the goal to go to a place and stay."""
+        there = syntax.one_of("region", places)
+        stay = f"{there} -> region' = {next(iter(places)) if len(places) == 1 else 'region'}"
+        return replace(self, safety=(*self.safety, stay), liveness=(there,))
+
+    def alternating(self, places: Target, own: Target | None) -> Ltl:
+        """Return its rules with the goal to go to a place infinitely often."""
+        del own
+        return replace(self, liveness=(syntax.one_of("region", places),))
+
+    def begin(self, region: Region, memory: int = 0) -> int:
+        del region
+        return memory
+
+    def reached(self, region: Region) -> int:
+        del region
+        return 0
 
     def stays(self, memory: int, region: Region) -> bool:
         del memory, region
@@ -383,9 +440,9 @@ def with_targets(objective: Objective, targets: Sequence[Target]) -> Objective:
 
 def formulas_in(objective: Objective) -> Ltl | None:
     """Return the formulas that restrict a robot's steps; None if there are none."""
-    if isinstance(objective, Ltl):
-        return objective
-    return Ltl(safety=tuple(map(on_steps, objective.always))) if objective.always else None
+    if objective.formulas is None and objective.always:
+        return Ltl(safety=tuple(map(on_steps, objective.always)))
+    return objective.formulas
 
 
 def on_steps(formula: str) -> str:

@@ -22,6 +22,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.components import components, explored
+from safenav.formula.syntax import one_of
 from safenav.scenario.objective import Ltl, Objective, formulas_in
 from safenav.spec.specification import (
     Constraint,
@@ -31,7 +32,6 @@ from safenav.spec.specification import (
     Specification,
     Variable,
     among,
-    one_of,
 )
 from safenav.spec.task import Task
 from safenav.world.map import Region, RegionMap

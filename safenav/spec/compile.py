@@ -24,6 +24,7 @@ from itertools import combinations
 
 from msgspec import Struct
 
+from safenav.formula.syntax import one_of
 from safenav.scenario.objective import Ltl, Objective, Patrol, TargetObjective, describe, on_steps
 from safenav.spec import assignable, belief
 from safenav.spec.specification import (
@@ -35,7 +36,6 @@ from safenav.spec.specification import (
     Variable,
     heading_rules,
     headings,
-    one_of,
     step_formula,
     stepping,
     walls,

@@ -21,6 +21,7 @@ from msgspec.structs import replace
 from safenav.errors import Diagnostic, InputError
 from safenav.files import HINT, foreign_character
 from safenav.formula.parser import MAX_NUMBER, TooLongError, to_infix
+from safenav.formula.syntax import one_of
 from safenav.world.map import Heading, Region, RegionMap
 from safenav.world.poses import Pose
 
@@ -221,14 +222,6 @@ def _variable(line: str, owner: Owner, note: str) -> Variable | None:
 
 SOURCE_MAP = "paper, eq. (1)"
 SOURCE_MOBILITY = "paper, Section VI"
-
-
-def one_of(variable: str, regions: Iterable[Region], prime: str = "") -> str:
-    """``variable`` is in one of the regions, as a formula that binds like an atom."""
-    atoms = [f"{variable}{prime} = {region:d}" for region in sorted(regions)]
-    if not atoms:
-        return "FALSE"
-    return atoms[0] if len(atoms) == 1 else "(" + " | ".join(atoms) + ")"
 
 
 def among(poses: Collection[Pose], mark: str = "") -> str:

@@ -7,12 +7,11 @@ from collections.abc import Iterator
 
 from msgspec.structs import replace
 
-from safenav.scenario.guarantees import guarantees_of
-from safenav.scenario.objective import Ltl, Objective
+from safenav.scenario.objective import Objective
 from safenav.team import state as now
 from safenav.team.acts import stands_for
 from safenav.team.floor import restarted
-from safenav.team.formulas import pursuit_of
+from safenav.team.formulas import reached
 from safenav.team.state import Count, Is, ObstacleNow, RobotNow, State
 from safenav.team.team import Member, Team
 from safenav.world.poses import bits, plain_graph
@@ -36,7 +35,7 @@ def initial(team: Team) -> State:
 
 def _initial(member: Member) -> RobotNow:
     pose = member.graph.number(member.robot.start)
-    own = Count(_begins(member))
+    own = Count(member.objective.begin(member.robot.start.region))
     charge = 0 if member.energy is None else member.energy.battery.start
     values = _memory(member, pose)
     return RobotNow(pose, member.objective, own, values=values, charge=charge)
@@ -45,12 +44,6 @@ def _initial(member: Member) -> RobotNow:
 def _memory(member: Member, pose: int) -> now.Values:
     """The memory of formulas in a state that has it."""
     return tuple(sorted(member.graph.memory(pose).items()))
-
-
-def _begins(member: Member) -> int:
-    """The target with which a robot begins: a strict objective with that on which it stands."""
-    own = member.objective
-    return 0 if isinstance(own, Ltl) else own.begin(member.robot.start.region, 0)
 
 
 def apply(team: Team, state: State, event: now.Event) -> State:
@@ -67,8 +60,9 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             return state
         case now.Stayed(i, _, node):
             state = _charged(team, state, i, event.ticks)
-            state = _stepped(team, state, i, state.robots[i].pose, event.values)
-            return state if node is None else _robot(state, i, node=node)
+            begun = _stepped(team, state, i, state.robots[i].pose, event.values)
+            begun |= {} if node is None else {"node": node}
+            return _robot(state, i, **begun) if begun else state
         case now.Counted(i, ticks):
             return _counted(team, state, i, ticks)
         case now.Time(at, flows):
@@ -77,9 +71,10 @@ def apply(team: Team, state: State, event: now.Event) -> State:
                     state = _charged(team, state, i, at - state.time)
             return replace(state, time=at)
         case now.Departed(i, pose, by, node):
-            state = _stepped(team, state, i, pose, event.values)
+            begun = _stepped(team, state, i, pose, event.values)
             plan = None if by == "backtrack" and node is None else state.plan
-            return replace(_robot(state, i, to=pose, due=event.due, node=node, by=by), plan=plan)
+            begun |= {"to": pose, "due": event.due, "node": node, "by": by}
+            return replace(_robot(state, i, **begun), plan=plan)
         case now.Goes(i):
             return _robot(state, i, by="plan" if state.robots[i].by == "plan" else None)
         case now.Arrived(i):
@@ -177,10 +172,7 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             same = robot.objective == objective
             task = robot.task if same else Count()
             values = robot.values if event.values is None else event.values
-            begun: dict[str, object] = {
-                "fresh": robot.fresh or not same,
-                "came": robot.came if same else None,
-            }
+            begun = {"fresh": robot.fresh or not same, "came": robot.came if same else None}
             mine, own = team.members[i].objective, robot.own
             if objective == mine and robot.kept is not None:
                 begun |= {"own": robot.kept, "kept": None}  # what it met meanwhile had no line
@@ -212,10 +204,10 @@ def _put(team: Team, state: State, i: int, pose: int, **changes: object) -> Stat
     robot = state.robots[i]
     same = pose % team.size == robot.pose % team.size
     changes |= {"pose": pose} if same else {"pose": pose, "behind": None}
-    if not same and not isinstance(robot.objective, Ltl):
+    if not same:
         count = robot.own if on_own(team, state, i) else robot.task
         here = robot.objective.reached(pose % team.size)
-        awaited = pursuit_of(robot.objective).met(count.memory, here)
+        awaited = robot.objective.pursuit.met(count.memory, here)
         changes["fresh"] = robot.fresh or bool(awaited)  # its target counts there
     return _robot(state, i, to=None, due=None, node=None, by=None, **changes)
 
@@ -247,24 +239,26 @@ def _assigned(team: Team, state: State, i: int, objective: Objective) -> State:
         None if p is None else graph.number(plain.pose(p % (plain.size * plain.blocks)))
         for p in (robot.pose, robot.to)
     )
-    own = Count(0 if isinstance(objective, Ltl) else objective.begin(robot.next % team.size, 0))
+    own = Count(objective.begin(robot.next % team.size))
     assert pose is not None
     values = _memory(team.members[i], pose if to is None else to)
     begun = {"own": own, "node": None, "fresh": True, "values": values, "came": None, "kept": None}
     return _robot(state, i, pose=pose, to=to, **begun)
 
 
-def _stepped(team: Team, state: State, i: int, pose: int, values: now.Values | None) -> State:
+def _stepped(
+    team: Team, state: State, i: int, pose: int, values: now.Values | None
+) -> dict[str, object]:
     """A robot begins a step or a stay: formulas count what that meets. ``values``: those of its
     strategy there; else its memory stays, or is that of its state."""
-    robot, objective = state.robots[i], state.robots[i].objective
-    if not isinstance(objective, Ltl):
-        return state if values is None else _robot(state, i, values=values)
+    robot, formulas = state.robots[i], state.robots[i].objective.formulas
+    if formulas is None:
+        return {} if values is None else {"values": values}
     if values is None:
-        heard = {name: int(name in state.inputs) for name in objective.inputs}
+        heard = {name: int(name in state.inputs) for name in formulas.inputs}
         kept = dict(robot.values) | heard | dict(_memory(team.members[i], pose))
         values = tuple(sorted(kept.items()))
-    return _robot(state, i, came=(robot.pose, robot.values), values=values)
+    return {"came": (robot.pose, robot.values), "values": values}
 
 
 def _with(state: State, k: int, obstacle: ObstacleNow) -> State:
@@ -347,7 +341,7 @@ def goals(team: Team, state: State, i: int, ticks: int | None = 1) -> Iterator[t
     """The targets that a robot's objective in force counts where it stands, each with the rounds
     then completed."""
     robot, mine = _begun(team, state, i), on_own(team, state, i)
-    if robot.to is not None or (isinstance(robot.objective, Ltl) and not robot.objective.liveness):
+    if robot.to is not None or not robot.objective.goals:
         return
     count, most = (robot.own, team.rounds) if mine else (robot.task, 1)
     for before, after, met in _counts(team, robot, i, robot.objective, count, most, ticks):
@@ -367,9 +361,8 @@ def _counts(
     """Each count of what a robot meets where it stands, before and after it, with the targets: one,
     or if that takes no time each target, and where it settles ``most`` rounds. Formulas count one
     step each time."""
-    here, region = _reached(team, robot, i, objective), robot.pose % team.size
-    once = ticks or isinstance(objective, Ltl)
-    pursuit = pursuit_of(objective)
+    here, region = reached(objective, team.members[i].graph, robot), robot.pose % team.size
+    once, pursuit = ticks or objective.formulas is not None, objective.pursuit
     for _ in range(1 if once else pursuit.targets + most * pursuit.settles):
         if not ticks and rounds(objective, count) >= most:
             return
@@ -384,7 +377,6 @@ def _begun(team: Team, state: State, i: int) -> RobotNow:
     robot, member = state.robots[i], team.members[i]
     own = member.objective
     if robot.fresh and own.strict and not member.planned and on_own(team, state, i):
-        assert not isinstance(own, Ltl)
         memory = own.begin(robot.pose % team.size, robot.own.memory)
         robot = replace(robot, own=_turned(member, robot.own, memory))
     return robot
@@ -398,23 +390,10 @@ def _turned(member: Member, count: Count, memory: int) -> Count:
     return count._replace(memory=memory, met=count.met - count.met % member.pursuit.targets)
 
 
-def _reached(team: Team, robot: RobotNow, i: int, objective: Objective) -> int:
-    """The targets on which a robot stands, or the goals of formulas that its last turn met."""
-    if not isinstance(objective, Ltl):
-        return objective.reached(robot.pose % team.size)
-    if robot.came is None:
-        return 0
-    graph, found = team.members[i].graph, guarantees_of(objective)
-    before, after = graph.pose(robot.came[0]), graph.pose(robot.pose)
-    around = before, dict(robot.came[1]), after, dict(robot.values)
-    goals = (goal for goal in range(found.goals) if found.meets_with(goal, *around))
-    return sum(1 << goal for goal in goals) if found.goals else 1
-
-
 def _count(
     objective: Objective, count: Count, here: int, region: int
 ) -> tuple[Count, tuple[int, ...]]:
-    pursuit = pursuit_of(objective)
+    pursuit = objective.pursuit
     met = pursuit.met(count.memory, here)
     memory, more = pursuit.step(count.memory, here)
     stays = objective.stays(count.memory, region)
@@ -426,7 +405,7 @@ def _count(
 
 def rounds(objective: Objective, count: Count) -> int:
     """The rounds that are completed."""
-    return pursuit_of(objective).rounds(count.met)
+    return objective.pursuit.rounds(count.met)
 
 
 def _counted(team: Team, state: State, i: int, ticks: int | None) -> State:

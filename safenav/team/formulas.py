@@ -11,34 +11,17 @@ from collections.abc import Mapping
 from functools import cached_property, lru_cache
 from itertools import combinations, product
 
-from msgspec.structs import replace
-
 from safenav.data import cached_method
 from safenav.errors import UsageError
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.model import Robot
-from safenav.scenario.objective import (
-    Ltl,
-    Objective,
-    Pursuit,
-    Target,
-    alternation,
-    formulas_in,
-    staying,
-)
-from safenav.spec.specification import one_of
+from safenav.scenario.objective import Ltl, Objective, formulas_in
+from safenav.team.state import RobotNow
 from safenav.world.map import RegionMap
 from safenav.world.poses import Mask, Mobility, Pose, PoseGraph, bits, plain_graph
 
 MOST_STATES = 4000
 """Most states of a robot that shares its floor."""
-
-
-def pursuit_of(objective: Objective) -> Pursuit:
-    """The order in which the goals of an objective count: those of formulas in any order."""
-    if isinstance(objective, Ltl):
-        return Pursuit(max(1, len(objective.liveness)), in_turn=False, settles=False)
-    return objective.pursuit
 
 
 def graph_of(robot: Robot, world: RegionMap, *, shared: bool) -> PoseGraph:
@@ -63,33 +46,16 @@ def graph_of(robot: Robot, world: RegionMap, *, shared: bool) -> PoseGraph:
 
 def targets_of(objective: Objective, graph: PoseGraph) -> tuple[Mask, ...]:
     """The states in which each goal of an objective is met."""
-    if not isinstance(objective, Ltl):
+    if objective.formulas is None:
         return graph.on_each(objective.targets)
-    if isinstance(graph, StateGraph):
+    if graph.remembers:
         return graph.goals
-    found = guarantees_of(objective)
+    found = guarantees_of(objective.formulas)
 
     def poses_of(goal: int) -> Mask:
         return graph.where_met(lambda p, q: found.meets(goal, graph.pose(p), graph.pose(q)))
 
     return tuple(map(poses_of, range(found.goals))) or (graph.everywhere,)
-
-
-def waiting(places: Target, rules: Objective) -> Objective:
-    """The objective to go to a place and stay, under the rules of another objective."""
-    if not isinstance(rules, Ltl):
-        return staying(places, rules)
-    there = one_of("region", places)
-    stay = f"{there} -> region' = {next(iter(places)) if len(places) == 1 else 'region'}"
-    return replace(rules, safety=(*rules.safety, stay), liveness=(there,))
-
-
-def alternating(places: Target, own: Target | None, rules: Objective) -> Objective:
-    """The objective to go to a place infinitely often, in turn with its ``own`` target, under the
-    rules of another objective."""
-    if isinstance(rules, Ltl):
-        return replace(rules, liveness=(one_of("region", places),))
-    return alternation((places,) if own is None else (places, own), rules)
 
 
 @lru_cache(maxsize=256)
@@ -106,6 +72,18 @@ def _memories(formulas: Ltl) -> int:
     return len(found.memories) << len(found.goals_of_steps)
 
 
+def reached(objective: Objective, graph: PoseGraph, robot: RobotNow) -> int:
+    """The targets on which a robot stands, or the goals of formulas that its last turn met."""
+    if objective.formulas is None:
+        return objective.reached(robot.pose % graph.size)
+    if robot.came is None:
+        return 0
+    found, after = guarantees_of(objective.formulas), graph.pose(robot.pose)
+    step = graph.pose(robot.came[0]), dict(robot.came[1]), after, dict(robot.values)
+    goals = (goal for goal in range(found.goals) if found.meets_with(goal, *step))
+    return sum(1 << goal for goal in goals) if found.goals else 1
+
+
 class StateGraph(PoseGraph):
     """A state is a pose with the memory there and the goals that the step into it has met: the
     number of the pose plus that of the memory times the number of poses. To stand still
@@ -119,7 +97,7 @@ class StateGraph(PoseGraph):
         shut: frozenset[int] = frozenset(),
     ) -> None:
         super().__init__(world, mobility)
-        self._goes_straight = False  # a step may change the memory
+        self.remembers, self._goes_straight = True, False  # a step may change the memory
         self._formulas, self._guarantees, self._shut = formulas, guarantees_of(formulas), shut
         goals = self._guarantees.goals_of_steps
         met = [frozenset(few) for n in range(len(goals) + 1) for few in combinations(goals, n)]

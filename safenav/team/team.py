@@ -16,7 +16,7 @@ from safenav.scenario import model
 from safenav.scenario.model import Failures
 from safenav.scenario.objective import Objective, Pursuit
 from safenav.team.battery import Energy
-from safenav.team.formulas import StateGraph, graph_of, pursuit_of, targets_of
+from safenav.team.formulas import graph_of, targets_of
 from safenav.world.map import RegionMap
 from safenav.world.poses import Mask, PoseGraph, bits, plain_graph, region_mask
 
@@ -124,9 +124,8 @@ class Member(Struct, frozen=True, eq=False):
 
     def kept(self, pose: int) -> int:
         """The targets that staying in a pose meets, as a mask: not goals about steps."""
-        if not isinstance(self.graph, StateGraph) or not self.graph.stays:
-            return self.reached(pose)
-        return sum(1 << k for k, goal in enumerate(self.graph.stays) if goal >> pose & 1)
+        goals = self.graph.stays or self.targets
+        return sum(1 << k for k, goal in enumerate(goals) if goal >> pose & 1)
 
 
 class Team(Struct, frozen=True, eq=False, dict=True):
@@ -213,14 +212,14 @@ def _member(
         targets, chargers = graph.on_each(objective.targets), graph.on(scenario.chargers)
         energy = Energy(graph, chargers, battery, targets, objective.settles)
     floor, goals = graph.outside(objective.avoid), targets_of(objective, graph)
-    pursuit = pursuit_of(objective)
-    return Member(robot.name, robot, graph, floor, goals, pursuit, rivals, zones, energy)
+    how = objective.pursuit, rivals, zones
+    return Member(robot.name, robot, graph, floor, goals, *how, energy)
 
 
 @lru_cache(maxsize=16)
 def posed(team: Team) -> Team:
     """The team without the memory of formulas, as decisions about obstacles see it."""
-    if not any(isinstance(member.graph, StateGraph) for member in team.members):
+    if not any(member.graph.remembers for member in team.members):
         return team
     members = (
         assigned(team, i, m.objective, m.robot.within, remember=False).members[i]

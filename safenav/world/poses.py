@@ -114,7 +114,8 @@ def _mask_of_many(members: Collection[int], size: int) -> Mask:
 
 class PoseGraph:
     """The poses of one mobility on one map, and the steps between them. ``closed``: steps (pairs of
-    poses) that the mobility allows but the graph omits."""
+    poses) that the mobility allows but the graph omits. ``remembers``: its numbers stand for poses
+    with the memory of formulas."""
 
     def __init__(
         self, world: RegionMap, mobility: Mobility, closed: frozenset[tuple[int, int]] = frozenset()
@@ -122,6 +123,7 @@ class PoseGraph:
         self.world = world
         self.mobility = mobility
         self.size = world.size
+        self.remembers = False
         self.blocks = len(Heading) if mobility is Mobility.HEADING else 1
         self._full = (1 << self.size) - 1
         self._cols = world.cols
@@ -137,6 +139,16 @@ class PoseGraph:
     def one_way(self) -> bool:
         """Whether a step may lack the step back."""
         return self.blocks > 1 or bool(self._closed)
+
+    @property
+    def goals(self) -> tuple[Mask, ...]:
+        """For each goal of formulas that it remembers the poses in which that is met."""
+        return ()
+
+    @property
+    def stays(self) -> tuple[Mask, ...]:
+        """For each of these goals the poses in which staying meets it."""
+        return ()
 
     @cached_property
     def everywhere(self) -> Mask:

@@ -122,6 +122,30 @@ def test_a_package_s_init_is_a_docstring() -> None:
     ] == []
 
 
+MODEL = ("safenav.team.", "safenav.solve.", "safenav.plan.", "safenav.runtime.")
+HOMES = ("scenario.objective", "scenario.model", "world.poses", "team.battery", "team.formulas")
+"""Where the types of features are defined: objectives, needs, mobilities, batteries."""
+
+
+def test_no_branch_asks_for_the_type_of_a_feature() -> None:
+    """A feature is data or a method of its value. The page lists the exceptions."""
+    classes = (n for home in HOMES for n in nodes(f"safenav.{home}"))
+    types = {node.name for node in classes if isinstance(node, ast.ClassDef)}
+    asked = {
+        (name, word)
+        for name in MODULES
+        if name.startswith(MODEL)
+        for node in nodes(name)
+        if isinstance(node, ast.Call) and ast.unparse(node.func) == "isinstance"
+        for word in re.findall(r"\w+", ast.unparse(node.args[1]))
+        if word in types
+    }
+    assert asked == {
+        ("safenav.runtime.run.mission", "Scenario"),
+        ("safenav.runtime.worlds.lockstep", "Obstacle"),
+    }
+
+
 BESIDE = ("safenav.judge.",)
 """It shares nothing with what it checks, so it has names of its own for it."""
 AS_RECORDED = ("safenav.team.", "safenav.solve.", "safenav.runtime.")

@@ -26,7 +26,6 @@ from safenav.runtime.control.ends import (
 from safenav.runtime.control.roles import Role, Roles
 from safenav.runtime.control.strategies import Controller, outdated, pursues, synthesized
 from safenav.scenario.model import Clock
-from safenav.scenario.objective import Ltl
 from safenav.solve import solve
 from safenav.team import state as now
 from safenav.team.acts import FAILURE
@@ -282,7 +281,7 @@ def _whole_team(found: solve.Refutation, out: Collection[int]) -> solve.Closure 
 def _is_a_game(failed: tuple[int, Controller]) -> bool:
     """Whether others or inputs may keep a robot from its objective."""
     objective = failed[1].task.objective
-    return isinstance(objective, Ltl) or (objective.strict and objective.literal)
+    return objective.formulas is not None or (objective.strict and objective.literal)
 
 
 def _meanwhile(

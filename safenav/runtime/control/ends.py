@@ -13,7 +13,7 @@ from safenav.errors import Outcome
 from safenav.plan.ask import Deadlock
 from safenav.runtime.control.roles import Role
 from safenav.runtime.control.strategies import Controller, walls_of
-from safenav.scenario.objective import Ltl, Word, describe
+from safenav.scenario.objective import Word, describe
 from safenav.solve.reasons import (
     Shortfall,
     cause_of,
@@ -121,7 +121,7 @@ def _why_stuck(team: Team, state: State, i: int, *, chosen: bool) -> str:
     """The reason why a robot cannot continue. ``chosen``: after an option that was chosen."""
     robot, word = team.members[i].robot, team.world.word
     objective = robot.objective
-    if isinstance(objective, Ltl):
+    if objective.formulas is not None:
         return f"{robot.name} cannot meet its formulas with what it can reach"
     if chosen:  # it still could from its current pose
         return f"{robot.name} could no longer {describe(objective, word)} after that"

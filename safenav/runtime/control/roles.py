@@ -8,17 +8,15 @@ from msgspec.structs import replace
 
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.objective import (
-    ALTERNATING,
-    Ltl,
     Objective,
     Target,
+    alternation,
     formulas_in,
     ruled,
     station,
 )
 from safenav.solve.solve import Settlement
 from safenav.team.floor import Floor, Stages
-from safenav.team.formulas import alternating, waiting
 from safenav.team.state import State
 from safenav.team.team import Team
 from safenav.world.poses import Mask, Pose, bits
@@ -68,21 +66,19 @@ class Roles:
         k, rules = self.floor.gates[duty.g], self.team.members[i].objective
         places = frozenset(bits(graph.regions_of(duty.goal)))
         stays = duty.stays and self._may_stay(i, duty.goal)
-        alone = stays or isinstance(rules, Ltl)
-        own = None if alone else self._own_target(i, duty.goal)
+        own = None if stays else self._own_target(i, duty.goal)
         wanted = (duty.goal,) if own is None else (duty.goal, graph.on(own))
         present = self.state.robots[i].objective
         if stays:
-            objective: Objective = waiting(places, rules)
+            objective = rules.waiting(places)
         elif (
-            isinstance(present, ALTERNATING)
-            and present != rules
-            and present.targets[0] == places
+            present.targets[:1] == (places,)
+            and present == alternation(present.targets, rules) != rules
             and self._goes_between(i, (duty.goal, *graph.on_each(present.targets[1:])))
         ):
             objective = present  # it keeps its order
         else:
-            objective = alternating(places, own, rules)
+            objective = rules.alternating(places, own)
         return self._toward(i, wanted, objective, k)
 
     def _served(self, i: int) -> int:
@@ -131,11 +127,11 @@ class Roles:
         here = self.poses[i] % self.team.size
         place = next(iter(self._places(i)), here)
         if place != here and self._goes_between(i, (graph.on({place}),)):
-            return self._toward(i, (graph.on({place}),), waiting(frozenset({place}), rules))
+            return self._toward(i, (graph.on({place}),), rules.waiting(frozenset({place})))
         if not self._may_stay(i, 1 << self.poses[i]):
-            there = alternating(frozenset({here}), None, rules)  # it leaves, and returns
+            there = rules.alternating(frozenset({here}), None)  # it leaves, and returns
             return self._toward(i, (graph.on({here}),), there)
-        return Role(waiting(frozenset({here}), rules))
+        return Role(rules.waiting(frozenset({here})))
 
     def _may_stay(self, i: int, places: Mask) -> bool:
         """Whether the formulas of a robot let it stay in each of these poses."""
@@ -164,8 +160,6 @@ class Roles:
             free = floor.floors[i] & ~walls & ~lost
             if floor.graphs[i].closure(1 << self.poses[i], free) & floor.live(i, free):
                 return Role(member.objective, None, avoid, must, self._forbidden(i, member.targets))
-        if not self.found.served and isinstance(member.objective, Ltl):
-            return Role(member.objective, None, must, must)
         return None
 
     def _toward(
@@ -192,7 +186,7 @@ class Roles:
         if safe is None:
             return frozenset()
         lost = graph.forward(safe) & allowed & ~safe
-        if lost and not isinstance(self.team.members[i].objective, Ltl):
+        if lost:
             own = targets == self.team.members[i].targets
             lost &= self.floor.live(i, allowed) if own else graph.live(targets, allowed)
         return graph.poses(lost)

@@ -18,7 +18,7 @@ from safenav.runtime.control.answers import Answers, Pending
 from safenav.runtime.control.roles import Role
 from safenav.scenario.guarantees import values_of
 from safenav.scenario.model import Clock, Coordination
-from safenav.scenario.objective import Ltl, Objective, Word, describe, formulas_in
+from safenav.scenario.objective import Objective, Word, describe, formulas_in
 from safenav.spec.assignable import assignable_regions, neutral
 from safenav.spec.belief import Knowledge, Tracker, known_of, observe, watch_for
 from safenav.spec.compile import compile_task
@@ -92,9 +92,8 @@ class Controller(Struct, frozen=True, eq=False):
         """The values at a node of the memory of formulas, of inputs that they name, and of
         commands."""
         objective, strategy = self.task.objective, self.result.strategy
-        names: tuple[str, ...] = COMMANDS if self.task.assignable else ()
-        if isinstance(objective, Ltl):
-            names = (*names, *objective.memory, *objective.inputs)
+        commands = COMMANDS if self.task.assignable else ()
+        names = (*commands, *objective.memory, *objective.inputs)
         if node is None or strategy is None or not names:
             return None
         found = strategy.values(node)
@@ -151,13 +150,10 @@ def candidates(team: Team, state: State, i: int, role: Role) -> Iterator[Candida
         shared=bool(member.rivals),
         assigned=assigned,
     ):
-        memory = Memory(rung.turn if role.objective.strict else turn)
-        named: tuple[str, ...] = ()
-        if isinstance(role.objective, Ltl):
-            kept, named = dict(robot.values), role.objective.inputs
-            if role.objective.memory.keys() <= kept.keys():
-                memory = Memory(values={name: kept[name] for name in role.objective.memory})
-        inputs = (each for each in team.scenario.inputs if each.name in named)
+        kept, names = dict(robot.values), role.objective.memory
+        values = {name: kept[name] for name in names if names.keys() <= kept.keys()}
+        memory = Memory(rung.turn if role.objective.strict else turn, values)
+        inputs = (each for each in team.scenario.inputs if each.name in role.objective.inputs)
         yield (
             Task(
                 member.robot,

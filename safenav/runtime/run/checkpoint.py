@@ -24,11 +24,10 @@ from safenav.runtime.control.roles import Role
 from safenav.runtime.run.deadlines import LedgerKept
 from safenav.runtime.worlds.protocol import checked_obstacle
 from safenav.runtime.worlds.simulation import Truth
-from safenav.scenario.model import Clock, Obstacle, ResolveAt, Robot, Scenario
-from safenav.scenario.objective import Ltl, Objective, formulas_in
+from safenav.scenario.model import Clock, Obstacle, Robot, Scenario
+from safenav.scenario.objective import Objective, formulas_in
 from safenav.scenario.yaml.keys import entries
 from safenav.strict_json import TYPE
-from safenav.team.formulas import pursuit_of
 from safenav.team.state import Is, Plan, RobotNow, State
 from safenav.team.team import Member, Team, assigned, introduced, team_of
 from safenav.trace import records
@@ -216,16 +215,15 @@ def _restored(scenario: Scenario, kept: Kept) -> Team:
 def _wrong_objective(objective: Objective, robot: Robot, scenario: Scenario) -> Iterator[str]:
     """Yield why a robot of a scenario cannot have an objective."""
     inputs = {each.name for each in scenario.inputs}
-    if isinstance(objective, Ltl):
-        yield from (f"there is no input '{name}'" for name in {*objective.inputs} - inputs)
-        if not (objective.safety or objective.liveness):
-            yield "the objective has no formulas"
+    yield from (f"there is no input '{name}'" for name in {*objective.inputs} - inputs)
+    rules = formulas_in(objective)
+    if not (objective.goals or (rules is not None and rules.safety)):
+        yield "the objective is empty"
     for target in objective.targets:
         if not target or not all(map(scenario.map.is_free, target)):
             yield f"target {sorted(target)}: expected free regions of the map"
     if not all(0 <= region < scenario.map.size for region in objective.avoid):
         yield f"'avoid' {sorted(objective.avoid)}: expected regions of the map"
-    rules = formulas_in(objective)
     if rules is None:
         return
     declared: dict[str, Bounds] = {"region": (0, scenario.map.size - 1), **rules.memory}
@@ -249,9 +247,8 @@ def _misplaced(source: Obstacle, scenario: Scenario) -> str | None:
         return str(error)
     if not TYPE.fullmatch(source.type.name):
         return f"{source.type.name!a} cannot name an obstacle"
-    places = (need.at for need in source.needs if not isinstance(need.at, ResolveAt))
-    there = [region for each in places for region in each]
-    if scenario.map.is_free(source.region) and all(0 <= r < scenario.map.size for r in there):
+    places = frozenset[int]().union(*(need.places for need in source.needs))
+    if scenario.map.is_free(source.region) and all(0 <= r < scenario.map.size for r in places):
         return None
     return f"the obstacle in region {source.region} is not on the map"
 
@@ -341,7 +338,7 @@ def _off_the_floor(member: Member, robot: RobotNow) -> Iterator[str]:
     pursued += [] if robot.kept is None else [(member.objective, robot.kept)]
     pursued += [] if robot.base is None else [(robot.base[0], robot.base[2])]
     for objective, count in pursued:
-        pursuit = pursuit_of(objective)
+        pursuit = objective.pursuit
         most = pursuit.targets if pursuit.in_turn else 1 << pursuit.targets
         if not (0 <= count.memory < most and 0 <= count.met < MOST):
             yield f"{name} has no target {count.memory} or has met {count.met}"

@@ -12,7 +12,7 @@ from safenav.plan.order import next_step
 from safenav.runtime.control.coordinate import Control
 from safenav.runtime.control.strategies import commanded, heard
 from safenav.scenario.guarantees import guarantees_of
-from safenav.scenario.objective import Ltl, ruled
+from safenav.scenario.objective import ruled
 from safenav.spec.specification import Section
 from safenav.team.floor import barred, reserved
 from safenav.team.state import Is, State, Values
@@ -33,7 +33,7 @@ def continues(team: Team, state: State, control: Control, i: int) -> bool:
     """Whether a robot moves while the team waits for help from outside: it can undo each of its
     steps alone, and needs no help itself, or has an objective for that time."""
     robot, member = state.robots[i], team.members[i]
-    if member.planned or member.graph.one_way or isinstance(member.objective, Ltl):
+    if member.planned or member.graph.one_way or member.objective.formulas is not None:
         return False
     asks = any(i in dict(each.asked) for each in state.obstacles if each.known)
     asks = asks or (control.end is not None and member.name in control.end.stuck)
@@ -67,13 +67,14 @@ def propose(team: Team, state: State, control: Control, i: int) -> Proposal:
 
 def _is_kept(team: Team, state: State, i: int, pose: int) -> bool:
     """Whether the inputs of its formulas let a robot take a step now: plans do not foresee them."""
-    robot, graph, objective = state.robots[i], team.members[i].graph, team.members[i].objective
-    if not isinstance(objective, Ltl) or not objective.inputs:
+    robot, graph = state.robots[i], team.members[i].graph
+    formulas = team.members[i].objective.formulas
+    if formulas is None or not formulas.inputs:
         return True
-    heard = {name: int(name in state.inputs) for name in objective.inputs}
+    heard = {name: int(name in state.inputs) for name in formulas.inputs}
     after = dict(robot.values) | heard | dict(graph.memory(pose))
     places = graph.pose(robot.pose), graph.pose(pose)
-    return guarantees_of(objective).allows_with(places[0], dict(robot.values), places[1], after)
+    return guarantees_of(formulas).allows_with(places[0], dict(robot.values), places[1], after)
 
 
 def _successors(team: Team, state: State, control: Control, i: int) -> list[Proposal]:

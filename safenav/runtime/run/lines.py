@@ -8,7 +8,6 @@ from collections.abc import Callable, Collection
 from safenav.data import Place
 from safenav.plan.order import surely
 from safenav.runtime.control.strategies import Controller
-from safenav.scenario.objective import Ltl
 from safenav.spec.assignable import AssignableRegions, assignable_regions, neutral
 from safenav.spec.belief import models
 from safenav.spec.compile import assumption_names
@@ -251,9 +250,7 @@ def _ordered(poses: Collection[Pose]) -> tuple[Place, ...]:
 
 def _memory(task: Task) -> dict[str, int] | None:
     """The memory variables, and their values at the start."""
-    objective = task.objective
-    if isinstance(objective, Ltl):
-        return dict(task.memory.values)
-    if not objective.remembers(task.assignable):
-        return None
-    return {objective.turn: objective.begin(task.pose.region, task.memory.index)}
+    objective, values = task.objective, task.memory.values
+    if objective.remembers(task.assignable):
+        return {objective.turn: objective.begin(task.pose.region, task.memory.index)}
+    return dict(values) or None
