@@ -20,7 +20,7 @@ here is a test: it reports.
 
 import random
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
@@ -40,7 +40,6 @@ from safenav.report.terminal.layout import table
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.run.mission import Mission, default_synthesizer
 from safenav.runtime.worlds.protocol import Acted, Arrived, WorldEvent
-from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.objective import Patrol, Visit
 from safenav.scenario.reading.loader import load_scenario_text
@@ -50,6 +49,7 @@ from safenav.trace.records import Record
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
 from safenav.world.poses import Pose
+from support.durations import Uneven
 
 SCENARIOS = Path(__file__).parents[1] / "scenarios"
 HEADINGS = (
@@ -72,7 +72,7 @@ class Draw:
 class Serial:
     """A world in which each command is over before the next begins."""
 
-    def __init__(self, world: LiveSimulation) -> None:
+    def __init__(self, world: Uneven) -> None:
         self._world = world
         self._poses: dict[str, Pose] = {}
 
@@ -103,16 +103,17 @@ def speeds_of(scenario: Scenario, draw: int) -> dict[str, float]:
     return {robot.name: rng.uniform(0.5, 2) for robot in scenario.robots}
 
 
-def simulation(scenario: Scenario, draw: int) -> LiveSimulation:
-    speeds = speeds_of(scenario, draw)
-    paces = {robot.name: Pace(scenario.map.cols, SIDE, None) for robot in scenario.robots}
-    return LiveSimulation(scenario, speeds=speeds, delayed=0.1, seed=draw, paces_of=paces)
+def simulation(scenario: Scenario, draw: int, speeds: Mapping[str, float]) -> Uneven:
+    world = Uneven(scenario, speeds, delayed=0.1, seed=draw)
+    world._paces = {robot.name: Pace(scenario.map.cols, SIDE, None) for robot in scenario.robots}
+    return world
 
 
 def measure(text: str, draw: int) -> Draw | None:
     """None if a run is not completed."""
     scenario = load_scenario_text(text)
-    serial, live = simulation(scenario, draw), simulation(scenario, draw)
+    speeds = speeds_of(scenario, draw)
+    serial, live = simulation(scenario, draw, speeds), simulation(scenario, draw, speeds)
     first = Mission(scenario, world=Serial(serial)).run()
     synthesizer = default_synthesizer(scenario)
     mission = Mission(scenario, synthesizer, world=live)
@@ -148,10 +149,7 @@ def measure(text: str, draw: int) -> Draw | None:
             shared = Visit(shared.targets, avoid=shared.avoid, always=shared.always)
         robot = replace(robot, objective=shared)
         alone = replace(scenario, robots=(robot,), obstacles=(), changes=())
-        world = simulation(scenario, draw)
-        world = LiveSimulation(
-            alone, speeds=world._speeds, delayed=0.1, seed=draw, paces_of=world._paces
-        )
+        world = simulation(alone, draw, speeds)
         bound = max(bound, Mission(alone, world=world).run().makespan or 0.0)
     return Draw(serial.now(), second.makespan or 0.0, bound, 1000 * spent / max(1, moves))
 

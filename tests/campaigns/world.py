@@ -26,12 +26,12 @@ from safenav.runtime.worlds.protocol import (
     Lost,
     WorldEvent,
 )
-from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.team.state import Is
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
 from safenav.world.poses import Pose, moves
+from support.durations import Uneven
 
 Line = dict[str, Any]
 
@@ -82,7 +82,7 @@ class FaultyWorld:
         return told
 
 
-class Nature(LiveSimulation):
+class Nature(Uneven):
     """What is so."""
 
     def __init__(self, scenario: Scenario, seed: int, faults: Mapping[str, float]) -> None:

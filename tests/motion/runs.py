@@ -9,10 +9,10 @@ from once import SCENARIOS, made_once, trace_of_shipped
 from runtime.played import play
 from safenav.motion.file import Motion, parsed, text_of
 from safenav.motion.making import motion_of
-from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.model import Clock
 from safenav.scenario.reading.loader import load_scenario
 from safenav.trace.file import Trace, read_bytes
+from support.durations import Uneven
 
 SHIPPED = sorted(path.stem for path in SCENARIOS.glob("*.yaml"))
 
@@ -32,7 +32,7 @@ def played(text: str) -> bytes:
 def live_trace(name: str, delayed: float = 0.0) -> bytes:
     """The trace of a shipped scenario with a clock; a share of its steps takes longer."""
     scenario = replace(load_scenario(SCENARIOS / f"{name}.yaml"), clock=Clock.LIVE)
-    world = LiveSimulation(scenario, delayed=delayed, factor=1.7)
+    world = Uneven(scenario, delayed=delayed, factor=1.7)
     return play(scenario, world=world).text.encode()
 
 

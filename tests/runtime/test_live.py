@@ -20,10 +20,10 @@ from safenav import Mission
 from safenav.batch.case import Ledger, differences
 from safenav.plan import search
 from safenav.runtime.control.answers import Answers
-from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.model import Clock
 from safenav.scenario.reading.loader import load_scenario
 from safenav.team.floor import Floor
+from support.durations import Uneven
 
 SHIPPED = [
     *("case_study_2", "beam", "corridor_swap", "team_of_six"),
@@ -56,7 +56,7 @@ def test_beliefs_hold_for_any_durations(seed: int) -> None:
     scenario = replace(load_scenario(SCENARIOS / f"{name}.yaml"), clock=Clock.LIVE)
     draw = Random(seed)
     speeds = {robot.name: draw.uniform(0.5, 2) for robot in scenario.robots}
-    world = LiveSimulation(scenario, speeds=speeds, delayed=0.2, seed=seed)
+    world = Uneven(scenario, speeds=speeds, delayed=0.2, seed=seed)
     run = completed(scenario, world=world)
     assert not run.all("assumption")
     assert run.all("belief", seen=True) and run.all("belief", seen=False)

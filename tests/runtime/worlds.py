@@ -21,6 +21,7 @@ from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
 from safenav.world.poses import Pose
+from support.durations import Uneven
 
 
 class Driven:
@@ -98,7 +99,7 @@ class Clocked(Remote):
     pauses = True
 
 
-class Faulty(LiveSimulation):
+class Faulty(Uneven):
     """A simulation whose events are changed before the mission receives them. ``faults``: a robot,
     a number of its arrivals (``{to: REGION}``: those there; null: each), what becomes of them, and
     regions; ``jams``: by robot, how many of its actions fail."""

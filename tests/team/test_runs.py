@@ -13,8 +13,8 @@ from drawn import loads
 from safenav.errors import Outcome
 from safenav.runtime.control import coordinate
 from safenav.runtime.run.mission import Mission
-from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.model import Clock
+from support.durations import Uneven
 from support.missions import mission
 
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) or 30
@@ -38,7 +38,7 @@ def test_both_clocks_end_alike_and_no_plan_waits_for_itself(
     random = Random(f"speeds {seed}")
     speeds = {robot.name: random.uniform(0.3, 3.0) for robot in scenario.robots}
     live = replace(scenario, clock=Clock.LIVE)
-    world = LiveSimulation(live, speeds=speeds, delayed=0.2, seed=seed)
+    world = Uneven(live, speeds=speeds, delayed=0.2, seed=seed)
     ends = {Mission(scenario).run().outcome, Mission(live, world=world).run().outcome}
     assert len(ends) == 1 and ends < {*VERDICTS}
     played()

@@ -9,7 +9,6 @@ state of the team's model in which every obstacle that is there is open; no othe
 from __future__ import annotations
 
 import heapq
-import random
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from itertools import count
 
@@ -266,26 +265,12 @@ Works = list[tuple[Obstacle, tuple[str, ...]]]
 
 
 class LiveSimulation:
-    """``truth``: its hidden obstacles. ``speeds``: factors of the robots' speeds; a share
-    ``delayed`` of the steps, drawn from ``seed`` (default: the scenario's), takes ``factor`` times
-    as long. ``paces_of``: durations, default those of the robots' motion."""
+    """``truth``: its hidden obstacles."""
 
-    def __init__(
-        self,
-        scenario: Scenario,
-        *,
-        speeds: Mapping[str, float] | None = None,
-        delayed: float = 0.0,
-        factor: float = 5.0,
-        seed: int | None = None,
-        paces_of: Mapping[str, Pace] | None = None,
-    ) -> None:
+    def __init__(self, scenario: Scenario) -> None:
         self.truth = SimulatedWorld(scenario)
         self._scenario = scenario
-        self._paces = dict(paces_of or paces(scenario))
-        self._speeds, self._delayed, self._factor = speeds or {}, delayed, factor
-        seed = scenario.seed if seed is None else seed
-        self._draws = {r.name: random.Random(f"{seed}/{r.name}") for r in scenario.robots}
+        self._paces = {robot.name: pace_on(scenario.map, robot) for robot in scenario.robots}
         self._poses = {robot.name: robot.start for robot in scenario.robots}
         self._now = 0.0
         self._numbers = count()
@@ -314,9 +299,7 @@ class LiveSimulation:
 
     def start(self, robot: Robot, pose: Pose, command: int) -> None:
         name, here = robot.name, self._poses[robot.name]
-        late = self._factor if self._draws[name].random() < self._delayed else 1.0
-        speed = self._speeds.get(name, 1.0)
-        took = self._paces[name].step(self._now, here.region, pose.region, late) / speed
+        took = self.step_seconds(name, here.region, pose.region)
         end = self._now + took
         event: Ended = Arrived(end, name, command=command)
         obstacle = self.truth.sense(robot, pose.region)
@@ -336,18 +319,21 @@ class LiveSimulation:
         self._turned[robot.name] = facing, works
         took = 0.0
         for obstacle, group in works:
-            took += self._action(obstacle, group, self._now + took)
+            took += self.action_seconds(obstacle, group, self._now + took)
         if not works and all(self.truth.stands(obstacle) for obstacle in obstacles):
             return event
         missing = [o for o in obstacles if o.name not in there and not self.truth.stands(o)]
         self._push(took, event, robot, missing)
         return None
 
-    def _action(self, obstacle: Obstacle, group: Sequence[str], now: float) -> float:
+    def step_seconds(self, name: str, here: Region, there: Region) -> float:
+        """The duration of a step that a robot begins now."""
+        return self._paces[name].step(self._now, here, there)
+
+    def action_seconds(self, obstacle: Obstacle, group: Sequence[str], now: float) -> float:
         """Seconds from ``now`` until a group has acted."""
         team = [(self._paces[name], self._poses[name].region) for name in group]
-        slowest = min(self._speeds.get(name, 1.0) for name in group)
-        return acted_by(team, now, obstacle.region) / slowest
+        return acted_by(team, now, obstacle.region)
 
     def cancel(self, robot: Robot) -> None:
         """Do nothing: each command of the simulation ends by itself."""
@@ -414,11 +400,6 @@ class LiveSimulation:
         for obstacle, group in done:
             for name in group:
                 self._paces[name].faces(self._poses[name].region, obstacle.region)
-
-
-def paces(scenario: Scenario) -> dict[str, Pace]:
-    """A pace for each robot, at its start at time 0."""
-    return {robot.name: pace_on(scenario.map, robot) for robot in scenario.robots}
 
 
 def pace_on(world: RegionMap, robot: Robot) -> Pace:
