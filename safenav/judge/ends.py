@@ -81,9 +81,7 @@ def goal(e: Line, s: State) -> Iterator[str]:
 def deadline(e: Line, s: State) -> Iterator[str]:
     """A deadline is kept until its tick ends, late after that, and lost only if no behaviour could
     meet it."""
-    if not s.timed:
-        yield "the scenario has no deadline"
-    elif e.verdict == "lost":
+    if e.verdict == "lost":
         yield from _proof_problems(lost_problems(e, s), s)
     elif e.verdict == "late" and e.due >= e.tick:
         yield f"the deadline of {e.of} is in tick {e.due}, so it is not missed in tick {e.tick}"

@@ -355,16 +355,6 @@ class State:
         """Return the time of a line: its tick, or its second in a live run."""
         return float(e.tick if e.t is None or not self.live else e.t)
 
-    @property
-    def timed(self) -> bool:
-        """Whether the scenario sets a deadline: for the mission, a round, an obstacle or a
-        charge."""
-        rounds = [each.within for each in (*self.scenario.robots, *self.scenario.changes)]
-        limits = [self.by, *rounds, *(one.within for one in self.obstacles.values())]
-        used = any(r.data.battery and r.data.battery.stay for r in self.robots.values())
-        charged = bool(self.scenario.chargers) and used
-        return not self.live and (charged or any(limit is not None for limit in limits))
-
     def overdue(self, tick: int) -> Iterator[str]:
         """Yield the open deadlines that a tick misses."""
         yield from (of for of, due in self.dues.items() if due < tick)

@@ -71,11 +71,17 @@ def lost_opening(spec: Specification) -> Row | None:
         for owner in (Owner.INPUT, Owner.OUTPUT)
     )
     answers = Completions(inputs, outputs, clauses(spec, Section.SYS_INIT))
-    openings = Completions((), inputs, clauses(spec, Section.ENV_INIT)).each(())
-    while rows := list(islice(openings, _SOME)):
-        counts = answers.count(rows)
+    openings = Completions((), inputs, clauses(spec, Section.ENV_INIT))
+    return _unanswered(openings, answers, ())
+
+
+def _unanswered(moves: Completions, answers: Completions, known: Row) -> Row | None:
+    """Return the first move from known values that has no answer, if there is one."""
+    found = moves.each(known)
+    while some := list(islice(found, _SOME)):
+        counts = answers.count([(*known, *row) for row in some])
         if 0 in counts:
-            return rows[counts.index(0)]
+            return some[counts.index(0)]
     return None
 
 
@@ -122,12 +128,7 @@ def _answer_failures(
         yield automaton.failure(Fault.SEVERAL_INPUTS, several[0])
     yield from _move_failures(automaton, Owner.OUTPUT, answers, moves)
     for node in (node for node, chosen in ends if not chosen):
-        state = automaton.values[node]
-        found = choices.each(state)
-        while some := list(islice(found, _SOME)):
-            if 0 in answers.count([(*state, *row) for row in some]):
-                break
-        else:
+        if _unanswered(choices, answers, automaton.values[node]) is None:
             detail = "expected a successor for each next input, found none"
             yield automaton.failure(Fault.MISSING_SUCCESSOR, node, detail=detail)
             return
@@ -312,8 +313,10 @@ def _choices(automaton: Automaton) -> Iterator[Row]:
         elif targets:
             yield inputs[targets[0]]
         else:
-            state = automaton.values[node]
-            yield _unanswered(choices.each(state), answers, state)
+            found = _unanswered(choices, answers, automaton.values[node])
+            if found is None:
+                raise NoMeasureError("the system has an answer to each input")
+            yield found
 
 
 def _opening(automaton: Automaton) -> Row:
@@ -324,13 +327,6 @@ def _opening(automaton: Automaton) -> Row:
     if found is None:
         raise NoMeasureError("the system has an output for each initial input")
     return found
-
-
-def _unanswered(rows: Iterator[Row], answers: Completions, known: Row) -> Row:
-    for row in rows:
-        if not answers.count([(*known, *row)])[0]:
-            return row
-    raise NoMeasureError("the system has an answer to each input")
 
 
 def measure(

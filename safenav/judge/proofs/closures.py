@@ -188,10 +188,8 @@ class Case:
         return all(self.can_continue(name, sets[name], obstacles) for name in self.names)
 
     def is_live(self, name: str, pose: Any, obstacles: Iterable[Open]) -> bool:
-        walls, member = self.walls(name, obstacles), self.members[name]
-        if pose[0] in walls:
-            return False
-        return can_continue(member.steps, [pose], member.aims, walls)
+        outside = pose[0] not in self.walls(name, obstacles)
+        return outside and self.can_continue(name, [pose], obstacles)
 
     def full(self, obstacles: Iterable[Open]) -> frozenset[str]:
         """Return the robots that carry a load, and so can take no other."""
