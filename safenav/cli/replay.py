@@ -14,7 +14,7 @@ from safenav.cli import options, warn
 from safenav.cli.options import flag, option
 from safenav.errors import ExitCode, UsageError
 from safenav.files import tell, write_out, write_whole
-from safenav.report.picture.scene import Options, svg_of
+from safenav.report.picture.scene import svg_of
 from safenav.run.reading import run_of
 from safenav.run.run import Run
 from safenav.trace.file import Trace, read_trace
@@ -210,5 +210,5 @@ def draw(
         for line in scenario_text(plan, shutil.get_terminal_size((120, 40)).columns):
             click.echo(line)
         return ExitCode.OK
-    _write_picture(output, svg_of(scene_of(plan), Options(axes=True)), output.suffix.lower(), width)
+    _write_picture(output, svg_of(scene_of(plan)), output.suffix.lower(), width)
     return ExitCode.OK

@@ -81,26 +81,9 @@ def draw_numbers(
     page.close("g")
 
 
-def draw_axes(page: SvgWriter, world: RegionMap, cell: float) -> None:
-    """Draw the number of each row at the left of the window and of each column below it; if regions
-    are small, of every fifth."""
-    every = 1 if cell >= text_width(f"{world.cols - 1} ", _LEGIBLE) else 5
-    left, upper, width, height = window(world)
-    page.open("g", font_size=number(_LEGIBLE), fill=MUTED)
-    for row in range(0, world.rows, every):
-        if upper <= row <= upper + height - 1:
-            y = (row + 0.5) * cell + 0.35 * _LEGIBLE
-            page.element("text", str(row), x=left * cell - 2, y=y, text_anchor="end")
-    for col in range(0, world.cols, every):
-        if left <= col <= left + width - 1:
-            x, y = (col + 0.5) * cell, (upper + height) * cell + 1.2 * _LEGIBLE
-            page.element("text", str(col), x=x, y=y, text_anchor="middle")
-    page.close("g")
-
-
 AREA = "#0067A3"
-_SIZES = (13.0, 12.0, 11.0, 10.0, 9.0)
-"""Heights of letters, the best first."""
+_MOST, _LEAST = 13.0, 9.0
+"""Heights of letters."""
 BELOW = 0.19
 """Most height of the letters in a region, in its sides, so that its robot does not hide them."""
 _LINE = 1.15
@@ -170,18 +153,13 @@ def _in_region(
 def _fitted(text: str, side: float) -> tuple[tuple[str, ...], float] | None:
     """Return a text in at most two lines that fit a region, and their size; None if there is no
     room for three letters."""
-
-    def fits(lines: tuple[str, ...], size: float) -> bool:
-        wide = max(text_width(line, size, bold=True) for line in lines)
-        low = size <= max(_SIZES[-1], BELOW * side)
-        return low and wide <= side - 2 * _GAP and len(lines) * _LINE * size <= side
-
     folds = [(text[: at.end()], text[at.end() :]) for at in re.finditer("[ _-](?=.)", text)]
     short = [(f"{text[:length]}…",) for length in range(len(text) - 1, 2, -1)]
     for lines in ((text,), *folds, *short):
-        for size in _SIZES if lines not in short else _SIZES[-1:]:
-            if fits(lines, size):
-                return lines, size
+        wide = max(text_width(line, 1, bold=True) for line in lines)
+        room = min((side - 2 * _GAP) / wide, side / (len(lines) * _LINE))
+        if room >= _LEAST:
+            return lines, min(room, max(_LEAST, min(_MOST, BELOW * side)))
     return None
 
 
@@ -197,7 +175,7 @@ def _of_area(
         return (r - row) ** 2 + (c - col) ** 2, region
 
     tried = sorted(area, key=away)[:_MOST_TRIED]
-    for size in _SIZES:
+    for size in (_MOST, _LEAST):
         wide, high = text_width(text, size, bold=True) + 2 * _GAP, _LINE * size
         for region in tried:
             r, c = world.position(region)

@@ -60,12 +60,11 @@ class Options(Struct, frozen=True):
     """Contents of a picture besides the scene itself.
 
     ``caption``: words below the map instead of those of the moment, always of the same height, and
-    the robots' names alone (for the frames of a film). ``axes``: numbers of rows and columns around
-    the map. ``layers``: those to draw; without ``GROUND`` the picture is transparent."""
+    the robots' names alone (for the frames of a film). ``layers``: those to draw; without
+    ``GROUND`` the picture is transparent."""
 
     layers: frozenset[Layer] = frozenset(Layer)
     caption: str | None = None
-    axes: bool = False
 
 
 def scene_of(scenario: Scenario) -> Scene:
@@ -88,7 +87,7 @@ def svg_of(scene: Scene, options: Options | None = None) -> str:
     says = [options.caption or ""] if film else [f"{event.text}." for event in told]
     caption = [line for text in says for line in svg.wrapped(text, 13, inner)]
     spoken = LINE * (CAPTION_LINES if film else len(caption))
-    below = top + height + (14.0 if options.axes else 0.0) + (spoken + 14 if spoken else 0.0)
+    below = top + height + (spoken + 14 if spoken else 0.0)
     columns = _columns([*_rows(scene, brief=film)], inner)
     end = below + max(map(_height, columns)) + 20 + MARGIN
     page = svg.SvgWriter()
@@ -99,10 +98,6 @@ def svg_of(scene: Scene, options: Options | None = None) -> str:
         for i, column in enumerate(columns):
             for n, row in enumerate(column):
                 row.draw(page, MARGIN + i * (WIDTH + GAP), below + 20 + _height(column[:n]))
-        if options.axes:
-            page.open("g", transform=f"translate({MARGIN - left} {top - upper})")
-            floor.draw_axes(page, scene.map, cell)
-            page.close("g")
     if Layer.MOMENT in options.layers:
         page.text(MARGIN, top - 9, scene.moment, 13, fill=floor.MUTED)
         for i, line in enumerate(caption[: CAPTION_LINES if film else None]):

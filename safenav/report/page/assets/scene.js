@@ -1,4 +1,4 @@
-/* sources 44a22ab52c5e115c50327c2b3080c04ad0dfa45964420f8a5b532f9684e3983d */
+/* sources d0dd1b718dd041fb88dfe3f6fe776e5eaaecf8525a77a6d0b11072be98ef1820 */
 /* Contains three:
 The MIT License
 

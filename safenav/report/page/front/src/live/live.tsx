@@ -9,7 +9,7 @@ import { flatStage } from "../map/map";
 import { ordered, square } from "../map/shapes";
 import { Button, heard, type Keys, notice, Popup, Press } from "../panels/shell";
 import { Controls } from "../panels/timeline";
-import { at, type EventKind, isWall, label, type Obstacle, regionAt, type Run } from "../run/run";
+import { at, type EventKind, HEADINGS, isWall, label, type Obstacle, regionAt, type Run } from "../run/run";
 import { isOrder, type ObjectiveKind, type Palette, resolving } from "../studio/model";
 import type { LivePlayer, Say, Wire } from "./player";
 
@@ -33,8 +33,6 @@ interface WorldProps {
   say: Say;
   over: boolean;
 }
-
-const HEADINGS = ["north", "east", "south", "west"];
 
 export const OVER = "The run has ended: Restart runs the scenario again";
 
@@ -116,7 +114,7 @@ export function World({ run, tick, palette, out, inputs, tool, choose, say, over
             <b style={{ "--colour": look.colour }}>{name}</b>
             {choice("Assign", { does: "send", robot: name, regions: [] })}
             {waits !== null &&
-              (headings === null ? [null] : HEADINGS).map((heading) =>
+              (headings === null ? [null] : Object.keys(HEADINGS)).map((heading) =>
                 choice(heading ? `Put facing ${heading}` : "Put back", { does: "put", robot: name, heading }, "Then click its region"),
               )}
             <Press off={off} act={change("service", { robot: name, active: out.has(name) })}>

@@ -89,8 +89,8 @@ const Numbers = memo(({ run, size, hidden }: { run: Run; size: number; hidden: n
   );
 }, sameFloor);
 
-/** Heights of letters in pixels, the best first. */
-const SIZES = [13, 12, 11, 10, 9];
+/** Heights of letters in pixels. */
+const [MOST, LEAST] = [13, 9];
 const LINE = 1.15;
 /** Most height of the letters in a region, in its sides, so that its robot does not hide them. */
 const BELOW = 0.19;
@@ -125,19 +125,12 @@ function widthOf(text: string): number {
 
 /** Return a text in at most two lines that fit a region, and their size; null if there is no room for three letters. */
 function fitted(text: string, side: number): [lines: string[], size: number] | null {
-  const fits = (lines: string[], size: number): boolean =>
-    size <= Math.max(SIZES[SIZES.length - 1]!, BELOW * side) &&
-    lines.every((line) => widthOf(line) * size <= side - 2 * GAP) && lines.length * LINE * size <= side;
   const parts = text.split(/(?<=[ _-])/);
-  const folds = [[text], ...parts.slice(1).map((_, i) => [parts.slice(0, i + 1).join(""), parts.slice(i + 1).join("")])];
-  for (const lines of folds) {
-    const size = SIZES.find((size) => fits(lines, size));
-    if (size !== undefined) return [lines, size];
-  }
-  const least = SIZES[SIZES.length - 1]!;
-  for (let length = text.length - 1; length > 2; length--) {
-    const lines = [`${text.slice(0, length)}…`];
-    if (fits(lines, least)) return [lines, least];
+  const folds = parts.slice(1).map((_, i) => [parts.slice(0, i + 1).join(""), parts.slice(i + 1).join("")]);
+  const short = [...text].map((_, i) => [`${text.slice(0, text.length - 1 - i)}…`]).slice(0, -3);
+  for (const lines of [[text], ...folds, ...short]) {
+    const room = Math.min((side - 2 * GAP) / Math.max(...lines.map(widthOf)), side / (lines.length * LINE));
+    if (room >= LEAST) return [lines, Math.min(room, Math.max(LEAST, Math.min(MOST, BELOW * side)))];
   }
   return null;
 }
@@ -165,7 +158,7 @@ export function placeNames(run: Run, scale: number): Name[] {
       placed.every((other) => !overlap(box, other)) &&
       cellsOf(box, scale).every(([row, col]) => col < run.cols && own.has(row * run.cols + col));
     const tried = middleFirst(run, regions).slice(0, MOST_TRIED);
-    const whole = SIZES.flatMap((size) =>
+    const whole = [MOST, LEAST].flatMap((size) =>
       tried.flatMap((region): Name[] => {
         const [wide, high] = [widthOf(text) * size + 2 * GAP, LINE * size];
         const [x, y] = cornerOf(region);

@@ -4,15 +4,13 @@ import { memo } from "preact/compat";
 import { useLayoutEffect, useMemo, useRef } from "preact/hooks";
 import type { Eye } from "../map/camera";
 import type { Player } from "../run/player";
-import { areaOf, at, label, loadsOf, moment, placeOf, roleOf, type Run, type RunEvent, transitAt, UNORDERED } from "../run/run";
-import { EventSign, RobotSign, StatusSign } from "./shell";
+import { areaOf, at, HEADINGS, label, loadsOf, moment, placeOf, roleOf, type Run, type RunEvent, transitAt, UNORDERED } from "../run/run";
+import { EventSign, Likeness, RobotSign, StatusSign } from "./shell";
 
 interface PanelProps {
   run: Run;
   tick: number;
 }
-
-const DIRECTIONS: Record<string, string> = { N: "north", E: "east", S: "south", W: "west" };
 
 interface RobotsProps extends PanelProps {
   eye: Eye;
@@ -28,7 +26,7 @@ export function Robots({ run, tick, eye }: RobotsProps) {
           const [, words] = at(robot.tasks, tick);
           const [, rounds, reached] = at(robot.progress, tick);
           const heading = robot.headings?.[tick];
-          const facing = heading ? `, facing ${DIRECTIONS[heading]}` : "";
+          const facing = heading ? `, facing ${Object.keys(HEADINGS)["NESW".indexOf(heading)]}` : "";
           const role = roleOf(robot.name, frames);
           const transit = transitAt(robot, tick);
           const loads = loadsOf(run, i, tick);
@@ -48,11 +46,7 @@ export function Robots({ run, tick, eye }: RobotsProps) {
               <div>
                 <p>
                   <b>{robot.name}</b>{" "}
-                  {robot.shape && (
-                    <svg class="likeness" viewBox="-1.05 -1.05 2.1 2.1" aria-hidden="true">
-                      <path d={robot.shape} fill-rule="evenodd" />
-                    </svg>
-                  )}
+                  <Likeness shape={robot.shape} />
                   <span class="quiet model">{robot.model}</span>
                   {charge !== null && (
                     <span class="quiet charge" title="Charge of its battery">

@@ -175,6 +175,9 @@ export interface Run {
   };
 }
 
+/** The headings of scenarios, with the change of column and row by one step. */
+export const HEADINGS: Record<string, [dx: number, dy: number]> = { north: [0, -1], east: [1, 0], south: [0, 1], west: [-1, 0] };
+
 /** Return how many of `size` indices, the first ones, have a property. */
 export function countOf(size: number, has: (index: number) => boolean): number {
   let [low, high] = [0, size];

@@ -5,7 +5,7 @@ import { useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 import type { Say } from "../live/player";
 import { Camera } from "../map/camera";
 import { MapView, Zoom } from "../map/map";
-import { Header, type Keys, listenToKeys, Press } from "../panels/shell";
+import { Header, type Keys, Likeness, listenToKeys, Press } from "../panels/shell";
 import { Player } from "../run/player";
 import { NOBODY, label } from "../run/run";
 import { useDrawingHand } from "./hand";
@@ -178,11 +178,7 @@ export interface Drawn {
 export function Tools({ doc, drawing, pen, setPen }: Drawn) {
   const tool = (key: string, pressed: boolean, words: string, next: Pen, hint: string, shape = "") => (
     <button type="button" key={key} class={`pen ${key.split(" ")[0]}`} aria-pressed={pressed} title={hint} onClick={() => setPen(next)}>
-      {shape && (
-        <svg class="likeness" viewBox="-1.1 -1.1 2.2 2.2" aria-hidden="true">
-          <path d={shape} fill-rule="evenodd" />
-        </svg>
-      )}
+      <Likeness shape={shape} />
       {words}
     </button>
   );

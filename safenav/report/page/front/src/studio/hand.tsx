@@ -5,20 +5,13 @@ import { CELL } from "../map/camera";
 import { centreOf, INK, type MARKS, ordered, square as squareOf } from "../map/shapes";
 import type { Hand } from "../map/cursor";
 import { notice } from "../panels/shell";
-import { isWall, label, placeOf, regionAt as regionOf, useRedraw } from "../run/run";
+import { HEADINGS, isWall, label, placeOf, regionAt as regionOf, useRedraw } from "../run/run";
 import { chooseTarget, targetsOf, type DrawnObstacle, type DrawnRobot, type Target, type Verdict } from "./model";
 import type { Drawn } from "./draw";
 
 interface HandArgs extends Omit<Drawn, "doc"> {
   verdict: Verdict | null;
 }
-
-const HEADINGS: Record<string, [dx: number, dy: number]> = {
-  north: [0, -1],
-  east: [1, 0],
-  south: [0, 1],
-  west: [-1, 0],
-};
 
 /** The item held between a press and its release. */
 type Held =
