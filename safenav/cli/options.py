@@ -189,8 +189,7 @@ Motion = Annotated[
     Path | None, option("--motion", LINES, "Write the motion in metres and seconds.")
 ]
 Operator = Annotated[
-    str | None,
-    option("--operator", TEXT_INPUT, "Interventions of live runs (-: prompt).", metavar="FILE"),
+    bool, flag("--operator", "Prompt for interventions in a live run, also without a terminal.")
 ]
 Robot = Annotated[str | None, option("--robot", str, "Only this robot.", metavar="NAME")]
 Rows = Annotated[int | None, option("--rows", COUNT, "Rows of a map file.", metavar="N")]

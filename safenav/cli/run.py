@@ -16,7 +16,7 @@ from msgspec.structs import replace
 
 from safenav.batch.case import Ledger, differences, measured
 from safenav.cli import options, warn
-from safenav.cli.operator import attendant, run_with_operator
+from safenav.cli.operator import attended, run_with_operator
 from safenav.cli.options import flag, option
 from safenav.errors import ExitCode, Outcome, UsageError, exit_code_of
 from safenav.files import write_out
@@ -40,7 +40,7 @@ Examples:
   safenav run lab.yaml --motion lab.motion.jsonl # extra 'motion'
   safenav run lab.yaml --live
   safenav run lab.yaml --clock live              # robots move at the same time
-  echo give_up > fixes.txt && safenav run lab.yaml --clock live --operator fixes.txt
+  echo give_up | safenav run lab.yaml --clock live --operator
 \b
 Exit codes:
   0  the run ended as the scenario expects (without 'expect': completed)
@@ -150,12 +150,12 @@ def _continued(trace: Trace, plan: Scenario) -> Resumption:
 
 
 def _simulated(
-    plan: Scenario, files: Files, operator: str | None, begun: Resumption | None = None
+    plan: Scenario, files: Files, operator: bool, begun: Resumption | None = None
 ) -> int:
     """Run a scenario in its own world; return the exit code. ``begun``: the run that it
     continues."""
     _check_movable(plan, files.motion)
-    operator = attendant(operator, plan, files.as_json)
+    operator = attended(operator, plan, files.as_json)
     unmet: Sequence[str] = ()
     with _recorded(plan, files) as recording:
         mission = Mission(
@@ -163,7 +163,7 @@ def _simulated(
             default_synthesizer(plan),
             listeners=recording.listeners,
             progress=WaitingLine(),
-            attended=operator is not None,
+            attended=operator,
             begun=begun,
             checkpoints=True,
         )
@@ -270,7 +270,7 @@ def drive(
     for warning in (*plan.map.notes, *sizes, *unserved(plan, stations)):
         warn(warning)
     _check_movable(plan, motion)
-    operator = attendant(operator, plan, as_json)
+    operator = attended(operator, plan, as_json)
     files = Files(scenario, trace, None, motion, as_json, maps)
     with ExitStack() as stack:
         view = None
@@ -297,7 +297,7 @@ def drive(
                     default_synthesizer(plan),
                     world=world,
                     listeners=listeners,
-                    attended=operator is not None,
+                    attended=operator,
                     begun=first,
                     checkpoints=True,
                 )
@@ -355,17 +355,17 @@ def _recorded(plan: Scenario, files: Files) -> Iterator[RunListeners]:
         yield RunListeners(ledger, listeners, trace)
 
 
-def _carry_out(mission: Mission, operator: str | None) -> None:
-    """Run a mission to its end. ``operator``: the source of interventions."""
+def _carry_out(mission: Mission, operator: bool) -> None:
+    """Run a mission to its end. ``operator``: prompt for interventions when it waits."""
     plan = mission.scenario
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGALRM):
         signal.signal(number, lambda number, _: _interrupt(mission, number))
     wall = plan.limits.seconds if plan.clock is Clock.LOCKSTEP else None
     signal.setitimer(signal.ITIMER_REAL, wall or 0, PATIENCE)
-    if operator is None:
-        mission.run()
+    if operator:
+        run_with_operator(mission)
     else:
-        run_with_operator(mission, operator)
+        mission.run()
     signal.setitimer(signal.ITIMER_REAL, 0)
 
 

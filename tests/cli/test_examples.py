@@ -26,7 +26,9 @@ def help_of(name: str) -> str:
 
 def examples(text: str) -> list[str]:
     """The commands of a help text, in order."""
-    return re.findall(r"^  ((?:safenav|python3|mkdir|head|SAFENAV_\w+=).*)", text, re.MULTILINE)
+    return re.findall(
+        r"^  ((?:safenav|python3|mkdir|head|echo|SAFENAV_\w+=).*)", text, re.MULTILINE
+    )
 
 
 @pytest.mark.slow

@@ -52,14 +52,14 @@ until: {rounds: 1}
 
 @pytest.mark.parametrize(
     ("typed", "prompts", "code"),
-    [("nonsense\nresolved door@10\n\n", 3, 0), ("", 1, 1), ("resolved door@10\n", 2, 130)],
-    ids=["resolves it", "types nothing", "leaves"],
+    [("nonsense\nresolved door@10\n\n", 3, 0), ("", 1, 1), ("\nresolved door@10", 3, 0)],
+    ids=["resolves it", "types nothing", "a last line without an end"],
 )
 def test_an_operator_is_prompted_until_an_empty_line_or_the_end_of_the_input(
     typed: str, prompts: int, code: int, tmp_path: Path
 ) -> None:
     (tmp_path / "s.yaml").write_text(STUCK)
-    prompted = ("run", "s.yaml", "--clock", "live", "--operator", "-")
+    prompted = ("run", "s.yaml", "--clock", "live", "--operator")
     done = warm.safenav(*prompted, cwd=tmp_path, text=typed)
     assert done.stderr.count("operator> ") == prompts, done.stderr[:2000]
     assert ("nonsense" in done.stderr) == ("nonsense" in typed)

@@ -283,13 +283,11 @@ def test_a_drive_is_resumed_with_each_robot_where_its_step_began(tmp_path: Path)
 
 def test_an_obstacle_may_be_there_again_when_a_robot_is_about_to_enter(tmp_path: Path) -> None:
     """An operator declares it resolved, and it is not: the judge refused the honest trace."""
-    files = ("hall.yaml", "fleet.yaml", "operator.txt", "t.jsonl")
-    scenario, fleet, operator, trace = (tmp_path / name for name in files)
+    scenario, fleet, trace = (tmp_path / name for name in ("hall.yaml", "fleet.yaml", "t.jsonl"))
     scenario.write_text(DEBRIS)
     fleet.write_text(BLOCKED)
-    operator.write_text("resolved debris@10\n")
-    drive = ("drive", scenario, "--fleet", fleet, "--operator", operator, "--trace", trace)
-    assert safenav(*drive).returncode == 1
+    drive = ("drive", scenario, "--fleet", fleet, "--operator", "--trace", trace)
+    assert safenav(*drive, text="resolved debris@10\n").returncode == 1
     assert any(line["type"] == "appeared" for line in lines_of(trace))
     assert safenav("check", trace).returncode == 0
 
@@ -339,7 +337,7 @@ def test_a_drive_queries_its_operator_and_is_shown(tmp_path: Path, answer: str |
     scenario, fleet, trace = (tmp_path / name for name in ("hall.yaml", "fleet.yaml", "t.jsonl"))
     scenario.write_text(DEBRIS)
     fleet.write_text(BLOCKED)
-    words = ["drive", scenario, "--fleet", fleet, "--trace", trace, "--json", "--operator", "-"]
+    words = ["drive", scenario, "--fleet", fleet, "--trace", trace, "--json", "--operator"]
     process = subprocess.Popen(
         [Path(sys.executable).with_name("safenav"), *words, "--live"],
         stdin=subprocess.PIPE,

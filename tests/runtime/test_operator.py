@@ -1,6 +1,5 @@
 """An operator in a live run: the run waits, proposes repairs, and continues after interventions."""
 
-import json
 from itertools import pairwise
 from pathlib import Path
 from threading import Event
@@ -77,58 +76,25 @@ def test_a_proof_holds_after_moves_during_the_wait() -> None:
     assert "negative" in run.broken
 
 
-@pytest.mark.parametrize(
-    ("fixes", "code", "told"),
-    [
-        ("resolved gate@doorway\n\npush it\n", 2, "error: {}:3: 'push it' is not an intervention"),
-        ("push\x1b[31m it\n", 2, "error: {}:1: 'push?[31m it' is not"),
-        (  # read before the run
-            "resolved gate@27\n\nput_back cart [0, 0]\n",
-            2,
-            "error: {}:3: 'region': region 0 [0, 0] is a wall",
-        ),
-        (  # ``#2`` is not a comment
-            "resolved gate@doorway#2 # the second\nresolved gate@doorway\n",
-            0,
-            "{}:1: dropped: the team knows no obstacle 'gate@doorway#2'; known: gate@doorway",
-        ),
-        ("resolved gaet@doorway\n", 2, "error: {}:1: there is no obstacle type 'gaet'; known: "),
-        (
-            "# opened\nresolved gate@doorway\n\ngive_up\n\nservice bee out\nresolved gate@27\n",
-            0,
-            "note: the run ended before {}:4: give_up and 2 more\n",
-        ),
-    ],
-    ids=["unknown", "control", "wall", "not there", "misspelt", "more than needed"],
-)
-def test_interventions_are_read_from_a_file(
-    fixes: str, code: int, told: str, tmp_path: Path
-) -> None:
-    scenario, file, trace = (tmp_path / name for name in ("gate.yaml", "fixes.txt", "t.jsonl"))
+def test_the_terminal_prints_the_reason_of_a_wait_and_of_refusals(tmp_path: Path) -> None:
+    scenario, trace = tmp_path / "gate.yaml", tmp_path / "t.jsonl"
     scenario.write_text(whole(NAMED))
-    file.write_text(fixes)
-    done = warm.safenav("run", scenario, "--operator", file, "--trace", trace)
-    assert done.returncode == code
-    assert told.format(file) in done.stderr
-    if told.startswith("error"):  # before it began
-        assert done.stdout == "" and not trace.exists()
-    else:
-        outcome = json.loads(trace.read_text().splitlines()[-1])["outcome"]
-        assert outcome == ("interrupted" if code else "completed")
-    if not code:
-        done = warm.safenav("certify", "--trace", trace, "-o", tmp_path / "bundle")
-        assert done.returncode == 0, done.stderr
-
-
-def test_the_terminal_prints_the_reason_of_a_wait(tmp_path: Path) -> None:
-    scenario = tmp_path / "gate.yaml"
-    scenario.write_text(GATE)
-    typed = "open it\nresolved gate@27\n\n"
-    done = warm.safenav("run", scenario, "--operator", "-", "--no-map", text=typed)
-    assert done.returncode == 0
-    assert "because gate@27 needs a robot with 'push'" in done.stderr
-    assert "unknown intervention 'open'" in done.stderr
-    assert "an operator intervenes: resolved gate@27" in done.stdout
+    told = {
+        "open it": "unknown intervention 'open'",
+        "push\x1b[31m it": "unknown intervention 'push'",
+        "resolved gaet@doorway": "the team knows no obstacle 'gaet@doorway'; known: gate@doorway",
+        "put_back cart [0, 0]": "'region': region 0 [0, 0] is a wall",
+        "resolved gate@doorway": "",
+    }
+    typed = "\n".join(told)
+    run = ("run", scenario, "--operator", "--no-map", "--trace", trace)
+    done = warm.safenav(*run, text=f"{typed}\n\nmore than needed\n")
+    assert done.returncode == 0, done.stderr
+    assert "because gate@doorway needs a robot with 'push'" in done.stderr
+    assert all(words in done.stderr for words in told.values()), done.stderr
+    assert "an operator intervenes: resolved gate@doorway" in done.stdout
+    done = warm.safenav("certify", "--trace", trace, "-o", tmp_path / "bundle")
+    assert done.returncode == 0, done.stderr
 
 
 def test_a_report_of_absence_changes_no_wait() -> None:

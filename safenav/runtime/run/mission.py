@@ -186,12 +186,12 @@ class Mission:
         assert self.result is not None
         return self.result
 
-    def intervene(self, wanted: str | Mapping[str, Any], *, late: bool = False) -> None:
+    def intervene(self, wanted: str | Mapping[str, Any]) -> None:
         """Change the world at the beginning of the next tick, by an operator's line or its data.
         The robots are not notified, and encounter the change. Raises UsageError, with the reason,
-        for an impossible change; with ``late`` that is dropped and recorded (``late``)."""
+        for an impossible change."""
         intervention = read_intervention(wanted, self.scenario)
-        self._world.operator.ask(self._run, intervention, late=late)
+        self._world.operator.ask(self._run, intervention)
 
     def exclude_idle_time(self, seconds: float) -> None:
         """Exclude the time in which no tick was requested from the time limit of the run."""

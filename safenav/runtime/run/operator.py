@@ -71,11 +71,9 @@ class Operator:
             if isinstance(line, records.Inputs):
                 self.inputs = {name: line.values[name] for name in line.user or ()}
 
-    def ask(self, run: Running, wanted: interventions.Intervention, *, late: bool = False) -> None:
-        """Request a change. Raises UsageError, with the reason, for an impossible one; with
-        ``late`` that is dropped and recorded instead."""
-        if not late:
-            self._check(run, wanted)
+    def ask(self, run: Running, wanted: interventions.Intervention) -> None:
+        """Request a change. Raises UsageError, with the reason, for an impossible one."""
+        self._check(run, wanted)
         self.asked.append(wanted)
 
     def events(self, run: Running) -> Iterator[now.Event]:
