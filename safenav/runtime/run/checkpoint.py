@@ -257,12 +257,10 @@ def _wrong(team: Team, kept: Kept) -> Iterator[str]:
     """Yield what no run of a team has: numbers and names of nothing, places off the map, steps that
     lead nowhere."""
     state, truth, ledger = kept.state, kept.truth, kept.memory.ledger
-    for what, most, numbers in (
-        ("robot", len(team.members), _robots(kept)),
-        ("obstacle", len(team.obstacles), _obstacles(kept)),
-        ("region", team.size, _regions(kept)),
-    ):
-        yield from (f"there is no {what} {each}" for each in numbers if not 0 <= each < most)
+    most = {"robot": len(team.members), "obstacle": len(team.obstacles), "region": team.size}
+    for what, number in _numbers(kept):
+        if number is not None and not 0 <= number < most[what]:
+            yield f"there is no {what} {number}"
     names = {member.name for member in team.members}
     helpers = [who for *_, who in kept.memory.stack] + [who for _, who in kept.memory.helpers]
     yield from (f"there is no robot {name}" for name in set[str]().union(*helpers) - names)
@@ -287,40 +285,27 @@ def _wrong(team: Team, kept: Kept) -> Iterator[str]:
         yield from _unplanned(team, state, state.plan)
 
 
-def _robots(kept: Kept) -> Iterator[int]:
-    """The numbers of robots in a checkpoint."""
-    state = kept.state
+def _numbers(kept: Kept) -> Iterator[tuple[str, int | None]]:
+    """The numbers of robots, obstacles and regions in a checkpoint."""
+    state, memory, truth = kept.state, kept.memory, kept.truth
     for robot in state.robots:
-        yield from (j for j, _ in robot.known)
-        yield from () if robot.acting is None else (robot.acting,)
-    for each in (*state.obstacles, *(() if kept.truth is None else kept.truth.obstacles)):
-        yield from (*each.stage.done, *(each.stage.group or ()), *(i for i, _ in each.asked))
-    yield from (i for _, i in kept.introduced if i is not None)
-    yield from (who for _, who, _ in kept.memory.stack if who is not None)
-    yield from (i for i, _ in state.attempts)
-
-
-def _obstacles(kept: Kept) -> Iterator[int]:
-    """The numbers of obstacles in a checkpoint."""
-    state, memory = kept.state, kept.memory
-    yield from (*state.requests, *state.over, *memory.aside, *(k for k, _ in memory.helpers))
-    yield from (k for k in kept.helps if k is not None)
-    yield from (k for k, *_ in memory.stack)
-    yield from (k for _, k in state.attempts)
-    yield from () if kept.truth is None else kept.truth.brought
-    dues = () if memory.ledger is None else memory.ledger.dues
-    yield from (of for of, _ in dues if isinstance(of, int))
-
-
-def _regions(kept: Kept) -> Iterator[int]:
-    """The regions in a checkpoint."""
-    for robot in kept.state.robots:
-        yield from robot.failed
-        yield from () if robot.behind is None else (robot.behind,)
-        for _, known in robot.known:
-            yield from (known,) if isinstance(known, int) else known
-    for each in kept.state.obstacles:
-        yield from (region for _, region in each.asked)
+        yield "robot", robot.acting
+        for region in (*robot.failed, robot.behind):
+            yield "region", region
+        for j, known in robot.known:
+            yield "robot", j
+            yield from (("region", r) for r in ((known,) if isinstance(known, int) else known))
+    for each in (*state.obstacles, *(() if truth is None else truth.obstacles)):
+        yield from (("robot", i) for i in (*each.stage.done, *(each.stage.group or ())))
+        yield from (pair for i, region in each.asked for pair in (("robot", i), ("region", region)))
+    yield from (("robot", i) for _, i in kept.introduced)
+    robots = [i for _, i, _ in memory.stack] + [i for i, _ in state.attempts]
+    yield from (("robot", i) for i in robots)
+    pairs = (*memory.helpers, *memory.stack, *(() if memory.ledger is None else memory.ledger.dues))
+    named = [each[0] for each in pairs if isinstance(each[0], int)]
+    brought = () if truth is None else truth.brought
+    listed = (*state.requests, *state.over, *memory.aside, *kept.helps, *brought, *named)
+    yield from (("obstacle", k) for k in (*listed, *(k for _, k in state.attempts)))
 
 
 def _off_the_floor(member: Member, robot: RobotNow) -> Iterator[str]:

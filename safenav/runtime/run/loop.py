@@ -255,7 +255,8 @@ class Run:
                 source = Obstacle(kind, region, appears=int(self.state.time))
                 while source.name in self.team.numbers:
                     source = replace(source, number=source.number + 1)
-                self.world.place(source)
+                if self.world.truth is not None:
+                    self.world.truth.place(source)
                 self.happens(now.Introduced(source, i))
             self.happens(now.Flat(i, k))
         return flat
@@ -268,7 +269,8 @@ class Run:
             self.team = self.recorder.team = assigned(
                 self.team, event.robot, event.objective, event.within
             )
-            self.world.follow(self.team)
+            if self.world.truth is not None:
+                self.world.truth.follow(self.team)
         before, self.state = self.state, apply(self.team, self.state, event)
         self.recorder.record(before, event, self.state)
         if _helps(before, event, ended=self.control.end is not None):

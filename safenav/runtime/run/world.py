@@ -62,10 +62,8 @@ class World:
     ) -> None:
         truth = world.truth if isinstance(world, LiveSimulation) else world
         self.truth = truth if isinstance(truth, SimulatedWorld) else None
-        self.lockstep = None
-        if protocol.optional(world, "start") is None:
-            self.lockstep = Lockstep(world, scenario)  # type: ignore[arg-type]
-        self.commands: Commands | Lockstep = self.lockstep or Commands(world, scenario)  # type: ignore[arg-type]
+        kind = Lockstep if protocol.optional(world, "start") is None else Commands
+        self.commands: Commands | Lockstep = kind(world, scenario)  # type: ignore[arg-type]
         self.live, limits = self.commands.live, scenario.limits
         self.moving, self.ticks = not self.live, 0 if self.live else 1
         self.limit = (float(limits.ticks), Outcome.TICK_LIMIT)
@@ -107,7 +105,7 @@ class World:
             if truth is None:
                 raise UsageError("the run used real robots: pass their world")
             self.truth.resume(truth, [robot.pose % run.team.size for robot in robots])
-        self.follow(run.team)
+            self.truth.follow(run.team)
         self._set = frozenset(self.operator.inputs)
 
     def wait(self, run: Running) -> Iterator[now.Event]:
@@ -164,9 +162,9 @@ class World:
         for i in (*busy, *(i for i in robots if i not in busy)):  # where robots are counts first
             member, robot = run.team.members[i], run.state.robots[i]
             if robot.to is not None:
-                live = self.lockstep is None or run.state.time >= (robot.due or 0)
+                due_now = self.live or run.state.time >= (robot.due or 0)
                 to = member.graph.pose(robot.to)
-                ended = self.commands.ended(member.robot, to) if live else None
+                ended = self.commands.ended(member.robot, to) if due_now else None
                 if ended is not None:
                     yield from self._arrived(run, i, ended)
                 elif not self.live:
@@ -264,8 +262,8 @@ class World:
         graph, robot = run.team.members[i].graph, run.team.members[i].robot
         here = graph.pose(run.state.robots[i].pose)
         ended = self.commands.start(robot, here, graph.pose(step.pose))
-        ticks = robot.model.timing - 1 if self.lockstep is not None and ended is None else None
-        due = None if ticks is None else int(run.state.time) + ticks
+        lasts = not self.live and ended is None
+        due = int(run.state.time) + robot.model.timing - 1 if lasts else None
         about = step.by, step.node, due, *self._number(robot), step.values
         yield now.Departed(i, step.pose, *about)
         if ended is not None:
@@ -287,8 +285,8 @@ class World:
         known = self._known(run, i)
         if self._changes(run, i):
             return True
-        if self.lockstep is not None:
-            reached = self.lockstep.within_reach(robot, known)
+        if isinstance(self.commands, Lockstep):
+            reached = self.commands.within_reach(robot, known)
             if reached is not None:
                 return reached
         if i in self._asked or self._is_busy(run, i):
@@ -458,16 +456,6 @@ class World:
         for k, _ in self._changes(run, i):
             group |= {*participants(team, state, at, i, k)}
         return tuple(sorted(group))
-
-    def place(self, obstacle: model.Obstacle) -> None:
-        """Put the empty battery of a robot into a simulated world."""
-        if self.truth is not None:
-            self.truth.place(obstacle)
-
-    def follow(self, team: Team) -> None:
-        """Let robots of a simulated world follow their current rules."""
-        if self.truth is not None:
-            self.truth.follow(team)
 
     def coming(self, run: Running) -> float | None:
         """When the scenario changes something next, within its limits."""
