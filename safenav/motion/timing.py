@@ -193,7 +193,7 @@ def _walked(trace: Trace, paces: Mapping[str, Pace]) -> _SerialRun:
 
 
 class _Step(Struct):
-    """A step under way: its place among the lines, its first tick, and when it could begin."""
+    """A step under way: its place among the lines, its first tick, and when it may begin."""
 
     place: int
     tick: int
@@ -296,11 +296,6 @@ class _SerialRun:
         done = {obstacle.name: ActResult.DONE}
         self._tell(end, records.ActionEnd(record.tick, *who, done))
         self._ended.update(dict.fromkeys(team, end))
-        for name in team:  # one that has acted in a tick of its step departs after the action
-            if name in self._begun:
-                step = self._begun[name]
-                self.lines.append(self.lines[step.place])
-                step.place = len(self.lines) - 1
         for name in [n for n, at in self._at.items() if at == obstacle.region]:
             self._turned(name, record.tick)
 

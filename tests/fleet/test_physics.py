@@ -123,9 +123,10 @@ def test_a_gate_stops_its_robot_until_it_is_unlocked() -> None:
 
 
 def test_a_crate_is_lifted_by_two_robots_at_once() -> None:
-    """One alone fails after a wait. References that come meanwhile do not move it away."""
-    physics = yard(CRATE)
+    """One alone fails. References that come meanwhile do not move it away."""
+    physics = yard(CRATE, Obstacle(built_in().obstacles["elevator"], 12))
     physics.perform("left", "lift")
+    physics.perform("right", "call")
     x, y = physics._places.centre(9)
     physics.follow("left", straight(physics.now, (x, y, 0.0), (x - 0.5, y, 0.0), 1.0))
     assert ended(physics, "left", "acted") == "failed"
@@ -134,6 +135,12 @@ def test_a_crate_is_lifted_by_two_robots_at_once() -> None:
         physics.perform(name, "lift")
     assert [ended(physics, name, "acted") for name in ("left", "right")] == ["done"] * 2
     assert not physics.standing
+
+
+def test_there_is_nothing_to_do_about_an_obstacle_that_has_disappeared() -> None:
+    physics = yard(replace(CRATE, goes=1))
+    physics.perform("left", "lift")
+    assert ended(physics, "left", "acted") == "nothing"
 
 
 def ahead(physics: Physics) -> float:
@@ -187,8 +194,11 @@ def test_a_load_is_fetched_and_put_down_elsewhere() -> None:
         blocks=frozenset(),
         listed=(Need("lift", at=frozenset({9})), Need("lift", at=frozenset({11}), same=True)),
     )
-    physics = yard(Obstacle(parcel, 9, ordered=True), Obstacle(parcel, 9, ordered=True, number=2))
+    orders = Obstacle(parcel, 9, ordered=True), Obstacle(parcel, 9, ordered=True, number=2)
+    physics = yard(*orders)
     for name in ("left", "right"):  # it takes two, and puts down two; a third one finds nothing
         for done in ("done", "done", "nothing"):
+            physics.bring(orders[0])  # as the team names it; a fulfilled one stays fulfilled
             physics.perform(name, "lift")
             assert ended(physics, name, "acted") == done
+    assert not physics.standing

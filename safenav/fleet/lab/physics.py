@@ -49,8 +49,8 @@ PROGRESS = 0.02
 """Metres or radians that count as progress."""
 RAYS, FAR = 72, 8.0
 """Number of rays of a lidar, and their range in metres."""
-ACTING, WAITING = 2.0, 2.0
-"""Seconds of an action, and of the wait for other robots that lift the same load."""
+ACTING = 2.0
+"""Seconds of an action."""
 Goal = tuple[float, float, float | None]
 """x, y and yaw; None: any yaw."""
 
@@ -77,14 +77,13 @@ class LabObstacle(Struct, eq=False):
 
 
 class Dimensions(Struct, frozen=True):
-    """A robot's body: metres, metres and radians per second, kg; ``height``: its altitude, 0 on the
-    ground; ``pull``: its highest acceleration in m/s^2."""
+    """A robot's body: metres, metres per second, kg; ``height``: its altitude, 0 on the ground;
+    ``pull``: its highest acceleration in m/s^2."""
 
     name: str
     radius: float
     speed: float
     height: float
-    turning: float
     mass: float
     pull: float
 
@@ -100,7 +99,6 @@ def body_of(robot: Robot) -> Dimensions:
         numbers.get("size", model.size or 0.5) / 2,
         numbers.get("speed", model.speed or 0.5),
         numbers.get("altitude", 2.2) if flies else 0.0,
-        numbers.get("turning", 1.5),
         0.5 if flies else 45.0,
         numbers.get("tilt", 3.4) if flies else FORCE,
     )
@@ -206,8 +204,7 @@ class Physics:
         body = self._bodies[name]
         start, kind = self._at(body), body.kind
         goal = (x, y, start[2] if yaw is None else start[2] + turned(yaw - start[2]))
-        way = glide(hypot(x - start[0], y - start[1]), PEAK * kind.speed, kind.pull / 2)
-        lasts = max(way, abs(goal[2] - start[2]) / kind.turning)
+        lasts = glide(hypot(x - start[0], y - start[1]), PEAK * kind.speed, kind.pull / 2)
         body.reference = straight(self.now, start, goal, lasts)
         body.goal, body.end, body.best, body.since = (x, y, yaw), None, inf, self.now
 
@@ -216,7 +213,7 @@ class Physics:
         action its own controller moves it."""
         body = self._bodies[name]
         if body.acts is None:
-            body.goal, body.reference = None, reference
+            body.reference = reference
 
     def stop(self, name: str) -> None:
         """Cancel a robot's goal or reference: it brakes."""
@@ -337,11 +334,10 @@ class Physics:
         not enter its region now; or below the floor, if it does not stand."""
         if one.geom is None:
             return
-        there = self.standing.get(one.obstacle.name) is one
         closed = [n for n, r in enumerate(self._robots) if one.obstacle.closed_to(r, one.stage)]
-        bits = EVERY if len(closed) == len(self._robots) else sum({*map(contact_bit, closed)})
-        one.geom.conaffinity = bits if there else 0
-        one.geom.group = 0 if there else 5
+        everyone = len(closed) == len(self._robots)
+        one.geom.conaffinity = EVERY if everyone else sum({*map(contact_bit, closed)})
+        there = self.standing.get(one.obstacle.name) is one
         self._model.geom_pos[one.geom.id][2] = TALL / 2 if there else BELOW
 
     def _change(self, now: float) -> None:
@@ -351,16 +347,10 @@ class Physics:
             if one.obstacle.goes is not None and one.obstacle.goes <= now:
                 self._remove(one)
         for one in [o for o in self._later if (o.obstacle.appears or 0) <= now]:
-            gone = one.obstacle.goes is not None and one.obstacle.goes <= now
-            if not gone and one.solid and self._busy(one.obstacle.region):
-                continue
-            self._later.remove(one)
-            if gone:
-                continue
-            if (same := self.standing.get(one.obstacle.name)) is not None:
-                self._remove(same)
-            self.standing[one.obstacle.name] = one
-            self._show(one)
+            if not (one.solid and self._busy(one.obstacle.region)):
+                self._later.remove(one)
+                self.standing[one.obstacle.name] = one
+                self._show(one)
 
     def _remove(self, one: LabObstacle) -> None:
         del self.standing[one.obstacle.name]
@@ -395,8 +385,8 @@ class Physics:
         return one.need.action == action and here in regions
 
     def _worked(self, name: str, act: Handling) -> None:
-        """End the work of a robot: it fulfils a need if enough robots have worked; otherwise it
-        fails after a wait."""
+        """End the work of a robot: it fulfils a need if enough robots have worked, of a joint
+        action at the same time."""
         one = act.obstacle
         if one is None or self.standing.get(one.obstacle.name) is not one:
             act.result = "nothing"
@@ -408,13 +398,12 @@ class Physics:
         team = [act]
         if need.together:
             acts = [body.acts for body in self._bodies.values() if body.acts is not None]
-            same = (a for a in acts if a.obstacle is one and a.action == act.action)
-            team = [a for a in same if a.result is None and self.now >= a.until]
+            same = (a for a in acts if (a.obstacle, a.action) == (one, act.action))
+            team = [a for a in same if self.now >= a.until]
         one.parts.add(name)
         done = len(team) if need.together else len(one.parts)
         if done < need.robots:
-            late = need.together and self.now < act.until + WAITING
-            act.result = None if late else "failed" if need.together else "done"
+            act.result = "failed" if need.together else "done"
             return
         passable = not one.obstacle.type.has_truth or one.obstacle.traversable
         for each in team:
