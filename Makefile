@@ -93,8 +93,8 @@ slugs: install ## build the synthesizer alone: slugs/build/slugs
 	$(CMAKE) --build $(SLUGS_BUILD) --parallel $(JOBS)
 
 # One build for unit tests, fuzzers and tests/slugs, with assertions and sanitizers. It compiles many
-# sources at once: a third of the time. -Og takes 57 s of a processor where -O1 takes 88, and the tests
-# 48 s instead of 37; at -O0 they take three times as long.
+# sources at once: a third of the time. -Og takes two thirds of the time of -O1, and the tests a third
+# more; at -O0 they take three times as long.
 slugs-test: $(if $(shell command -v cmake 2>/dev/null),toolchain,install) ## unit tests of the synthesizer, with assertions and sanitizers
 	$(CMAKE) -S slugs -B $(SLUGS_TESTED) -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_FLAGS=-Og -DSLUGS_WERROR=ON \
 	  -DSLUGS_SANITIZE=ON -DSLUGS_TESTS=ON -DSLUGS_FUZZ=ON -DCMAKE_UNITY_BUILD=ON -DCMAKE_UNITY_BUILD_BATCH_SIZE=33

@@ -245,20 +245,6 @@ void bytes_do_not_depend_on_the_tuning() {
   }
 }
 
-// A product of 30,000 variables: diagrams far deeper than the usual stack of 8 MB.
-void deep_diagrams_need_no_deep_stack() {
-  Specification s;
-  s.file = "deep";
-  FormulaId all = s.formulas.constant(true);
-  for (std::uint32_t v = 0; v < 30000; ++v) {
-    s.variables.push_back({"v" + std::to_string(v), Owner::Output, 1});
-    all = s.formulas.conjunction(all, s.formulas.variable(v, true));
-  }
-  s.add(Section::SysTrans, all, 1, "", false);
-  Solver solver(s, {}, {});
-  EXPECT(solver.verdict() == Verdict::Realizable);
-}
-
 void bytes_do_not_depend_on_the_order_of_variables() {
   std::mt19937 random(5);
   std::size_t realizable = 0, unrealizable = 0;
@@ -486,7 +472,6 @@ int main() {
     the_fixpoint_is_the_plain_one();
     bytes_do_not_depend_on_the_tuning();
     bytes_do_not_depend_on_the_order_of_variables();
-    deep_diagrams_need_no_deep_stack();
     a_bias_for_action_changes_choices_not_verdicts();
     a_verdict_alone_is_the_same_verdict();
     both_forms_show_the_same_automaton();
