@@ -15,56 +15,42 @@ def events(trace: Run) -> str:
     return " ".join(kind + region for kind, region in told)
 
 
-def test_digit_opens_the_door_that_the_quadcopter_meets() -> None:
-    trace = completed((SCENARIOS / "case_study_1.yaml").read_text())
-    assert events(trace) == "violation47 request47 push47 resolved47 pop47 outcome"
-    violation = trace.one("violation")
-    assert (violation["robot"], violation["at"], violation["proposed"]) == ("quad", 46, 47)
-    push = trace.one("push")
-    assert push["objectives"]["quad"] == {"hold": 46}
-    assert push["objectives"]["digit"] == {"visit": [47, 58]}
-    resolved = trace.one("resolved")
-    assert (resolved["robot"], resolved["at"], resolved["requested"]) == ("digit", 47, True)
-    waiting = range(violation["tick"], resolved["tick"] + 1)
-    assert {trace.position("quad", tick) for tick in waiting} == {46}
-    assert trace.one("pop")["objectives"] == {
-        "quad": {"patrol": [54, 49]},
-        "digit": {"patrol": [58, 28]},
-    }
-    assert 49 in trace.path("quad")[resolved["tick"] :]
-
-
-def test_quadcopter_scouts_both_gaps_for_digit() -> None:
-    trace = completed((SCENARIOS / "case_study_2.yaml").read_text())
-    assert events(trace) == (
+STUDIES = {
+    "case_study_1": (
+        "violation47 request47 push47 resolved47 pop47 outcome",
+        [{"quad": {"hold": 46}, "digit": {"visit": [47, 58]}}],
+        [{"quad": {"patrol": [54, 49]}, "digit": {"patrol": [58, 28]}}],
+    ),
+    "case_study_2": (
         "violation34 request34 push34 resolved34 blocked34 pop34 "
-        "violation60 request60 push60 resolved60 pop60 outcome"
-    )
-    assert [(v["at"], v["proposed"]) for v in trace.all("violation")] == [(33, 34), (59, 60)]
-    assert [r["traversable"] for r in trace.all("resolved")] == [False, True]
-    assert trace.one("blocked")["robots"] == ["digit"]
-    assert 34 not in trace.path("digit")
-    assert 60 in trace.path("digit")
-
-
-def test_helper_needs_help_itself() -> None:
-    trace = completed((SCENARIOS / "case_study_3.yaml").read_text())
-    assert events(trace) == (
+        "violation60 request60 push60 resolved60 pop60 outcome",
+        [{"digit": {"hold": 33}}, {"digit": {"hold": 59}}],
+        [],
+    ),
+    "case_study_3": (
         "violation43 request43 push43 violation47 request47 push47 "
-        "resolved47 pop47 resolved43 pop43 outcome"
-    )
-    first, second = trace.all("violation")
-    assert (first["robot"], first["at"]) == ("digit", 44)
-    assert (second["robot"], second["at"]) == ("quad", 48)
-    assert [p["depth"] for p in trace.all("push")] == [1, 2]
-    assert trace.all("push")[1]["objectives"] == {
-        "quad": {"hold": 48},
-        "digit": {"visit": [47, 44]},
-    }
-    assert trace.all("pop")[0]["objectives"]["digit"] == {"hold": 44}
-    sensed = trace.all("resolved")[1]
-    assert sensed["robot"] == "quad"
-    assert sensed["at"] in (42, 44)
+        "resolved47 pop47 resolved43 pop43 outcome",
+        [{"digit": {"hold": 44}}, {"quad": {"hold": 48}, "digit": {"visit": [47, 44]}}],
+        [{"digit": {"hold": 44}}],
+    ),
+}
+"""By study: its events, and objectives after each push and after the first pops."""
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_the_studies_of_the_paper_have_its_events(name: str) -> None:
+    told, pushes, pops = STUDIES[name]
+    trace = completed((SCENARIOS / f"{name}.yaml").read_text())
+    assert events(trace) == told
+    for objectives, line in [
+        *zip(pushes, trace.all("push"), strict=True),
+        *zip(pops, trace.all("pop"), strict=False),
+    ]:
+        assert objectives.items() <= line["objectives"].items()
+    last = trace.all("violation")[-1]
+    (end,) = trace.all("resolved", obstacle=last["obstacle"])
+    waits = range(last["tick"], end["tick"])
+    assert {trace.position(last["robot"], tick) for tick in waits} == {last["at"]}
 
 
 @pytest.mark.parametrize("name", ["hello", "case_study_1", "case_study_2", "case_study_3"])
