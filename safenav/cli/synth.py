@@ -108,7 +108,7 @@ class Synthesized(Struct, frozen=True):
     def row(self) -> Sequence[object]:
         """Return its line of the table."""
         data = self.data()
-        verified = "yes" if data["verified"] else "-" if self.shown.strategy is None else "no"
+        verified = "yes" if data["verified"] else "-"
         size = [data[key] for key in ("robot", "verdict", "states", "edges", "goals", "bits")]
         return [*size, round(self.result.seconds * 1000, 1), verified]
 
@@ -139,9 +139,6 @@ def synth(
         option("--measures", options.Output(), "Write the measures of a specification."),
     ],
     avoiding: Annotated[bool, flag("--avoiding", "Avoid the other robots (without coordination).")],
-    verify: Annotated[
-        bool, flag("--verify/--no-verify", "Check each strategy independently.", default=True)
-    ],
     as_json: options.AsJson,
 ) -> int:
     """Synthesize the controllers for the start of SCENARIO and print their size. SCENARIO may be a
@@ -150,16 +147,14 @@ def synth(
         raise UsageError("--json and -o - both print to standard output: give one of them")
     if is_specification(scenario):
         options.refuse(dict.fromkeys(("robot", "avoiding"), "scenarios"))
-        if measures is not None and not verify:
-            raise UsageError("--measures are those of a verified strategy: without --no-verify")
-        one = _of_specification(scenario, verify)
+        one = _of_specification(scenario)
         _report([one], output, "file", {"specification": str(scenario), **one.data()}, as_json)
         return _end_of_specification(one, scenario, measures, as_json or str(output) == "-")
     options.refuse({"measures": "a specification; -o writes that of each robot"})
     plan, refused, wanted = options.loaded(scenario, robot)
     if str(output) == "-" and len(wanted) > 1:
         raise UsageError(f"-o - prints one strategy: add --robot NAME, one of {', '.join(wanted)}")
-    synthesizer = default_synthesizer(plan, verify=verify)
+    synthesizer = default_synthesizer(plan)
     answers = first_results(plan, synthesizer, WaitingLine(), wanted)
     if avoiding:  # observe which neighbouring regions its rivals occupy, and never enter one
         for name, answer in answers.items():
@@ -186,11 +181,11 @@ def synth(
     return code_of(all(one.realizable for one in made))
 
 
-def _of_specification(file: Path, verify: bool) -> Synthesized:
+def _of_specification(file: Path) -> Synthesized:
     """Return the result for a specification, with a strategy or counterstrategy. Raises
     ResourceLimitError if nothing is proven, or if what is proven is too large to list."""
     spec = load_specification(file)
-    synthesizer = Synthesizer(verifier=first_failure if verify else None)
+    synthesizer = Synthesizer(verifier=first_failure)
     result = listed(synthesizer.synthesize, spec)
     if not is_proven(result):
         # The verdict may be quick even if the strategy is too large to list.

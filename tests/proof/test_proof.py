@@ -249,11 +249,8 @@ def test_the_program_refuses_unreadable_files(program: Path, tmp_path: Path) -> 
     assert ran([program]).returncode == 2
 
 
-def test_measures_are_those_of_a_specification_that_is_verified(tmp_path: Path) -> None:
-    (tmp_path / "lift.structuredslugs").write_text(LIFT)
+def test_measures_are_those_of_a_specification(tmp_path: Path) -> None:
     measures = ("--measures", tmp_path / "measures.json")
     done = warm.safenav("synth", SCENARIOS / "hello.yaml", *measures)
     assert done.returncode == 2 and "requires a specification" in done.stderr
-    done = warm.safenav("synth", tmp_path / "lift.structuredslugs", "--no-verify", *measures)
-    assert done.returncode == 2 and "verified strategy" in done.stderr
     assert not (tmp_path / "measures.json").exists()

@@ -287,7 +287,6 @@ def first_results(
 def default_synthesizer(
     scenario: Scenario,
     *,
-    verify: bool = True,
     binary: Binary | None = None,
     cache: Cache | None = None,
     at_once: int | None = None,
@@ -299,6 +298,6 @@ def default_synthesizer(
         seconds=limits.synthesis_seconds,
         memory_mb=limits.synthesis_memory,
         cache=cache,
-        verifier=first_failure if verify else None,
+        verifier=first_failure,
         at_once=at_once,
     )
