@@ -1,4 +1,4 @@
-/* sources d0dd1b718dd041fb88dfe3f6fe776e5eaaecf8525a77a6d0b11072be98ef1820 */
+/* sources fdb077d291816b2af5aeb749995b07bf2c495e1cb1ff751fcf391849abe1a865 */
 /* Contains @codemirror/view:
 MIT License
 

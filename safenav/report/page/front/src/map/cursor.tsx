@@ -1,9 +1,9 @@
 /** The region under the pointer, or at the cursor of the arrow keys where a hand draws. */
 
 import type { ComponentChildren } from "preact";
-import { useLayoutEffect, useState } from "preact/hooks";
+import { useLayoutEffect, useRef, useState } from "preact/hooks";
 import { heard } from "../panels/shell";
-import { placeOf, regionAt } from "../run/run";
+import { placeOf, regionAt, useRedraw } from "../run/run";
 import { type Camera, CELL } from "./camera";
 import { INK } from "./shapes";
 
@@ -41,7 +41,13 @@ interface CursorArgs {
 /** `pointed`: the region under the pointer or at the cursor, -1 if there is none; `read` updates it. */
 export function useCursor({ room, camera, cols, rows, first, hand }: CursorArgs) {
   const [hovered, hover] = useState(-1);
-  const [at, put] = useState(-1);
+  const redraw = useRedraw();
+  const latest = useRef(-1); // quick keys come before the page is drawn again
+  const at = latest.current;
+  const put = (region: number): void => {
+    if (latest.current !== region) redraw();
+    latest.current = region;
+  };
   const [read, setRead] = useState<() => void>(() => () => undefined);
   useLayoutEffect(() => {
     const element = room.current!;
@@ -72,8 +78,8 @@ export function useCursor({ room, camera, cols, rows, first, hand }: CursorArgs)
     if (!step && event.key !== "Enter") return;
     event.preventDefault();
     event.stopPropagation();
-    if (at < 0) return go(hovered >= 0 ? hovered : first);
-    const [col, row] = placeOf({ cols }, at);
+    if (latest.current < 0) return go(hovered >= 0 ? hovered : first);
+    const [col, row] = placeOf({ cols }, latest.current);
     const middle = (x: number, y: number): [number, number] => [x + 0.5, y + 0.5];
     if (!step) {
       hand.down(...middle(col, row));
