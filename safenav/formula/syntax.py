@@ -165,8 +165,9 @@ def resolve_constants(
         if node.relation not in (Relation.EQUAL, Relation.UNEQUAL):
             return None
         for name, other in ((node.right, node.left), (node.left, node.right)):
-            numbers = members(name) if isinstance(name, Name) and not name.primed else None
-            if isinstance(name, Name) and numbers is not None:
+            if not isinstance(name, Name) or name.primed or value(name, node) is not None:
+                continue
+            if (numbers := members(name)) is not None:
                 parts = [Number(number, name.column) for number in sorted(numbers)]
                 each = tuple(walk(Comparison(node.relation, other, part)) for part in parts)
                 join = Connective.OR if node.relation is Relation.EQUAL else Connective.AND
