@@ -77,17 +77,6 @@ def test_a_junit_report_keeps_to_the_schema() -> None:
     assert "Fatal?: ü 🚪 ]]>" in error.text
 
 
-def test_the_tables_have_the_makespan_of_live_runs() -> None:
-    done = report(ran("a/live.yaml", makespan=62.5), ran("a/ticks.yaml"))
-    assert "makespan: 62.5 s" in to_junit(done)
-    head, _, *shown = summary(done)[:4]
-    assert head.split()[3:5] == ["ticks", "makespan"]
-    assert [line.split()[4] for line in shown] == ["62.5", "-"]
-    late = report(ran("a/live.yaml", wrong="outcome", makespan=62.5, explanation="done"))
-    assert "it ended after 62.5 s on the clock of the run: done" in to_junit(late)
-    assert "makespan" not in "".join(summary(report(ran("a/ticks.yaml"))))
-
-
 def test_the_table_starts_with_failed_cases_and_then_slow_ones() -> None:
     fast = [ran(f"a/{number}.yaml", number / 10) for number in range(12)]
     shown = report(*fast, *MIXED.results.values())
@@ -105,22 +94,6 @@ def test_the_table_starts_with_failed_cases_and_then_slow_ones() -> None:
     text = re.sub("\x1b.*?m", "", "\n".join(lines))
     assert "a/wrong.yaml: different\n  ticks: expected at most 5, got 40\n" in text
     assert text.endswith("14 passed, 1 different, 1 crashed in 7.5 s")
-
-
-def varied(seed: int, mode: str, wrong: str = "", **measured: object) -> Result:
-    settings = {"seed": seed, "coordination": mode}
-    name = f"d.yaml [seed={seed}, coordination={mode}]"
-    return replace(ran(name, wrong=wrong, **measured), file="d.yaml", settings=settings)
-
-
-def test_failures_with_one_cause_are_one_block() -> None:
-    late = [varied(seed, "resynthesis", "ticks: expected at most 5, got 40") for seed in range(5)]
-    other = varied(9, "resynthesis", "blocked: expected [], got [door@gate]")
-    text = "\n".join(summary(report(*late, other)))
-    assert text.count("ticks: expected at most 5, got 40") == 1
-    others = ", ".join(f"[seed={n}, coordination=resynthesis]" for n in range(1, 4))
-    assert f"  likewise: {others} and [seed=4, coordination=resynthesis]\n" in text
-    assert text.count(": different") == 2
 
 
 def test_names_and_reasons_give_no_orders_to_the_terminal() -> None:
