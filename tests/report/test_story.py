@@ -26,6 +26,17 @@ def told(*lines: records.Record, heading: str = "north", text: str = ROOM) -> li
     return said
 
 
+def test_names_are_marked_wherever_they_stand() -> None:
+    said: list[str] = []
+    tell = Story(load_scenario_text(ROOM), lambda line: said.append(str(line)), maps=False)
+    tell(records.Request(3, "door@9", "quad", {"digit": 1}, ("digit",)))
+    quad, digit = click.style("quad", fg="cyan"), click.style("digit", fg="yellow")
+    door = click.style("door@gate", bold=True)
+    assert said[0].endswith(
+        f"  {quad} requests help with {door}: {digit} needs 1 tick; {digit} helps"
+    )
+
+
 @pytest.mark.parametrize(("most", "drawn"), [(24, 2), (23, 1)])
 def test_a_large_map_is_drawn_once(most: int, drawn: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """A run on 256 x 256 regions printed 256 kB at each request."""
