@@ -314,7 +314,7 @@ def _causes(s: State) -> list[str]:
     for hopeful in (False, True):
         case = Case(s, hopeful=hopeful)
         stuck = (one.name for one in team_closure(case, case.start, case.obstacles)[1])
-        known = [s.obstacles[name] for name in (*case.shut, *stuck)]
+        known = [one for name in (*case.shut, *stuck) if not (one := s.obstacles[name]).declared]
         short = [[len(n.able) < n.robots for n in one.needs[one.stage :]] for one in known]
         found += ["no_capable_robot"] * any(map(any, short))
         if known and not any(few[0] for few in short if few):
