@@ -17,16 +17,8 @@ from safenav.fleet.file import Station
 from safenav.fleet.following import Follower
 from safenav.fleet.transport import Located, Places, SentGoal
 from safenav.fleet.world import FleetWorld
+from safenav.motion import file
 from safenav.motion.check.verdict import GAPS
-from safenav.motion.file import (
-    GoalLine,
-    Measured,
-    Measurement,
-    Motion,
-    MotionOutcome,
-    Moving,
-    Piece,
-)
 from safenav.motion.making import (
     action_lines,
     described,
@@ -49,13 +41,13 @@ DIGITS = 5
 """Decimals of metres, seconds and radians that were measured."""
 ROUNDING = 1e-6
 """Tolerance in seconds between a time of the trace and the world's clock."""
-P = TypeVar("P", bound=Piece)
+P = TypeVar("P", bound=file.Piece)
 Step = tuple[records.Depart, records.Arrive | None]
 
 
 def driven_motion(
     trace: Trace, world: FleetWorld, stations: Mapping[str, Station], began: float
-) -> Motion:
+) -> file.Motion:
     """Return the motion of a completed drive. ``began``: start of the run on the clock of the
     world, which has a recording.
 
@@ -90,7 +82,7 @@ def driven_motion(
         for name, body in movers.items()
     }
     found = tuple(sorted(lines, key=when))
-    return Motion(header_of(trace, floor, robots), found, MotionOutcome(over))
+    return file.Motion(header_of(trace, floor, robots), found, file.MotionOutcome(over))
 
 
 def _driven(station: Station, side: float) -> dict[str, object]:
@@ -136,13 +128,13 @@ class _Turns:
         return found
 
 
-def _plan(follower: Follower, body: Mover, begun: float, over: float) -> list[Moving]:
+def _plan(follower: Follower, body: Mover, begun: float, over: float) -> list[file.Moving]:
     """Return all references sent to a follower in the run, with rest before and after them."""
     sent = [replace(p, t0=p.t0 - begun, t1=p.t1 - begun) for p in follower.plan]
     sent = [piece for piece in sent if piece.t0 < over]
     first = sent[0].t0 if sent else over
     before = [*body.rest(0, first)] if first > 0 else []
-    after: list[Moving] = []
+    after: list[file.Moving] = []
     if sent and sent[-1].t1 < over and not follower.gone:
         follower.mover.time = sent[-1].t1
         after = follower.mover.rest(0, over)
@@ -151,7 +143,7 @@ def _plan(follower: Follower, body: Mover, begun: float, over: float) -> list[Mo
     return [*before, *sent, *after]
 
 
-def _goal(sent: SentGoal, places: Places, body: Mover, begun: float, over: float) -> GoalLine:
+def _goal(sent: SentGoal, places: Places, body: Mover, begun: float, over: float) -> file.GoalLine:
     goal = sent.goal
     x, y = places.frame.on_map(goal.x, goal.y)
     yaw = None if goal.yaw is None else goal.yaw - places.frame.yaw
@@ -159,17 +151,19 @@ def _goal(sent: SentGoal, places: Places, body: Mover, begun: float, over: float
     assert to is not None
     origin, body.region = body.region, to
     ends = (sent.begun - begun, over if sent.ended is None else min(over, sent.ended - begun))
-    return GoalLine(sent.robot, 0, "goal", origin, to, *ends, x, y, yaw, sent.end)
+    return file.GoalLine(sent.robot, 0, "goal", origin, to, *ends, x, y, yaw, sent.end)
 
 
 def _measured(
     name: str, heard: Iterable[tuple[float, Located]], places: Places, begun: float, over: float
-) -> Iterator[Measured]:
+) -> Iterator[file.Measured]:
     rows = []
     for t, at in heard:
         if 0 <= t - begun <= over + ROUNDING:
             numbers = (*places.frame.on_map(at.x, at.y), at.yaw - places.frame.yaw)
             x, y, yaw = (round(number, DIGITS) for number in numbers)
-            rows.append(Measurement(round(t - begun, DIGITS), round(at.stamp, DIGITS), x, y, yaw))
+            rows.append(
+                file.Measurement(round(t - begun, DIGITS), round(at.stamp, DIGITS), x, y, yaw)
+            )
     for begin in range(0, len(rows), ROWS):
-        yield Measured(name, tuple(rows[begin : begin + ROWS]))
+        yield file.Measured(name, tuple(rows[begin : begin + ROWS]))

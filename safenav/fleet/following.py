@@ -6,10 +6,6 @@ is aborted as soon as odometry deviates from the reference by more than the tole
 continues from the measured position, at rest. A walker has footsteps only between the poses of
 regions, so a walker that has lost its reference gets no goal. A cancelled robot completes its step
 first.
-
-References are in the frame of the world (the map's origin and yaw applied), in metres, seconds and
-radians, their times on the clock of the fleet's world. The stream is ``HORIZON`` samples ``PERIOD``
-seconds apart, sent once per period (paper, Section VII: a quadratic programme at 20 Hz).
 """
 
 from __future__ import annotations
@@ -19,90 +15,20 @@ from copy import copy
 from math import hypot
 from threading import RLock
 
-import numpy as np
 from msgspec import Struct, field
 from msgspec.structs import replace
-from numpy.typing import NDArray
 
 from safenav.errors import UsageError
+from safenav.fleet import transport
 from safenav.fleet.file import Station
-from safenav.fleet.transport import (
-    GoalEnd,
-    GoalEnded,
-    GoalPoint,
-    Located,
-    Message,
-    Performed,
-    Places,
-    Transport,
-)
-from safenav.motion.columns import BODY, placed, sampled
-from safenav.motion.file import Curve, Flight, Foothold, Moving, Reset, Segment
-from safenav.motion.flyer import HORIZON, PERIOD
+from safenav.fleet.setpoints import YAW, Setpoints, reference_of
+from safenav.motion.file import Curve, Flight, Moving, Reset, Segment
 from safenav.motion.geometry import MetricFloor, turn
 from safenav.motion.making import mover
 from safenav.motion.mover import Crossing, Glider, Mover
 from safenav.motion.walker import WalkerMover, cut_off
 from safenav.scenario.model import Robot
-from safenav.world.map import Frame, Region
-
-Array = NDArray[np.float64]
-TABLE = 0.01
-"""Seconds between the samples of a whole reference, which is interpolated linearly."""
-VELOCITY, ACCELERATION, MOVING, YAW = slice(3, 6), slice(6, 9), slice(3, 9), 9
-"""Columns of a row: x, y, z, their velocities, their accelerations, the yaw."""
-
-
-class Setpoints(Struct, frozen=True):
-    """Rows (n, 10) every ``step`` seconds from ``begin``; before and after them it rests. ``feet``:
-    a walker's footholds in the order of landing, with ``down`` and ``up`` on the same clock."""
-
-    begin: float
-    step: float
-    rows: Array
-    feet: tuple[Foothold, ...] = ()
-
-    @property
-    def end(self) -> float:
-        return self.begin + self.step * (len(self.rows) - 1)
-
-    def at(self, now: float) -> Array:
-        """Return the row at a time."""
-        last, place = len(self.rows) - 1, (now - self.begin) / self.step
-        before = int(max(0.0, min(place, last)))
-        if place < 0 or before == last:
-            row: Array = self.rows[before].copy()
-            row[MOVING] = 0.0
-        else:
-            row = self.rows[before] + (place - before) * (self.rows[before + 1] - self.rows[before])
-        return row
-
-    def ahead(self, now: float) -> Setpoints:
-        """Return the part of the stream that is sent at a time, which is the time of its first
-        row."""
-        rows = np.array([self.at(now + number * PERIOD) for number in range(HORIZON)])
-        return Setpoints(now, PERIOD, rows, tuple(foot for foot in self.feet if foot.up > now))
-
-
-def reference_of(pieces: Sequence[Moving], limits: Mapping[str, object], frame: Frame) -> Setpoints:
-    """Return the samples of consecutive pieces of motion, given in the frame of the map."""
-    begin, end = pieces[0].t0, pieces[-1].t1
-    times = np.minimum(begin + TABLE * np.arange(int((end - begin) / TABLE) + 2), end)
-    columns = placed(sampled(pieces, times, limits), (*frame.origin, frame.yaw))
-    columns["yaw"] = np.unwrap(columns["yaw"])
-    rows = np.stack([columns[name] for name in BODY], axis=1)
-    feet = [
-        replace(foot, down=piece.t0 + foot.down, up=piece.t0 + foot.up)
-        for piece in pieces
-        if isinstance(piece, Segment)
-        for foot in piece.feet
-    ]
-    turned = (
-        replace(foot, x=x, y=y, yaw=foot.yaw + frame.yaw)
-        for foot, (x, y) in ((foot, frame.in_world(foot.x, foot.y)) for foot in feet)
-    )
-    return Setpoints(begin, TABLE, rows, tuple(sorted(turned, key=lambda foot: foot.down)))
-
+from safenav.world.map import Region
 
 LEAD = 0.1
 """Seconds between a decision to move and the start of the motion, so that the robot receives it in
@@ -124,7 +50,7 @@ class Follower(Struct):
     goal: int | None = None
     action: int | None = None
     gone: bool = False
-    place: Located | None = None
+    place: transport.Located | None = None
 
     def until(self, piece: Moving, now: float) -> Moving:
         """Return a piece of motion, cut off at an instant within it."""
@@ -141,16 +67,16 @@ class Following:
 
     def __init__(
         self,
-        inner: Transport,
+        inner: transport.Transport,
         robots: Iterable[Robot],
-        places: Places,
+        places: transport.Places,
         stations: Mapping[str, Station],
     ) -> None:
         self._inner = inner
         self.now, self.step = inner.now, inner.step
         self._places = places
         self._lock = RLock()
-        self._post: Callable[[Message], None] = print  # set by ``open``
+        self._post: Callable[[transport.Message], None] = print  # set by ``open``
         side = min(places.frame.resolution)
         self.followers = {
             robot.name: Follower(robot.name, mover_of(robot, places), use.metres(side))
@@ -160,14 +86,14 @@ class Following:
 
     # The transport
 
-    def open(self, post: Callable[[Message], None]) -> None:
+    def open(self, post: Callable[[transport.Message], None]) -> None:
         self._post = post
         self._inner.open(self._heard)
 
     def missing(self) -> list[str]:
         return self._inner.missing()
 
-    def navigate(self, robot: str, goal: GoalPoint) -> None:
+    def navigate(self, robot: str, goal: transport.GoalPoint) -> None:
         follower = self.followers.get(robot)
         if follower is None:
             self._inner.navigate(robot, goal)
@@ -214,14 +140,16 @@ class Following:
             return 0.0
         return max(0.0, follower.reference.end - self.now())
 
-    def _go(self, follower: Follower, goal: GoalPoint) -> None:
+    def _go(self, follower: Follower, goal: transport.GoalPoint) -> None:
         to = self._places.region(goal.x, goal.y)
         assert to is not None
         refused = self._resynchronized(follower)
         pieces = [] if refused else self._moved(follower, to, short=goal.short)
         if not pieces:
             reason = refused or f"no motion leads from region {follower.mover.region} to {to}"
-            self._post(GoalEnded(follower.name, goal.number, GoalEnd.ABORTED, reason))
+            self._post(
+                transport.GoalEnded(follower.name, goal.number, transport.GoalEnd.ABORTED, reason)
+            )
             return
         follower.goal, follower.action = goal.number, None  # the world waits for one thing
         self._send(follower, pieces)
@@ -268,7 +196,7 @@ class Following:
             return ""
         return self._reset(follower, at, f"{off:.2f} m away from its position at rest")
 
-    def _reset(self, follower: Follower, at: Located, reason: str) -> str:
+    def _reset(self, follower: Follower, at: transport.Located, reason: str) -> str:
         """Restart the plan at the measured position, at rest; return why that is impossible."""
         body, now = follower.mover, self.now()
         region = self._places.region(at.x, at.y)
@@ -297,20 +225,20 @@ class Following:
 
     # Messages
 
-    def _heard(self, message: Message) -> None:
+    def _heard(self, message: transport.Message) -> None:
         follower = self.followers.get(message.robot)
         if follower is None:
             self._post(message)
             return
         with self._lock:
             self._post(message)
-            if isinstance(message, Performed) and message.number == follower.action:
+            if isinstance(message, transport.Performed) and message.number == follower.action:
                 follower.action = None
-            if isinstance(message, Located):
+            if isinstance(message, transport.Located):
                 follower.place = message
                 self._judge(follower, message)
 
-    def _judge(self, follower: Follower, at: Located) -> None:
+    def _judge(self, follower: Follower, at: transport.Located) -> None:
         reference, now = follower.reference, self.now()
         if reference is None or follower.action is not None:
             return  # while it acts, its own controller moves it
@@ -323,11 +251,11 @@ class Following:
         if off > follower.tolerance:
             reason = f"{off:.2f} m off its reference"
             reason = self._hold(follower, at, reason) or reason
-            self._end(follower, GoalEnd.ABORTED, reason)
+            self._end(follower, transport.GoalEnd.ABORTED, reason)
         elif now >= reference.end:
-            self._end(follower, GoalEnd.SUCCEEDED)
+            self._end(follower, transport.GoalEnd.SUCCEEDED)
 
-    def _hold(self, follower: Follower, at: Located, reason: str) -> str:
+    def _hold(self, follower: Follower, at: transport.Located, reason: str) -> str:
         """Stop a robot at its measured position; return why its plan cannot continue there."""
         refused = self._reset(follower, at, reason)
         if refused:
@@ -337,13 +265,13 @@ class Following:
             self._send(follower, body.rest(0, body.time + LEAD))
         return refused
 
-    def _end(self, follower: Follower, end: GoalEnd, reason: str = "") -> None:
+    def _end(self, follower: Follower, end: transport.GoalEnd, reason: str = "") -> None:
         assert follower.goal is not None
         number, follower.goal = follower.goal, None
-        self._post(GoalEnded(follower.name, number, end, reason))
+        self._post(transport.GoalEnded(follower.name, number, end, reason))
 
 
-def mover_of(robot: Robot, places: Places) -> Mover:
+def mover_of(robot: Robot, places: transport.Places) -> Mover:
     """Return the mover of a robot, at rest at its start. Raises UsageError if its model has no
     motion, or regions are not square."""
     east, north = places.frame.resolution
@@ -363,14 +291,14 @@ def mover_of(robot: Robot, places: Places) -> Mover:
     return mover(robot.name, floor, *start.place, motion)
 
 
-def resting_place(body: Mover, places: Places) -> tuple[float, float, float]:
+def resting_place(body: Mover, places: transport.Places) -> tuple[float, float, float]:
     """Return the resting pose of an idle robot: x, y and yaw in the world's frame."""
     probe = copy(body)
     row = reference_of(probe.rest(0, probe.time + 1.0), probe.limits(), places.frame).at(probe.time)
     return float(row[0]), float(row[1]), float(row[YAW])
 
 
-def _off(there: Sequence[float], at: Located) -> float:
+def _off(there: Sequence[float], at: transport.Located) -> float:
     """Return the distance in metres between a place and a robot's measured position."""
     return hypot(at.x - float(there[0]), at.y - float(there[1]))
 

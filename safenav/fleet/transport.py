@@ -20,7 +20,7 @@ from safenav.world.map import Frame, Heading, Region, RegionMap
 from safenav.world.poses import Pose
 
 if TYPE_CHECKING:
-    from safenav.fleet.following import Setpoints as Setpoints
+    from safenav.fleet.setpoints import Setpoints as Setpoints
 
 
 class Places(Struct, frozen=True):

@@ -15,6 +15,7 @@ from contextlib import suppress
 from math import inf
 
 from safenav.errors import UsageError, missing_package
+from safenav.fleet import robots, transport
 from safenav.fleet.file import FleetFile, Station, TransportKind
 from safenav.fleet.goals import (
     FRESH,
@@ -24,29 +25,7 @@ from safenav.fleet.goals import (
     Goals,
     frame_of,
 )
-from safenav.fleet.robots import (
-    PASSED,
-    STALE,
-    DrivenRobot,
-    FleetProgress,
-    FleetTask,
-    Phase,
-    TeamAction,
-    TrailPoint,
-    View,
-)
 from safenav.fleet.sensing import Sighting
-from safenav.fleet.transport import (
-    DriveRecording,
-    GoalEnded,
-    InputHeard,
-    Located,
-    Message,
-    Performed,
-    Reported,
-    Scanned,
-    Transport,
-)
 from safenav.runtime.worlds.protocol import Acted, Blocked, Failed, Lost, Sensed, WorldEvent
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.records import Depart, Record
@@ -63,16 +42,16 @@ class FleetWorld:
         self,
         scenario: Scenario,
         stations: Mapping[str, Station],
-        transport: Transport,
-        recording: DriveRecording | None = None,
+        middleware: transport.Transport,
+        recording: transport.DriveRecording | None = None,
     ) -> None:
-        self.goals = Goals(scenario, stations, transport, recording)
+        self.goals = Goals(scenario, stations, middleware, recording)
         self.now = self.goals.now
         self._bodies, self._sensing = self.goals.bodies, self.goals.sensing
         self._places = self.goals.places
-        self._messages: queue.SimpleQueue[tuple[float, Message]] = queue.SimpleQueue()
-        self._progress = FleetProgress(scenario)
-        self._untold: dict[str, FleetTask] = {}
+        self._messages: queue.SimpleQueue[tuple[float, transport.Message]] = queue.SimpleQueue()
+        self._progress = robots.FleetProgress(scenario)
+        self._untold: dict[str, robots.FleetTask] = {}
         self._inputs: dict[str, bool] = {}
 
     @property
@@ -99,7 +78,7 @@ class FleetWorld:
         if found is not None and found.region != body.pose.region:  # moved by something else
             body.lost = frozenset((body.pose.region, found.region))
             return Lost(self.now(), robot.name, body.lost, self._moved(found), command=command)
-        task = FleetTask(command, body.pose, pose, Phase.INSPECTING, known=known)
+        task = robots.FleetTask(command, body.pose, pose, robots.Phase.INSPECTING, known=known)
         body.task = self._untold[robot.name] = task
         return None
 
@@ -121,10 +100,10 @@ class FleetWorld:
 
     def _set_out(self, robot: str) -> None:
         body, task = self._bodies[robot], self._untold.pop(robot)
-        task.due = self.now() + PASSED + FRESH
+        task.due = self.now() + robots.PASSED + FRESH
         self._send_if_clear(body, task)
 
-    def _send_if_clear(self, body: DrivenRobot, task: FleetTask) -> None:
+    def _send_if_clear(self, body: robots.DrivenRobot, task: robots.FleetTask) -> None:
         """Send a robot if its lidar confirms what the team knows of the next region, or cannot see
         that region. A robot that has just found an obstacle does not depart."""
         if body.robot.name in self._untold:
@@ -132,24 +111,28 @@ class FleetWorld:
         region, pose = task.to.region, self.goals.pose_now(body)
         known, view = self._sensing.at(region), body.view.get(region)
         if body.station.scan is None or region == task.start.region:
-            view = View.UNSEEN
-        elif self.now() - body.viewed > STALE:
+            view = robots.View.UNSEEN
+        elif self.now() - body.viewed > robots.STALE:
             view = None
         if pose is not None and pose.region != task.start.region:  # moved by something else
             self.goals.lose(body, task, self._moved(pose))
             return
-        if pose is None or view in (None, View.DOUBT, View.BEFORE):
+        if pose is None or view in (None, robots.View.DOUBT, robots.View.BEFORE):
             return
         known = known or self._sensing.stray(body.robot, region)
-        if known is None and view is View.ROBOT and not self._sensing.is_shared(body, region):
+        if (
+            known is None
+            and view is robots.View.ROBOT
+            and not self._sensing.is_shared(body, region)
+        ):
             return
         if known is not None and known is not task.known:
             self.goals.end(body, Blocked, task.start, known)
             return
-        task.phase = Phase.GOING
+        task.phase = robots.Phase.GOING
         self.goals.send(body, task, task.to)
 
-    def _peered(self, body: DrivenRobot, task: FleetTask) -> None:
+    def _peered(self, body: robots.DrivenRobot, task: robots.FleetTask) -> None:
         """End a step without departure: the robot had no scan of its next region in time."""
         pose, region = self.goals.pose_now(body), task.to.region
         if pose is None:
@@ -166,8 +149,8 @@ class FleetWorld:
         every = (*obstacles, *self._passed(robot, obstacles))
         if not every:
             return Acted(self.now(), robot.name, (), command=command)
-        team_action, here = TeamAction(robot, every, self._progress), body.pose
-        task = FleetTask(command, here, here, Phase.ACTING, team_action=team_action)
+        team_action, here = robots.TeamAction(robot, every, self._progress), body.pose
+        task = robots.FleetTask(command, here, here, robots.Phase.ACTING, team_action=team_action)
         body.task, body.view = task, {}
         self._sensing.acted_on |= {obstacle.region for obstacle in every}
         self._act_on_next(body, task, team_action)
@@ -199,11 +182,11 @@ class FleetWorld:
         body = self._bodies[robot.name]
         task = body.task
         self._untold.pop(robot.name, None)
-        if task is not None and task.phase is Phase.INSPECTING:  # it has not departed
+        if task is not None and task.phase is robots.Phase.INSPECTING:  # it has not departed
             self.goals.end(body, Failed, task.start, "cancelled")
-        elif task is not None and task.phase is Phase.GOING:
+        elif task is not None and task.phase is robots.Phase.GOING:
             self.goals.stop(body, task, "cancelled")
-        elif task is not None and task.phase is Phase.LOOKING and task.there:
+        elif task is not None and task.phase is robots.Phase.LOOKING and task.there:
             self.goals.looked(body, task)
 
     def wait(self, timeout: float | None) -> Sequence[WorldEvent]:
@@ -252,7 +235,7 @@ class FleetWorld:
 
     # Messages
 
-    def _heard(self, message: Message) -> None:
+    def _heard(self, message: transport.Message) -> None:
         if self.goals.recording is not None:
             self.goals.recording.heard(message, self.goals.transport.now())
         self._messages.put((self.now(), message))
@@ -270,46 +253,46 @@ class FleetWorld:
             while True:
                 self._take(*self._messages.get_nowait())
 
-    def _take(self, heard: float, message: Message) -> None:
+    def _take(self, heard: float, message: transport.Message) -> None:
         """Process a message received at a time (seconds)."""
-        if isinstance(message, InputHeard):
+        if isinstance(message, transport.InputHeard):
             self._inputs[message.name] = message.on
             return
         body = self._bodies.get(message.robot)
         if body is None:
             return
         match message:
-            case Located():
+            case transport.Located():
                 self._located(body, message, heard)
-            case Scanned():
+            case transport.Scanned():
                 self._sensing.keep(body, message, heard)
                 self._read(body, heard)
-            case Reported() if body.place is not None:
+            case transport.Reported() if body.place is not None:
                 found = self._sensing.report(message, body.place.stamp, heard)
                 self._sighted(body, found)
-            case GoalEnded():
+            case transport.GoalEnded():
                 self.goals.goal_ended(body, message)
-            case Performed():
+            case transport.Performed():
                 self._performed(message)
 
-    def _located(self, body: DrivenRobot, place: Located, heard: float) -> None:
+    def _located(self, body: robots.DrivenRobot, place: transport.Located, heard: float) -> None:
         newest = body.place
         if newest is not None and place.stamp < newest.stamp:
             if newest.stamp - place.stamp < SET_BACK:
                 return
             body.looked, body.newest, body.arrived = -inf, -inf, place.stamp
-            body.deaf = heard + STALE  # scans in transmission may have been taken before
+            body.deaf = heard + robots.STALE  # scans in transmission may have been taken before
             self._sensing.clock_was_set(body.robot.name, place.stamp)
         body.place, body.heard = place, heard
-        body.trail.append(TrailPoint(heard, place, body.regions))
-        while len(body.trail) > 2 and heard - body.trail[0].at > PASSED + STALE:
+        body.trail.append(robots.TrailPoint(heard, place, body.regions))
+        while len(body.trail) > 2 and heard - body.trail[0].at > robots.PASSED + robots.STALE:
             body.trail.popleft()
         task = body.task
-        if task is not None and task.phase is Phase.LOOKING:
+        if task is not None and task.phase is robots.Phase.LOOKING:
             self.goals.confirm(body, task)
         elif task is not None and task.over is not None:
             self._acted(body, task)
-        elif task is not None and task.phase is Phase.INSPECTING:
+        elif task is not None and task.phase is robots.Phase.INSPECTING:
             self._send_if_clear(body, task)
         self._read(body, heard)
         self.goals.watch(body)
@@ -317,7 +300,7 @@ class FleetWorld:
             self.goals.events.append(Sensed(self.now(), left, there=False))
         self._keep_clear(body)
 
-    def _keep_clear(self, body: DrivenRobot) -> None:
+    def _keep_clear(self, body: robots.DrivenRobot) -> None:
         """Stop robots in transit to a region into which a person has moved another one."""
         at = body.place
         if body.task is not None or at is None or not self._sensing.is_astray(body):
@@ -325,7 +308,7 @@ class FleetWorld:
         region, name = self._places.region(at.x, at.y), body.robot.name
         for other in self._bodies.values():
             task = other.task
-            if task is None or task.phase is not Phase.GOING or task.to.region != region:
+            if task is None or task.phase is not robots.Phase.GOING or task.to.region != region:
                 continue
             if other.robot.conflicts(body.robot):
                 self.goals.stop(
@@ -340,20 +323,22 @@ class FleetWorld:
             task = body.task
             if task is None or now < task.due:
                 continue
-            if task.phase is Phase.INSPECTING:
+            if task.phase is robots.Phase.INSPECTING:
                 self._peered(body, task)
-            elif task.phase is not Phase.ACTING:
+            elif task.phase is not robots.Phase.ACTING:
                 self.goals.overdue(body, task)
             elif task.over is not None:
                 self._end_action(body, task)
             else:
                 for name in task.team_action.silent if task.team_action is not None else ():
-                    late = Performed(name, task.goal, ActResult.FAILED, "too late")
+                    late = transport.Performed(name, task.goal, ActResult.FAILED, "too late")
                     self._performed(late)
 
     # Actions
 
-    def _act_on_next(self, body: DrivenRobot, task: FleetTask, team_action: TeamAction) -> None:
+    def _act_on_next(
+        self, body: robots.DrivenRobot, task: robots.FleetTask, team_action: robots.TeamAction
+    ) -> None:
         """Start the next action of all its participants, or end the command."""
         stations = {name: other.station for name, other in self._bodies.items()}
         services = team_action.next(self._idle(task), stations)
@@ -370,14 +355,14 @@ class FleetWorld:
         for name, service in services.items():
             self.goals.transport.perform(name, service, team_action.on.name, task.goal)
 
-    def _acted(self, body: DrivenRobot, task: FleetTask) -> None:
+    def _acted(self, body: robots.DrivenRobot, task: robots.FleetTask) -> None:
         """End an action when odometry has the robot in its own region; it may be later than the
         result, and a robot that opens a door enters its region."""
         pose = self.goals.pose_now(body)
         if pose is not None and pose.region == body.pose.region:
             self._end_action(body, task)
 
-    def _end_action(self, body: DrivenRobot, task: FleetTask) -> None:
+    def _end_action(self, body: robots.DrivenRobot, task: robots.FleetTask) -> None:
         if task.team_action is not None:
             self._sensing.acted_on -= {one.region for one in task.team_action.obstacles}
         if body.place is not None:
@@ -385,13 +370,13 @@ class FleetWorld:
         assert task.over is not None
         self.goals.end(body, Acted, *task.over)
 
-    def _idle(self, task: FleetTask | None) -> dict[str, Region]:
+    def _idle(self, task: robots.FleetTask | None) -> dict[str, Region]:
         """Return the regions of robots that can take part in an action: those without another
         command."""
         bodies = self._bodies.values()
         return {b.robot.name: b.pose.region for b in bodies if b.task in (None, task)}
 
-    def _performed(self, message: Performed) -> None:
+    def _performed(self, message: transport.Performed) -> None:
         """Process the answer of a participant of an action."""
         for leader in self._bodies.values():
             task = leader.task
@@ -413,26 +398,26 @@ class FleetWorld:
         stamps = {n: -inf if place is None else place.stamp for n, place in places.items()}
         self._sensing.forget(obstacle.region, stamps, self.now())
 
-    def _sighted(self, body: DrivenRobot, found: Sequence[Sighting]) -> None:
+    def _sighted(self, body: robots.DrivenRobot, found: Sequence[Sighting]) -> None:
         now, name = self.now(), body.robot.name
         self.goals.events += [Sensed(now, one.obstacle, name, there=one.there) for one in found]
 
-    def _read(self, body: DrivenRobot, now: float) -> None:
+    def _read(self, body: robots.DrivenRobot, now: float) -> None:
         """Evaluate the scans whose poses are known from odometry by now."""
         for found in self._sensing.read(body, now):
             self._sighted(body, found)
             task = body.task
-            if task is not None and task.phase is Phase.LOOKING and task.there:
-                if View.DOUBT not in body.view.values():
+            if task is not None and task.phase is robots.Phase.LOOKING and task.there:
+                if robots.View.DOUBT not in body.view.values():
                     self.goals.looked(body, task)
                 else:  # the robot or obstacle that a ray has hit may have left: scan again
-                    task.due = max(task.due, task.since + PASSED + FRESH)
-            elif task is not None and task.phase is Phase.INSPECTING:
+                    task.due = max(task.due, task.since + robots.PASSED + FRESH)
+            elif task is not None and task.phase is robots.Phase.INSPECTING:
                 self._send_if_clear(body, task)
 
 
 def fleet_world(
-    scenario: Scenario, fleet: FleetFile, recording: DriveRecording | None = None
+    scenario: Scenario, fleet: FleetFile, recording: transport.DriveRecording | None = None
 ) -> FleetWorld:
     """Return the world, not yet open; ``recording`` takes what is sent and measured.
 
@@ -448,5 +433,5 @@ def fleet_world(
         from safenav.fleet.ros2.transport import Ros2Transport
     except ImportError as error:
         raise missing_package("transport ros2", "cyclonedds", "ros2") from error
-    transport = Ros2Transport(fleet.network, stations, fleet.inputs)
-    return FleetWorld(scenario, stations, transport, recording)
+    robots = Ros2Transport(fleet.network, stations, fleet.inputs)
+    return FleetWorld(scenario, stations, robots, recording)

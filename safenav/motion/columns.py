@@ -19,18 +19,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from safenav.errors import UsageError
-from safenav.motion.file import (
-    Action,
-    Curve,
-    Flight,
-    FlownTrack,
-    GoalLine,
-    Measured,
-    Motion,
-    Moving,
-    Segment,
-    Swing,
-)
+from safenav.motion import file
 from safenav.motion.geometry import MetricFloor, between, mass, path, values
 
 Array = NDArray[np.float64]
@@ -64,7 +53,7 @@ class Columns(Struct, frozen=True):
 
 
 def columns_of(
-    motion: Motion, robot: str, rate: float, in_world: bool = True, *, planned: bool = False
+    motion: file.Motion, robot: str, rate: float, in_world: bool = True, *, planned: bool = False
 ) -> Columns:
     """The columns of one robot, ``rate`` samples per second from 0 to the end of the motion.
 
@@ -75,15 +64,15 @@ def columns_of(
 
 
 def columns_at(
-    motion: Motion, robot: str, times: Array, in_world: bool = True, *, planned: bool = False
+    motion: file.Motion, robot: str, times: Array, in_world: bool = True, *, planned: bool = False
 ) -> Columns:
     """The columns of one robot at ascending times, by its measurements if there are any;
     ``planned``: by its plan. Raises UsageError as ``columns_of``."""
     if robot not in motion.header.robots:
         known = ", ".join(motion.header.robots)
         raise UsageError(f"'{robot[:40]}' is not a robot of this motion\n    known: {known}")
-    columns = sampled(motion.of(Moving, robot), times, motion.header.robots[robot])
-    for track in motion.of(FlownTrack, robot):
+    columns = sampled(motion.of(file.Moving, robot), times, motion.header.robots[robot])
+    for track in motion.of(file.FlownTrack, robot):
         columns = _tracked(track, times, columns)
     if not planned:
         columns = _executed(motion, robot, times, columns)
@@ -91,11 +80,11 @@ def columns_at(
 
 
 def _executed(
-    motion: Motion, robot: str, times: Array, columns: dict[str, Array]
+    motion: file.Motion, robot: str, times: Array, columns: dict[str, Array]
 ) -> dict[str, Array]:
     """The columns of a robot by its measurements: its whole body is moved and turned by the
     deviation of its middle from the plan; accelerations and the centre of pressure stay planned."""
-    heard = (row for line in motion.of(Measured, robot) for row in line.rows)
+    heard = (row for line in motion.of(file.Measured, robot) for row in line.rows)
     rows = np.array([(row.t, row.x, row.y, row.yaw) for row in heard])
     if not len(rows):
         return columns
@@ -114,17 +103,17 @@ def _executed(
         if len(times) > 1:
             found[f"vel_{axis}"] = np.gradient(measured[axis], times)
     found["yaw"] = measured["yaw"]
-    if not motion.of(Moving, robot):
+    if not motion.of(file.Moving, robot):
         height = motion.header.robots[robot].get("altitude", 0.0)
         found["z"] = np.full_like(times, height if isinstance(height, int | float) else 0.0)
     return found
 
 
 def sampled(
-    pieces: Sequence[Moving], times: Array, limits: Mapping[str, object]
+    pieces: Sequence[file.Moving], times: Array, limits: Mapping[str, object]
 ) -> dict[str, Array]:
     """The columns of pieces that follow one another, at ascending times, in the map's frame."""
-    names = WALKER if any(isinstance(piece, Segment) for piece in pieces) else BODY
+    names = WALKER if any(isinstance(piece, file.Segment) for piece in pieces) else BODY
     table = np.zeros((len(times), len(names)))
     begins = np.array([piece.t0 for piece in pieces])
     rows = [*np.searchsorted(times, begins - 1e-12), len(times)]
@@ -135,11 +124,11 @@ def sampled(
     return {name: table[:, index] for index, name in enumerate(names)}
 
 
-def sample(piece: Moving, times: Array, limits: Mapping[str, object]) -> Array:
+def sample(piece: file.Moving, times: Array, limits: Mapping[str, object]) -> Array:
     """The columns (times, names) of a piece at times since its start, in the map's frame."""
-    if isinstance(piece, Segment):
+    if isinstance(piece, file.Segment):
         return _walking(piece, times, limits)
-    assert isinstance(piece, Flight)
+    assert isinstance(piece, file.Flight)
     ends = np.cumsum([part.seconds for part in piece.parts])
     which = np.minimum(np.searchsorted(ends, times, side="right"), len(ends) - 1)
     table = np.zeros((len(times), len(BODY)))
@@ -150,7 +139,7 @@ def sample(piece: Moving, times: Array, limits: Mapping[str, object]) -> Array:
     return table
 
 
-def _walking(segment: Segment, times: Array, limits: Mapping[str, object]) -> Array:
+def _walking(segment: file.Segment, times: Array, limits: Mapping[str, object]) -> Array:
     omega, height, clearance = (
         float(str(limits[name])) for name in ("omega", "height", "clearance")
     )
@@ -173,7 +162,7 @@ def _walking(segment: Segment, times: Array, limits: Mapping[str, object]) -> Ar
     return table
 
 
-def swing_poses(swing: Swing, times: Array, clearance: float) -> Array:
+def swing_poses(swing: file.Swing, times: Array, clearance: float) -> Array:
     """x, y, z and yaw of a foot in the air (times, 4), at times since the segment's begin."""
     seconds = swing.t1 - swing.t0
     since = times - swing.t0
@@ -182,7 +171,7 @@ def swing_poses(swing: Swing, times: Array, clearance: float) -> Array:
     return np.stack([x, y, 64 * clearance * u**3 * (1 - u) ** 3, yaw], axis=1)
 
 
-def _body_yaw(segment: Segment, times: Array) -> Array:
+def _body_yaw(segment: file.Segment, times: Array) -> Array:
     before, after, begin, end = segment.turning
     if end <= begin:
         return np.full_like(times, after)
@@ -191,13 +180,15 @@ def _body_yaw(segment: Segment, times: Array) -> Array:
     return before + (after - before) * share
 
 
-def body_rows(curve: Curve, times: Array) -> Array:
+def body_rows(curve: file.Curve, times: Array) -> Array:
     """The columns of a body (times, names) along a curve."""
     found = path(curve, times)
     return np.concatenate([found[:, :3].reshape(9, -1), found[0, 3:]]).T
 
 
-def _tracked(track: FlownTrack, times: Array, reference: Mapping[str, Array]) -> dict[str, Array]:
+def _tracked(
+    track: file.FlownTrack, times: Array, reference: Mapping[str, Array]
+) -> dict[str, Array]:
     """The columns of a simulated flight, linear between its samples; its reference becomes
     ``ref_x``, ``ref_y``, ``ref_z``."""
     rows: Array = np.array(track.rows)
@@ -224,7 +215,7 @@ def placed(columns: Mapping[str, Array], origin: tuple[float, float, float]) -> 
     return found
 
 
-def npz_bytes(motion: Motion, rate: float) -> bytes:
+def npz_bytes(motion: file.Motion, rate: float) -> bytes:
     """The columns of all robots as a NumPy archive: ``t``, and ``ROBOT.COLUMN`` for each."""
     arrays: dict[str, Array] = {}
     for robot in motion.header.robots:
@@ -240,7 +231,7 @@ RATE = 50.0
 """Samples per second from which distances, speeds and margins are taken."""
 
 
-def report_of(motion: Motion) -> str:
+def report_of(motion: file.Motion) -> str:
     """The motion in words: of each robot its seconds, metres and highest speed, the least distance
     of its middle to the border of the regions of its steps, and how near its simulated flight is to
     its reference."""
@@ -249,7 +240,7 @@ def report_of(motion: Motion) -> str:
     lines += ["", "robot           steps s  actions s  path m   max m/s  room m"]
     flights: list[str] = []
     for name in motion.header.robots:
-        found, pieces = columns_of(motion, name, RATE, in_world=False), motion.of(Moving, name)
+        found, pieces = columns_of(motion, name, RATE, in_world=False), motion.of(file.Moving, name)
         x, y = found.place
         room = inf
         for piece in pieces:
@@ -257,10 +248,10 @@ def report_of(motion: Motion) -> str:
             box = floor.corridor(piece.origin, piece.to)
             rims = (x - box.west, box.east - x, y - box.south, box.north - y)
             room = min(room, *(float(rim[inside].min(initial=inf)) for rim in rims))
-        crossing = [p for p in (*pieces, *motion.of(GoalLine, name)) if p.origin != p.to]
+        crossing = [p for p in (*pieces, *motion.of(file.GoalLine, name)) if p.origin != p.to]
         lines.append(
             f"{name:15s} {sum(piece.t1 - piece.t0 for piece in crossing):7.1f}  "
-            f"{sum(action.t1 - action.t0 for action in motion.of(Action, name)):9.1f}  "
+            f"{sum(action.t1 - action.t0 for action in motion.of(file.Action, name)):9.1f}  "
             f"{np.hypot(np.diff(x), np.diff(y)).sum():6.1f}  "
             f"{np.hypot(*found.velocity).max():8.2f}  {room:6.2f}"
         )

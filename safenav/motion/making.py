@@ -11,17 +11,7 @@ from copy import copy
 
 import safenav
 from safenav.errors import Diagnostic, InputError, SafenavError, UsageError
-from safenav.motion.file import (
-    Action,
-    Flight,
-    Line,
-    Measured,
-    Motion,
-    MotionHeader,
-    MotionOutcome,
-    Release,
-    Reserve,
-)
+from safenav.motion import file
 from safenav.motion.flyer import flown
 from safenav.motion.geometry import MetricFloor
 from safenav.motion.mover import Crossing, Glider, Mover, flown_through
@@ -35,7 +25,7 @@ from safenav.trace.file import Trace, unstarted
 from safenav.trace.vocabulary import MoveEnd
 
 
-def motion_of(trace: Trace, side: float | None = None, *, track: bool = False) -> Motion:
+def motion_of(trace: Trace, side: float | None = None, *, track: bool = False) -> file.Motion:
     """Return the motion of a run. ``side``: side of a region in metres, in place of the trace's;
     ``track``: also simulate how flyers track their references. Raises UsageError or
     InputError if a robot cannot move so, or if the trace breaks a rule.
@@ -55,14 +45,14 @@ def motion_of(trace: Trace, side: float | None = None, *, track: bool = False) -
     for name, moved in movers.items():
         if isinstance(moved, Glider) and moved.kind == "flyer":
             lines = _flown(name, moved, lines, track)
-    return Motion(header, lines, outcome)
+    return file.Motion(header, lines, outcome)
 
 
 def header_of(
     trace: Trace, floor: MetricFloor, robots: Mapping[str, Mapping[str, object]]
-) -> MotionHeader:
+) -> file.MotionHeader:
     """Return the header of a motion of a run. ``robots``: how each moves."""
-    return MotionHeader(
+    return file.MotionHeader(
         trace=trace.digest,
         safenav=safenav.__version__,
         side=floor.side,
@@ -92,10 +82,12 @@ def check_movable(scenario: Scenario) -> None:
     movers_of(trace, floor_of(trace))
 
 
-def _flown(name: str, moved: Glider, lines: tuple[Line, ...], track: bool) -> tuple[Line, ...]:
+def _flown(
+    name: str, moved: Glider, lines: tuple[file.Line, ...], track: bool
+) -> tuple[file.Line, ...]:
     """Return the lines with the flights of a flyer through the centres of regions, and if wanted
     with its simulated flight."""
-    flights = [line for line in lines if isinstance(line, Flight) and line.robot == name]
+    flights = [line for line in lines if isinstance(line, file.Flight) and line.robot == name]
     size, tilt, floor = moved.values["size"], moved.values["tilt"], moved.floor
     smooth = dict(zip(map(id, flights), flown_through(flights, floor, size), strict=True))
     found = [smooth.get(id(line), line) for line in lines]
@@ -181,7 +173,7 @@ SLACK = 1e-6
 
 def scheduled(
     trace: Trace, floor: MetricFloor, movers: Mapping[str, Mover]
-) -> tuple[tuple[Line, ...], MotionOutcome]:
+) -> tuple[tuple[file.Line, ...], file.MotionOutcome]:
     """Return the lines of the motion by which these movers, whose time is 0, carry out a trace.
     Raises InputError if they cannot: a step leaves too little time, or a robot changes its region
     without a step."""
@@ -191,15 +183,15 @@ def scheduled(
     return run.end()
 
 
-def reservations(trace: Trace) -> Iterator[Line]:
+def reservations(trace: Trace) -> Iterator[file.Line]:
     """Yield the reservations of a run with a clock."""
     for name, robot in trace.robots.items():
-        yield Reserve(name, robot.start.region, 0.0)
+        yield file.Reserve(name, robot.start.region, 0.0)
     for depart, arrive in trace.steps:
-        yield Reserve(depart.robot, depart.to, time_of(depart))
+        yield file.Reserve(depart.robot, depart.to, time_of(depart))
         if arrive is not None and arrive.result is not MoveEnd.LOST:
             left = depart.to if arrive.at == depart.from_ else depart.from_
-            yield Release(arrive.robot, left, time_of(arrive))
+            yield file.Release(arrive.robot, left, time_of(arrive))
 
 
 class _Schedule:
@@ -299,7 +291,7 @@ class _Schedule:
     def _refused(self, record: records.Record, found: str, hint: str = "") -> InputError:
         return InputError([Diagnostic(self._trace.source, record.line, 1, found, hint)])
 
-    def end(self) -> tuple[tuple[Line, ...], MotionOutcome]:
+    def end(self) -> tuple[tuple[file.Line, ...], file.MotionOutcome]:
         """Let all robots come to rest, and rest until all of them do and the run has ended."""
         for depart in self._departs.values():  # under way when the run ends
             if depart.from_ == self._movers[depart.robot].region:
@@ -312,17 +304,17 @@ class _Schedule:
         until = max([end_of(self._trace), *(mover.time for mover in movers)]) or STANDING
         for mover in movers:
             self._lines += mover.wait(tick, until)
-        return tuple(sorted(self._lines, key=when)), MotionOutcome(until)
+        return tuple(sorted(self._lines, key=when)), file.MotionOutcome(until)
 
 
-def when(line: Line) -> tuple[float, int]:
+def when(line: file.Line) -> tuple[float, int]:
     """Order by time; at the same time ends come before beginnings."""
-    if isinstance(line, Release):
+    if isinstance(line, file.Release):
         return line.t, 0
-    if isinstance(line, Measured):
+    if isinstance(line, file.Measured):
         return line.rows[0].t, 2
     time = line.t0 if hasattr(line, "t0") else line.t
-    return time, 1 if isinstance(line, Reserve) else 2
+    return time, 1 if isinstance(line, file.Reserve) else 2
 
 
 def _time_after(mover: Mover, step: Crossing) -> float:
@@ -334,14 +326,14 @@ def _time_after(mover: Mover, step: Crossing) -> float:
 
 def action_lines(
     actions: Sequence[TimedAction], robots: Collection[str], tick: int, begin: float, end: float
-) -> Iterator[Action]:
+) -> Iterator[file.Action]:
     """Yield the lines of the robots' actions, one after the other, each as long as the others."""
     span = (end - begin) / max(1, len(actions))
     for number, one in enumerate(actions):
         times = (begin + number * span, begin + (number + 1) * span)
         for robot in robots:
             if robot in one.robots:
-                yield Action(robot, tick, one.action, one.obstacle, one.region, *times)
+                yield file.Action(robot, tick, one.action, one.obstacle, one.region, *times)
 
 
 def time_of(record: records.Record) -> float:

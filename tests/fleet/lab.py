@@ -78,7 +78,7 @@ def follow(lab: Any, name: str, frames: list[Any]) -> None:
     """From now on, let a robot without feet follow references 0.05 s apart."""
     import numpy as np
 
-    from safenav.fleet.following import PERIOD, Setpoints
+    from safenav.fleet.setpoints import PERIOD, Setpoints
 
     rows = [
         (t.x, t.y, t.z, v.x, v.y, v.z, a.x, a.y, a.z, 2 * np.arctan2(q.z, q.w))

@@ -15,15 +15,8 @@ import numpy as np
 from fleet.drives import driven
 from once import beside
 from safenav.fleet.file import FollowUse, Station
-from safenav.fleet.following import (
-    ACCELERATION,
-    HORIZON,
-    MOVING,
-    PERIOD,
-    Following,
-    Setpoints,
-    mover_of,
-)
+from safenav.fleet.following import Following, mover_of
+from safenav.fleet.setpoints import ACCELERATION, HORIZON, MOVING, PERIOD, Setpoints
 from safenav.fleet.transport import (
     GoalEnd,
     GoalEnded,

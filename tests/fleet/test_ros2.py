@@ -13,9 +13,9 @@ import numpy
 
 from safenav.errors import UsageError
 from safenav.fleet.file import Network
-from safenav.fleet.following import PERIOD, Setpoints
 from safenav.fleet.ros2 import transport as streams
 from safenav.fleet.ros2.node import Client, Participant, Taking
+from safenav.fleet.setpoints import PERIOD, Setpoints
 from safenav.fleet.transport import Located, Scanned
 from safenav.motion.file import Foothold
 

@@ -19,7 +19,7 @@ import mujoco
 import numpy as np
 from msgspec import Struct, field
 
-from safenav.fleet.following import TABLE, Setpoints
+from safenav.fleet.setpoints import TABLE, Setpoints
 from safenav.fleet.transport import Places, turned
 from safenav.motion.columns import body_rows
 from safenav.motion.file import Curve

@@ -35,7 +35,7 @@ from safenav.fleet.transport import (
 from safenav.trace.vocabulary import ActResult
 
 if TYPE_CHECKING:
-    from safenav.fleet.following import Setpoints
+    from safenav.fleet.setpoints import Setpoints
 
 
 PERIOD = 0.05

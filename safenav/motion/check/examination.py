@@ -15,18 +15,8 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from safenav.errors import UsageError
+from safenav.motion import file
 from safenav.motion.columns import sampled
-from safenav.motion.file import (
-    Action,
-    Flight,
-    FlownTrack,
-    Motion,
-    Moving,
-    Release,
-    Reserve,
-    Reset,
-    Segment,
-)
 from safenav.motion.geometry import Mass, mass, path
 from safenav.trace.file import Trace
 
@@ -71,7 +61,7 @@ class Walked(Struct, frozen=True):
     speeds: Array
 
 
-def walked(segment: Segment, omega: float) -> Walked:
+def walked(segment: file.Segment, omega: float) -> Walked:
     """Solve the pendulum of a segment, and the quintics of its feet by their Hermite form."""
     ends = np.cumsum([phase.seconds for phase in segment.phases])
     still = segment.start == segment.goal and len(segment.phases) == 1
@@ -180,19 +170,19 @@ class Examination:
     """A motion, its trace, and the ``findings`` so far. ``pieces``: of each robot in the order of
     the file; ``numbers``: of each robot in the header; ``held``: the reservations."""
 
-    def __init__(self, motion: Motion, trace: Trace) -> None:
+    def __init__(self, motion: file.Motion, trace: Trace) -> None:
         header = motion.header
         self.motion, self.trace, self.obstacles = motion, trace, trace.obstacles
         self.findings: list[Finding] = []
-        self.pieces = {name: motion.of(Moving, name) for name in header.robots}
-        self.actions = motion.of(Action)
+        self.pieces = {name: motion.of(file.Moving, name) for name in header.robots}
+        self.actions = motion.of(file.Action)
         self.numbers = {
             name: {key: float(v) for key, v in own.items() if isinstance(v, int | float)}
             for name, own in header.robots.items()
         }
         self.driven = {name: own for name, own in header.robots.items() if "driven" in own}
         """The robots that were physically driven; none in a motion that is only computed."""
-        self.resets = {(reset.robot, reset.t) for reset in motion.of(Reset)}
+        self.resets = {(reset.robot, reset.t) for reset in motion.of(file.Reset)}
         """The robots and times at which the plan of a driven robot is cut off."""
         self.makespan = motion.outcome.makespan
         self.grid = Grid(header.rows, header.cols, header.side)
@@ -222,13 +212,13 @@ class Examination:
         """The radius of the disc that its body fits in, in metres."""
         return self.numbers[robot].get("size", 0.0) / 2
 
-    def walked(self, segment: Segment) -> Walked:
+    def walked(self, segment: file.Segment) -> Walked:
         """A walker during a segment, computed once."""
         if id(segment) not in self._walks:
             self._walks[id(segment)] = walked(segment, self.numbers[segment.robot]["omega"])
         return self._walks[id(segment)]
 
-    def flown(self, piece: Flight) -> list[tuple[Array, Array]]:
+    def flown(self, piece: file.Flight) -> list[tuple[Array, Array]]:
         """Times and path of each part of a flight, computed once. A body at rest needs only two
         samples."""
         if id(piece) not in self._flights:
@@ -241,20 +231,20 @@ class Examination:
             self._flights[id(piece)] = found
         return self._flights[id(piece)]
 
-    def discs(self, piece: Moving) -> list[Disc]:
+    def discs(self, piece: file.Moving) -> list[Disc]:
         """The discs that a piece moves, computed once: the body, and of a walker its feet, on the
         ground and in the air."""
         if id(piece) not in self._discs:
             self._discs[id(piece)] = [*self._made(piece)]
         return self._discs[id(piece)]
 
-    def _made(self, piece: Moving) -> Iterator[Disc]:
+    def _made(self, piece: file.Moving) -> Iterator[Disc]:
         radius, own = self.radius(piece.robot), self.numbers[piece.robot]
-        if isinstance(piece, Flight):
+        if isinstance(piece, file.Flight):
             parts = self.flown(piece)
             centres = np.concatenate([found[0, :2].T for _, found in parts])
             yield Disc("body", radius, np.concatenate([times for times, _ in parts]), centres)
-        elif isinstance(piece, Segment):
+        elif isinstance(piece, file.Segment):
             moved, begin = self.walked(piece), piece.t0
             yield Disc("body", radius, begin + moved.mass.times, moved.mass.states[:, :2])
             foot = hypot(own.get("sole_length", 0.0), own.get("sole_width", 0.0)) / 2
@@ -300,9 +290,9 @@ def holdings(case: Examination) -> list[Holding]:
     found: list[Holding] = []
     open_since: dict[tuple[str, int], float] = {}
     for line in case.motion.lines:
-        if isinstance(line, Reserve):
+        if isinstance(line, file.Reserve):
             open_since.setdefault((line.robot, line.region), line.t)
-        elif isinstance(line, Release) and (line.robot, line.region) in open_since:
+        elif isinstance(line, file.Release) and (line.robot, line.region) in open_since:
             begin = open_since.pop((line.robot, line.region))
             found.append(Holding(line.robot, line.region, begin, line.t))
     found += [Holding(who, region, t, FOREVER) for (who, region), t in open_since.items()]
@@ -378,7 +368,7 @@ OFF = 0.05
 def check_tracks(case: Examination) -> None:
     """A simulated flight leads to the end of the motion: a rigid body that moves by thrust, gravity
     and air alone, near its reference, inside the regions of its steps."""
-    for track in case.motion.of(FlownTrack):
+    for track in case.motion.of(file.FlownTrack):
         rows: Array = np.array(track.rows)
         times: Array = track.t0 + track.step * np.arange(len(rows), dtype=np.float64)
         whole = abs(track.t0) < NEAR and times[-1] > case.makespan - track.step - NEAR
@@ -389,7 +379,7 @@ def check_tracks(case: Examination) -> None:
             _flown(case, track, rows, times)
 
 
-def _flown(case: Examination, track: FlownTrack, rows: Array, times: Array) -> None:
+def _flown(case: Examination, track: file.FlownTrack, rows: Array, times: Array) -> None:
     limited = partial(case.limit, track.robot, times)
     velocity, axis = rows[:, 3:6], _up(rows)
     spin = np.abs(np.hypot.reduce(rows[:, 6:10], axis=1) - 1)
@@ -405,7 +395,7 @@ def _flown(case: Examination, track: FlownTrack, rows: Array, times: Array) -> N
     steepest = 1.3 * np.arctan(np.sqrt(2) * case.numbers[track.robot].get("tilt", 0.0) / GRAVITY)
     lean = np.degrees(np.arccos(np.clip(axis[:, 2], -1, 1)))
     limited(lean, float(np.degrees(steepest)), "tilt", "it leans by {:.0f} degrees")
-    flights = case.motion.of(Flight, track.robot)
+    flights = case.motion.of(file.Flight, track.robot)
     planned = sampled(flights, times, {})
     off = np.hypot(rows[:, 0] - planned["x"], rows[:, 1] - planned["y"])
     limited(off, OFF, "track", "it is {:.3f} m off its reference")

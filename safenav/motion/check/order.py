@@ -14,27 +14,11 @@ import numpy as np
 from safenav.files import json_line
 from safenav.judge.engine import judge
 from safenav.judge.rules import RULES
+from safenav.motion import timing
 from safenav.motion.check.examination import NEAR, STILL, Array, Examination, Finding
 from safenav.motion.file import Action, GoalLine, Moving, Piece, Release, Reserve
-from safenav.motion.timing import (
-    Dated,
-    TimedAction,
-    actions_of,
-    by_instants,
-    dated,
-    ordered,
-    paces_of,
-)
 from safenav.trace import records
 from safenav.trace.file import Trace, as_data
-from safenav.trace.records import (
-    Act,
-    Arrive,
-    Depart,
-    Met,
-    Resolved,
-    Service,
-)
 from safenav.trace.vocabulary import ChangeCause, MoveEnd
 
 JUDGED = {
@@ -52,15 +36,15 @@ ELSEWHERE = (
 DECISIONS = records.Synthesis | records.Plan | records.PlanEnd
 
 
-Step = tuple[Depart, Arrive | None, int]
+Step = tuple[records.Depart, records.Arrive | None, int]
 """A step of the trace, and the region in which it ends."""
 
 
 def check_order(case: Examination) -> None:
     """Check that the pieces, reservations and actions of a motion are those of a run that its trace
     allows."""
-    serial = dated(case.trace, paces_of(case.trace, case.motion.header))
-    trace = ordered(case.trace, serial)
+    serial = timing.dated(case.trace, timing.paces_of(case.trace, case.motion.header))
+    trace = timing.ordered(case.trace, serial)
     case.findings += disorder(trace, serial)
     _steps(case, trace)
     _reservations(case, trace)
@@ -68,10 +52,10 @@ def check_order(case: Examination) -> None:
     _charges(case, trace)
 
 
-def disorder(trace: Trace, serial: Sequence[Dated]) -> Iterator[Finding]:
+def disorder(trace: Trace, serial: Sequence[timing.Dated]) -> Iterator[Finding]:
     """Yield the rules that the lines of a trace break at their times, by the judge of live runs.
     ``serial``: the lines in their own order, in which robots move and act after the decisions."""
-    live = by_instants(trace)
+    live = timing.by_instants(trace)
     lines = [each for each in live.records if not isinstance(each, ELSEWHERE)]
     texts = (json_line(as_data(each)).encode() for each in (live.header, *lines))
     for found in judge(texts, [rule for rule in RULES if rule.name in JUDGED]).findings:
@@ -82,7 +66,7 @@ def disorder(trace: Trace, serial: Sequence[Dated]) -> Iterator[Finding]:
     for t, record in serial:
         if isinstance(record, DECISIONS):
             decided = t
-        elif isinstance(record, Depart | Act) and (early := decided - t) > NEAR:
+        elif isinstance(record, records.Depart | records.Act) and (early := decided - t) > NEAR:
             what = f"begins {early:.3f} s before the decision that it follows"
             yield Finding(t, record.robot, "order", what)
 
@@ -162,7 +146,7 @@ def _actions(case: Examination, trace: Trace) -> None:
     are several."""
     waiting = list(case.actions)
     acts = [({*a.robots}, a.t or 0.0, end.t or 0.0) for a, end in trace.acts if end is not None]
-    for wanted in actions_of(trace)[0]:
+    for wanted in timing.actions_of(trace)[0]:
         done = [*_done(case, wanted, trace.records[wanted.index], waiting)]
         times = {(action.t0, action.t1) for action in done}
         if len(times) > 1:
@@ -180,10 +164,10 @@ def _actions(case: Examination, trace: Trace) -> None:
 
 
 def _done(
-    case: Examination, wanted: TimedAction, record: records.Record, waiting: list[Action]
+    case: Examination, wanted: timing.TimedAction, record: records.Record, waiting: list[Action]
 ) -> Iterator[Action]:
     """Take the lines of an action of some robots; each acts where it is, for long enough."""
-    assert isinstance(record, Met | Resolved)
+    assert isinstance(record, records.Met | records.Resolved)
     for robot in wanted.robots:
         mine = (a for a in waiting if (a.robot, a.obstacle) == (robot, wanted.obstacle))
         if (done := next(mine, None)) is None:
@@ -253,11 +237,11 @@ def _charges(case: Examination, trace: Trace) -> None:
     for record in trace.records:
         t = record.t or 0.0
         match record:
-            case Arrive():
+            case records.Arrive():
                 arrived[record.robot] = t
-            case Service(cause=ChangeCause.BATTERY, active=False):
+            case records.Service(cause=ChangeCause.BATTERY, active=False):
                 since[record.robot] = arrived.get(record.robot, 0.0)
-            case Service(cause=ChangeCause.BATTERY) if record.robot in since:
+            case records.Service(cause=ChangeCause.BATTERY) if record.robot in since:
                 spans.append((record.robot, since.pop(record.robot), t))
     spans += [(name, begin, case.makespan) for name, begin in since.items()]
     for name, begin, until in spans:

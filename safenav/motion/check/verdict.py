@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from safenav.errors import UsageError
+from safenav.motion import file
 from safenav.motion.check.examination import (
     Examination,
     Finding,
@@ -19,20 +20,11 @@ from safenav.motion.check.examination import (
 from safenav.motion.check.execution import GOALS, check_execution
 from safenav.motion.check.order import check_order
 from safenav.motion.check.pieces import check_joins, check_path, check_segment
-from safenav.motion.file import (
-    BUILD,
-    Flight,
-    FlownTrack,
-    Motion,
-    Moving,
-    Segment,
-    read_motion,
-)
 from safenav.trace.file import Trace
 
 AT_LEAST = ("aside", "least_double")
 """The limits of a walker that are lower bounds; the others are upper ones."""
-WALKER = ("omega", "height", "size", "clearance", *BUILD)
+WALKER = ("omega", "height", "size", "clearance", *file.BUILD)
 """The fields that the header must hold for a walker."""
 
 GAPS = {"setpoints": 1.0, "goals": 2.0}
@@ -42,12 +34,12 @@ LONGEST = 2_000_000
 """Seconds of a motion, 23 days: it is sampled from its beginning to its end."""
 
 
-def read_motion_of(path: Path, trace: Trace, name: Path) -> Motion:
+def read_motion_of(path: Path, trace: Trace, name: Path) -> file.Motion:
     """The motion of this trace in a file; ``name``: the file of the trace.
 
     Raises InputError as ``read_motion``, and UsageError for the motion of another trace.
     """
-    motion = read_motion(path)
+    motion = file.read_motion(path)
     found = mismatch(motion, trace)
     if found:
         hint = f"recompute it: safenav export {name} --motion {path}"
@@ -55,7 +47,7 @@ def read_motion_of(path: Path, trace: Trace, name: Path) -> Motion:
     return motion
 
 
-def mismatch(motion: Motion, trace: Trace) -> str:
+def mismatch(motion: file.Motion, trace: Trace) -> str:
     """The first contradiction between the parts of a motion, or with its trace; empty if there is
     none."""
     header, world = motion.header, trace.header.scenario.map
@@ -84,10 +76,10 @@ def mismatch(motion: Motion, trace: Trace) -> str:
     if stranger is not None:
         return f"{stranger[:40]} is not a robot of the header"
     kinds = {name: limits["kind"] for name, limits in header.robots.items()}
-    for segment in motion.of(Segment):
+    for segment in motion.of(file.Segment):
         if kinds[segment.robot] != "walker":
             return f"{segment.robot} at {segment.t0:.3f} s: it walks but is not a walker"
-    for track in motion.of(FlownTrack):
+    for track in motion.of(file.FlownTrack):
         if kinds[track.robot] != "flyer":
             return f"{track.robot}: a simulated flight, but it is not a flyer"
     return ""
@@ -99,7 +91,7 @@ def _limits(trace: Trace, name: str, limits: Mapping[str, object]) -> str:
     for key, value in (trace.robots[name].model.figures or {}).items():
         if limits.get(key) != value:
             return f"'{key}' is {limits.get(key)!r}, in the trace {value!r}"
-    for key, bound in BUILD.items() if limits["kind"] == "walker" else ():
+    for key, bound in file.BUILD.items() if limits["kind"] == "walker" else ():
         value = limits[key]
         assert isinstance(value, int | float)
         if not (value >= bound if key in AT_LEAST else value <= bound):
@@ -113,13 +105,13 @@ def _limits(trace: Trace, name: str, limits: Mapping[str, object]) -> str:
     return ""
 
 
-def check_motion(motion: Motion, trace: Trace) -> list[Finding]:
+def check_motion(motion: file.Motion, trace: Trace) -> list[Finding]:
     """Return every broken rule, by time; none if the motion carries out the trace as docs/motion.md
     demands."""
     if found := mismatch(motion, trace):
         return [Finding(0.0, "", "header", found)]
     case = Examination(motion, trace)
-    for piece in motion.of(Moving):
+    for piece in motion.of(file.Moving):
         _dynamics(case, piece)
     if not case.findings:  # a motion that cannot be solved has no path to check
         _paths(case)
@@ -143,8 +135,8 @@ def _paths(case: Examination) -> None:
     check_execution(case)
 
 
-def _dynamics(case: Examination, piece: Moving) -> None:
-    if isinstance(piece, Segment):
+def _dynamics(case: Examination, piece: file.Moving) -> None:
+    if isinstance(piece, file.Segment):
         spans = [phase.seconds for phase in piece.phases]
         if min([*spans, *(swing.t1 - swing.t0 for swing in piece.swings)]) <= 0:
             case.wrong(piece.t0, piece.robot, "time", "a phase or a swing that takes no time")
@@ -156,5 +148,5 @@ def _dynamics(case: Examination, piece: Moving) -> None:
             lambda t, *found: case.wrong(piece.t0 + t, piece.robot, *found),
             cut=(piece.robot, piece.t1) in case.resets,
         )
-    elif isinstance(piece, Flight):
+    elif isinstance(piece, file.Flight):
         check_path(case, piece)

@@ -1,0 +1,77 @@
+"""Sampled references for robots with their own tracking controllers.
+
+In the frame of the world (the map's origin and yaw applied): metres, seconds, radians. Times are on
+the clock of the fleet's world. The stream is ``HORIZON`` samples ``PERIOD`` seconds apart, sent
+once per period (paper, Section VII: a quadratic programme at 20 Hz).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from safenav.motion.columns import BODY, placed, sampled
+from safenav.motion.file import Foothold, Moving, Segment
+from safenav.motion.flyer import HORIZON, PERIOD
+from safenav.world.map import Frame
+
+Array = NDArray[np.float64]
+TABLE = 0.01
+"""Seconds between the samples of a whole reference, which is interpolated linearly."""
+VELOCITY, ACCELERATION, MOVING, YAW = slice(3, 6), slice(6, 9), slice(3, 9), 9
+"""Columns of a row: x, y, z, their velocities, their accelerations, the yaw."""
+
+
+class Setpoints(Struct, frozen=True):
+    """Rows (n, 10) every ``step`` seconds from ``begin``; before and after them it rests. ``feet``:
+    a walker's footholds in the order of landing, with ``down`` and ``up`` on the same clock."""
+
+    begin: float
+    step: float
+    rows: Array
+    feet: tuple[Foothold, ...] = ()
+
+    @property
+    def end(self) -> float:
+        return self.begin + self.step * (len(self.rows) - 1)
+
+    def at(self, now: float) -> Array:
+        """Return the row at a time."""
+        last, place = len(self.rows) - 1, (now - self.begin) / self.step
+        before = int(max(0.0, min(place, last)))
+        if place < 0 or before == last:
+            row: Array = self.rows[before].copy()
+            row[MOVING] = 0.0
+        else:
+            row = self.rows[before] + (place - before) * (self.rows[before + 1] - self.rows[before])
+        return row
+
+    def ahead(self, now: float) -> Setpoints:
+        """Return the part of the stream that is sent at a time, which is the time of its first
+        row."""
+        rows = np.array([self.at(now + number * PERIOD) for number in range(HORIZON)])
+        return Setpoints(now, PERIOD, rows, tuple(foot for foot in self.feet if foot.up > now))
+
+
+def reference_of(pieces: Sequence[Moving], limits: Mapping[str, object], frame: Frame) -> Setpoints:
+    """Return the samples of consecutive pieces of motion, given in the frame of the map."""
+    begin, end = pieces[0].t0, pieces[-1].t1
+    times = np.minimum(begin + TABLE * np.arange(int((end - begin) / TABLE) + 2), end)
+    columns = placed(sampled(pieces, times, limits), (*frame.origin, frame.yaw))
+    columns["yaw"] = np.unwrap(columns["yaw"])
+    rows = np.stack([columns[name] for name in BODY], axis=1)
+    feet = [
+        replace(foot, down=piece.t0 + foot.down, up=piece.t0 + foot.up)
+        for piece in pieces
+        if isinstance(piece, Segment)
+        for foot in piece.feet
+    ]
+    turned = (
+        replace(foot, x=x, y=y, yaw=foot.yaw + frame.yaw)
+        for foot, (x, y) in ((foot, frame.in_world(foot.x, foot.y)) for foot in feet)
+    )
+    return Setpoints(begin, TABLE, rows, tuple(sorted(turned, key=lambda foot: foot.down)))
