@@ -19,7 +19,7 @@ from safenav.explain.repair import nearest, offered, with_robots, without_walls,
 from safenav.review.foresight import Foresight, foresee
 from safenav.runtime.run.mission import Mission, RunResult, first_results, uninterrupted
 from safenav.scenario.model import Obstacle, Robot, RobotModel, Scenario
-from safenav.scenario.objective import Target, staying, with_targets, written
+from safenav.scenario.objective import Target, staying, written
 from safenav.scenario.yaml.document import flow
 from safenav.solve.reasons import Hindrance, Shortfall
 from safenav.synthesis.slugs import Listener, Synthesizer
@@ -362,7 +362,7 @@ def _targets(failed: _Failure) -> Iterator[Repair]:
                 continue
             for region in nearest(min(target), reach - others - target, world)[:3]:
                 moved = [*targets[:number], frozenset({region}), *targets[number + 1 :]]
-                objective = with_targets(robot.objective, moved)
+                objective = replace(robot.objective, targets=tuple(moved))
                 change = (f"robots.{name}.objective", written(objective, failed.word))
                 moving = replace(robot, objective=objective)
                 yield failed.changed(RepairKind.TARGET, [moving], change)

@@ -21,7 +21,7 @@ from safenav.scenario.model import (
     Scenario,
     name_parts,
 )
-from safenav.scenario.objective import USAGE, Objective
+from safenav.scenario.objective import Objective
 from safenav.scenario.reading.events import read_changes
 from safenav.scenario.reading.loader import check_assignable
 from safenav.scenario.reading.regions import Reading
@@ -113,7 +113,7 @@ LINES = {
     "permanent": "permanent OBSTACLE",
     "put_back": "put_back ROBOT REGION [HEADING]",
     "service": "service ROBOT out|back",
-    "objective": f"objective ROBOT {USAGE}",
+    "objective": "objective ROBOT {visit: [A, B]}",
     "order": "order TYPE REGION",
     "input": "input NAME on|off",
     "give_up": "give_up",

@@ -92,8 +92,7 @@ class TargetObjective(Struct, frozen=True):
     target, if there is more than one. ``settles``: it ends at its last target and stays there,
     where each tick is a round. ``strict``: the robot leaves each target with its next step, and
     touches none out of turn; where that cannot be kept, plain alternation (``relaxed``) suffices,
-    unless it is ``literal`` (``spec.forms``). ``formulas``: those that state its
-    goals."""
+    unless it is ``literal`` (``spec.task``). ``formulas``: those that state its goals."""
 
     kind: ClassVar[str]
     meaning: ClassVar[str]
@@ -318,8 +317,6 @@ ALTERNATING: type[TargetObjective] = Visit
 """The kind of a helper, and the weakest form of a strict kind."""
 EXAMPLE = f"{{{Patrol.kind}: [14, 20]}}"
 """An objective for messages that ask for one."""
-USAGE = f"{{{Visit.kind}: [A, B]}}"
-"""An objective in the usage of a command."""
 
 
 class Ltl(Struct, frozen=True):
@@ -431,11 +428,6 @@ def staying(target: Target, like: Objective | None = None) -> TargetObjective:
 def station(objective: Objective) -> Target | None:
     """Return the target of an objective that only stays there; None for any other objective."""
     return objective.targets[0] if isinstance(objective, STAYING) else None
-
-
-def with_targets(objective: Objective, targets: Sequence[Target]) -> Objective:
-    """Return an objective of the same kind with the same number of other targets."""
-    return objective if isinstance(objective, Ltl) else replace(objective, targets=tuple(targets))
 
 
 def formulas_in(objective: Objective) -> Ltl | None:
