@@ -144,19 +144,22 @@ MOST_EXPANDED, MOST_TIMES = 200_000, 4
 of the file. Published specifications stand for 1.6 times their length at most."""
 _SHOWN = 60
 """Characters of a line in a message."""
+_SECTIONS = "sections: " + " ".join(f"[{s}]" for s in (*Owner, *Section))
+_VARIABLES = f"in [INPUT] or [OUTPUT], a name, or name:min...max with min <= max <= {MAX_NUMBER}"
 _BOOLEAN = re.compile(r"[A-Za-z_][\w.@]*\Z", re.ASCII)
 
 
 def read_specification(text: str, file: str = "-", robot: str = "robot") -> Specification:
     """Return the specification that structured-slugs ``text`` holds.
 
-    Raises InputError with all invalid lines, or the first ambiguous line end (see
-    ``safenav.files``). Formulas are read when they are used.
+    Raises InputError with all invalid lines (safenav's synthesizer, which reads files first, says
+    more of each), or the first ambiguous line end (see ``safenav.files``). Formulas are read when
+    they are used.
     """
     if (foreign := foreign_character(text)) is not None:
         at, column, found = foreign
         raise InputError([Diagnostic(file, at, column, f"not text: {found}", HINT)])
-    variables: list[Variable] = []
+    variables: dict[str, Variable] = {}
     constraints: list[Constraint] = []
     problems: list[Diagnostic] = []
     section: Owner | Section | None = None
@@ -172,19 +175,8 @@ def read_specification(text: str, file: str = "-", robot: str = "robot") -> Spec
         elif line.startswith("[") and not line.startswith("[]"):
             section, comment = _section(line), ""
             if section is None:
-                hint = "sections: " + " ".join(f"[{s}]" for s in (*Owner, *Section))
-                problems.append(Diagnostic(file, number, 1, f"unknown section {line}", hint))
-        elif isinstance(section, Owner):
-            variable = _variable(line, section, comment)
-            if variable is None:
-                hint = f"write a name, or name:min...max with min <= max <= {MAX_NUMBER}"
-                problems.append(Diagnostic(file, number, 1, f"'{line}' declares nothing", hint))
-            elif any(v.name == variable.name for v in variables):
-                problems.append(Diagnostic(file, number, 1, f"{variable.name} is declared twice"))
-            else:
-                variables.append(variable)
-            comment = ""
-        elif section is not None:
+                problems.append(Diagnostic(file, number, 1, f"unknown section {line}", _SECTIONS))
+        elif isinstance(section, Section):
             try:
                 formula = to_infix(line, left)
             except TooLongError as error:
@@ -193,14 +185,18 @@ def read_specification(text: str, file: str = "-", robot: str = "robot") -> Spec
                 continue
             left -= len(formula) - len(line)
             constraints.append(Constraint(section, formula, Origin(f"{file}:{number}", comment)))
-        elif not problems:
-            hint = "a specification begins with a section, such as [INPUT]"
-            found = f"'{line[:_SHOWN]}' is in no section"
-            problems.append(Diagnostic(file, number, 1, found, hint))
+        elif section is not None or not problems:
+            variable = section and _variable(line, section, comment)
+            if variable and variable.name not in variables:
+                variables[variable.name] = variable
+            else:
+                found = f"'{line[:_SHOWN]}' declares no new variable"
+                problems.append(Diagnostic(file, number, 1, found, _VARIABLES))
+            comment = ""
     if problems:
         raise InputError(problems)
     # A strategy counts inputs before outputs, whatever the order of the sections.
-    ordered = sorted(variables, key=lambda v: list(Owner).index(v.owner))
+    ordered = sorted(variables.values(), key=lambda v: list(Owner).index(v.owner))
     return Specification(robot, title or file, tuple(ordered), tuple(constraints))
 
 
