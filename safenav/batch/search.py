@@ -34,8 +34,6 @@ from safenav.scenario.yaml.findings import (
     root_of,
 )
 
-_NAMING = ("map", "catalogue")
-
 
 class References:
     """Digests of the files that scenarios name; each file is read once."""
@@ -49,9 +47,7 @@ class References:
         root = self._root(text)
         if root is None:
             return ""
-        naming = {path: value for path, value in settings.items() if path.split(".")[0] in _NAMING}
-        if naming:
-            root = varied(root, naming, Findings(str(scenario)))
+        root = varied(root, settings, Findings(str(scenario)))
         parts = [self._digest(path, root) for path in referenced_files(root, scenario.parent)]
         return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:16] if parts else ""
 

@@ -57,13 +57,12 @@ def run_case(batch: str, case: Case, conditions: Conditions) -> tuple[Result, by
             raise SafenavError("the batch has ended")
         worker = _idle[batch].pop() if _idle[batch] else Worker()
         _busy[batch].add(worker)
-    trace, content = None, b""
     try:
         with tempfile.TemporaryDirectory(prefix="safenav-") as folder:
-            trace = Path(folder) / "trace.jsonl" if conditions.traced else None
-            result = worker.run(case, conditions, trace)
-            if trace is not None and not result.passed and trace.exists():
-                content = trace.read_bytes()
+            trace = Path(folder) / "trace.jsonl"
+            result = worker.run(case, conditions, trace if conditions.traced else None)
+            failed = trace.exists() and not result.passed
+            return result, trace.read_bytes() if failed else b""
     except BaseException:
         worker.end()
         raise
@@ -72,7 +71,6 @@ def run_case(batch: str, case: Case, conditions: Conditions) -> tuple[Result, by
             _busy[batch].discard(worker)
             if worker.alive:
                 _idle[batch].append(worker)
-    return result, content
 
 
 def running(batch: str) -> list[tuple[str, float]]:
