@@ -12,7 +12,7 @@ from itertools import combinations, count, islice, product
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.plan.charged import ChargedSearch, Charges, charged_plan
+from safenav.plan.charged import BETTER, ChargedSearch, Charges, charged_plan
 from safenav.plan.order import preview
 from safenav.plan.search import Answer, Exhausted, Guide, Search
 from safenav.plan.shorten import shortened
@@ -130,7 +130,7 @@ def ask_charged(
     if _crowded(floor) is not None:
         return None
     late = tuple(
-        c if m.energy is None or m.energy.chargers >> p & 1 else c - m.energy.battery.stay
+        c if m.energy is None or m.energy.charging(p) else c - m.energy.battery.stay
         for c, m, p in zip(charges, floor.team.members, joint.poses, strict=True)
     )
     guide = _guide(floor, wanted)
@@ -139,9 +139,12 @@ def ask_charged(
         start, answers = joint._replace(charges=begins), list[Sequence[Joint]]()
         # Where a charger is near, short stops cost least; where it is far, few do.
         for full in (False, True) if begins is late else (False,):
-            search = ChargedSearch(floor, wanted, guide, start, seed, work, (lasting, full))
-            if search.fits(start) and (answer := search.run()) is not None:
-                answers.append(answer)
+            most = min(work, BETTER) if answers else work
+            search = ChargedSearch(floor, wanted, guide, start, seed, most, (lasting, full))
+            answer = search.run() if search.fits(start) else Exhausted()
+            if isinstance(answer, Exhausted):
+                break
+            answers += [] if answer is None else [answer]
         if answers:
             return Found(charged_plan(floor, min(answers, key=len), time))
         work //= 4 if search.fits(start) else 1  # what asks for less is likely to fail as well

@@ -9,7 +9,8 @@ tick. So a run is never later than the plan, and no robot has less charge than p
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import cycle, islice, pairwise
+from heapq import heappop, heappush
+from itertools import combinations, count, cycle, islice, pairwise, product
 
 from safenav.data import cached_method
 from safenav.plan.order import linear, plan_of
@@ -24,12 +25,13 @@ from safenav.plan.search import (
     Goal,
     Guide,
     Search,
+    path,
 )
-from safenav.scenario.model import Clock
-from safenav.team.battery import DECIMALS, NEVER, dominated
+from safenav.scenario.model import DECIMALS, Clock
+from safenav.team.battery import NEVER, dominated
 from safenav.team.floor import Floor, Joint, Stages
 from safenav.team.state import Plan, Waypoint
-from safenav.world.poses import Mask
+from safenav.world.poses import FAR, Mask, bits
 
 Charges = tuple[float, ...]
 Effect = tuple[
@@ -39,9 +41,11 @@ Effect = tuple[
 """The state after a transition without charges; of each robot with a battery its number, the most
 charge that it can have, what it gains, and the least charge that it needs there."""
 
-TRIES, STATES, BETTER = 12, 3_000, 20_000
-"""Most searches for a better plan; most states with one move at a time; the work for a better plan
-where the first one took less."""
+TRIES, BETTER = 12, 20_000
+"""Most searches for a better plan; the work for one where the first took less."""
+FEW, STATES, WEIGHT, NEED = 3, 4_000, 2, 20
+"""Most robots of a search over their steps together, and most states of it; the weight of its
+estimate, and the ticks that this adds for a need of an obstacle."""
 
 ACTING = 2
 """Seconds that actions are expected to take in a live run."""
@@ -85,6 +89,8 @@ class ChargedSearch(Search):
         if self.goal(self.start):
             return [self.start]
         given, best = self.work, super().run()
+        if isinstance(best, Exhausted):
+            return best
         enough = self.work - max(BETTER, given - self.work)
         for how in islice(cycle((FARTHEST, STATIC, ONE)), TRIES):
             if best is None or self.work < enough:
@@ -103,11 +109,75 @@ class ChargedSearch(Search):
         return None if isinstance(found, Exhausted) else found
 
     def singles(self, budget: int) -> Answer:
-        if budget > SINGLES:
-            return None  # the smaller search has found nothing
+        """Weighted A* over the steps of a few robots together: a plan, or the proof."""
+        once = budget == SINGLES and not self.how[1]  # how they charge is no matter here
+        if not once or len(self.floor.robots) > FEW or self.team.zones:
+            return None
+        before: dict[Joint, Joint | None] = {self.start: None}
+        spent, queue, number = {self.start: 0}, [(0.0, 0, 0, self.start)], count()
         self._best = {}
-        found = super().singles(STATES)
-        return None if isinstance(found, Exhausted) else found
+        while queue:
+            joint = heappop(queue)[-1]
+            if self.goal(joint):
+                return path(joint, before)
+            for after in self._together(joint):
+                ticks = spent[joint] + _duration(self.floor, joint, after)
+                known = self._best.setdefault(after[:3], [])
+                if ticks < spent.get(after, FAR) and not dominated((*after.charges, -ticks), known):
+                    before[after], spent[after] = joint, ticks
+                    rank = ticks + WEIGHT * self._left(after)
+                    heappush(queue, (rank, -ticks, next(number), after))
+            if len(before) > STATES:
+                return None
+        return Exhausted(before)
+
+    def _together(self, joint: Joint) -> Iterator[Joint]:
+        """The states after steps of some robots into regions that no rivals enter."""
+        size, steps = self.team.size, list[tuple[int, ...]]((pose,) for pose in joint.poses)
+        for i in self.floor.robots:
+            steps[i] += self.floor.steps(i, joint.stages)[joint.poses[i]]
+        for poses in product(*steps):
+            pairs = combinations(self.floor.robots, 2)
+            rivals = ((i, j) for i, j in pairs if j in self.floor.rivals(i))
+            if not any(poses[i] % size == poses[j] % size for i, j in rivals):
+                after = self._reached(joint, poses)
+                yield from () if after is None else (after,)
+
+    def _left(self, joint: Joint) -> float:
+        """An estimate of the ticks that are left: those of the slowest robot for its own targets,
+        and for its duty, and those for the needs of obstacles."""
+        open_ = self.served.intersection(self.floor.open(joint.stages))
+        needs = sum(len(self.floor.gate(g).needs) - joint.stages[g].need for g in open_)
+        own = max(self._alone(i, joint) for i in self.floor.robots)
+        duties = enumerate(self._duties(joint) if open_ else ())
+        fields = ((i, self._field(joint, i, goal)) for i, goal in duties if goal)
+        far = (field[joint.poses[i]] for i, field in fields if field is not None)
+        return own + NEED * needs + max(far, default=0)
+
+    def _alone(self, i: int, joint: Joint) -> float:
+        """The ticks of a robot alone for its own targets, with the time for which it charges."""
+        steps, energy = self._steps(i, joint.poses[i], joint.counts[i]), self.energies.get(i)
+        ticks: float = steps * self.team.members[i].ticks
+        if energy is not None:
+            short = steps * energy.battery.move - joint.charges[i]
+            ticks += max(0, short) / energy.battery.charge
+        return ticks
+
+    @cached_method
+    def _steps(self, i: int, pose: int, count: tuple[int, int]) -> int:
+        """The steps of a robot alone to all targets that it has still to meet."""
+        member, graph, free = self.team.members[i], self.floor.graphs[i], self.floor.floors[i]
+        pursuit, targets, (memory, _) = member.pursuit, member.targets, count
+        if not self.floor.awaited(i, count):
+            return 0
+        if not pursuit.in_turn:
+            awaited = bits(pursuit.awaited(memory))
+            return max((graph.distances(targets[k], free)[pose] for k in awaited), default=0)
+        found = graph.distances(targets[memory], free)[pose]
+        numbers = [k % pursuit.targets for k in range(memory, memory + self._goals(i, count))]
+        for one, other in pairwise(numbers):
+            found += graph.steps_between(targets[one], targets[other], free) or 0
+        return found
 
     def _singles(self, joint: Joint, alive: Sequence[Mask] | None = None) -> Iterator[Joint]:
         del alive
@@ -125,7 +195,7 @@ class ChargedSearch(Search):
 
     def _forced(self, joint: Joint, i: int) -> Iterator[int]:
         """The poses that a robot may take; also its own, where it charges."""
-        if i in self.energies and self.energies[i].chargers >> joint.poses[i] & 1:
+        if i in self.energies and self.energies[i].charging(joint.poses[i]):
             yield joint.poses[i]
         yield from super()._forced(joint, i)
 
@@ -192,22 +262,20 @@ class ChargedSearch(Search):
     @cached_method
     def _least(self, i: int, pose: int, count: tuple[int, int]) -> float:
         """The charge that a robot alone needs: others and open obstacles only restrict it."""
-        energy, pursuit, allowed = (
-            self.energies[i],
-            self.team.members[i].pursuit,
-            self.floor.floors[i],
-        )
+        energy, allowed = self.energies[i], self.floor.floors[i]
         turn = energy.turn(count[0])
         if self.how[0]:
             return energy.need(allowed, pose, turn)
         if self.floor.is_done(i, count):
             return 0
-        goals = (
-            pursuit.targets - turn
-            if pursuit.settles
-            else self.team.rounds * pursuit.targets - count[1]
-        )
-        return energy.suffices(allowed, turn, goals).get(pose, NEVER)
+        return energy.suffices(allowed, turn, self._goals(i, count)).get(pose, NEVER)
+
+    def _goals(self, i: int, count: tuple[int, int]) -> int:
+        """The targets that a robot has still to meet in turn."""
+        pursuit = self.team.members[i].pursuit
+        if pursuit.settles:
+            return pursuit.targets - min(count[0], pursuit.targets - 1)
+        return self.team.rounds * pursuit.targets - count[1]
 
     def _aim(self, joint: Joint, i: int, goal: Mask, *, own: bool) -> Mask:
         if (energy := self.energies.get(i)) is None:
@@ -236,7 +304,7 @@ def charged_plan(floor: Floor, states: Sequence[Joint], begun: float) -> Plan:
         for i in moving:
             at[i] += 1
             energy = floor.team.members[i].energy
-            if energy is not None and energy.chargers >> before.poses[i] & 1:
+            if energy is not None and energy.charging(before.poses[i]):
                 charge, due = before.charges[i], begun + 1 + tick
                 ways[i][at[i]] = ways[i][at[i]]._replace(charge=charge, tick=due)
         tick += _duration(floor, before, joint)
@@ -254,5 +322,5 @@ def _needed(floor: Floor, last: Joint, i: int, way: list[Waypoint]) -> None:
     need = energy.need(floor.allowed(i, last.stages), last.poses[i], energy.turn(last.counts[i][0]))
     needed = min(need, last.charges[i])
     for place in range(len(way) - 1, 0, -1):
-        needed = (0 if energy.chargers >> way[place].pose & 1 else needed) + energy.battery.move
+        needed = (0 if energy.charging(way[place].pose) else needed) + energy.battery.move
         way[place] = way[place]._replace(charge=needed, tick=0)

@@ -179,7 +179,7 @@ def is_charging(team: Team, state: State, i: int, waypoint: Waypoint) -> bool:
     if energy is None:
         return False
     least: float = energy.battery.move
-    if energy.chargers >> robot.pose & 1:
+    if energy.charging(robot.pose):
         if state.time < waypoint.tick:
             return True
         least = max(least, waypoint.charge)
@@ -203,7 +203,7 @@ def _spare(team: Team, state: State, i: int) -> float | None:
     """The charge that a robot off the chargers has beyond that for its way to one, and for a few
     steps more; None if it needs none to wait, or no way leads to one."""
     energy, robot = team.members[i].energy, state.robots[i]
-    if energy is None or not energy.battery.stay or energy.chargers >> robot.pose & 1:
+    if energy is None or not energy.battery.stay or energy.charging(robot.pose):
         return None
     steps = energy.far(floor_now(team, state).floors[i], energy.chargers)[robot.pose]
     return robot.charge - steps * energy.battery.move - _slack(team, i) if steps < FAR else None
@@ -225,7 +225,7 @@ def charging_ends(team: Team, state: State) -> float | None:
         if energy is None or robot.to is not None or not robot.active:
             continue
         charge, move = robot.charge, energy.battery.move
-        if energy.chargers >> robot.pose & 1:
+        if energy.charging(robot.pose):
             way = state.plan.ways[i][robot.at + 1 : robot.at + 2] if state.plan else ()
             least = max([move, *(waypoint.charge for waypoint in way)])
             left = (least - charge) / energy.battery.charge
@@ -244,7 +244,7 @@ def charges_now(team: Team, state: State) -> tuple[float, ...]:
     """The charge of each robot, after the step under way; empty without batteries."""
     pairs = zip(team.members, state.robots, strict=True) if team.charged else ()
     return tuple(
-        r.charge if m.energy is None or r.to is None else m.energy.stepped(r.charge)
+        r.charge if m.energy is None or r.to is None else m.energy.battery.stepped(r.charge)
         for m, r in pairs
     )
 
@@ -288,7 +288,7 @@ def stuck(team: Team, state: State, helped: frozenset[int]) -> bool:
             return False
         way = plan.ways[i][robot.at + 1 : robot.at + 2]
         energy = team.members[i].energy
-        on = energy is not None and energy.chargers >> robot.pose & 1
+        on = energy is not None and energy.charging(robot.pose)
         if on and way and is_charging(team, state, i, way[0]):
             return False
         shut = [k for k in helped if state.obstacles[k].state is Is.OPEN]

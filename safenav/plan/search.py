@@ -157,7 +157,7 @@ class Search:
                 if self._new(after, before):
                     before[after] = joint
                     if self.goal(after):
-                        return _path(after, before)
+                        return path(after, before)
                     queue.append(after)
             if len(before) > budget:
                 return None
@@ -180,7 +180,7 @@ class Search:
             if self._new(after, before) and not self._immobile.hopeless(after):
                 before[after] = joint
                 if goal(after):
-                    return _path(after, before)
+                    return path(after, before)
                 if len(before) > budget:
                     return None
                 stack.append((after, self._next(after, how, order)))
@@ -225,21 +225,26 @@ class Search:
     def fields(self, joint: Joint) -> list[Field]:
         """The distances of each robot to its current goal; None without a goal that it can
         reach."""
-        guided = self._guided.get(joint.stages)
-        if guided is None:
-            guided = self._guided[joint.stages] = self.guide(joint.stages, joint.poses)
-        found: list[Field] = [None] * len(joint.poses)
+        guided, found = self._duties(joint), list[Field]([None] * len(joint.poses))
         for i in self.floor.robots:
             mine = guided[i]
             own = self.floor.awaited(i, joint.counts[i]) if mine is None else mine
-            goal = self._aim(joint, i, own, own=mine is None)
-            key = i, goal, joint.stages
-            if key not in self._fields:
-                allowed = self.floor.allowed(i, joint.stages)
-                self._fields[key] = self.floor.graphs[i].distances(goal, allowed) if goal else None
-            field = self._fields[key]
-            found[i] = field if field is not None and field[joint.poses[i]] < FAR else None
+            found[i] = self._field(joint, i, self._aim(joint, i, own, own=mine is None))
         return found
+
+    def _duties(self, joint: Joint) -> Sequence[Mask | None]:
+        if joint.stages not in self._guided:
+            self._guided[joint.stages] = self.guide(joint.stages, joint.poses)
+        return self._guided[joint.stages]
+
+    def _field(self, joint: Joint, i: int, goal: Mask) -> Field:
+        """The distances of a robot to a goal; None if it cannot reach it."""
+        key = i, goal, joint.stages
+        if key not in self._fields:
+            allowed = self.floor.allowed(i, joint.stages)
+            self._fields[key] = self.floor.graphs[i].distances(goal, allowed) if goal else None
+        field = self._fields[key]
+        return field if field is not None and field[joint.poses[i]] < FAR else None
 
     def _aim(self, joint: Joint, i: int, goal: Mask, *, own: bool) -> Mask:
         """The poses that a robot visits first for a goal. ``own``: it is its next target."""
@@ -307,7 +312,7 @@ def _misses(field: Field, pose: int) -> bool:
     return field is not None and field[pose] > 0
 
 
-def _path(end: Joint, before: dict[Joint, Joint | None]) -> list[Joint]:
+def path(end: Joint, before: dict[Joint, Joint | None]) -> list[Joint]:
     found: list[Joint] = []
     joint: Joint | None = end
     while joint is not None:

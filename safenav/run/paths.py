@@ -126,10 +126,6 @@ def facing(heading: str | None) -> Heading | None:
     return None if heading is None else HEADINGS[heading]
 
 
-SHARPNESS = 6
-"""Decimals of a charge."""
-
-
 class Charge(Struct):
     """The charge of a robot's battery, and its region. ``since``: the time since when it has been
     standing, to which ``charge`` applies; None during a step. Times are in ticks, or in seconds of
@@ -143,9 +139,8 @@ class Charge(Struct):
     def at(self, now: float, chargers: Collection[Region]) -> float:
         if self.since is None:
             return self.charge
-        rate = self.battery.charge if self.region in chargers else -self.battery.stay
-        charge = self.charge + rate * (now - self.since)
-        return round(min(self.battery.capacity, max(0, charge)), SHARPNESS)
+        charging = self.region in chargers
+        return self.battery.stayed(self.charge, now - self.since, charging=charging)
 
 
 class Charges(dict[str, Charge]):
@@ -174,7 +169,7 @@ class Charges(dict[str, Charge]):
     def came(self, robot: str, region: Region, now: float) -> None:
         """A robot ends a step."""
         if (own := self.get(robot)) is not None:
-            own.charge = max(0, round(own.charge - own.battery.move, SHARPNESS))
+            own.charge = own.battery.stepped(own.charge)
             own.region, own.since = region, now
 
     def placed(self, robot: str, region: Region, now: float) -> None:

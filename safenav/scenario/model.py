@@ -164,6 +164,10 @@ Charge = Annotated[int, Meta(ge=0, le=1_000_000)]
 SomeCharge = Annotated[int, Meta(ge=1, le=1_000_000)]
 
 
+DECIMALS = 6
+"""Decimals of a charge."""
+
+
 class Battery(Struct, frozen=True):
     """Charge in the scenario's own unit: ``start`` initially, at most ``capacity``. A step takes
     ``move``; a tick (live: a second) without a step takes ``stay`` (live: perhaps a fraction), or
@@ -174,6 +178,15 @@ class Battery(Struct, frozen=True):
     start: Charge
     move: Charge = 1
     stay: Seconds = 0
+
+    def stepped(self, charge: float) -> float:
+        """Return the charge after a step."""
+        return round(max(0, charge - self.move), DECIMALS)
+
+    def stayed(self, charge: float, time: float, *, charging: bool) -> float:
+        """Return the charge after a time without a step; ``charging``: on a charger."""
+        rate = self.charge if charging else -self.stay
+        return round(min(self.capacity, max(0, charge + rate * time)), DECIMALS)
 
 
 class RobotModel(Struct, frozen=True):

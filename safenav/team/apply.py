@@ -215,14 +215,15 @@ def _put(team: Team, state: State, i: int, pose: int, **changes: object) -> Stat
 def _moved(team: Team, state: State, i: int) -> State:
     """A step uses charge when it ends, whatever its result."""
     energy, charge = team.members[i].energy, state.robots[i].charge
-    return state if energy is None else _robot(state, i, charge=energy.stepped(charge))
+    return state if energy is None else _robot(state, i, charge=energy.battery.stepped(charge))
 
 
 def _charged(team: Team, state: State, i: int, time: float) -> State:
     energy, robot = team.members[i].energy, state.robots[i]
     if energy is None or not time:
         return state
-    return _robot(state, i, charge=energy.stayed(robot.charge, robot.pose, time))
+    on = energy.charging(robot.pose)
+    return _robot(state, i, charge=energy.battery.stayed(robot.charge, time, charging=on))
 
 
 def _forgiven(state: State, i: int | None = None, k: int | None = None) -> State:

@@ -19,7 +19,6 @@ from safenav.scenario.model import Battery
 from safenav.world.poses import FAR, Mask, PoseGraph, bits
 
 NEVER = 1 << 30
-DECIMALS = 6
 
 
 class Energy(Struct, frozen=True, eq=False, dict=True):
@@ -32,16 +31,12 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
     targets: tuple[Mask, ...]
     settles: bool
 
-    def stepped(self, charge: float) -> float:
-        return round(max(0, charge - self.battery.move), DECIMALS)
-
-    def stayed(self, charge: float, pose: int, time: float) -> float:
-        rate = self.battery.charge if self.chargers >> pose & 1 else -self.battery.stay
-        return round(min(self.battery.capacity, max(0, charge + rate * time)), DECIMALS)
+    def charging(self, pose: int) -> bool:
+        return bool(self.chargers >> pose & 1)
 
     def is_flat(self, charge: float, pose: int) -> bool:
         """Whether it can take no step, and gets no charge."""
-        return charge < self.battery.move and not self.chargers >> pose & 1
+        return charge < self.battery.move and not self.charging(pose)
 
     # The least charge from which it can continue.
 

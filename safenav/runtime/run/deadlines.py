@@ -361,7 +361,7 @@ def _charge_words(team: Team, member: Member, energy: Energy, pose: int, need: f
     here, name = word(pose % team.size), member.name
     if need < NEVER:
         return f"{name} needs a charge of {ceil(need)} at {here}, and has {battery.start}"
-    if energy.chargers >> pose & 1:
+    if energy.charging(pose):
         text = f"from the charger {here} (full: {battery.capacity}) {name} reaches no other stop"
     else:
         text = f"from {here}, with any charge up to {battery.capacity}, {name} reaches no stop"
