@@ -2,9 +2,7 @@
 
 Measured in headless Chromium, from the page's own navigation and frame timestamps:
 
-    python benchmarks/replay.py [--ticks 1000] [--robots 6] [--seconds 5] [--vision 4]
-
-With a vision every robot also keeps track of all others by beliefs.
+    python benchmarks/replay.py [--ticks 1000] [--robots 6] [--seconds 5]
 
 Bars: a page of 1,000 ticks and 6 robots under 1 MB, open in under a second, 60 frames per second;
 the 3D page of case study 1 (software rendering) under 400 kB, open in 3 s, 30 frames per second.
@@ -43,12 +41,9 @@ def main() -> None:
     options.add_argument("--ticks", type=int, default=1000)
     options.add_argument("--robots", type=int, default=6)
     options.add_argument("--seconds", type=float, default=5.0)
-    options.add_argument("--vision", type=float)
     chosen = options.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         lines = play(made_traces.crowded(chosen.robots, chosen.ticks)).records
-        if chosen.vision is not None:
-            lines = made_traces.watched(lines, chosen.vision)
         trace = made_traces.write(lines, Path(folder) / "crowd.jsonl")
         page = Path(folder) / "crowd.html"
         before = time.process_time()

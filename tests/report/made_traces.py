@@ -43,11 +43,11 @@ def slow() -> Lines:
 
 
 def crowd() -> Lines:
-    """A long run of many robots on a large map, for measuring size and speed."""
+    """A long run of many robots on a large map."""
     return _played("crowd", crowded())
 
 
-def crowded(robots: int = 6, ticks: int = 1000) -> dict[str, Any]:
+def crowded(robots: int = 6, ticks: int = 400) -> dict[str, Any]:
     """The scenario of that run."""
     rows, cols = 20, 32
     grid = [
