@@ -395,7 +395,7 @@ class ExpectKeys(Item, frozen=True):
 
     example: ClassVar = "{outcome: completed}"
     elsewhere: ClassVar = dict.fromkeys(("order", "never"), _AS_REQUIREMENT)
-    outcome: Outcome | None = key("The outcome of the run.")
+    outcome: Outcome | None = key("The outcome of the run.", without=(Outcome.ERROR,))
     late: tuple[values.Subject, ...] | None = key(
         "Exactly the missed deadlines: robots, obstacles, mission. Default: none."
     )

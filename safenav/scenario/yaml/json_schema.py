@@ -72,7 +72,7 @@ def schema(annotation: Any, definitions: dict[str, Any], key: Key | None = None)
     if annotation in (str, Scalar):
         return {"type": "string", "pattern": "\\S"}
     if issubclass(annotation, StrEnum):
-        return {"enum": [member.value for member in annotation]}
+        return {"enum": [member.value for member in annotation if member not in key.without]}
     assert issubclass(annotation, Struct)
     return _defined(annotation, definitions)
 

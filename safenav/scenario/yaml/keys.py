@@ -53,7 +53,8 @@ class Key(Struct, frozen=True, eq=False):
     ``entries``: the least number of items; ``expected``: in messages; ``example``: of a mapping;
     ``check``: a further check, ``schema``: what it adds to the JSON Schema; ``form``: the form of
     the value in a document, an annotation or a JSON Schema; ``by``: the method of the findings that
-    returns the value, which looks up a name or a place; ``default``: the value if it is missing.
+    returns the value, which looks up a name or a place; ``without``: members of an enumeration that
+    it cannot have; ``default``: the value if it is missing.
 
     ``entries`` fills the rest for a key of a class: its ``field``, its spelling (``word``), its
     annotation, whether its value is a ``part`` of the document: an item or several.
@@ -72,6 +73,7 @@ class Key(Struct, frozen=True, eq=False):
     schema: Mapping[str, object] = {}
     form: Any = None
     by: str = ""
+    without: tuple[str, ...] = ()
     default: Any = None
     field: str = ""
     word: str = ""

@@ -85,7 +85,8 @@ def read(
     if issubclass(annotation, Struct):
         return _item(annotation, node, what, findings, stages)
     if issubclass(annotation, StrEnum):
-        return _choice({member.value: member for member in annotation}, node, what, findings)
+        known = {member.value: member for member in annotation if member not in key.without}
+        return _choice(known, node, what, findings)
     raise TypeError(annotation)
 
 
