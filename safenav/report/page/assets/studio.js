@@ -1,4 +1,4 @@
-/* sources fdb077d291816b2af5aeb749995b07bf2c495e1cb1ff751fcf391849abe1a865 */
+/* sources 7327062f0064b48ac93ea711b55cf9f8683af83085263dece276b50f83ebe723 */
 /* Contains @codemirror/view:
 MIT License
 

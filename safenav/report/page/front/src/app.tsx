@@ -155,18 +155,20 @@ function Viewers({ run, viewer, choose }: { run: Run; viewer: number; choose(vie
   const viewers = viewersOf(run);
   if (viewers.length === 0) return null;
   return (
-    <select
-      aria-label="Sight and beliefs"
-      title="Whose sight and beliefs are shown"
-      class="viewer"
-      value={String(viewer)}
-      onChange={(event) => choose(Number(event.currentTarget.value))}
-    >
-      {viewers.map((robot) => (
-        <option value={String(run.robots.indexOf(robot))}>{robot.name}</option>
-      ))}
-      {viewers.length > 1 && <option value={String(EVERYONE)}>everyone</option>}
-      <option value={String(NOBODY)}>no robot</option>
-    </select>
+    <label class="row">
+      sight of
+      <select
+        aria-label="Sight and beliefs"
+        class="viewer"
+        value={String(viewer)}
+        onChange={(event) => choose(Number(event.currentTarget.value))}
+      >
+        {viewers.map((robot) => (
+          <option value={String(run.robots.indexOf(robot))}>{robot.name}</option>
+        ))}
+        {viewers.length > 1 && <option value={String(EVERYONE)}>everyone</option>}
+        <option value={String(NOBODY)}>no robot</option>
+      </select>
+    </label>
   );
 }
