@@ -32,16 +32,14 @@ resolved: a scan may be as late as odometry may be old."""
 class View(Enum):
     """The meaning of a scan for one region."""
 
-    FREE = auto()
-    HIT = auto()
+    SEEN = auto()
+    """It is free, an obstacle there is reported, or no ray reaches it."""
     DOUBT = auto()
     """A ray has hit something that may have left since: another robot, or a resolved obstacle."""
     BEFORE = auto()
     """A ray has hit something before the region, such as the leaf of a door that opens."""
     ROBOT = auto()
     """A ray has hit something that may be another robot."""
-    UNSEEN = auto()
-    """No ray reaches the region."""
 
 
 UNREAD = 100

@@ -181,7 +181,7 @@ class Sensing:
         of an obstacle to ``found``. One that another sensor still detects is not gone."""
         hit, known = self._nearest(scan, at, region), self._seen.get(region)
         if hit is None:
-            return View.UNSEEN
+            return View.SEEN
         middle = self._places.distance(region, at.x, at.y)
         far = middle + use.metres(self._side)
         if hit > far:
@@ -189,16 +189,16 @@ class Sensing:
             ajar = wide is not None and wide <= far
             if known is not None and known.type.name == use.obstacle and not ajar:
                 found += self._missing(scan.robot, region, scan.stamp, heard, scan.robot)
-            return View.FREE
+            return View.SEEN
         if known is not None:
             self._hit[region, scan.robot] = heard
-            return View.HIT
+            return View.SEEN
         bearing = self._places.bearing(region, at.x, at.y)
         x, y = at.x + hit * cos(bearing), at.y + hit * sin(bearing)
         margin = BEFORE * self._side
         robot = self._whose(body, heard, region, x, y)
         if robot is View.ROBOT and hit - middle > margin:
-            return View.FREE  # the ray has passed the middle before it hit the robot
+            return View.SEEN  # the ray has passed the middle before it hit the robot
         if robot is not None:
             return robot
         if hit < middle and self._places.outside(region, x, y) > margin:
@@ -208,7 +208,7 @@ class Sensing:
         self._hit[region, scan.robot] = heard
         new = self._saw(scan.robot, region, use.obstacle, scan.stamp)
         found += new
-        return View.HIT if new else View.DOUBT
+        return View.SEEN if new else View.DOUBT
 
     def _missing(
         self, robot: str, region: Region, stamp: float, now: float, source: str

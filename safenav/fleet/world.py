@@ -111,7 +111,7 @@ class FleetWorld:
         region, pose = task.to.region, self.goals.pose_now(body)
         known, view = self._sensing.at(region), body.view.get(region)
         if body.station.scan is None or region == task.start.region:
-            view = robots.View.UNSEEN
+            view = robots.View.SEEN
         elif self.now() - body.viewed > robots.STALE:
             view = None
         if pose is not None and pose.region != task.start.region:  # moved by something else
