@@ -11,7 +11,7 @@ Metres, radians, seconds of simulated time.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from math import cos, hypot, inf, pi, sin, tau
+from math import copysign, cos, hypot, inf, pi, sin, sqrt, tau
 from types import MappingProxyType
 from typing import Any
 
@@ -180,8 +180,11 @@ class Physics:
         at, row = self._at(body), body.reference.at(self.now).tolist()
         speeds, kind = [*map(self._velocity, body.dofs)], body.kind
         for axis in (0, 1):
-            off = STIFF**2 * (row[axis] - at[axis]) + 2 * STIFF * (row[axis + 3] - speeds[axis])
-            pull = max(-kind.pull, min(kind.pull, row[axis + 6] + off))
+            off = row[axis] - at[axis]
+            closing = min(STIFF / 2 * abs(off), sqrt(kind.pull * abs(off)))  # so that it can brake
+            speed = row[axis + 3] + copysign(closing, off)
+            pull = row[axis + 6] + 2 * STIFF * (speed - speeds[axis])
+            pull = max(-kind.pull, min(kind.pull, pull))
             self._force[body.dofs[axis]] = kind.mass * pull
         spin = 36.0 * turned(row[9] - at[2]) - 12.0 * speeds[2]
         inertia = kind.mass * kind.radius**2 / 2
