@@ -39,8 +39,9 @@ STEP = 0.01
 """Seconds of a step of the simulation."""
 FORCE, TORQUE = 2.5, 20.0
 """Highest accelerations of a robot on the ground, m/s^2 and rad/s^2."""
-STIFF = 10.0
-"""Gain (1/s) with which a robot tracks its reference."""
+STIFF, BRAKING = 10.0, 1.5
+"""Gain (1/s) with which a robot tracks its reference; the square of the speed with which it
+approaches one far away, over distance and acceleration: 2 would leave no reserve to brake."""
 NEAR, SLOW, ALIGNED = 0.03, 0.05, 0.05
 """Metres, metres per second, radians: within these a robot has reached its goal."""
 STUCK = 3.0
@@ -181,7 +182,8 @@ class Physics:
         speeds, kind = [*map(self._velocity, body.dofs)], body.kind
         for axis in (0, 1):
             off = row[axis] - at[axis]
-            closing = min(STIFF / 2 * abs(off), sqrt(kind.pull * abs(off)))  # so that it can brake
+            brakes = sqrt(BRAKING * kind.pull * abs(off))
+            closing = min(STIFF / 2 * abs(off), brakes)
             speed = row[axis + 3] + copysign(closing, off)
             pull = row[axis + 6] + 2 * STIFF * (speed - speeds[axis])
             pull = max(-kind.pull, min(kind.pull, pull))
