@@ -161,8 +161,7 @@ class YamlText:
         self._read(self.text[:start] + new + self.text[end:])
 
 
-_NODES = (yaml.ScalarEvent, yaml.AliasEvent, yaml.MappingStartEvent, yaml.SequenceStartEvent)
-_ENDS = (yaml.MappingEndEvent, yaml.SequenceEndEvent)
+_NODES = (yaml.ScalarEvent, yaml.CollectionStartEvent)
 
 
 def _spot(text: str, event: Any, events: Any) -> Spot:
@@ -173,11 +172,11 @@ def _spot(text: str, event: Any, events: Any) -> Spot:
     entries: dict[Step, tuple[int, Spot]] = {}
     is_mapping = isinstance(event, yaml.MappingStartEvent)
     first: Any
-    while not isinstance(first := next(events), _ENDS):
+    while not isinstance(first := next(events), yaml.CollectionEndEvent):
         key: Step = len(entries)
         begin = first.start_mark.index
         if is_mapping:
-            key = getattr(first, "value", "")
+            key = first.value
             first = next(events)
         entries[key] = (begin, _spot(text, first, events))
     closing: Any = first
