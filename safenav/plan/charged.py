@@ -110,7 +110,7 @@ class ChargedSearch(Search):
 
     def singles(self, budget: int) -> Answer:
         """Weighted A* over the steps of a few robots together: a plan, or the proof."""
-        once = budget == SINGLES and not self.how[1]  # how they charge is no matter here
+        once = budget == SINGLES and not self.how[1]  # how they charge does not matter here
         if not once or len(self.floor.robots) > FEW or self.team.zones:
             return None
         before: dict[Joint, Joint | None] = {self.start: None}
