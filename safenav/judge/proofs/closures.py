@@ -36,7 +36,6 @@ class Open(NamedTuple):
     done: frozenset[str] = frozenset()
     barred: frozenset[str] = frozenset()
     failed: frozenset[str] = frozenset()
-    stage: int = 0
     order: tuple[str, int, int] = ("", 0, 0)
 
     def closes(self, robot: str) -> bool:
@@ -69,7 +68,7 @@ class Open(NamedTuple):
         left, met = self.left[1:], self.done.union(group)
         if left and left[0].same:
             left = (left[0]._replace(able=left[0].able & met), *left[1:])
-        return self._replace(left=left, done=frozenset(), stage=self.stage + 1)
+        return self._replace(left=left, done=frozenset())
 
     def acted(self, group: Iterable[str]) -> Open:
         """Return the obstacle after a group has done its part of the next need."""
@@ -157,7 +156,7 @@ class Case:
         done = frozenset[str]() if left[0].together else one.done
         number = one.name.partition("#")[2]
         order = one.type, one.region, int(number) if number.isdecimal() else 1
-        about = one.name, one.region, one.blocks, left, done, barred, failed, one.stage, order
+        about = one.name, one.region, one.blocks, left, done, barred, failed, order
         return Open(*about)
 
     def _cut(self, need: Need, later: Collection[Need]) -> Iterator[str]:

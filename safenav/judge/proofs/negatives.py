@@ -270,9 +270,9 @@ def negative_problems(e: Line, s: State) -> Iterator[str]:
     try:
         if e.proof is not None:
             yield from _deadlock_problems(e, s)
-        elif not is_hopeless(Case(s)):
+        elif not is_hopeless(case := Case(s)):
             yield from _lost_problems(e, s)
-        elif e.cause not in (causes := _causes(s)):
+        elif e.cause not in (causes := _causes(case)):
             yield f"its cause is {e.cause}; proven is {causes[0]}"
     except TooLargeError as error:
         yield NotJudged(f"whether the proof holds: {error}")
@@ -308,13 +308,14 @@ def _unread(s: State) -> str:
     return ", ".join(name for name, formulas in each if formulas and not formulas.whole)
 
 
-def _causes(s: State) -> list[str]:
-    """Return the causes of a negative that no order of moves can avert, the most specific first."""
+def _causes(now: Case) -> list[str]:
+    """Return the causes of a negative that no order of moves can avert, the most specific first,
+    also as if all robots were in service."""
     found = list[str]()
-    for hopeful in (False, True):
-        case = Case(s, hopeful=hopeful)
+    for case in [now, Case(now.state, hopeful=True)] if now.out else [now]:
         stuck = (one.name for one in team_closure(case, case.start, case.obstacles)[1])
-        known = [one for name in (*case.shut, *stuck) if not (one := s.obstacles[name]).declared]
+        each = (case.state.obstacles[name] for name in (*case.shut, *stuck))
+        known = [one for one in each if not one.declared]
         short = [[len(n.able) < n.robots for n in one.needs[one.stage :]] for one in known]
         found += ["no_capable_robot"] * any(map(any, short))
         if known and not any(few[0] for few in short if few):
