@@ -16,7 +16,7 @@ from safenav.runtime.control.ends import hopeful, infeasible
 from safenav.runtime.run.mission import Mission, RunResult, uninterrupted
 from safenav.scenario.model import Scenario
 from safenav.solve.reasons import Shortfall, shortfall_words, shortfalls
-from safenav.solve.solve import BudgetError, Solver, closure_of, refute
+from safenav.solve.solve import BudgetError, Solver, closure_of
 from safenav.synthesis.slugs import Synthesizer
 from safenav.team import state as now
 from safenav.team.apply import apply, initial
@@ -92,7 +92,7 @@ def _unserved(scenario: Scenario) -> tuple[str, ...]:
     around = hopeful(team, state)
     with suppress(BudgetError):
         if not Solver(around.floor).feasible(around):
-            return (f"{_NEEDED}: {infeasible(team, state, around, refute(around)).explanation}",)
+            return (f"{_NEEDED}: {infeasible(team, state, around).explanation}",)
     return ()
 
 

@@ -210,7 +210,7 @@ def _replayed(plan: list[Step], now: Sets, wanted: frozenset[int]) -> tuple[Step
     return tuple(rebuilt) if now.done(wanted) else None
 
 
-# Proofs that ignore collisions: closures, and trees where irreversible choices matter.
+# Dead ends, also without collisions: the closure, and irreversible choices.
 
 
 class Closure(Struct, frozen=True):
@@ -223,17 +223,6 @@ class Closure(Struct, frozen=True):
     reach: tuple[Mask, ...]
     live: tuple[bool, ...]
     left: Stages
-
-
-class Refuted(Struct, frozen=True):
-    """A step that could come next, and why it does not help."""
-
-    step: Step
-    lossless: bool
-    because: Refutation
-
-
-Refutation = Closure | tuple[Refuted, ...]
 
 
 def closure_of(now: Sets) -> Closure:
@@ -274,14 +263,19 @@ def _enough(g: int, now: Sets, given: Stages) -> bool:
     return len(able) >= floor.missing(g, stages)
 
 
-def refute(now: Sets) -> Refutation:
-    """The proof that SOLVE fails there."""
-    closure = closure_of(now)
-    if not all(closure.live):
-        return closure
-    steps = options(now, None, {}, every=True)
-    safe = [s for s in steps if not now.floor.commits(s.g, now.stages) and _loses_nothing(s, now)]
-    return tuple(Refuted(step, bool(safe), refute(now.after(step))) for step in safe[:1] or steps)
+def dead_end(now: Sets) -> tuple[Closure | None, tuple[Step, ...]]:
+    """Where SOLVE fails, a closure in which some robot can never continue (None: no step is left),
+    and the steps that lead there, a lossless one wherever there is one. It is as bad after any
+    others."""
+    taken: tuple[Step, ...] = ()
+    while all((closure := closure_of(now)).live):
+        steps, free = options(now, None, {}, every=True), now.floor.commits
+        safe = [s for s in steps if not free(s.g, now.stages) and _loses_nothing(s, now)]
+        if not steps:
+            return None, taken
+        step = replace((safe or steps)[0], lossless=bool(safe))
+        now, taken = now.after(step), (*taken, step)
+    return closure, taken
 
 
 def _loses_nothing(step: Step, now: Sets) -> bool:
@@ -305,14 +299,14 @@ class Duty(Struct, frozen=True):
 
 class Settlement(Struct, frozen=True):
     """``served`` gates in order; the others are walls for now. ``safe``: where each robot may go
-    (None: it was not asked). ``plan``: the steps of which the duties are the first. ``proof``: that
+    (None: it was not asked). ``plan``: the steps of which the duties are the first. ``hopeless``:
     some robot can never continue; the rest is void then."""
 
     served: tuple[int, ...] = ()
     duties: dict[int, Duty] = field(default_factory=dict)
     safe: tuple[Mask | None, ...] = ()
     plan: tuple[Step, ...] = ()
-    proof: Refutation | None = None
+    hopeless: bool = False
 
 
 def settle(
@@ -327,7 +321,7 @@ def settle(
     robots whose strategies must know which poses are safe."""
     floor, now = solver.floor, around(solver.floor, poses, stages)
     if not solver.feasible(now):
-        return Settlement(proof=refute(now))
+        return Settlement(hopeless=True)
     served: list[int] = []
     for g in floor.open(stages):
         if g not in aside and solver.feasible(now, frozenset({*served, g})):

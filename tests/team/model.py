@@ -97,7 +97,7 @@ def planned(team: Team, state: State) -> tuple[State, Floor, frozenset[int]] | N
     floor = floor_now(team, state)
     joint = joint_now(state, floor)
     found = settle(Solver(floor), joint.poses, joint.stages, frozenset(), {}, frozenset())
-    answer = None if found.proof is not None else ask(floor, joint, found.served, 0)
+    answer = None if found.hopeless else ask(floor, joint, found.served, 0)
     if not isinstance(answer, Found):
         return None
     for i, memory in answer.first:

@@ -105,7 +105,7 @@ def coordinate(
         if control.end is None:
             told: Collection[int] = range(len(control.roles))
         else:
-            told = control.new if before.roles and control.found.proof is not None else ()
+            told = control.new if before.roles and control.found.hopeless else ()
         for i in told:
             role, mine, robot = control.roles[i], control.controllers[i], state.robots[i]
             new = i in control.new
@@ -147,7 +147,7 @@ def first_controllers(
     stages, poses = stages_of(floor, here), tuple(r.next for r in here.robots)
     found = solve.settle(solve.Solver(floor), poses, stages, frozenset(), {}, frozenset())
     roles = [Role(member.objective) for member in team.members]
-    if found.proof is None:
+    if not found.hopeless:
         roles = [*Roles(plain, here, floor, stages, found).all()]
     wanted = {i: roles[i] for i, m in enumerate(team.members) if m.name in names}
     made = synthesized(team, state, wanted, answers)
@@ -214,17 +214,17 @@ def _settled(
     lone = frozenset(range(len(poses))).difference(team.sharing)
     found = solve.settle(solve.Solver(floor), poses, stages, aside, helping, lone)
     never: End | None = None
-    if found.proof is not None:
+    if found.hopeless:
         out = [i for i, robot in enumerate(state.robots) if not robot.active]
         all_, rest = (hopeful(plain, here, given_up=False, serving=n) for n in (False, True))
         if not out:
-            never = infeasible(plain, here, solve.around(floor, poses, stages), found.proof)
+            never = infeasible(plain, here, solve.around(floor, poses, stages))
         elif len(out) == len(poses) or any(solve.Solver(n.floor).feasible(n) for n in (all_, rest)):
             never = _without(team, state, out)  # only its absence stops the others
-        elif (lame := _whole_team(solve.refute(all_), out)) is not None:
-            never = infeasible(plain, here, all_, lame)
-        else:
-            never = infeasible(plain, here, rest, solve.refute(rest))
+        else:  # with the whole team, or else without what robots out of service do
+            lives = enumerate(solve.closure_of(all_).live)
+            lame = any(not live and i not in out for i, live in lives)
+            never = infeasible(plain, here, all_ if lame else rest)
     roles = before.roles or tuple(Role(member.objective) for member in team.members)
     if never is None:
         roles = Roles(plain, here, floor, stages, found).all()
@@ -267,15 +267,6 @@ def _settled(
                 links = (*end.links, *dead.links)
                 end = replace(dead, explanation="; ".join(links), links=links)
     return Control(None, found, roles, tuple(controllers), tuple(new), end)
-
-
-def _whole_team(found: solve.Refutation, out: Collection[int]) -> solve.Closure | None:
-    """The closure of the whole team, if a robot in service cannot continue with all of them;
-    those that are ``out`` need not."""
-    if not isinstance(found, solve.Closure):
-        return None
-    live = tuple(live or i in out for i, live in enumerate(found.live))
-    return None if all(live) else replace(found, live=live)
 
 
 def _is_a_game(failed: tuple[int, Controller]) -> bool:

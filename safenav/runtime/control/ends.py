@@ -23,7 +23,7 @@ from safenav.solve.reasons import (
     shortfalls,
     without_room,
 )
-from safenav.solve.solve import Closure, Refutation, Sets, Settlement, around, closure_of
+from safenav.solve.solve import Sets, Settlement, Step, around, closure_of, dead_end
 from safenav.spec.task import Memory, Task
 from safenav.team.apply import done, rounds, stands
 from safenav.team.floor import (
@@ -81,40 +81,37 @@ def lacks_of(team: Team, state: State) -> dict[str, Shortfall]:
     return {each.obstacle: each for each in shortfalls(now, closure_of(now))}
 
 
-def infeasible(team: Team, state: State, now: Sets, proof: Refutation) -> End:
+def infeasible(team: Team, state: State, now: Sets) -> End:
     """The end of a run in which, by the closure or after every choice, a robot cannot continue."""
     word = team.world.word
     given_up = [team.obstacles[k].name for k, each in enumerate(state.obstacles) if each.given_up]
     lacks = lacks_of(team, state) if given_up else {}
     missed = [lacks[name] for name in given_up if name in lacks]
-    closure, sentences = _first_dead_end(now, proof, word)
-    stuck: list[int] = []
+    closure, steps = dead_end(now)
+    sentences, stuck = _after_choices(now, steps, word, left=closure is not None), list[int]()
     if closure is not None:
-        stuck = [i for i, live in enumerate(closure.live) if not live]
-        sentences += [_why_stuck(team, state, i, chosen=closure is not proof) for i in stuck]
+        active = (i for i, robot in enumerate(state.robots) if robot.active)
+        stuck = [i for i in active if not closure.live[i]]
+        sentences += [_why_stuck(team, state, i, chosen=bool(steps)) for i in stuck]
         missed += shortfalls(now, closure)
     links = tuple(dict.fromkeys((*sentences, *(shortfall_words(each, word) for each in missed))))
-    known = missed and closure is proof
-    cause = cause_of(missed) if known else OperatorCause.UNREALIZABLE
+    cause = cause_of(missed) if missed and not steps else OperatorCause.UNREALIZABLE
     stuck_names = tuple(team.members[i].name for i in stuck)
     return End("operator_needed", "; ".join(links), cause.value, None, (), links, stuck_names)
 
 
-def _first_dead_end(now: Sets, proof: Refutation, word: Word) -> tuple[Closure | None, list[str]]:
-    """Follow the first option of each choice: return the final closure (None: no option is left)
-    and the reasons up to it."""
+def _after_choices(now: Sets, steps: Sequence[Step], word: Word, *, left: bool) -> list[str]:
+    """The reasons up to a dead end. ``left``: whether a step is left there."""
     sentences, lossless = list[str](), True
-    while not isinstance(proof, Closure):
-        if not proof:
-            return None, sentences + ((without_room(now, word) if lossless else []) or [_TRAPPED])
-        first = proof[0]
-        lossless = lossless and first.lossless
+    for step in steps:
+        lossless = lossless and step.lossless
         if lossless:  # each robot still reaches all that it could reach
-            now = replace(now, stages=now.after(first.step).stages)
+            now = replace(now, stages=now.after(step).stages)
         else:
             sentences.append(_TRAPPED)
-        proof = first.because
-    return proof, sentences
+    if left:
+        return sentences
+    return sentences + ((without_room(now, word) if lossless else []) or [_TRAPPED])
 
 
 def _why_stuck(team: Team, state: State, i: int, *, chosen: bool) -> str:
