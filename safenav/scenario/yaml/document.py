@@ -1,7 +1,7 @@
 """Untrusted YAML text as a tree of nodes with their places.
 
-The tree is built from PyYAML's events, not by its composer: nesting and size are bounded, aliases
-and tags are refused (nothing is expanded, no object is ever constructed), and duplicate keys are
+The tree is built from PyYAML's events, not by its composer: nesting, size and the expansion of
+aliases are bounded, every tag is refused (no object is ever constructed), and duplicate keys are
 reported. Plain scalars follow the YAML 1.2 core schema, so that ``no`` is a word and ``012`` is
 twelve.
 """
@@ -10,18 +10,18 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
-from itertools import takewhile
 from typing import Any
 
 import yaml
 from msgspec import Struct
+from msgspec.structs import replace
 
 from safenav.files import HINT, foreign_character, printable
 
 MAX_DEPTH = 50
 _TOO_DEEP = f"nested more than {MAX_DEPTH} deep"
 MAX_NODES = 100_000
-"""Maximum number of nodes of a document."""
+"""Maximum number of nodes of a document; an alias counts with all nodes that it refers to."""
 
 MAX_NUMBER_LENGTH = 100
 
@@ -168,44 +168,56 @@ _SPECIAL = re.compile(r"(?P<sign>[-+])?\.(?P<word>inf|Inf|INF|nan|NaN|NAN)")
 
 
 class _Builder:
-    """Builds nodes from PyYAML's events, by recursion of bounded depth."""
+    """Builds nodes from PyYAML's events, by recursion of bounded depth. ``_open``: the anchors of
+    unfinished collections; ``_known``: finished nodes by anchor, with their number of values."""
 
     def __init__(self, events: Iterator[Any]) -> None:
         self._events = events
-        self._depth = self._count = 0
+        self._open: list[str | None] = []
+        self._known: dict[str, tuple[Node, int]] = {}
         self.flaws: list[tuple[Place, str, str]] = []
 
-    def node(self, event: Any) -> Node:
-        """Return the node that begins with an event."""
+    def node(self, event: Any) -> tuple[Node, int]:
+        """Return the node that begins with an event, and its number of values."""
         place = _place(event)
-        if event.anchor is not None:
-            sign = "*" if isinstance(event, yaml.AliasEvent) else "&"
-            word = f"{sign}{clipped(event.anchor)}: aliases of YAML are not read"
-            raise DocumentError(place, word, "write the value itself; put a formula in quotes")
+        if isinstance(event, yaml.AliasEvent):
+            return self._named(event.anchor, place)
         _refuse_tag(event, place)
-        self._count += 1
-        if self._count > MAX_NODES:
-            raise DocumentError(place, f"more than {MAX_NODES} values in one file")
         if isinstance(event, yaml.ScalarEvent):
-            return self._scalar(event, place)
-        if self._depth >= MAX_DEPTH:
-            raise DocumentError(place, _TOO_DEEP)
-        self._depth += 1
-        found = self._collection(isinstance(event, yaml.MappingStartEvent), place)
-        self._depth -= 1
+            found: tuple[Node, int] = self._scalar(event, place), 1
+        else:
+            if len(self._open) >= MAX_DEPTH:
+                raise DocumentError(place, _TOO_DEEP)
+            self._known.pop(event.anchor, None)
+            self._open.append(event.anchor)
+            found = self._collection(isinstance(event, yaml.MappingStartEvent), place)
+            self._open.pop()
+        if event.anchor is not None:
+            self._known[event.anchor] = found
         return found
 
-    def _collection(self, is_mapping: bool, place: Place) -> Node:
-        ends = (yaml.SequenceEndEvent, yaml.MappingEndEvent)
-        items = [
-            *map(self.node, takewhile(lambda event: not isinstance(event, ends), self._events))
-        ]
-        if not is_mapping:
-            return Sequence(place, tuple(items))
+    def _collection(self, is_mapping: bool, place: Place) -> tuple[Node, int]:
+        items: list[Node] = []
         entries: dict[str, tuple[Scalar, Node]] = {}
-        for key, value in zip(items[::2], items[1::2], strict=True):
-            self._enter(entries, key, value)
-        return Mapping(place, tuple(entries.values()), 2 * len(entries) < len(items))
+        weight, pairs = 1, 0
+        for event in self._events:
+            if isinstance(event, yaml.CollectionEndEvent):
+                break
+            node, more = self.node(event)
+            weight += more
+            if weight > MAX_NODES:
+                alias = isinstance(event, yaml.AliasEvent)
+                hint = "aliases count with all their content"
+                found = f"more than {MAX_NODES} values in one file"
+                raise DocumentError(_place(event) if alias else node.place, found, hint)
+            items.append(node)
+            if is_mapping and len(items) == 2:
+                self._enter(entries, *items)
+                items.clear()
+                pairs += 1
+        if is_mapping:
+            return Mapping(place, tuple(entries.values()), len(entries) < pairs), weight
+        return Sequence(place, tuple(items)), weight
 
     def _scalar(self, event: Any, place: Place) -> Scalar:
         if (foreign := foreign_character(event.value)) is not None:
@@ -216,6 +228,17 @@ class _Builder:
         width = len(event.value) + (2 if style else 0)
         literal = begin.line == end.line and end.column - begin.column == width
         return Scalar(place, value, event.value, style, literal)
+
+    def _named(self, anchor: str | None, place: Place) -> tuple[Node, int]:
+        """Return the node that an alias refers to, and its number of values."""
+        if (known := self._known.get(anchor or "")) is not None:
+            node, weight = known
+            # A diagnostic points at the alias of a scalar, but inside any other node.
+            here = isinstance(node, Scalar)
+            return (replace(node, place=place, literal=False) if here else node), weight
+        if anchor in self._open:
+            raise DocumentError(place, f"*{anchor} contains itself")
+        raise DocumentError(place, f"*{anchor} refers to nothing", f"no &{anchor} before it")
 
     def _enter(self, entries: dict[str, tuple[Scalar, Node]], key: Node, node: Node) -> None:
         """Add a key with its value, or report why it cannot be a key."""
@@ -247,7 +270,7 @@ def _build(events: Iterator[Any]) -> Document:
             hint = "keep one scenario in a file; remove '---' and what follows"
             raise DocumentError(_place(event), "a second document", hint)
         if isinstance(event, yaml.NodeEvent):
-            root = builder.node(event)
+            root, _ = builder.node(event)
     if root is None or (isinstance(root, Scalar) and root.value is None):
         hint = "safenav new FILE writes a scenario, with --fleet SCENARIO a fleet file"
         raise DocumentError(Place(), "the file is empty", hint)
