@@ -7,14 +7,14 @@ joint state and the served requests only, and is remembered by them.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from itertools import combinations, count, islice, product
+from itertools import chain, combinations, count, islice, product
 
 from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.plan.charged import BETTER, ChargedSearch, Charges, charged_plan
 from safenav.plan.order import preview
-from safenav.plan.search import Answer, Exhausted, Guide, Search
+from safenav.plan.search import Exhausted, Guide, Search
 from safenav.plan.shorten import shortened
 from safenav.scenario.reachability import room_words, without_room
 from safenav.solve.solve import Solver, settle
@@ -95,28 +95,29 @@ def _goes_on(floor: Floor, joint: Joint, found: Found, seed: int) -> bool:
 def _ask(
     floor: Floor, joint: Joint, served: tuple[int, ...], seed: int, check: Callable[[], None]
 ) -> Found | Deadlock | Unserved | None:
-    answer = _search(floor, joint, frozenset(served), seed, check)
+    search = _search(floor, joint, frozenset(served), seed, check)
+    answer = search.run()
     may_turn = any(floor.team.members[i].either and joint.counts[i][1] == 0 for i in floor.robots)
     if isinstance(answer, Exhausted) and may_turn:
-        answer = _search(replace(floor, either=True), joint, frozenset(served), seed, check)
+        answer = _search(replace(floor, either=True), joint, frozenset(served), seed, check).run()
         if isinstance(answer, list) and not isinstance(answer, Exhausted):
             first = tuple(_first(floor, answer))
             counts = list(joint.counts)
             for i, memory in first:
                 counts[i] = memory, 0
             begun = floor.begun(joint.poses, tuple(counts), joint.stages)
-            return Found(shortened(floor, [begun, *answer[1:]], frozenset(served)), first)
+            return Found(shortened(floor, [[begun, *answer[1:]]], frozenset(served)), first)
     if answer is None:
         return _few(floor, joint, check)
     if not isinstance(answer, Exhausted):
-        return Found(shortened(floor, answer, frozenset(served)))
+        return Found(shortened(floor, chain([answer], search.others()), frozenset(served)))
     if served:
         possible: tuple[int, ...] = ()
         for g in served:  # in order: each is served if it can be with those before it
-            found = _search(floor, joint, frozenset({*possible, g}), seed, check)
+            found = _search(floor, joint, frozenset({*possible, g}), seed, check).run()
             if not isinstance(found, Exhausted | None):
                 possible = (*possible, g)
-        alone = possible or _search(floor, joint, frozenset(), seed, check)
+        alone = possible or _search(floor, joint, frozenset(), seed, check).run()
         if not isinstance(alone, Exhausted):
             return Unserved(tuple(g for g in served if g not in possible))
     return _deadlock(floor, joint)
@@ -204,9 +205,9 @@ def _crowded(floor: Floor) -> Deadlock | None:
 
 def _search(
     floor: Floor, joint: Joint, served: frozenset[int], seed: int, check: Callable[[], None]
-) -> Answer:
+) -> Search:
     work = max(WORK, WORK_OF_A_ROBOT * len(floor.robots))
-    return Search(floor, served, _guide(floor, served), joint, seed, work, check).run()
+    return Search(floor, served, _guide(floor, served), joint, seed, work, check)
 
 
 def _guide(floor: Floor, served: frozenset[int]) -> Guide:

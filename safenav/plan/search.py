@@ -24,8 +24,9 @@ Goal = Callable[[Joint], bool]
 FARTHEST, STATIC, ONE = "farthest first", "a random order", "one goal at a time"
 MANY, ROLLS = 60, 8
 FIRST_BUDGET, MOST_OF_AN_ORDER, ROUNDS = 200, 800, 7
-SINGLES, PROOF = 4_000, 60_000
+SINGLES, PROOF, PROOF_TURN = 4_000, 60_000, 2
 LEG, CHAIN, LEGS = 8, 4_000, 50
+EXTRA, TRIES = 20_000, 3
 
 
 class Exhausted(list[Joint]):
@@ -83,12 +84,23 @@ class Search:
             for _ in range(turn + 1):
                 if (found := self._legs(CHAIN << turn // 2)) is not None:
                     return found
-            if few and turn == 0 and (answer := self.singles(SINGLES)) is not None:
+            most = {0: SINGLES, PROOF_TURN: PROOF}.get(turn, 0)
+            if few and most and (answer := self.singles(most)) is not None:
                 return answer
             if self.work <= 0:
                 break
             budget *= 2
-        return self.singles(PROOF) if few else None
+        return self.singles(PROOF) if few and turn < PROOF_TURN else None
+
+    def others(self) -> Iterator[list[Joint]]:
+        """Plans of other searches: one deep search often finds a long one."""
+        self.work = min(self.work, EXTRA)
+        if len(self.floor.robots) <= 4 and isinstance(found := self.singles(SINGLES // 4), list):
+            yield found
+        for how in (STATIC, ONE) * TRIES:
+            found = self.deep(self.start, self.goal, MOST_OF_AN_ORDER, how, self._order(how))
+            if isinstance(found, list):
+                yield found
 
     def _rolled(self) -> list[Joint] | None:
         """Lifelong PIBT, several times: who has waited longest for a goal chooses first; no

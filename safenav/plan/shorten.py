@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
 from safenav.plan.order import linear, plan_of, preview
@@ -13,13 +13,43 @@ from safenav.world.poses import Mask, bits, region_mask
 REPEATS, MANY = 4, 100
 FEW = 12
 MOST_CELLS = 40_000
+MUCH, PATIENCE = 1.2, 3
 
 
-def shortened(floor: Floor, states: Sequence[Joint], served: frozenset[int]) -> Plan:
-    """The plan of these states, with fewer ticks and steps where that is found soon."""
+def shortened(floor: Floor, answers: Iterable[Sequence[Joint]], served: frozenset[int]) -> Plan:
+    """The plan of the first of these states, with fewer ticks and steps where that is found soon.
+    While robots hinder each other much in it, plans of the next ones are tried, until the first few
+    that are not better."""
+    best, plan = _shortened(floor, next(answers := iter(answers)), served)
+    vain = 0
+    while vain < PATIENCE and (best is None or _hindered(floor, best)):
+        states = next(answers, None)
+        if states is None:
+            break
+        ticks, other = _shortened(floor, states, served)
+        vain += 1
+        if ticks is not None and (best is None or _cost(ticks) < _cost(best)):
+            best, plan, vain = ticks, other, 0
+    return plan
+
+
+def _hindered(floor: Floor, best: list[Joint]) -> bool:
+    """Whether a few robots take much longer than each of them would if nobody were in its way."""
+    if len(floor.robots) > FEW:
+        return False
+    ways = [[joint.poses[i] for joint in best] for i in range(len(best[0].poses))]
+    alone = (_earliest(floor, best, ways, i, None) for i in floor.robots)
+    slowest = max((_moves(way)[1] for way in alone if way is not None), default=0)
+    return len(best) > MUCH * (slowest + 1)
+
+
+def _shortened(
+    floor: Floor, states: Sequence[Joint], served: frozenset[int]
+) -> tuple[list[Joint] | None, Plan]:
     shown = _shown(floor, states[0], [joint.poses for joint in states])
     if shown is None or not floor.completed(shown[0][-1], served):
-        return plan_of(floor, linear(floor, states[0], [joint.poses for joint in states]))
+        ticks = [joint.poses for joint in states]
+        return None, plan_of(floor, linear(floor, states[0], ticks))
     best, plan = shown
     for _ in range(REPEATS if len(floor.robots) <= MANY else REPEATS // 2):
         order = sorted(floor.robots, key=lambda i: -_arrival(best, i))
@@ -32,7 +62,7 @@ def shortened(floor: Floor, states: Sequence[Joint], served: frozenset[int]) -> 
             best, plan = _improved(floor, best, group, served) or (best, plan)
         if best is before:
             break
-    return plan
+    return best, plan
 
 
 def _direct(
@@ -90,13 +120,14 @@ def _shown(
 
 def _pays(way: Sequence[int], before: Sequence[int]) -> bool:
     """Whether a way has fewer steps, or ends earlier."""
-
-    def cost(way: Sequence[int]) -> tuple[int, int]:
-        moves = [t for t in range(1, len(way)) if way[t] != way[t - 1]]
-        return len(moves), moves[-1] if moves else 0
-
-    (steps, end), (most, late) = cost(way), cost(before)
+    (steps, end), (most, late) = _moves(way), _moves(before)
     return steps < most or end < late
+
+
+def _moves(way: Sequence[int]) -> tuple[int, int]:
+    """The number of steps, and the tick of the last one."""
+    moves = [t for t in range(1, len(way)) if way[t] != way[t - 1]]
+    return len(moves), moves[-1] if moves else 0
 
 
 def _cost(ticks: Sequence[Joint]) -> tuple[int, int]:
@@ -115,16 +146,19 @@ def _earliest(
     ticks: Sequence[Joint],
     ways: Sequence[Sequence[int]],
     i: int,
-    shared: dict[frozenset[int], list[Mask]],
+    shared: dict[frozenset[int], list[Mask]] | None,
 ) -> list[int] | None:
     """The poses of a robot by tick on its earliest way through all that it does in ``ticks``,
-    around the ways of the others; None if it has none."""
+    around the ways of the others, or without ``shared`` as if it were alone; None if it has
+    none."""
     graph, size, last = floor.graphs[i], floor.team.size, len(ticks) - 1
     vias, rivals = _vias(floor, ticks, i), floor.team.members[i].rivals
     if last * (len(vias) + 1) > MOST_CELLS:
         return None
     crowd = floor.team.crowds[i]
-    if crowd is None:
+    if shared is None:
+        masks = [0] * (last + 1)
+    elif crowd is None:
         masks = [region_mask(ways[j][t] % size for j in rivals) for t in range(last + 1)]
     else:  # disjoint regions: those of all, less its own
         if crowd not in shared:
@@ -132,7 +166,7 @@ def _earliest(
         pairs = zip(shared[crowd], ways[i], strict=True)
         masks = [mask & ~(1 << pose % size) for mask, pose in pairs]
     taken = [*map(graph.poses_on, masks)]
-    for t in range(last + 1 if floor.team.members[i].zones else 0):
+    for t in range(last + 1 if floor.team.members[i].zones and shared is not None else 0):
         taken[t] |= graph.poses_on(floor.shut(i, [way[t] for way in ways]))
     later = [0] * (last + 2)
     for t in range(last, -1, -1):
