@@ -161,7 +161,8 @@ class YamlText:
         self._read(self.text[:start] + new + self.text[end:])
 
 
-_NODES = (yaml.ScalarEvent, yaml.CollectionStartEvent)
+_NODES = (yaml.ScalarEvent, yaml.AliasEvent, yaml.MappingStartEvent, yaml.SequenceStartEvent)
+_ENDS = (yaml.MappingEndEvent, yaml.SequenceEndEvent)
 
 
 def _spot(text: str, event: Any, events: Any) -> Spot:
@@ -172,11 +173,11 @@ def _spot(text: str, event: Any, events: Any) -> Spot:
     entries: dict[Step, tuple[int, Spot]] = {}
     is_mapping = isinstance(event, yaml.MappingStartEvent)
     first: Any
-    while not isinstance(first := next(events), yaml.CollectionEndEvent):
+    while not isinstance(first := next(events), _ENDS):
         key: Step = len(entries)
         begin = first.start_mark.index
         if is_mapping:
-            key = first.value
+            key = getattr(first, "value", "")
             first = next(events)
         entries[key] = (begin, _spot(text, first, events))
     closing: Any = first

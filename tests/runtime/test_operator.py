@@ -1,5 +1,6 @@
 """An operator in a live run: the run waits, proposes repairs, and continues after interventions."""
 
+from itertools import pairwise
 from pathlib import Path
 from threading import Event
 from typing import Any
@@ -46,7 +47,15 @@ def test_a_request_given_up_and_resolved_is_not_reopened_when_its_obstacle_is_ba
 
 @pytest.mark.parametrize(
     ("objective", "message"),
-    [("{a: " * 3000, "nested more than 50 deep"), ("{a: &a [1], b: *a}", "aliases of YAML")],
+    [
+        ("{a: " * 3000, "nested more than 50 deep"),
+        (
+            "{a: &a [1, 1, 1, 1, 1, 1, 1, 1, 1, 1]"
+            + "".join(f", {n}: &{n} [{', '.join([f'*{b}'] * 10)}]" for b, n in pairwise("abcdefgh"))
+            + "}",
+            "more than 100000 values",
+        ),
+    ],
 )
 def test_an_intervention_that_expands_is_refused(objective: str, message: str) -> None:
     with pytest.raises(UsageError, match=message):
