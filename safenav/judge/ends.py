@@ -79,10 +79,17 @@ def goal(e: Line, s: State) -> Iterator[str]:
 
 @rule("deadline")
 def deadline(e: Line, s: State) -> Iterator[str]:
-    """A deadline is kept until its tick ends, late after that, and lost only if no behaviour could
-    meet it."""
-    if e.verdict == "lost":
+    """What the scenario sets a deadline for is kept until its tick ends, late after that, and lost
+    only if no behaviour could meet it; obstacles are excused once they need not be resolved."""
+    one = s.obstacles.get(e.of)
+    if not s.has_deadline(e.of):
+        yield f"{e.of} has no deadline"
+    elif e.verdict == "lost":
         yield from _proof_problems(lost_problems(e, s), s)
+    elif e.of == "mission" and e.due != s.by:
+        yield f"the mission is due in tick {s.by}, not {e.due}"
+    elif e.verdict == "excused" and (one.open and not one.shut if one else e.of == "mission"):
+        yield f"{e.of} is still due"
     elif e.verdict == "late" and e.due >= e.tick:
         yield f"the deadline of {e.of} is in tick {e.due}, so it is not missed in tick {e.tick}"
     elif e.verdict == "kept" and e.tick > e.due:

@@ -38,9 +38,8 @@ def after(e: Line, s: State) -> None:
         case "push" | "pop":
             for name, objective in e.objectives.items():
                 s.robots[name].given = objective
-        case "deadline" if e.verdict in ("kept", "excused"):
-            if e.of == "mission" or e.verdict == "excused":
-                s.dues.pop(e.of, None)
+        case "deadline" if e.verdict == "excused":
+            s.dues.pop(e.of, None)
         case "deadline" if e.verdict == "late" and e.of not in s.missed:
             s.missed.append(e.of)
             s.dues.pop(e.of, None)
