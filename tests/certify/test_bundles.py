@@ -12,7 +12,17 @@ from pathlib import Path
 import pytest
 
 import warm
-from certify.making import SCENARIOS, certified, files_of, judged, rewrite, run_checker, shipped
+from certify.making import (
+    SCENARIOS,
+    certified,
+    files_of,
+    judged,
+    lines_of,
+    rewrite,
+    run_checker,
+    shipped,
+    with_lines,
+)
 from runtime.played import whole
 from safenav.certify import bundle as writing
 from safenav.certify.bundle import bundle_of_run
@@ -61,6 +71,16 @@ def test_that_no_team_can_complete_is_proven(name: str) -> None:
     status, said = judged(shipped(name))
     assert status == 0, said
     assert ("An operator is needed: " in said and "whatever" in said) or "no order of moves" in said
+
+
+@pytest.mark.parametrize("name", ["never resolvable", "deadlock"])
+def test_the_end_names_no_robot_whose_strategy_is_not_disproven(name: str, tmp_path: Path) -> None:
+    files = files_of(shipped(name))
+    lines = lines_of(files)
+    lines[-1]["unrealizable"] = {"a": "0" * 64}
+    status, said = judged(rewrite(with_lines(files, lines), tmp_path / "bundle"))
+    assert "no strategy" not in said
+    assert status == 0, said
 
 
 @pytest.mark.slow

@@ -387,7 +387,8 @@ class Evidence:
             if stated and e.proof is None and stated.items() <= self.hopeless:
                 self.proven.add(e.number)
             if e.kind == "outcome":
-                self.claim("outcome", e, _end(e, s))
+                lost = {name for name, spec in stated.items() if (name, spec) in self.hopeless}
+                self.claim("outcome", e, _end(e, s, lost if e.proof is None else ()))
 
     def finish(self, strays: int, hands: int) -> None:
         """Add the claims about the whole run."""
@@ -423,8 +424,9 @@ def _objective(own: Objective, s: State) -> str:
     return "; ".join([*parts, *(f"always {text}" for text in own.always)])
 
 
-def _end(e: Line, s: State) -> str:
-    """Return the claim about the end of a run, which the judge has judged."""
+def _end(e: Line, s: State, lost: Collection[str]) -> str:
+    """Return the claim about the end of a run, which the judge has judged. ``lost``: the robots
+    that are proven to have no strategy."""
     what, rounds = e.outcome, s.scenario.until.rounds
     if what == "completed":
         often = "once" if rounds == 1 else f"{rounds} times"
@@ -440,8 +442,8 @@ def _end(e: Line, s: State) -> str:
         return f"The run ended early ({what.replace('_', ' ')}); no claim about its goal."
     if e.cause == "out_of_service":
         why = f"{' and '.join(n for n, r in s.robots.items() if r.out)} out of service"
-    elif e.unrealizable:
-        why = f"there is no strategy for {' and '.join(e.unrealizable)}"
+    elif lost:
+        why = f"there is no strategy for {' and '.join(sorted(lost))}"
     elif e.proof is not None:
         names = [name for name in s.robots if name in e.proof.robots]
         why = f"no order of moves of {' and '.join(names)} completes the mission"
