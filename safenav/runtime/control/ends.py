@@ -76,9 +76,10 @@ def hopeful(team: Team, state: State, *, given_up: bool = True, serving: bool = 
 
 
 def lacks_of(team: Team, state: State) -> dict[str, Shortfall]:
-    """The shortfalls of the known obstacles that are never resolved."""
-    now = hopeful(team, state)
-    return {each.obstacle: each for each in shortfalls(now, closure_of(now))}
+    """The shortfalls of the known obstacles that are never resolved, some of them because others
+    are given up."""
+    views = [hopeful(team, state, given_up=again) for again in (False, True)]
+    return {each.obstacle: each for now in views for each in shortfalls(now, closure_of(now))}
 
 
 def infeasible(team: Team, state: State, now: Sets) -> End:

@@ -331,10 +331,12 @@ class Recorder:
     ) -> None:
         """The lines of a decision: what is given up, the stack, strategies, goals met where robots
         stand. ``coming``: the scenario still changes something."""
+        state = before
         for event in decided:
             if isinstance(event, now.GaveUp):
                 self.aside = set()
-                self._given_up(before, event.obstacle, control, coming=coming)
+                self._given_up(state, event.obstacle, control, coming=coming)
+            state = apply(self.team, state, event)
         if control.end is None or control.end.cause in ("deadlock", "out_of_service"):
             self._pops(after)
             self._stack(after, control)
