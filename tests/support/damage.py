@@ -49,8 +49,8 @@ def _number(listed: list[Any], key: str) -> int:
     """The number of an item, perhaps by its name; a new one comes last."""
     if key.isdigit():
         return int(key)
-    names = [item.get("name") for item in listed]
-    return names.index(key) if key in names else len(names)
+    names = [item.get("name") for item in listed if isinstance(item, dict)]
+    return names.index(key) if key in names else len(listed)
 
 
 def team(header: Line) -> dict[str, Line]:
