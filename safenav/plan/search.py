@@ -95,12 +95,12 @@ class Search:
     def others(self) -> Iterator[list[Joint]]:
         """Plans of other searches: one deep search often finds a long one."""
         self.work = min(self.work, EXTRA)
-        if len(self.floor.robots) <= 4 and isinstance(found := self.singles(SINGLES // 4), list):
-            yield found
+        if len(self.floor.robots) <= 4:
+            found = self.singles(SINGLES // 4)
+            yield from () if isinstance(found, Exhausted | None) else (found,)
         for how in (STATIC, ONE) * TRIES:
             found = self.deep(self.start, self.goal, MOST_OF_AN_ORDER, how, self._order(how))
-            if isinstance(found, list):
-                yield found
+            yield from () if isinstance(found, Exhausted | None) else (found,)
 
     def _rolled(self) -> list[Joint] | None:
         """Lifelong PIBT, several times: who has waited longest for a goal chooses first; no

@@ -4,7 +4,7 @@ import pytest
 
 from runtime.played import completed
 from safenav.errors import UsageError
-from safenav.plan.search import Immobile
+from safenav.plan.search import Exhausted, Immobile, Search
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.team.apply import initial
 from safenav.team.floor import Floor, floor_now
@@ -68,6 +68,17 @@ def test_robots_that_face_each_other_never_move_again() -> None:
     assert immobile.hopeless(floor.begun((east + 9, west + 10), ((0, 0), (0, 0)), ()))
     assert not immobile.robots((east + 9, west + 11)), "one region is between them"
     assert not immobile.robots((west + 9, west + 10)), "one follows the other"
+
+
+def test_a_search_that_ends_without_a_plan_is_not_taken_for_another_plan(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    floor = facing()
+    start = floor.begun((8, 12), ((0, 0), (0, 0)), ())
+    for name in ("deep", "singles"):
+        monkeypatch.setattr(Search, name, lambda *_: Exhausted([start, start]))
+    search = Search(floor, frozenset(), lambda *_: (None, None), start, 1, 1000)
+    assert [*search.others()] == []
 
 
 def test_eight_robots_on_thirteen_regions_complete() -> None:
