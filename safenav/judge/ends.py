@@ -79,7 +79,7 @@ def goal(e: Line, s: State) -> Iterator[str]:
 
 @rule("deadline")
 def deadline(e: Line, s: State) -> Iterator[str]:
-    """What the scenario sets a deadline for is kept until its tick ends, late after that, and lost
+    """A duty with a deadline is kept until its tick ends, late after that, and lost
     only if no behaviour could meet it; obstacles are excused once they need not be resolved."""
     one = s.obstacles.get(e.of)
     if not s.has_deadline(e.of):

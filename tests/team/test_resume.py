@@ -2,12 +2,9 @@
 
 import json
 import random
-import re
-from collections.abc import Sequence
 from functools import reduce
 from operator import getitem
 from pathlib import Path
-from typing import Any
 
 import pytest
 from msgspec.structs import replace
@@ -15,7 +12,7 @@ from msgspec.structs import replace
 from safenav.errors import InputError, UsageError
 from safenav.files import json_line
 from safenav.run.checked import check_trace
-from safenav.runtime.run.checkpoint import _digest, resumption
+from safenav.runtime.run.checkpoint import resumption
 from safenav.runtime.run.mission import Mission
 from safenav.scenario.model import Clock, Robot, Scenario
 from safenav.scenario.reading.loader import load_scenario
@@ -126,79 +123,28 @@ def test_a_changed_checkpoint_is_refused(tmp_path: Path) -> None:
             resumption(read_trace(path), scenario)
 
 
-ROBOT = ("state", "robots", 0)
-LIES = [
-    ((*ROBOT, "pose"), 20, "the plan has a step of a that is none"),
-    ((*ROBOT, "pose"), 10**9, "cannot be in pose 1000000000"),
-    ((*ROBOT, "own"), [99, 0, False], "has no target 99"),
-    ((*ROBOT, "objective"), {"ltl": {"safety": ["nothing = 1"]}}, "wrong formula"),
-    ((*ROBOT, "acting"), 7, "there is no robot 7"),
-    (("own", 0), {"visit": [10**5]}, "expected free regions"),
-    (("state", "requests"), [99], "there is no obstacle 99"),
-    (("state", "time"), 7, "it is of the time 7"),
-    (("memory", "tick"), 7, "it is of the time"),
-    (("state", "robots"), [], "other numbers of robots"),
-    (("helps", 0), 5, "there is no obstacle 5"),
-    (("state", "plan", "ways", 0, 3, 0), 8, "the plan has a step of a that is none"),
-]
-
-
-LONE = [
-    ((*ROBOT, "pose"), 32, "a checkpoint has quad in 32, the lines before it in"),
-    ((*ROBOT, "to"), 32, "no step leads quad from"),
-    (("state", "requests"), [0], "its requests are not its open obstacles"),
-    (("state", "obstacles", 0), {"stage": [9]}, "door@47 has no need 9"),
-    (("state", "obstacles", 0, "stage", 0), 1, "has no need 1"),
-]
-
-
-@pytest.mark.parametrize(("name", "lies"), [("corridor_swap", LIES), ("case_study_1", LONE)])
-def test_a_checkpoint_that_lies_is_refused(name: str, lies: Sequence[Any], tmp_path: Path) -> None:
-    """Its digest shows changes, not who has written it."""
-    scenario = load_scenario(ROOT / "scenarios" / f"{name}.yaml")
-    path = interrupted(scenario, 2, tmp_path)
-    assert path is not None
-    header, *_ = texts = path.read_text().splitlines()
-    lines = [json.loads(line) for line in texts]
-    at = next(n for n, line in enumerate(lines) if line["type"] == "checkpoint")
-    for place, value, told in lies:
-        made = json.loads(json.dumps(lines[at]["run"]))
-        reduce(getitem, place[:-1], made)[place[-1]] = value
-        made["sha256"] = _digest(made, header.encode())
-        data = [*lines[:at], lines[at] | {"run": made}, *lines[at + 1 :]]
-        path.write_text("".join(map(json_line, data)))
-        done = safenav("resume", path)
-        assert done.returncode == 2 and re.search(told, done.stderr), (place, done.stderr)
-
-
-WRONG = {"visit": [12], "always": ["nothing = 3"]}
-HEADERS = [
-    (("limits", "seconds"), -1, "'seconds' of 'limits' is -1"),
-    (("limits", "ticks"), 0, "'ticks' of 'limits' is 0"),
-    (("until", "rounds"), 0, "'rounds' of 'until' is 0"),
-    (("failures", "patience"), 0, "'patience' of 'failures' is 0"),
-    (("robots", 0, "objective"), WRONG, "a: the objective has a wrong formula"),
-    (("robots", 1, "while_waiting"), {"visit": [0]}, "b: target .0.: expected free regions"),
-    (("robots", 1, "when"), [["alarm", WRONG]], "b: the objective has a wrong formula"),
-    (("changes",), [{"at": 5, "robot": "a", "objective": WRONG}], "a: the objective has a wrong"),
-]
-
-
 def test_a_changed_header_is_refused(tmp_path: Path) -> None:
-    """A legal one by the digest of the checkpoint, one that no scenario has also with a new one."""
     path = interrupted(load_scenario(ROOT / "scenarios" / "corridor_swap.yaml"), 2, tmp_path)
     assert path is not None
-    first, *lines = map(json.loads, path.read_text().splitlines())
-    legal = (("robots", 0, "model", "timing"), 2, "the header was changed")
-    for place, value, told in (legal, *HEADERS):
-        header = json.loads(json.dumps(first))
-        reduce(getitem, place[:-1], header["scenario"])[place[-1]] = value
-        for line in lines if told != legal[-1] else ():
-            if line["type"] == "checkpoint":
-                line["run"]["sha256"] = _digest(line["run"], json_line(header).strip().encode())
-        path.write_text("".join(map(json_line, [header, *lines])))
-        done = safenav("resume", path)
-        assert done.returncode == 2 and re.search(told, done.stderr), (place, done.stderr)
+    header, *lines = map(json.loads, path.read_text().splitlines())
+    header["scenario"]["robots"][0]["model"]["timing"] = 2
+    path.write_text("".join(map(json_line, [header, *lines])))
+    done = safenav("resume", path)
+    assert done.returncode == 2 and "the header was changed" in done.stderr, done.stderr
+
+
+def test_a_checkpoint_follows_its_lines(tmp_path: Path) -> None:
+    """Robots are where the lines before it leave them."""
+    path = interrupted(load_scenario(ROOT / "scenarios" / "case_study_1.yaml"), 12, tmp_path)
+    assert path is not None
+    lines = [json.loads(line) for line in path.read_text().splitlines()]
+    before = [line["lines"] for line in lines if line["type"] == "checkpoint"][-1]
+    last = [line for line in lines[:before] if line.get("from") != line.get("to")][-1]
+    last["to"] = last["from"]
+    path.write_text("".join(map(json_line, lines)))
+    done = safenav("resume", path)
+    told = f"a checkpoint has {last['robot']} in"
+    assert done.returncode == 2 and told in done.stderr, done.stderr
 
 
 def test_every_scenario_is_read_back_from_a_checkpoint() -> None:
