@@ -102,13 +102,14 @@ def _item(kind: type[Struct], node: Node, what: str, findings: Findings, stages:
     if not getattr(kind, "open", False):
         node, meant = as_meant(node, what, known, hints, findings)
     of = _filled(getattr(kind, "label", Item.label), what, node)
+    for word, key in known.items():  # in the order of the class, not of the stages
+        if key.required and node.get(word) is None and word not in meant:
+            findings.add(node, f"{what}: the key '{word}' is missing", key.hint)
     values: dict[str, Any] = {}
     for word in (*stages, *(each for each in known if each not in stages)):
         key, inner = known[word], node.get(word)
         title = f"{word if key.part else repr(word)} {of}".rstrip()
         value = read(key.annotation, inner, title, findings, key)
-        if inner is None and key.required and word not in meant:
-            findings.add(node, f"{what}: the key '{word}' is missing", key.hint)
         if inner is not None and value is not None and key.check is not None:
             value = key.check(value, inner, title, findings)
         if value is not None:
