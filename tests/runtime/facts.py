@@ -170,13 +170,13 @@ def _refused(run: Run, edit: Facts) -> None:
 
 
 def _forged(bundle: Path, edit: Facts) -> None:
-    """The checker refuses the bundle with the damaged trace."""
+    """The checker refuses the bundle with the damaged trace, or cannot judge it."""
     files = files_of(bundle)
     run = _damaged(Run(lines_of(files)), edit)
     with TemporaryDirectory() as folder:
         forged = rewrite(with_lines(files, run.records), Path(folder))
         status, told = judged(forged)
-    assert status == 1 and edit["found"] in told, told
+    assert status and edit["found"] in told, told
 
 
 def _damaged(run: Run, edit: Facts) -> Run:

@@ -15,7 +15,7 @@ The first comment of a file is its story. Its lines ``#:`` are YAML:
 - ``damaged``: the audit refuses the trace without a ``line`` (``[TYPE, FIELDS, INDEX]``), with
   other ``fields`` of it or without one (``drop``), ``and`` more of these: the words ``found``, the
   broken ``rule``
-- ``forged``: likewise, the checker of bundles refuses the bundle with the damaged trace
+- ``forged``: likewise, the checker of bundles does not accept the bundle with the damaged trace
 - ``cut``: from before each pass on, resumed, the run has the same ``outcome``, or even the same
   ``moves``
 - ``waits``: an operator attends the live run, and intervenes with these words at each wait;

@@ -187,7 +187,7 @@ class Evidence:
         self.claims: list[dict[str, Any]] = []
         self.drives: dict[str, Drive] = {}
         self.tasks: dict[str, Task] = {}  # by the file of their proofs
-        self.hopeless: set[tuple[str, str]] = set()  # robots without a strategy: specifications
+        self.hopeless: dict[tuple[str, str], tuple[Task, Line]] = {}  # by robot and specification
         self.proven = set[int]()  # lines whose negatives follow from these
         self.plan: Plan | None = None
         self.moves = self.followed = self.plans = 0
@@ -244,9 +244,7 @@ class Evidence:
             self._fits(task, e, s)
             alone = ", even without other robots" if len(s.robots) > 1 else ""
             self.claim("unrealizable", e, f"No strategy exists for {text}{alone}.", proof)
-            own = s.robots[e.robot].own
-            if task.objective == formed(own, None if own.literal else "alternation"):
-                self.hopeless.add((e.robot, e.spec))
+            self.hopeless[e.robot, e.spec] = task, e
         if e.verdict != "realizable" or e.node is None:
             return
         if s.rivals[e.robot]:  # its strategy does not observe them: it drives no robot
@@ -290,6 +288,18 @@ class Evidence:
         same = all(s.inputs.get(name) is bool(on) for name, on in (e.inputs or {}).items())
         require(same, f"{name} assumes other inputs than those of the run")
         task.others.check_known(s)
+
+    def _is_lost(self, robot: str, spec: str, s: State) -> bool:
+        """Return whether a robot has no strategy for its own objective: one was refuted for the
+        circumstances of now."""
+        if (robot, spec) not in self.hopeless:
+            return False
+        (task, line), own = self.hopeless[robot, spec], s.robots[robot].own
+        try:
+            self._fits(task, line, s)
+        except RefusedError:
+            return False
+        return task.objective == formed(own, None if own.literal else "alternation")
 
     def apart(self, e: Line, s: State) -> None:
         """No two rivals ever meet: they follow plans, whose orders keep them apart."""
@@ -384,10 +394,10 @@ class Evidence:
             self.claim("lost", e, f"{what}, whatever the robots do.")
         elif e.kind in ("outcome", "waiting"):
             stated = {**s.unrealizable, **(e.unrealizable or {})}
-            if stated and e.proof is None and stated.items() <= self.hopeless:
+            lost = {name for name, spec in stated.items() if self._is_lost(name, spec, s)}
+            if lost and e.proof is None and lost == stated.keys():
                 self.proven.add(e.number)
             if e.kind == "outcome":
-                lost = {name for name, spec in stated.items() if (name, spec) in self.hopeless}
                 self.claim("outcome", e, _end(e, s, lost if e.proof is None else ()))
 
     def finish(self, strays: int, hands: int) -> None:
