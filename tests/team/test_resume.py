@@ -14,7 +14,7 @@ from safenav.files import json_line
 from safenav.run.checked import check_trace
 from safenav.runtime.run.checkpoint import resumption
 from safenav.runtime.run.mission import Mission
-from safenav.scenario.model import Clock, Robot, Scenario
+from safenav.scenario.model import Clock, Exclusion, Robot, RobotChange, Scenario
 from safenav.scenario.reading.loader import load_scenario
 from safenav.trace import records
 from safenav.trace.fields import convert, plain
@@ -66,6 +66,12 @@ def test_runs_that_cannot_be_resumed_are_refused(tmp_path: Path) -> None:
     assert path is not None
     with pytest.raises(UsageError, match=r"the scenario is not that of .*: it differs in map and"):
         resumption(read_trace(path), other)
+    changes = (RobotChange(9, hello.robots[0].name, active=False),)
+    zones = (Exclusion(frozenset(each.name for each in hello.robots), frozenset([8])),)
+    parts = {"changes": changes, "never_together": zones, "resolve_within": 9, "tiles": (2, 2)}
+    for part, another in parts.items():
+        with pytest.raises(UsageError, match=f"it differs in {part}"):
+            resumption(read_trace(path), replace(hello, **{part: another}))
     with pytest.raises(UsageError, match="is the trace of a run in ticks"):
         resumption(read_trace(path), replace(hello, clock=Clock.LIVE))
     lines = path.read_text().splitlines()
