@@ -4,6 +4,7 @@ import pytest
 
 from runtime.played import completed
 from safenav.errors import UsageError
+from safenav.plan.charged import ChargedSearch
 from safenav.plan.search import Exhausted, Immobile, Search
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.team.apply import initial
@@ -79,6 +80,42 @@ def test_a_search_that_ends_without_a_plan_is_not_taken_for_another_plan(
         monkeypatch.setattr(Search, name, lambda *_: Exhausted([start, start]))
     search = Search(floor, frozenset(), lambda *_: (None, None), start, 1, 1000)
     assert [*search.others()] == []
+
+
+CHARGED = """
+safenav: 1
+name: charged
+map: {grid: ["....", ".##."]}
+chargers: [4]
+catalogue:
+  robots:
+    cart: {mobility: free, layer: ground, capabilities: [],
+           battery: {capacity: 30, start: 30, move: 1, stay: 0, charge: 5}}
+robots:
+  a: {model: cart, start: 0, objective: {visit: [0, 3]}}
+  b: {model: cart, start: 2, objective: {visit: [2, 0]}}
+  c: {model: cart, start: 3, objective: {visit: [3, 7]}}
+"""
+
+
+def test_charged_robots_never_step_into_one_region_nor_exchange_theirs() -> None:
+    team = team_of(load_scenario_text(CHARGED))
+    floor = floor_now(team, initial(team))
+    start = floor.begun((0, 2, 3), ((0, 0),) * 3, ())._replace(charges=(30.0,) * 3)
+    how = (False, False)
+    search = ChargedSearch(floor, frozenset(), lambda *_: (None,) * 3, start, 1, 1000, how)
+    found, left = {start.poses}, [start]
+    while left:
+        joint = left.pop()
+        for after in search._together(joint):
+            assert len({*after.poses}) == 3, after.poses
+            pairs = zip(joint.poses, after.poses, strict=True)
+            steps = {pair for pair in pairs if pair[0] != pair[1]}
+            assert not steps & {(q, p) for p, q in steps}, steps
+            if after.poses not in found:
+                found.add(after.poses)
+                left.append(after)
+    assert len(found) > 9
 
 
 def test_eight_robots_on_thirteen_regions_complete() -> None:
