@@ -43,7 +43,7 @@ class MapKeys(Item, frozen=True):
     rules: ClassVar = (
         OneOf(FORMS, _DRAWN, "a map has one form"),
         *(Beside(word, FORMS[1:], _OF_FILES) for word in ("rows", "cols", "share")),
-        Beside("origin", ("grid", "image", "movingai"), "the file has its own origin"),
+        Beside("origin", ("grid", "image", "movingai"), "leave it out: the file has its own"),
         Beside("rows", ("cols",), "give both or none"),
         Beside("cols", ("rows",), "give both or none"),
         Beside(

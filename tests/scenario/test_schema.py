@@ -113,3 +113,10 @@ def test_loader_and_schema_agree_on_a_mistake(key: str, value: Any) -> None:
             if told := disagreement(scenario if whole is VALIDATOR else data, found, whole):
                 wrong[name] = told
     assert wrong == {}
+
+
+def test_the_schema_refuses_a_helper_of_an_obstacle_without_a_place() -> None:
+    for name, fits in (("door@47", True), ("door", False)):
+        part = {"required": [], "properties": {"expect": SCHEMA["properties"]["expect"]}}
+        validator = Draft202012Validator({**SCHEMA, **part})
+        assert validator.is_valid({"expect": {"helpers": {name: "ann"}}}) is fits

@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from msgspec import Struct
 
 from safenav.scenario.yaml.document import Scalar
-from safenav.scenario.yaml.keys import Key, entries, key_of
+from safenav.scenario.yaml.keys import Key, NameForm, entries, key_of
 from safenav.scenario.yaml.typed import whole_range
 
 
@@ -55,7 +55,8 @@ def schema(annotation: Any, definitions: dict[str, Any], key: Key | None = None)
     if origin is dict:
         found = {"type": "object", "additionalProperties": schema(arguments[1], definitions)}
         for name in get_args(arguments[0])[1:]:
-            found["propertyNames"] = name.schema
+            declared = isinstance(name, NameForm)
+            found["propertyNames"] = name.schema if declared else schema(arguments[0], definitions)
         return found
     if origin is Literal:
         return {"enum": list(arguments)}
