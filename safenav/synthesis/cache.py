@@ -171,9 +171,12 @@ class Cache:
             )
 
     def _prune(self, directory: Path) -> None:
-        """Remove the oldest files beyond the limit, also those of writers that were killed."""
+        """Remove the oldest files beyond the limit, also those of writers that were killed. A file
+        in another folder than that of its name is not the cache's."""
         found: list[tuple[float, int, Path]] = []
         for path in directory.glob("??/*"):
+            if path.name.lstrip(".")[:2] != path.parent.name:
+                continue
             with contextlib.suppress(OSError):
                 status = path.stat()
                 found.append((status.st_mtime, status.st_size, path))

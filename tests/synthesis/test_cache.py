@@ -73,10 +73,12 @@ def test_the_oldest_results_are_removed_from_a_full_cache(tmp_path: Path) -> Non
     size = 10_000
     keys = [f"{i:02x}" * 32 for i in range(12)]
     cache = Cache(tmp_path / "answers", limit_bytes=8 * size)
-    half = tmp_path / "answers" / "00" / ".of-a-killed-writer"
-    half.parent.mkdir(parents=True)
-    half.write_bytes(b"half")
-    os.utime(half, (1e8, 1e8))
+    half = tmp_path / "answers" / "00" / f".{keys[0]}.1.of-a-killed-writer"
+    other = tmp_path / "answers" / "go" / "of-somebody-else.txt"
+    for file in (half, other):
+        file.parent.mkdir(parents=True)
+        file.write_bytes(b"half")
+        os.utime(file, (1e8, 1e8))
     for age, key in enumerate(keys):
         cache.store(key, CacheEntry(Verdict.REALIZABLE, 1.0, bytes(size)))
         for file in _files(cache):
@@ -86,6 +88,7 @@ def test_the_oldest_results_are_removed_from_a_full_cache(tmp_path: Path) -> Non
     kept = [key for key in keys if cache.load(key) is not None]
     assert kept and kept == keys[-len(kept) :]
     assert not half.exists()
+    assert other.exists()
 
 
 def test_a_directory_that_cannot_be_written_costs_one_warning(tmp_path: Path) -> None:
