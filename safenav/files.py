@@ -189,7 +189,9 @@ def write_out(path: Path, content: str | bytes, *, echo: bool = True, replace: b
     """
     data = _bytes(content)
     if str(path) == "-":
+        sys.stdout.flush()
         sys.stdout.buffer.write(data)
+        sys.stdout.buffer.flush()
         return
     write_whole(path, lambda part: part.write_bytes(data), replace=replace)
     if echo:
