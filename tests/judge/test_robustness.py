@@ -1,7 +1,7 @@
 """Any bytes give a verdict, or an error with the position in the trace."""
 
 import json
-import random
+from random import Random
 
 import pytest
 from hypothesis import given
@@ -49,8 +49,8 @@ def test_flipped_bytes_never_crash(name: str, data: st.DataObject) -> None:
     judged(bytes(raw))
 
 
-@given(st.sampled_from(NAMES), st.randoms(use_true_random=False))
-def test_shuffled_dropped_and_doubled_lines_never_crash(name: str, rng: random.Random) -> None:
+@given(st.sampled_from(NAMES), st.integers(0, 2**32 - 1).map(Random))
+def test_shuffled_dropped_and_doubled_lines_never_crash(name: str, rng: Random) -> None:
     header, *lines = GOOD[name]()
     chosen = rng.choices(lines, k=rng.randint(0, 2 * len(lines)))
     judged(content([header, *chosen]))
