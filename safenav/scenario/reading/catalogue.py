@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from msgspec.structs import replace
 
@@ -72,17 +72,29 @@ def resolve_catalogue(item: language.CatalogueKeys | None, reading: Reading, sou
         reading.broken.add("*")
         return
     robots, obstacles = dict(base.robots), dict(base.obstacles)
-    sources = dict(base.sources)
+    sources, models, types = dict(base.sources), set[str](), set[str]()
     for key, model in (item.robots or {}).items():
         if (found := _model(key, model, reading)) is not None:
             robots[key.text], sources[f"robots.{key.text}"] = found, source
-    reading.broken |= {key.text for key, _ in entries_of(item.at("robots"))} - robots.keys()
+            models.add(key.text)
+    _without_broken(robots, models, item.at("robots"), reading)
     known = replace(base, robots=robots)
     for key, each in (item.obstacles or {}).items():
         if (kind := _type(key, each, known, reading)) is not None:
             obstacles[key.text], sources[f"obstacles.{key.text}"] = kind, source
-    reading.broken |= {key.text for key, _ in entries_of(item.at("obstacles"))} - obstacles.keys()
+            types.add(key.text)
+    _without_broken(obstacles, types, item.at("obstacles"), reading)
     reading.catalogue = Catalogue(robots, obstacles, sources)
+
+
+def _without_broken(
+    known: dict[str, Any], usable: set[str], listed: Node | None, reading: Reading
+) -> None:
+    """Remove the names of unusable entries: a built-in one of that name is not meant."""
+    broken = {key.text for key, _ in entries_of(listed)} - usable
+    reading.broken |= broken
+    for name in broken & known.keys():
+        del known[name]
 
 
 def vision_of(value: float | str | None) -> float | None:
