@@ -6,6 +6,7 @@ import signal
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from functools import partial
 from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING, Annotated
@@ -19,12 +20,12 @@ from safenav.cli import options, warn
 from safenav.cli.operator import attended, run_with_operator
 from safenav.cli.options import flag, option
 from safenav.errors import ExitCode, Outcome, UsageError, exit_code_of
-from safenav.files import write_out
+from safenav.files import json_line, write_out
 from safenav.report.terminal.layout import WaitingLine
 from safenav.runtime.run.mission import Mission, default_synthesizer
 from safenav.scenario.model import Clock, Expect, Scenario
 from safenav.scenario.reading.loader import load_scenario
-from safenav.trace.file import Listener, TraceWriter, read_trace
+from safenav.trace.file import Listener, TraceWriter, as_data, read_trace
 
 if TYPE_CHECKING:
     from safenav.runtime.run.checkpoint import Resumption
@@ -77,6 +78,8 @@ def run(
         from safenav.studio.server import serve
         from safenav.studio.session import Studio
 
+        if trace == PRINTED:
+            raise UsageError("--trace - requires a run at the terminal, without --live")
         unread = ("html", "motion", "as_json", "max_ticks", "time_limit", "operator", "maps")
         options.refuse(dict.fromkeys(unread, "a run at the terminal, without --live"))
         serve(Studio.of_run(scenario, seed, trace, clock))
@@ -316,6 +319,10 @@ def drive(
     return status
 
 
+PRINTED = Path("-")
+"""The name of standard output."""
+
+
 class Files(Struct, frozen=True):
     """The files that a run writes, and what it prints. ``scenario``: its file."""
 
@@ -325,6 +332,12 @@ class Files(Struct, frozen=True):
     motion: Path | None = None
     as_json: bool = False
     maps: bool = True
+
+    @property
+    def printed(self) -> list[str]:
+        """The options by which the run prints a file, which leaves no room for its story."""
+        named = {"--trace": self.trace, "--html": self.html, "--motion": self.motion}
+        return [f"{name} -" for name, file in named.items() if file == PRINTED]
 
 
 class RunListeners(Struct, frozen=True):
@@ -337,21 +350,29 @@ class RunListeners(Struct, frozen=True):
 
 @contextmanager
 def _recorded(plan: Scenario, files: Files) -> Iterator[RunListeners]:
-    """Write the trace of a run, and print what happens."""
+    """Write the trace of a run, and print what happens. Raises UsageError if several outputs would
+    be printed."""
     ledger = Ledger()
+    if len(whole := ["--json"] * files.as_json + files.printed) > 1:
+        both = " and ".join(whole[:2])
+        raise UsageError(f"{both} both print to standard output: give one of them")
     with ExitStack() as stack:
+        listeners: list[Listener] = [ledger]
         trace = files.trace
+        if trace == PRINTED:
+            listeners.append(lambda line: click.echo(json_line(as_data(line)), nl=False))
+            trace = None
         if trace is None and (files.html is not None or files.motion is not None):
             folder = stack.enter_context(tempfile.TemporaryDirectory())
             trace = Path(folder, f"{files.scenario.stem}.jsonl")
-        listeners: list[Listener] = [ledger]
         if trace is not None:
             listeners.append(stack.enter_context(TraceWriter(trace)))
         if not files.as_json:
             from safenav.report.terminal.layout import terminal_width
             from safenav.report.terminal.story import Story
 
-            listeners.append(Story(plan, maps=files.maps, width=terminal_width()))
+            echo = partial(click.echo, err=bool(files.printed))
+            listeners.append(Story(plan, echo, files.maps, terminal_width()))
         yield RunListeners(ledger, listeners, trace)
 
 
@@ -435,9 +456,9 @@ def _not_reached(mission: Mission) -> Iterator[str]:
 def _next_steps(outcome: Outcome, files: Files) -> Iterator[str]:
     """Yield commands that show the cause of the outcome."""
     name = quote(str(files.scenario))
-    if files.html is not None:
+    if files.html not in (None, PRINTED):
         yield f"view: open {quote(str(files.html))} (starts at the last tick)"
-    elif files.trace is not None:
+    elif files.trace not in (None, PRINTED):
         yield f"view: safenav replay {quote(str(files.trace))}"
     else:
         yield f"view: safenav run {name} --html {quote(files.scenario.stem)}.html"

@@ -12,8 +12,10 @@ from typing import Any
 
 import pytest
 
+import warm
 from children import ran
 from safenav.errors import Outcome, UsageError
+from safenav.run.checked import check_trace
 from safenav.runtime.run.mission import Mission
 from safenav.scenario.reading.loader import load_scenario
 from safenav.synthesis.slugs import Synthesizer
@@ -185,6 +187,12 @@ def test_a_closed_standard_output_does_not_change_the_outcome(tmp_path: Path) ->
         assert run.wait(timeout=300) == 0
         assert run.stderr.read() == ""
     assert outcome(trace) == "completed"
+
+
+def test_a_trace_on_standard_output_stands_there_alone(tmp_path: Path) -> None:
+    done = warm.safenav("run", HELLO, "--trace", "-", cwd=tmp_path)
+    assert not check_trace(done.stdout.splitlines()).findings
+    assert "completed" in done.stderr and not [*tmp_path.iterdir()]
 
 
 @pytest.mark.parametrize("times", [1, 2])
