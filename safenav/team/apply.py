@@ -3,7 +3,7 @@ it."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from msgspec.structs import replace
 
@@ -113,12 +113,12 @@ def apply(team: Team, state: State, event: now.Event) -> State:
         case now.Assigned(i, objective):
             state = _robot(state, i, mode=event.mode, base=event.mode and event.base)
             state = _assigned(team, state, i, objective)
+            if event.base is not None and event.mode is None:
+                _, _, own, values = event.base
+                state = _robot(state, i, own=restarted(team.members[i], own), values=values)
             if event.own:
-                state = _robot(state, i, objective=objective)
-            if event.base is None or event.mode is not None:
-                return state
-            _, _, own, values = event.base
-            return _robot(state, i, own=restarted(team.members[i], own), values=values)
+                return _robot(state, i, objective=objective)
+            return state if _remembers(team, i) else _robot(state, i, kept=state.robots[i].own)
         case now.Looked(i, seen):
             return _robot(state, i, known=seen)
         case now.Inputs(on):
@@ -177,7 +177,7 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             if objective == mine and robot.kept is not None:
                 begun |= {"own": robot.kept, "kept": None}  # what it met meanwhile had no line
                 state = replace(state, plan=None) if robot.kept != own else state
-            elif robot.objective == mine and not same:
+            elif robot.objective == mine and not same and not _remembers(team, i):
                 begun["kept"] = own
             if node is not None:
                 begun["broken"] = ()
@@ -321,7 +321,7 @@ def _acted(team: Team, state: State, event: now.Acted) -> State:
 
 def _restarted(robot: RobotNow, member: Member) -> RobotNow:
     own = restarted(member, _own(robot, member))
-    kept = None if robot.objective == member.objective else own
+    kept = None if robot.kept is None else own
     return replace(robot, own=own, task=robot.task._replace(met=0), kept=kept)
 
 
@@ -338,16 +338,40 @@ def on_own(team: Team, state: State, i: int) -> bool:
     return state.robots[i].objective == team.members[i].objective
 
 
-def goals(team: Team, state: State, i: int, ticks: int | None = 1) -> Iterator[tuple[int, int]]:
-    """The targets that a robot's objective in force counts where it stands, each with the rounds
-    then completed."""
-    robot, mine = _begun(team, state, i), on_own(team, state, i)
-    if robot.to is not None or not robot.objective.goals:
-        return
-    count, most = (robot.own, team.rounds) if mine else (robot.task, 1)
-    for before, after, met in _counts(team, robot, i, robot.objective, count, most, ticks):
-        for goal in met:
-            yield goal, rounds(robot.objective, after if goal == met[-1] else before)
+Goals = Iterator[tuple[int, int]]
+"""The targets that a robot counts where it stands, each with the rounds then completed."""
+
+
+def goals(team: Team, state: State, i: int, ticks: int | None = 1) -> Goals:
+    """Those of its own objective, and of its duty."""
+    yield from own_goals(team, state, i, ticks)
+    robot = state.robots[i]
+    if not on_own(team, state, i):
+        yield from _met(
+            robot.objective, _counts(team, robot, i, robot.objective, robot.task, 1, ticks)
+        )
+
+
+def own_goals(team: Team, state: State, i: int, ticks: int | None = 1) -> Goals:
+    """Those of its own objective: on a duty only if its strategy remembers them."""
+    if on_own(team, state, i) or _remembers(team, i):
+        robot, own = _begun(team, state, i), team.members[i].objective
+        yield from _met(own, _counts(team, robot, i, own, robot.own, team.rounds, ticks))
+
+
+def _remembers(team: Team, i: int) -> bool:
+    """Whether a robot's strategy remembers the targets of its own objective met on a duty."""
+    return team.assignable(i) and team.members[i].objective.formulas is None
+
+
+def _met(objective: Objective, counts: Iterable[Counted]) -> Goals:
+    for before, after, met in counts:
+        for goal in met if objective.goals else ():
+            yield goal, rounds(objective, after if goal == met[-1] else before)
+
+
+Counted = tuple[Count, Count, tuple[int, ...]]
+"""Progress before and after it is counted once, and the targets met."""
 
 
 def _counts(
@@ -358,10 +382,11 @@ def _counts(
     count: Count,
     most: int,
     ticks: int | None,
-) -> Iterator[tuple[Count, Count, tuple[int, ...]]]:
-    """Each count of what a robot meets where it stands, before and after it, with the targets: one,
-    or if that takes no time each target, and where it settles ``most`` rounds. Formulas count one
-    step each time."""
+) -> Iterator[Counted]:
+    """Each count of what a robot meets where it stands: one, or if that takes no time each target,
+    and where it settles ``most`` rounds; none on its way. Formulas count one step each time."""
+    if robot.to is not None:
+        return
     here, region = reached(objective, team.members[i].graph, robot), robot.pose % team.size
     once, pursuit = ticks or objective.formulas is not None, objective.pursuit
     for _ in range(1 if once else pursuit.targets + most * pursuit.settles):
@@ -410,20 +435,19 @@ def rounds(objective: Objective, count: Count) -> int:
 
 
 def _counted(team: Team, state: State, i: int, ticks: int | None) -> State:
-    """Count the goals of the objective in force. A robot that a plan drives makes progress with its
-    own objective on a duty, too: plans rely on it. (A resolution, which ends the duty, restarts
-    rounds.)"""
+    """Count the goals of the objective in force. A robot that a plan drives, or a strategy that
+    remembers its targets, makes progress with its own objective on a duty, too: plans rely on it.
+    (A resolution, which ends the duty, restarts rounds.)"""
     robot, member = _begun(team, state, i), team.members[i]
     mine, own, task = robot.objective == member.objective, robot.own, robot.task
-    if robot.to is None:
-        if mine or member.planned:
-            for step in _counts(team, robot, i, member.objective, own, team.rounds, ticks):
-                own = step[1]
-        if not mine:  # no line has reported it, so the first one after the duty does
-            own = own._replace(held=own.held and robot.own.held)
-            for step in _counts(team, robot, i, robot.objective, task, 1, ticks):
-                task = step[1]
-        robot = replace(robot, own=own, task=task, fresh=False)
+    if mine or member.planned or _remembers(team, i):
+        for step in _counts(team, robot, i, member.objective, own, team.rounds, ticks):
+            own = step[1]
+    if robot.kept is not None:  # no line has reported it, so the first one after the duty does
+        own = own._replace(held=own.held and robot.own.held)
+    for step in () if mine else _counts(team, robot, i, robot.objective, task, 1, ticks):
+        task = step[1]
+    robot = replace(robot, own=own, task=task, fresh=robot.fresh and robot.to is not None)
     same = robot == state.robots[i]
     return state if same else _robot(state, i, own=own, task=task, fresh=robot.fresh)
 

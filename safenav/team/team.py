@@ -13,7 +13,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.scenario import model
-from safenav.scenario.model import Failures
+from safenav.scenario.model import Coordination, Failures
 from safenav.scenario.objective import Objective, Pursuit
 from safenav.team.battery import Energy
 from safenav.team.formulas import graph_of, targets_of
@@ -182,6 +182,10 @@ class Team(Struct, frozen=True, eq=False, dict=True):
     def charged(self) -> tuple[int, ...]:
         """The robots with a battery."""
         return tuple(i for i, member in enumerate(self.members) if member.energy is not None)
+
+    def assignable(self, i: int) -> bool:
+        """Whether a robot keeps one strategy, whose inputs command it."""
+        return self.scenario.coordination is Coordination.ASSIGNABLE and not self.members[i].planned
 
     @cached_property
     def objectives(self) -> tuple[Objective, ...]:

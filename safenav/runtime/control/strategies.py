@@ -17,7 +17,7 @@ from safenav.plan.order import closed
 from safenav.runtime.control.answers import Answers, Pending
 from safenav.runtime.control.roles import Role
 from safenav.scenario.guarantees import values_of
-from safenav.scenario.model import Clock, Coordination
+from safenav.scenario.model import Clock
 from safenav.scenario.objective import Objective, Word, describe, formulas_in
 from safenav.spec.assignable import assignable_regions, neutral
 from safenav.spec.belief import Knowledge, Tracker, known_of, observe, watch_for
@@ -100,11 +100,6 @@ class Controller(Struct, frozen=True, eq=False):
         return tuple(sorted((name, found[name]) for name in names))
 
 
-def assignable(team: Team, i: int) -> bool:
-    """Whether a robot keeps one strategy, whose inputs command it."""
-    return team.scenario.coordination is Coordination.ASSIGNABLE and not team.members[i].planned
-
-
 Candidate = tuple[Task, ObjectiveForm]
 """A task, and the form of its robot's objective in it."""
 
@@ -135,7 +130,7 @@ def synthesized(
 
 def candidates(team: Team, state: State, i: int, role: Role) -> Iterator[Candidate]:
     """The tasks for a role, the strongest form first."""
-    member, robot, assigned = team.members[i], state.robots[i], assignable(team, i)
+    member, robot, assigned = team.members[i], state.robots[i], team.assignable(i)
     if assigned:
         role = Role(member.objective)  # with any assignment
     own, pose = role.objective == member.objective, member.graph.pose(robot.next)
@@ -202,7 +197,7 @@ def outdated(team: Team, state: State, i: int, role: Role, controller: Controlle
     robot = state.robots[i]
     if not controller.realizable or (robot.node is None and robot.to is None):
         return True  # it has none, or is astray
-    if assignable(team, i):
+    if team.assignable(i):
         role = Role(team.members[i].objective)
     if controller.task.objective.relaxed() != role.objective.relaxed():
         return True

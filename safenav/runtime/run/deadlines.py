@@ -18,7 +18,7 @@ from safenav.scenario import model
 from safenav.scenario.model import LatePolicy, switching
 from safenav.team import bound
 from safenav.team import state as now
-from safenav.team.apply import goals, on_own, rounds
+from safenav.team.apply import on_own, own_goals, rounds
 from safenav.team.battery import NEVER, Energy
 from safenav.team.bound import Walk, earliest, least_within, moment_of
 from safenav.team.floor import floor_now, stages_of
@@ -125,8 +125,8 @@ class Ledger:
                 self.clocks[i] = Clock(self.tick)
             case now.Served(i, True) | now.Placed(i):
                 self.clocks[i] = self.clocks[i].restarted(self.tick, self.clocks[i].done)
-            case now.Counted(i, ticks) if on_own(team, before, i):
-                for _, whole in goals(team, before, i, ticks):
+            case now.Counted(i, ticks):
+                for _, whole in own_goals(team, before, i, ticks):
                     self._round(team, i, whole)
             case now.Acted():
                 for k, _ in event.truths:

@@ -15,7 +15,7 @@ from safenav.errors import Outcome
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.control.coordinate import Control
 from safenav.runtime.control.ends import ASIDE, End, Request, lacks_of
-from safenav.runtime.control.strategies import assignable, enough
+from safenav.runtime.control.strategies import enough
 from safenav.runtime.run.checkpoint import Memory
 from safenav.runtime.run.deadlines import Ledger
 from safenav.runtime.run.lines import CommandLines, Emit, PlanLines, TickLines, synthesis_line
@@ -359,7 +359,7 @@ class Recorder:
         """The objectives that no push, pop or synthesis (``new``) records: of planned and
         assignable robots, and of those out of service."""
         for i, robot in enumerate(state.robots):
-            told = self.team.members[i].planned or assignable(self.team, i) or i not in new
+            told = self.team.members[i].planned or self.team.assignable(i) or i not in new
             if told and self.told[i] != robot.objective:
                 self.emit(records.Told(self.tick, self._robot(i), robot.objective))
         self.told = [robot.objective for robot in state.robots]
