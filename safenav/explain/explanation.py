@@ -24,7 +24,6 @@ from safenav.scenario.objective import (
     Ltl,
     Objective,
     Target,
-    TargetObjective,
     alternation,
     describe,
     formulas_in,
@@ -288,7 +287,7 @@ def play(
 def _steps(
     mobility: Mobility,
     state: State,
-    pursuit: TargetObjective,
+    pursuit: Objective,
     world: RegionMap,
     blocked: frozenset[Region],
 ) -> Iterator[State]:
@@ -323,7 +322,7 @@ def diagnose(task: Task, world: RegionMap) -> Diagnosis:
         return replace(found, cause=NoStrategyCause.OBSTACLE, culprits=culprits)
     if task.robot.model.mobility is Mobility.HEADING and _facing_elsewhere(task, world):
         return replace(found, cause=NoStrategyCause.HEADING)
-    free = replace(task, objective=replace(task.objective, always=()))
+    free = replace(task, objective=task.objective.changed(always=()))
     if task.objective.always and _solo(free, world).winnable:
         return replace(found, cause=NoStrategyCause.FORBIDDEN_WAY)
     if task.objective.strict and _solo(plain, world).winnable:

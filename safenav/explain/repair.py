@@ -287,17 +287,17 @@ def _milder(objective: Objective, word: Word) -> Iterator[tuple[Objective, tuple
         for part in ("init", "safety", "liveness"):
             lines = getattr(objective, part)
             for place, line in enumerate(lines):
-                kept = replace(objective, **{part: lines[:place] + lines[place + 1 :]})
+                kept = objective.changed(**{part: lines[:place] + lines[place + 1 :]})
                 yield kept, (f".ltl.{part}", f"without {line}")
         return
     milder: list[Objective] = []
     if objective.literal:
-        milder.append(replace(objective, literal=False))
+        milder.append(objective.changed(literal=False))
     for place in range(len(objective.always)):
         kept_rules = objective.always[:place] + objective.always[place + 1 :]
-        milder.append(replace(objective, always=kept_rules))
+        milder.append(objective.changed(always=kept_rules))
     if objective.avoid:
-        milder.append(replace(objective, avoid=frozenset()))
+        milder.append(objective.changed(avoid=frozenset()))
     for each in (*milder, *objective.milder()):
         yield each, ("", written(each, word))
 

@@ -362,7 +362,7 @@ def _targets(failed: _Failure) -> Iterator[Repair]:
                 continue
             for region in nearest(min(target), reach - others - target, world)[:3]:
                 moved = [*targets[:number], frozenset({region}), *targets[number + 1 :]]
-                objective = replace(robot.objective, targets=tuple(moved))
+                objective = robot.objective.changed(targets=tuple(moved))
                 change = (f"robots.{name}.objective", written(objective, failed.word))
                 moving = replace(robot, objective=objective)
                 yield failed.changed(RepairKind.TARGET, [moving], change)

@@ -18,7 +18,7 @@ from safenav.run.paths import Charges, ContradictionError, RobotPaths
 from safenav.run.run import Run
 from safenav.run.wording import Wording
 from safenav.scenario.model import OPERATOR_ACTION, Obstacle, Robot
-from safenav.scenario.objective import Ltl, Objective, TargetObjective
+from safenav.scenario.objective import Ltl, Objective
 from safenav.trace import records
 from safenav.trace.file import Trace, read_trace
 from safenav.trace.vocabulary import ActResult, ChangeCause, DeadlineVerdict, MoveEnd
@@ -336,15 +336,14 @@ class RunReader:
     def _goal(self, line: records.Goal) -> None:
         progress = self.run.progress[self._paths.robot(line.robot).name]
         before, objective = progress.now, self.run.objectives[line.robot].now
-        settles = isinstance(objective, TargetObjective) and objective.settles
-        last = objective.targets[-1] if isinstance(objective, TargetObjective) else frozenset()
+        settles = objective is not None and objective.settles
         rounds = 0 if settles else line.round  # a round per held tick is not shown
         progress.append((line.tick, values.RobotProgress(rounds, self._paths.on_map(line.region))))
         if settles and before.reached == line.region:  # continued holding is not an event
             return
         new = 0 if line.round == before.rounds else line.round  # reported with its last target
         shown, does = replace(line, round=0 if line.robot in self._modes else new), "reaches"
-        if settles and line.region in last:
+        if objective and settles and line.region in objective.targets[-1]:
             shown, does = replace(line, round=0), "holds"
         elif isinstance(objective, Ltl):  # perhaps the step that leaves a region meets it
             does = f"meets goal {line.goal + 1} of its formulas at"

@@ -13,10 +13,10 @@ makes their automaton.
 from __future__ import annotations
 
 import json
-from abc import ABC
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import combinations, groupby
-from typing import TYPE_CHECKING, ClassVar, NamedTuple, TypeVar
+from types import MappingProxyType
+from typing import ClassVar, NamedTuple, Self
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -79,11 +79,11 @@ class Pursuit(NamedTuple):
         return met // self.targets if self.in_turn and not self.settles else met
 
 
-class TargetObjective(Struct, frozen=True):
-    """An objective about targets, which are numbered in its own order. ``avoid``: regions that the
-    robot never enters; ``always``: formulas over ``region`` and ``heading`` that each of its steps
-    keeps. Both hold whatever it does, also while it helps others. ``literal``: no weaker form of
-    a ``strict`` kind is accepted.
+class Objective:
+    """An objective of a robot; a class for each kind. Its targets are numbered in its own order.
+    ``avoid``: regions that the robot never enters; ``always``: formulas over ``region`` and
+    ``heading`` that each of its steps keeps. Both hold whatever it does, also while it helps
+    others. ``literal``: no weaker form of a ``strict`` kind is accepted.
 
     ``kind``: its key in a scenario; ``meaning``: a short description, for editors; ``drawing``: its
     verb phrase while a user clicks its targets; ``one``: it has a single target, not a list;
@@ -92,8 +92,10 @@ class TargetObjective(Struct, frozen=True):
     target, if there is more than one. ``settles``: it ends at its last target and stays there,
     where each tick is a round. ``strict``: the robot leaves each target with its next step, and
     touches none out of turn; where that cannot be kept, plain alternation (``relaxed``) suffices,
-    unless it is ``literal`` (``spec.task``). ``formulas``: those that state its goals."""
+    unless it is ``literal`` (``spec.task``). ``formulas``: those that state its goals, about
+    ``memory`` and ``inputs`` too."""
 
+    __slots__ = ()
     kind: ClassVar[str]
     meaning: ClassVar[str]
     drawing: ClassVar[str]
@@ -104,13 +106,12 @@ class TargetObjective(Struct, frozen=True):
     turn: ClassVar[str] = ""
     settles: ClassVar[bool] = False
     strict: ClassVar[bool] = False
-    formulas: ClassVar[Ltl | None] = None
-    memory: ClassVar[Mapping[str, tuple[int, int] | None]] = {}
-    inputs: ClassVar[tuple[str, ...]] = ()
-    targets: tuple[Target, ...]
+    targets: tuple[Target, ...] = ()
     avoid: Target = frozenset()
     always: tuple[str, ...] = ()
     literal: bool = False
+    memory: Mapping[str, tuple[int, int] | None] = MappingProxyType({})
+    inputs: tuple[str, ...] = ()
 
     @classmethod
     def timed(cls) -> bool:
@@ -136,20 +137,16 @@ class TargetObjective(Struct, frozen=True):
         """Return the objective in a few words."""
         return f"{self.kind} " + ", ".join(map(word, self.targets))
 
-    def relaxed(self) -> TargetObjective:
+    def relaxed(self) -> Objective:
         """Return plain alternation if it is strict and not ``literal``, else itself."""
         weaker = self.strict and not self.literal
         return alternation(self.targets, self) if weaker else self
 
-    def milder(self) -> Iterator[TargetObjective]:
+    def milder(self) -> Iterator[Objective]:
         """Yield objectives that demand less of the same targets, the most demanding first."""
         targets = self.targets
         for target in targets if len(targets) > 1 else ():
             yield alternation((target,), self)
-
-    @property
-    def _literally(self) -> str:
-        return " (form: literal)" if self.literal else ""
 
     def remembers(self, assigned: bool = False) -> bool:
         """Return whether its specification needs a variable for its next target. A strategy takes
@@ -168,6 +165,10 @@ class TargetObjective(Struct, frozen=True):
         return memory
 
     @property
+    def formulas(self) -> Ltl | None:
+        return None
+
+    @property
     def goals(self) -> int:
         return len(self.targets)
 
@@ -175,6 +176,10 @@ class TargetObjective(Struct, frozen=True):
     def pursuit(self) -> Pursuit:
         """The order in which its targets count."""
         return Pursuit(len(self.targets), self.in_turn, self.settles)
+
+    def changed(self, **parts: object) -> Self:
+        """Return it with other values of its fields."""
+        return replace(self, **parts)  # type: ignore[type-var]  # its classes are structs
 
     def waiting(self, places: Target) -> Objective:
         """Return the objective to go to a place and stay, under the rules of this one."""
@@ -209,6 +214,15 @@ class TargetObjective(Struct, frozen=True):
         return self.settles and len(self.targets) - 1 in self.met(memory, region)
 
 
+class TargetObjective(Objective, Struct, frozen=True):
+    """An objective about targets."""
+
+    targets: tuple[Target, ...]
+    avoid: Target = frozenset()
+    always: tuple[str, ...] = ()
+    literal: bool = False
+
+
 class Patrol(TargetObjective, frozen=True):
     """Visit the targets in turn, forever, leave each with the next step, and touch none out of
     turn: with two targets the paper's Patrol formula (Section VI), with more the strict ordered
@@ -238,7 +252,8 @@ class Patrol(TargetObjective, frozen=True):
 
     def words(self, word: Word) -> str:
         arrow = " <-> " if len(self.targets) == 2 else " -> "
-        return f"patrol {arrow.join(map(word, self.targets))}{self._literally}"
+        literally = " (form: literal)" if self.literal else ""
+        return f"patrol {arrow.join(map(word, self.targets))}{literally}"
 
     def begin(self, region: Region, memory: int = 0) -> int:
         """Return the target on which the robot stands, if any: the formula forbids being on a
@@ -281,7 +296,7 @@ class Hold(TargetObjective, frozen=True):
     most: ClassVar[int | None] = 1
     settles: ClassVar[bool] = True
 
-    def milder(self) -> Iterator[TargetObjective]:
+    def milder(self) -> Iterator[Objective]:
         yield alternation(self.targets, self)
 
 
@@ -319,7 +334,7 @@ EXAMPLE = f"{{{Patrol.kind}: [14, 20]}}"
 """An objective for messages that ask for one."""
 
 
-class Ltl(Struct, frozen=True):
+class Ltl(Objective, Struct, frozen=True):
     """Guarantees in the structured-slugs language over the robot's own variables
     (``region``, ``heading``) and declared memory.
 
@@ -333,21 +348,9 @@ class Ltl(Struct, frozen=True):
     liveness: tuple[str, ...] = ()
     memory: Mapping[str, tuple[int, int] | None] = field(default_factory=dict)
     inputs: tuple[str, ...] = ()
-    turn: ClassVar[str] = ""
-    strict: ClassVar[bool] = False
-    literal: ClassVar[bool] = False
-    in_turn: ClassVar[bool] = False
-    settles: ClassVar[bool] = False
-    targets: ClassVar[tuple[Target, ...]] = ()
-    avoid: ClassVar[Target] = frozenset()
-    always: ClassVar[tuple[str, ...]] = ()
 
     def __hash__(self) -> int:
         return hash((self.init, self.safety, self.liveness, tuple(sorted(self.memory))))
-
-    @classmethod
-    def ordered(cls) -> bool:
-        return False
 
     @property
     def formulas(self) -> Ltl:
@@ -362,13 +365,6 @@ class Ltl(Struct, frozen=True):
         """The order in which its goals count; without any each step is a round."""
         return Pursuit(max(1, self.goals), in_turn=False, settles=False)
 
-    def relaxed(self) -> Ltl:
-        return self
-
-    def remembers(self, assigned: bool = False) -> bool:
-        del assigned
-        return False
-
     def waiting(self, places: Target) -> Ltl:
         """Return its rules with the goal to go to a place and stay."""
         there = syntax.one_of("region", places)
@@ -379,29 +375,6 @@ class Ltl(Struct, frozen=True):
         """Return its rules with the goal to go to a place infinitely often."""
         del own
         return replace(self, liveness=(syntax.one_of("region", places),))
-
-    def begin(self, region: Region, memory: int = 0) -> int:
-        del region
-        return memory
-
-    def reached(self, region: Region) -> int:
-        del region
-        return 0
-
-    def stays(self, memory: int, region: Region) -> bool:
-        del memory, region
-        return False
-
-
-if TYPE_CHECKING:
-    Objective = TargetObjective | Ltl
-else:
-
-    class Objective(ABC):  # noqa: B024 - others are registered
-        """Any objective: its keys are data, too, so that ``trace.fields`` converts it by a hook."""
-
-    Objective.register(TargetObjective)
-    Objective.register(Ltl)
 
 
 def target_regions(objective: Objective | None) -> frozenset[Region]:
@@ -414,12 +387,12 @@ def kinds_that(has: Callable[[type[TargetObjective]], bool] = bool) -> tuple[str
     return tuple(key for key, kind in KINDS.items() if has(kind))
 
 
-def alternation(targets: Sequence[Target], like: Objective) -> TargetObjective:
+def alternation(targets: Sequence[Target], like: Objective) -> Objective:
     """Return the objective to visit targets in turn, under the rules of another objective."""
     return ruled(ALTERNATING(tuple(targets)), like)
 
 
-def staying(target: Target, like: Objective | None = None) -> TargetObjective:
+def staying(target: Target, like: Objective | None = None) -> Objective:
     """Return the objective to go to a target and stay, under the rules of another objective."""
     objective = STAYING((target,))
     return objective if like is None else ruled(objective, like)
@@ -443,14 +416,12 @@ def on_steps(formula: str) -> str:
     return f"region' = region | ({formula})"
 
 
-_Any = TypeVar("_Any", bound=Objective)
-
-
-def ruled(objective: _Any, like: Objective) -> _Any:
-    """Return an objective with the rules (``avoid`` and ``always``) of another."""
+def ruled(objective: Objective, like: Objective) -> Objective:
+    """Return an objective with the rules (``avoid`` and ``always``) of another; formulas have
+    none."""
     if isinstance(objective, Ltl):
         return objective
-    return replace(objective, avoid=like.avoid, always=like.always)
+    return objective.changed(avoid=like.avoid, always=like.always)
 
 
 def to_data(objective: Objective) -> dict[str, object]:

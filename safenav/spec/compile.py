@@ -25,7 +25,7 @@ from itertools import combinations
 from msgspec import Struct
 
 from safenav.formula.syntax import one_of
-from safenav.scenario.objective import Ltl, Objective, Patrol, TargetObjective, describe, on_steps
+from safenav.scenario.objective import Ltl, Objective, Patrol, describe, on_steps
 from safenav.spec import assignable, belief
 from safenav.spec.specification import (
     Constraint,
@@ -182,7 +182,7 @@ def _excused(constraints: Iterable[Constraint], assigned: bool) -> tuple[Constra
 
 
 def _about_targets(
-    objective: TargetObjective,
+    objective: Objective,
     item: str,
     region: Region,
     memory: Memory,
@@ -197,14 +197,12 @@ def _about_targets(
     return (next_,) if goal else (), _pursuit(objective, item, region, memory, goal, assigned)
 
 
-def _is_the_papers(objective: TargetObjective) -> bool:
+def _is_the_papers(objective: Objective) -> bool:
     """Return whether it is a patrol between two targets, the paper's formula."""
     return isinstance(objective, Patrol) and len(objective.targets) == 2
 
 
-def _patrol(
-    patrol: TargetObjective, item: str, region: Region, memory: Memory
-) -> Iterator[Constraint]:
+def _patrol(patrol: Objective, item: str, region: Region, memory: Memory) -> Iterator[Constraint]:
     what, places = describe(patrol), [one_of("region", target) for target in patrol.targets]
     scout = "scout" if patrol.begin(region, memory.index) == 1 else "!scout"
 
@@ -230,7 +228,7 @@ def _patrol(
 
 
 def _pursuit(
-    objective: TargetObjective,
+    objective: Objective,
     item: str,
     region: Region,
     memory: Memory,

@@ -19,7 +19,7 @@ from operator import or_
 from msgspec import Struct, field
 
 from safenav.scenario.model import Input, Robot
-from safenav.scenario.objective import Ltl, Objective, Target, TargetObjective, Word, number_word
+from safenav.scenario.objective import Ltl, Objective, Target, Word, number_word
 from safenav.world.map import Partition, Region
 from safenav.world.poses import Mask, Mobility, Pose, PoseGraph, plain_graph, region_mask
 
@@ -169,7 +169,7 @@ def _from(turn: int, targets: Sequence[Target]) -> Sequence[Target]:
     return (*targets[turn:], *targets[:turn])
 
 
-def _obstruction(graph: PoseGraph, pose: Pose, strict: TargetObjective, blocked: Mask) -> Weakening:
+def _obstruction(graph: PoseGraph, pose: Pose, strict: Objective, blocked: Mask) -> Weakening:
     """Return the obstruction that keeps a robot from a strict objective."""
     avoided, turns = region_mask(strict.avoid), range(len(strict.targets))
     if blocked & ~avoided and any(can_keep(graph, pose, strict, turn, avoided) for turn in turns):
@@ -185,7 +185,7 @@ def _obstruction(graph: PoseGraph, pose: Pose, strict: TargetObjective, blocked:
 
 
 def can_keep(
-    graph: PoseGraph, pose: Pose, strict: TargetObjective, memory: int, blocked: Mask = 0
+    graph: PoseGraph, pose: Pose, strict: Objective, memory: int, blocked: Mask = 0
 ) -> bool:
     """Return whether a robot alone, at ``pose`` with ``memory``, can keep the literal form of a
     strict objective forever. ``blocked``: mask of the regions that it cannot enter.

@@ -136,7 +136,7 @@ def plain(value: Any) -> Any:
     """Return a part of a record as JSON data."""
     if isinstance(value, str | int | float | None):
         return value
-    if isinstance(value, TargetObjective | Ltl):
+    if isinstance(value, Objective):
         return to_data(value)
     if isinstance(value, Struct):
         kind, data = type(value), {}

@@ -85,7 +85,7 @@ def _robot(
 
 def _while_waiting(
     item: language.RobotKeys, own: Objective | None, mobility: Mobility | None, reading: Reading
-) -> TargetObjective | None:
+) -> Objective | None:
     """Return the objective while it waits for help. With ``ltl`` there is none: the robot stays,
     which keeps its safety formulas."""
     if item.while_waiting is None:
@@ -241,7 +241,7 @@ def resolve_objective(
         else _about_targets(KINDS[kind], getattr(item, kind), reading)
     )
     if item.form is not None and isinstance(found, TargetObjective):
-        found = replace(found, literal=True)
+        found = found.changed(literal=True)
     return _ruled(found, item, mobility, reading)
 
 
@@ -264,7 +264,7 @@ def _ruled(
         found = f"{item.named('avoid')} covers a target of its objective"
         reading.add(item.at("avoid"), found, "leave one of the two out")
         return None
-    return replace(objective, avoid=avoid, always=always)
+    return objective.changed(avoid=avoid, always=always)
 
 
 def _about_targets(
