@@ -12,7 +12,7 @@ import msgspec
 from msgspec import Meta, Struct, field
 from msgspec.structs import FieldInfo, fields
 
-from safenav.scenario.objective import KINDS, Ltl, Objective, TargetObjective, to_data
+from safenav.scenario.objective import KINDS, Ltl, Objective, to_data
 from safenav.world.map import Region
 
 EXAMPLE = '{"visit": [3, [5, 6]]}'
@@ -71,10 +71,10 @@ def _hook(kind: Any, value: Any) -> Any:
     """Return an objective, or any value for ``object``: msgspec knows neither."""
     if kind is object:
         return value
-    found = objective_of(value)
-    if found is None:
-        raise ValueError(f"Expected an objective such as {EXAMPLE}")
-    return found
+    try:
+        return objective_of(value)
+    except (msgspec.ValidationError, ValueError):
+        raise ValueError(f"Expected an objective such as {EXAMPLE}") from None
 
 
 class _Rules(Struct, frozen=True):
@@ -93,35 +93,25 @@ class _Formulas(Struct, frozen=True):
     inputs: tuple[_Variable, ...] = ()
 
 
-def objective_of(data: Any) -> Objective | None:
-    """The objective in JSON data (``to_data``); None if it is none."""
+def objective_of(data: Any) -> Objective:
+    """The objective in JSON data (``to_data``). Raises an error of msgspec, or ValueError."""
     known = data if isinstance(data, Mapping) else ()
-    kinds = [key for key in known if key not in _Rules.__struct_fields__]
-    if len(kinds) != 1:
-        return None
-    body, kind = data[kinds[0]], KINDS.get(kinds[0])
-    try:
-        rules = msgspec.convert(data, _Rules)
-        if kind is not None:
-            return _about_targets(kind, [body] if kind.one else body, rules)
-        if kinds != ["ltl"] or rules != _Rules():
-            return None
-        found = msgspec.convert(body or {}, _Formulas)
-    except (msgspec.ValidationError, UnicodeEncodeError):
-        return None
+    word, *others = [key for key in known if key not in _Rules.__struct_fields__]
+    rules, body, kind = msgspec.convert(data, _Rules), data[word], KINDS.get(word)
+    if others or (kind is None and (word != "ltl" or rules != _Rules())):
+        raise ValueError
+    if kind is not None:
+        listed = msgspec.convert([body] if kind.one else body, tuple[_Target, ...])
+        targets = tuple(frozenset([one]) if isinstance(one, int) else one for one in listed)
+        if kind.wrong(targets):
+            raise ValueError
+        literal = rules.form is not None and kind.strict
+        return kind(targets, rules.avoid, rules.always, literal)
+    found = msgspec.convert(body or {}, _Formulas)
     memory = {name: None if kind == "bool" else kind for name, kind in found.memory.items()}
     if any(bounds and bounds[0] > bounds[1] for bounds in memory.values()):
-        return None
+        raise ValueError
     return Ltl(found.init, found.safety, found.liveness, memory, found.inputs)
-
-
-def _about_targets(kind: type[TargetObjective], body: Any, rules: _Rules) -> Objective | None:
-    listed = msgspec.convert(body, tuple[_Target, ...])
-    targets = tuple(frozenset([one]) if isinstance(one, int) else one for one in listed)
-    if kind.wrong(targets):
-        return None
-    literal = rules.form is not None and kind.strict
-    return kind(targets, rules.avoid, rules.always, literal)
 
 
 @cache

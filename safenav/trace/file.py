@@ -1,8 +1,8 @@
 """Trace files (docs/trace.md): typed records are read from them, and appended to them.
 
 A writer that was killed leaves an incomplete last line: that is not an error, ``cut_off`` records
-it. Any other line that violates the format is one diagnostic; all are reported. Each line is
-flushed when it happens.
+it. Any other line that violates the format is one diagnostic; all are reported, unless the first
+line is not a header. Each line is flushed when it happens.
 """
 
 from __future__ import annotations
@@ -10,10 +10,10 @@ from __future__ import annotations
 import os
 import re
 import stat
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from hashlib import sha256
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, TypeVar
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -122,28 +122,44 @@ def read_content(path: str | Path) -> bytes:
         raise InputError([Diagnostic(str(path), 0, 0, f"cannot be read: {reason}")]) from error
 
 
-def read_lines(lines: Iterable[str], source: str = "<trace>") -> Trace:
-    """The trace in some lines (with or without their line ends). Raises InputError."""
-    whole = "".join(line if line.endswith("\n") else line + "\n" for line in lines)
-    return read_bytes(whole.encode("utf-8", "surrogatepass"), source)
-
-
 def read_bytes(content: bytes, source: str = "<trace>") -> Trace:
-    """The trace in some bytes. ``source`` names it in messages. Raises InputError."""
+    """The trace in some bytes. ``source`` names it in messages. Raises InputError with the first
+    error of each line."""
     if wrong := another_kind(content[:_BEGINNING].decode("utf-8", "replace"), "trace", source):
         raise InputError([Diagnostic(source, 0, 0, *wrong)])
     lines = content.split(b"\n")
-    unfinished = lines.pop()  # empty if the last line is complete
-    reader = _Reader(source)
-    for number, line in enumerate(lines, start=1):
-        reader.take(number, line)
-    cut_off = False
-    if unfinished.strip():
-        cut_off = not _is_json(unfinished)
-        if not cut_off:
-            reader.take(len(lines) + 1, unfinished)
+    cut_off = bool(lines[-1].strip()) and not _is_json(lines[-1])
+    reader, found, more = _Reader(), list[Diagnostic](), 0
+    for number, line in enumerate(lines[:-1] if cut_off else lines, start=1):
+        try:
+            if line.strip():
+                reader.take(number, line)
+        except (WrongError, RecursionError) as error:
+            words = error.args if isinstance(error, WrongError) else ("it is too deeply nested",)
+            if len(found) < _DIAGNOSTIC_LIMIT:
+                found.append(Diagnostic(source, number, 1, *words))
+            else:
+                more += 1
+            if reader.header is None:
+                break
+    if reader.header is None and not found:
+        message = "the first line is incomplete" if cut_off else "the trace is empty"
+        found = [Diagnostic(source, 0, 0, message)]
+    if found:
+        rest = [Diagnostic(source, 0, 0, f"and {more} more such problems")] if more else []
+        raise InputError([*found, *rest])
+    assert reader.header is not None
     first, digest = content.lstrip().partition(b"\n")[0].strip(), sha256(content).hexdigest()
-    return replace(reader.trace(cut_off), digest=digest, first=first)
+    records = tuple(reader.records)
+    return Trace(source, reader.header, records, cut_off, reader.ignored, digest, first)
+
+
+def _is_json(content: bytes) -> bool:
+    try:
+        read_json(content)
+    except ValueError:
+        return False
+    return True
 
 
 def _shown(value: Any, *, lines: bool = False) -> Any:
@@ -166,124 +182,82 @@ def _escaped(text: str) -> str:
 
 
 class _Reader:
-    def __init__(self, source: str) -> None:
-        self._source = source
-        self._header: Header | None = None
-        self._records: list[Record] = []
+    """Takes the lines of a file in order."""
+
+    def __init__(self) -> None:
+        self.header: Header | None = None
+        self.records: list[Record] = []
+        self.ignored = 0
         self._robots: set[str] = set()
         self._obstacles: set[str] = set()
-        self._ignored = 0
-        self._diagnostics: list[Diagnostic] = []  # the first ones
-        self._found = 0
-        self._headless = False
 
     def take(self, number: int, content: bytes) -> None:
-        if self._headless or not content.strip():
-            return
+        """Take a line. Raises WrongError, with a hint if the file is not a trace."""
+        hint = () if self.header else (_WRITTEN,)
         if len(content) > MOST_OF_A_LINE:
-            self._refuse(number, f"this line is longer than {MOST_OF_A_LINE // 1_000_000} MB")
-            return
+            raise WrongError(f"it is longer than {MOST_OF_A_LINE // 1_000_000} MB", *hint)
         try:
             data = read_json(content)
         except ValueError as error:
-            self._refuse(number, f"this line is not JSON: {json_flaw(error)}")
-            return
+            raise WrongError(f"this line is not JSON: {json_flaw(error)}", *hint) from None
         if not isinstance(data, dict):
-            self._refuse(number, "a line of a trace is a JSON object")
-            return
-        try:
-            self._take_line(number, _shown(data) if _PERHAPS_CONTROL.search(content) else data)
-        except RecursionError:
-            self._report(number, "this line is too deeply nested")
-
-    def _take_line(self, number: int, data: dict[str, Any]) -> None:
+            raise WrongError("a line of a trace is a JSON object", *hint)
+        if _PERHAPS_CONTROL.search(content):
+            data = _shown(data)
         kind = data.get("type")
         if not isinstance(kind, str):
-            self._report(number, "`type` must be a string that says what kind of line this is")
+            raise WrongError("`type` must be a string that says what kind of line this is", *hint)
+        if self.header is None:
+            self._begin(number, data)
         elif kind == Header.type:
-            self._take_header(number, data)
-        elif self._header is None and not self._diagnostics:
-            self._refuse(number, "the first line must be the header")
+            raise WrongError("a second header: a trace holds one run")
         elif found := note_flaw(data, kind, fact=kind in KINDS and not KINDS[kind].note):
-            self._report(number, found)
+            raise WrongError(found)
         elif kind in KINDS:
-            record = self._convert(number, KINDS[kind], data)
-            if isinstance(record, Discovered):
-                self._announce(number, record.obstacle.name, "is known already")
-            if record is not None and self._names_robots(number, record):
-                self._records.append(record)
+            self._add(_converted(number, KINDS[kind], data))
         else:
-            self._ignored += 1
+            self.ignored += 1
 
-    def trace(self, cut_off: bool) -> Trace:
-        """Return the trace as read. Raises InputError."""
-        if self._diagnostics:
-            shown = self._diagnostics
-            if hidden := self._found - len(shown):
-                shown.append(Diagnostic(self._source, 0, 0, f"and {hidden} more such problems"))
-            raise InputError(shown)
-        if self._header is None:
-            message = "the first line is incomplete" if cut_off else "the trace is empty"
-            raise InputError([Diagnostic(self._source, 0, 0, message)])
-        return Trace(self._source, self._header, tuple(self._records), cut_off, self._ignored)
-
-    def _take_header(self, number: int, data: dict[str, Any]) -> None:
-        if self._header is not None:
-            self._report(number, "a second header: a trace holds one run")
-            return
+    def _begin(self, number: int, data: dict[str, Any]) -> None:
+        if data["type"] != Header.type:
+            raise WrongError("the first line must be the header", _WRITTEN)
         version = data.get("trace")
         if type(version) is int and version != VERSION:
-            self._headless = True
             again = "run its scenario again, or use the safenav that wrote it"
-            self._report(number, f"`trace` is {version}: version {VERSION} can be read", again)
-            return
-        header = self._convert(number, Header, {"tick": 0, **data})
-        if isinstance(header, Header):
-            self._header = header
-            self._robots = {robot.name for robot in header.scenario.robots}
-            if found := _misfit(header.scenario):
-                self._report(number, found)
-            # An obstacle that reappears has several entries, in any order.
-            listed = sorted(header.scenario.obstacles, key=lambda each: each.appears is not None)
-            for obstacle in listed:
-                if obstacle.appears is not None and obstacle.name in self._obstacles:
-                    continue
-                self._announce(number, obstacle.name, "is the name of two obstacles")
+            raise WrongError(f"`trace` is {version}: version {VERSION} can be read", again)
+        header = _converted(number, Header, {"tick": 0, **data})
+        scenario = header.scenario
+        if found := _misfit(scenario):
+            raise WrongError(found)
+        # An obstacle that reappears has several entries, in any order.
+        first = [each.name for each in scenario.obstacles if each.appears is None]
+        if len({*first}) < len(first):
+            raise WrongError("two obstacles have one name")
+        self._obstacles = {each.name for each in scenario.obstacles}
+        self._robots = {robot.name for robot in scenario.robots}
+        self.header = header
 
-    def _convert(self, number: int, kind: type[Record], data: dict[str, Any]) -> Record | None:
-        try:
-            record: Record = convert(kind, data)
-        except WrongError as error:
-            found = [str(error)]
-        else:
-            found = [*flaws(data, kind.type)]
-        for sentence in found:
-            self._report(number, sentence)
-        return None if found else replace(record, line=number)
-
-    def _names_robots(self, number: int, record: Record) -> bool:
-        """Whether the header has all robots that a line names; a dropped report may name others."""
-        known = self._robots
+    def _add(self, record: Record) -> None:
+        """Add a line. Its robots are those of the header; a dropped report may name others."""
+        if isinstance(record, Discovered):
+            if record.obstacle.name in self._obstacles:
+                raise WrongError(f"{record.obstacle.name} is known already")
+            self._obstacles.add(record.obstacle.name)
         named = {getattr(record, "robot", None), *(getattr(record, "robots", None) or ())} - {None}
-        if self._header is None or isinstance(record, Late) or named <= known:
-            return True
-        self._report(number, f"the header has no robot {min(named - known)}")
-        return False
+        if not (isinstance(record, Late) or named <= self._robots):
+            raise WrongError(f"the header has no robot {min(named - self._robots)}")
+        self.records.append(record)
 
-    def _announce(self, number: int, obstacle: str, problem: str) -> None:
-        if obstacle in self._obstacles:
-            self._report(number, f"{obstacle} {problem}")
-        self._obstacles.add(obstacle)
 
-    def _refuse(self, number: int, found: str) -> None:
-        """Report a line that is not a record; if it is the first one, no other is checked."""
-        self._headless = self._header is None and not self._diagnostics
-        self._report(number, found, _WRITTEN if self._headless else "")
+R = TypeVar("R", bound=Record)
 
-    def _report(self, number: int, found: str, hint: str = "") -> None:
-        self._found += 1
-        if self._found <= _DIAGNOSTIC_LIMIT:
-            self._diagnostics.append(Diagnostic(self._source, number, 1, found, hint))
+
+def _converted(number: int, kind: type[R], data: dict[str, Any]) -> R:
+    """Return the line as a record. Raises WrongError."""
+    record: R = convert(kind, data)
+    if flaw := next(flaws(data, kind.type), None):
+        raise WrongError(flaw)
+    return replace(record, line=number)
 
 
 def _misfit(scenario: Scenario) -> str | None:
@@ -309,14 +283,6 @@ def _misfit(scenario: Scenario) -> str | None:
     named = {each.robot for each in scenario.changes}
     named = named.union(*(zone.robots for zone in scenario.never_together))
     return f"the header has no robot {min(named - names)}" if named - names else None
-
-
-def _is_json(content: bytes) -> bool:
-    try:
-        read_json(content)
-    except ValueError:
-        return False
-    return True
 
 
 Listener = Callable[[Record], None]

@@ -29,7 +29,7 @@ from safenav.runtime.run.checkpoint import resumption
 from safenav.runtime.run.mission import default_synthesizer
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.synthesis.cache import Cache
-from safenav.trace.file import as_data, read_lines
+from safenav.trace.file import as_data, read_bytes
 
 MOST_PASSES = 20_000
 LIMITS = ("tick_limit", "time_limit", "search_limit")
@@ -172,7 +172,7 @@ def _run(mission: Mission, hand: Operator | Words, played: Played, kill: int | N
 def _resumed(mission: Mission, lines: list[str]) -> Mission:
     """The mission that continues one from its trace, to which ``lines`` now belong."""
     kept = mission._run.kept().checkpoint(len(lines), lines[0].strip().encode())
-    trace = read_lines([*lines, json_line(as_data(kept))])
+    trace = read_bytes("".join([*lines, json_line(as_data(kept))]).encode())
     lines.clear()  # the listeners of the other one receive all of them again
     begun = resumption(trace, mission.scenario)
     return Mission(mission.scenario, begun=begun, listeners=[_listener(lines)])

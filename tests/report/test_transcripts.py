@@ -20,7 +20,7 @@ from safenav.report.terminal.story import Story
 from safenav.run.reading import run_of
 from safenav.run.run import Run
 from safenav.run.values import StoryKind
-from safenav.trace.file import Trace, read_lines
+from safenav.trace.file import Trace, read_bytes
 
 TRANSCRIPTS = Path(__file__).with_name("transcripts")
 
@@ -84,7 +84,7 @@ def transcript(text: str) -> str:
 
 
 def _trace(text: str) -> Trace:
-    return read_lines(play(text).text.splitlines())
+    return read_bytes(play(text).text.encode())
 
 
 def _story(text: str, trace: Trace) -> Iterator[str]:

@@ -8,7 +8,7 @@ from safenav.files import json_line
 from safenav.runtime.run.checkpoint import resumption
 from safenav.runtime.run.mission import Mission
 from safenav.scenario.model import Scenario
-from safenav.trace.file import as_data, read_lines
+from safenav.trace.file import as_data, read_bytes
 
 MOST = 12
 
@@ -26,7 +26,7 @@ def rests(scenario: Scenario, most: int = MOST) -> Iterator[Run]:
             mission.step()
             continue
         kept = mission._run.kept().checkpoint(len(run.records), run.lines[0].strip().encode())
-        trace = read_lines([*run.lines, json_line(as_data(kept))])
+        trace = read_bytes("".join([*run.lines, json_line(as_data(kept))]).encode())
         rest = Run()
         Mission(scenario, begun=resumption(trace, scenario), listeners=[rest]).run()
         assert not rest.findings, rest.findings

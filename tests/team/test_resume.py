@@ -18,7 +18,7 @@ from safenav.scenario.model import Clock, Exclusion, Robot, RobotChange, Scenari
 from safenav.scenario.reading.loader import load_scenario
 from safenav.trace import records
 from safenav.trace.fields import convert, plain
-from safenav.trace.file import TraceWriter, as_data, read_lines, read_trace
+from safenav.trace.file import TraceWriter, as_data, read_bytes, read_trace
 from safenav.world.poses import Pose
 from scenario.mistakes import places
 from warm import safenav
@@ -56,7 +56,7 @@ def test_a_run_continues_beyond_its_limit(tmp_path: Path) -> None:
     texts = [json_line(as_data(line)) for line in lines]
     assert check_trace(texts).ok
     again = texts[: next(n for n, line in enumerate(lines) if line.type == "resumed")]
-    assert resumption(read_lines(again), scenario).state.time > 0
+    assert resumption(read_bytes("".join(again).encode()), scenario).state.time > 0
 
 
 def test_runs_that_cannot_be_resumed_are_refused(tmp_path: Path) -> None:

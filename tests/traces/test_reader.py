@@ -10,14 +10,18 @@ from safenav.errors import Diagnostic, InputError, Outcome
 from safenav.judge.lines import NotATraceError, Reader
 from safenav.strict_json import flaws
 from safenav.trace.fields import WrongError, convert
-from safenav.trace.file import read_bytes, read_lines, read_trace
+from safenav.trace.file import Trace, read_bytes, read_trace
 from safenav.trace.records import Gone, Move, Push, Resolved
 from support.damage import GOOD, Line, damage, find, text
 
 
+def read(lines: list[str]) -> Trace:
+    return read_bytes("".join(f"{line}\n" for line in lines).encode(), "t.jsonl")
+
+
 def refused(lines: list[str]) -> tuple[Diagnostic, ...]:
     with pytest.raises(InputError) as error:
-        read_lines(lines, "t.jsonl")
+        read(lines)
     return error.value.diagnostics
 
 
@@ -27,7 +31,7 @@ def test_a_good_trace_has_no_findings(name: str) -> None:
 
 
 def test_lines_become_typed_records_in_order() -> None:
-    trace = read_lines(text(GOOD["door"]()))
+    trace = read(text(GOOD["door"]()))
     assert list(trace.robots) == ["quad", "digit"]
     assert trace.obstacles["door@9"].resolution_regions(trace.scenario.map) == (9,)
     assert trace.robots["quad"].objective.targets == (frozenset({7}), frozenset({10}))
@@ -44,14 +48,14 @@ def test_lines_become_typed_records_in_order() -> None:
 @pytest.mark.parametrize("name", ["line", "data", "from_", "late", "outcome", "region", "__a"])
 def test_a_robot_may_be_named_as_a_field(name: str) -> None:
     lines = [json.loads(line.replace("quad", name)) for line in text(GOOD["door"]())]
-    assert read_lines(text(lines)).robots.keys() == {name, "digit"}
+    assert read(text(lines)).robots.keys() == {name, "digit"}
 
 
 def test_unknown_notes_and_fields_are_ignored() -> None:
     note = {"type": "battery", "note": True, "robot": "quad", "percent": [1]}
     edits = [{"line": ["move"], "insert": note}, {"line": ["move"], "fields": {"speed": 3}}]
     lines = damage(GOOD["door"](), edits)
-    trace = read_lines(text(lines))
+    trace = read(text(lines))
     assert trace.ignored == 1
     assert len(trace.records) == len(lines) - 2
 
@@ -180,4 +184,4 @@ def test_a_hostile_header_is_refused(name: str) -> None:
 )
 def test_json_that_programs_read_differently_is_refused(fields: str, words: str) -> None:
     with pytest.raises(InputError, match=words):
-        read_lines([*text(GOOD["door"]()[:1]), f'{{"type": "goal", {fields}}}'])
+        read([*text(GOOD["door"]()[:1]), f'{{"type": "goal", {fields}}}'])

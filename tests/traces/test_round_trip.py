@@ -9,7 +9,7 @@ from msgspec.structs import replace
 from runtime.played import completed
 from safenav.errors import InputError
 from safenav.run.checked import check_trace
-from safenav.trace.file import TraceWriter, as_data, read_lines, read_trace
+from safenav.trace.file import TraceWriter, as_data, read_bytes, read_trace
 from safenav.trace.records import (
     KINDS,
     VERSION,
@@ -78,10 +78,10 @@ def test_an_interrupt_before_the_first_line_is_written_leaves_no_file(tmp_path: 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_real_trace_is_written_as_it_was_read(name: str) -> None:
-    trace = read_lines(real_trace(name).splitlines())
+    trace = read_bytes(real_trace(name).encode())
     assert trace.ignored == 0
     written = [json.dumps(as_data(record)) for record in (trace.header, *trace.records)]
-    again = read_lines(written)
+    again = read_bytes("\n".join(written).encode())
     assert (again.header, again.records) == (trace.header, trace.records)
 
 
@@ -90,15 +90,12 @@ HOSTILE = "\x1b[2J\x07\x9b\u2028\u202e\nx"
 
 def test_names_of_a_trace_that_give_orders_to_the_terminal_are_refused_and_shown_escaped() -> None:
     """Also as keys, and unescaped, as another program may write them."""
-    lines = real_trace("case_study_1_beliefs").splitlines()
     hostile = json.dumps(HOSTILE, ensure_ascii=False)[1:-1]
-    renamed = [line.replace("door", f"door{hostile}").replace("quad", hostile) for line in lines]
-    with pytest.raises(InputError) as refused:
-        read_lines(renamed)
-    told = [diagnostic.found for diagnostic in refused.value.diagnostics]
-    assert all(line.isprintable() for line in told)
-    assert any("cannot name a robot" in line for line in told)
-    assert any("cannot name an obstacle" in line for line in told)
+    for name in ("quad", "door"):
+        renamed = real_trace("case_study_1_beliefs").replace(f'"{name}', f'"{name}{hostile}')
+        with pytest.raises(InputError) as refused:
+            read_bytes(renamed.encode())
+        assert all(each.found.isprintable() for each in refused.value.diagnostics)
 
 
 def test_texts_of_a_trace_give_no_orders_to_the_terminal() -> None:
@@ -107,7 +104,7 @@ def test_texts_of_a_trace_give_no_orders_to_the_terminal() -> None:
     hostile = json.dumps(HOSTILE, ensure_ascii=False)[1:-1]
     end = '"explanation":"'
     lines[-1] = lines[-1].replace(end, rf"{end}one\ntwo\u001b{hostile}")
-    trace = read_lines(lines)
+    trace = read_bytes("\n".join(lines).encode())
     assert trace.outcome is not None
     shown = r"\x1b[2J\x07\x9b\u2028\u202e"
     assert trace.outcome.explanation.startswith(f"one\ntwo\\x1b{shown}\nx")
