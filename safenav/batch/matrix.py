@@ -5,14 +5,10 @@
     matrix:
       seed: {from: 0, to: 9}
       limits.ticks: [100, 500]
-    exclude:
-      - {seed: 3, limits.ticks: 100}
-    include:
-      - {seed: 99, expect.outcome: operator_needed}
 
-Every combination of the matrix that no ``exclude`` item matches is run, and each ``include`` item.
-Settings change the document tree before it is read, so that a variation is checked exactly as if it
-were in the file. A diagnostic about a new value points at the value that it replaces.
+Every combination of the values is run. Settings change the document tree before it is read, so that
+a variation is checked exactly as if it were in the file. A diagnostic about a new value points at
+the value that it replaces.
 """
 
 from __future__ import annotations
@@ -57,23 +53,13 @@ class BatchKeys(Item, frozen=True):
         "", "list the scenarios to run, as paths beside this file", expected="a list [...]"
     )
     matrix: dict[Scalar, Raw] | None = key()
-    exclude: tuple[dict[Scalar, Raw], ...] = key(default=())
-    include: tuple[dict[Scalar, Raw], ...] = key(default=())
-
-
-class Named(Struct, frozen=True):
-    """A path as written in the file, and its position."""
-
-    value: str
-    line: int
-    column: int
 
 
 class Matrix(Struct, frozen=True):
     """Each of ``scenarios`` (paths beside the file, folders, patterns) with each of
     ``settings``."""
 
-    scenarios: tuple[Named, ...]
+    scenarios: tuple[Scalar, ...]
     settings: tuple[dict[str, Any], ...]
 
 
@@ -89,40 +75,22 @@ def read_matrix(text: str, file: str) -> Matrix:
     item: BatchKeys | None = read(
         BatchKeys, parsed(text, findings, "matrix file"), "the batch", findings
     )
-    matrix = None if item is None else _matrix(item, findings)
-    findings.raise_if_any()
-    assert matrix is not None
-    return matrix
-
-
-def _matrix(item: BatchKeys, findings: Findings) -> Matrix | None:
-    listed = item.scenarios if isinstance(item.scenarios, tuple) else (item.scenarios,)
-    if not listed and not item.flawed:
-        found = "'scenarios' is empty"
-        findings.add(item.at("scenarios"), found, "name at least one scenario")
-    scenarios = [Named(p.text, p.place.line, p.place.column) for p in listed if p is not None]
+    given = item and item.scenarios
+    scenarios = given if isinstance(given, tuple) else (given,) if given else ()
+    if item and not scenarios and not item.flawed:
+        findings.add(item.at("scenarios"), "'scenarios' is empty", "name at least one scenario")
     axes = {
         path.text: _values(values, findings)
-        for path, values in (item.matrix or {}).items()
+        for path, values in ((item and item.matrix) or {}).items()
         if _is_path(path, findings)
     }
-    excluded = _settings(item.exclude, findings)
-    _check_excluded(item.at("exclude"), excluded, axes, findings)
-    included = _settings(item.include, findings)
-    combinations = math.prod(len(values) for values in axes.values())
-    if combinations > MOST_COMBINATIONS:
+    combinations = math.prod(map(len, axes.values()))
+    if item and combinations > MOST_COMBINATIONS:
         found = f"the matrix has {combinations} combinations"
         findings.add(item.at("matrix"), found, f"at most {MOST_COMBINATIONS} in one file")
-        return None
-    chosen = itertools.product(*axes.values())
-    all_settings = [dict(zip(axes, values, strict=True)) for values in chosen]
-    kept = [s for s in all_settings if not any(_matches(s, out) for out in excluded)]
-    if item.at("matrix") is None and included:
-        kept = []  # the listed runs replace the plain scenario
-    runs = kept + included
-    if not runs and not len(findings):
-        findings.add(item.at("exclude"), "every combination is excluded")
-    return Matrix(tuple(scenarios), tuple(runs))
+    findings.raise_if_any()
+    settings = itertools.product(*axes.values())
+    return Matrix(scenarios, tuple(dict(zip(axes, each, strict=True)) for each in settings))
 
 
 def _values(value: Raw, findings: Findings) -> list[Any]:
@@ -149,13 +117,6 @@ def _values(value: Raw, findings: Findings) -> list[Any]:
     return [plain(item) for item in items or ()]
 
 
-def _settings(listed: tuple[dict[Scalar, Raw], ...], findings: Findings) -> list[dict[str, Any]]:
-    return [
-        {path.text: plain(raw.node) for path, raw in settings.items() if _is_path(path, findings)}
-        for settings in listed
-    ]
-
-
 def _is_path(path: Scalar, findings: Findings) -> bool:
     """Return whether a path begins with one of a scenario's own keys; otherwise report it."""
     first = path.text.split(".")[0]
@@ -165,31 +126,6 @@ def _is_path(path: Scalar, findings: Findings) -> bool:
     found = f"'{path.text}' is not a path into a scenario"
     findings.add(path, found, suggestion(first, known))
     return False
-
-
-def _check_excluded(
-    node: Node | None,
-    excluded: list[dict[str, Any]],
-    axes: dict[str, list[Any]],
-    findings: Findings,
-) -> None:
-    """Report the items of ``exclude`` that can match no combination."""
-    items = node.items if isinstance(node, Sequence) else ()
-    for item, settings in zip(items, excluded, strict=False):
-        for path, value in settings.items():
-            if path not in axes:
-                findings.add(item, f"'exclude': '{path}' is not in the matrix")
-            elif not any(_same(value, one) for one in axes[path]):
-                findings.add(item, f"'exclude': {value!r} is not a value of '{path}' in the matrix")
-
-
-def _matches(settings: dict[str, Any], pattern: dict[str, Any]) -> bool:
-    return all(_same(settings.get(path), value) for path, value in pattern.items())
-
-
-def _same(one: Any, other: Any) -> bool:
-    """Return whether two values are equal and have the same type."""
-    return type(one) is type(other) and bool(one == other)
 
 
 def varied(root: Node, settings: Mapping[str, Any], findings: Findings) -> Node:

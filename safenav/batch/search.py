@@ -10,7 +10,7 @@ from __future__ import annotations
 import glob
 import hashlib
 import json
-import os.path
+import os
 import re
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
@@ -20,11 +20,18 @@ from typing import Any
 from msgspec import Struct, field
 
 from safenav.batch.case import Case, Settings
-from safenav.batch.matrix import Matrix, Named, is_matrix, read_matrix, varied
+from safenav.batch.matrix import is_matrix, read_matrix, varied
 from safenav.data import cached_method
 from safenav.errors import UsageError
 from safenav.files import kind_of
-from safenav.scenario.yaml.document import DocumentError, Mapping, Node, read_document
+from safenav.scenario.yaml.document import (
+    DocumentError,
+    Mapping,
+    Node,
+    Place,
+    Scalar,
+    read_document,
+)
 from safenav.scenario.yaml.findings import (
     STDIN,
     Findings,
@@ -33,34 +40,6 @@ from safenav.scenario.yaml.findings import (
     referenced_files,
     root_of,
 )
-
-
-class References:
-    """Digests of the files that scenarios name; each file is read once."""
-
-    def __init__(self) -> None:
-        self._digests: dict[Path, str] = {}
-
-    def of(self, scenario: Path, text: str, settings: Settings) -> str:
-        """Return a digest of the files that a scenario names, with the settings applied; empty if
-        it names none."""
-        root = self._root(text)
-        if root is None:
-            return ""
-        root = varied(root, settings, Findings(str(scenario)))
-        parts = [self._digest(path, root) for path in referenced_files(root, scenario.parent)]
-        return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:16] if parts else ""
-
-    @cached_method
-    def _root(self, text: str) -> Node | None:
-        return root_of(text)
-
-    def _digest(self, path: Path, named_at: Node) -> str:
-        if path not in self._digests:
-            data = read_bytes(path, Findings(str(path)), named_at)
-            self._digests[path] = "" if data is None else hashlib.sha256(data).hexdigest()
-        return self._digests[path]
-
 
 LEFT_OUT = ("invalid", "unrealizable")
 """Folders of these names are not searched: their scenarios fail on purpose."""
@@ -97,27 +76,29 @@ def find_cases(paths: Sequence[str]) -> FoundCases:
 class _Search:
     def __init__(self) -> None:
         self.found = FoundCases()
-        self._texts: dict[str, str | None] = {}
-        self._references = References()
         self._known: set[tuple[str, str]] = set()
         self._names: set[str] = set()
         self._named: set[str] = set()
 
-    def add(self, named: str) -> None:
+    def add(self, named: str, settings: Sequence[Settings] | None = None) -> None:
+        """Add the cases that a path leads to; ``settings``: those of the matrix file that names
+        the path."""
         path = Path(named)
         if path.is_dir():
-            self._searched(named, _files_below(path))
+            self._searched(named, _files_below(path), settings)
         elif path.exists() or not _MAGIC.search(named):
-            self._named_file(path)
+            self._named_file(path, settings)
         else:
-            self._searched(named, _files_matching(named))
+            self._searched(named, _files_matching(named), settings)
 
-    def _searched(self, named: str, files: Iterable[Path]) -> None:
+    def _searched(
+        self, named: str, files: Iterable[Path], settings: Sequence[Settings] | None
+    ) -> None:
         count = 0
         for file in files:
             text = self._text(file)
             if _is_scenario(text):
-                self._case(file, {})
+                self._cases(file, settings)
                 count += 1
                 continue
             matrix = text is not None and is_matrix(text)
@@ -131,50 +112,36 @@ class _Search:
                 f"named {' or '.join(LEFT_OUT)} and matrix files must be named themselves"
             )
 
-    def _named_file(self, path: Path) -> None:
+    def _named_file(self, path: Path, settings: Sequence[Settings] | None) -> None:
         if not path.exists() and str(path) != STDIN:
             raise UsageError(f"no such file or folder: {path}{_meant(path)}")
         text = self._text(path)
-        if text is not None and is_matrix(text):
-            self._named.add(str(path))
-            self.found.matrices = [m for m in self.found.matrices if m not in self._named]
-            self._matrix(path, read_matrix(text, str(path)))
-        else:
-            self._case(path, {})
-
-    def _matrix(self, path: Path, matrix: Matrix) -> None:
+        if text is None or not is_matrix(text):
+            return self._cases(path, settings)
+        if settings is not None:
+            raise UsageError(f"{path} is a matrix file itself\n    name scenarios here")
+        self._named.add(str(path))
+        self.found.matrices = [m for m in self.found.matrices if m not in self._named]
+        matrix = read_matrix(text, str(path))
         for named in matrix.scenarios:
-            for case in self._below(path, named):
-                for settings in matrix.settings:
-                    self._case(Path(case.file), settings)
+            try:
+                self.add(str(path.parent / named.text), matrix.settings)
+            except (UsageError, OSError) as error:
+                reason = error.strerror if isinstance(error, OSError) else error
+                place = f"{path}:{named.place.line}:{named.place.column}"
+                raise UsageError(f"{place}: {reason}") from None
+        return None
 
-    def _below(self, matrix: Path, named: Named) -> list[Case]:
-        """Return the cases that a matrix file names, without its settings."""
-        place = f"{matrix}:{named.line}:{named.column}"
-        below = matrix.parent / named.value
-        try:
-            if below.is_file() and is_matrix(self._text(below) or ""):
-                raise UsageError(f"{below} is a matrix file itself\n    name scenarios here")
-            found = find_cases([str(below)])
-        except (UsageError, OSError) as error:
-            reason = error.strerror if isinstance(error, OSError) else error
-            raise UsageError(f"{place}: {reason}") from None
-        self.found.passed_over += found.passed_over
-        self.found.matrices += (m for m in found.matrices if m not in self._named)
-        return found.cases
+    def _cases(self, path: Path, settings: Sequence[Settings] | None) -> None:
+        file, text = Path(os.path.normpath(path)).as_posix(), self._text(path)
+        for each in ({},) if settings is None else settings:
+            identity = (os.path.realpath(path), repr(sorted(each.items())))
+            if identity not in self._known:
+                self._known.add(identity)
+                references = "" if text is None else self._references(path, text, each)
+                self.found.cases.append(Case(self._name(file, each), file, text, each, references))
 
-    def _case(self, path: Path, settings: dict[str, Any]) -> None:
-        file = _shown(path)
-        identity = (os.path.realpath(path), repr(sorted(settings.items())))
-        if identity in self._known:
-            return
-        self._known.add(identity)
-        text = self._text(path)
-        references = "" if text is None else self._references.of(path, text, settings)
-        name = self._name(file, settings)
-        self.found.cases.append(Case(name, file, text, settings, references))
-
-    def _name(self, file: str, settings: dict[str, Any]) -> str:
+    def _name(self, file: str, settings: Settings) -> str:
         parts = [f"{path}={_clipped(value)}" for path, value in settings.items()]
         wanted = name = f"{file} [{', '.join(parts)}]" if parts else file
         number = 2
@@ -183,12 +150,29 @@ class _Search:
         self._names.add(name)
         return name
 
+    def _references(self, scenario: Path, text: str, settings: Settings) -> str:
+        """Return a digest of the files that a scenario names, with the settings applied; empty if
+        it names none."""
+        root = self._root(text)
+        if root is None:
+            return ""
+        root = varied(root, settings, Findings(str(scenario)))
+        parts = [self._digest(path) for path in referenced_files(root, scenario.parent)]
+        return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:16] if parts else ""
+
+    @cached_method
     def _text(self, path: Path) -> str | None:
         """Return the text of a file; None if it cannot be read, which its run reports."""
-        key = str(path)
-        if key not in self._texts:
-            self._texts[key] = read_source(path, Findings(key))
-        return self._texts[key]
+        return read_source(path, Findings(str(path)))
+
+    @cached_method
+    def _root(self, text: str) -> Node | None:
+        return root_of(text)
+
+    @cached_method
+    def _digest(self, path: Path) -> str:
+        data = read_bytes(path, Findings(str(path)), Scalar(Place(1, 1), None, ""))
+        return "" if data is None else hashlib.sha256(data).hexdigest()
 
 
 def _is_scenario(text: str | None) -> bool:
@@ -209,32 +193,27 @@ def _is_scenario(text: str | None) -> bool:
 def _files_below(folder: Path) -> list[Path]:
     """Return the YAML files below a folder, sorted, without hidden folders and ``LEFT_OUT``. Links
     to folders are not followed, since they could form a cycle."""
+
+    def unreadable(error: OSError) -> None:
+        raise UsageError(f"cannot read the folder {error.filename}: {error.strerror}") from error
+
     found: list[Path] = []
-    try:
-        entries = sorted(folder.iterdir())
-    except OSError as error:
-        raise UsageError(f"cannot read the folder {folder}: {error.strerror}") from error
-    for entry in entries:
-        if entry.name.startswith("."):
-            continue
-        if entry.is_dir():
-            if entry.name not in LEFT_OUT and not entry.is_symlink():
-                found += _files_below(entry)
-        elif entry.suffix in _SUFFIXES:
-            found.append(entry)
-    return found
+    for place, folders, files in os.walk(folder, onerror=unreadable):
+        folders[:] = [f for f in folders if f not in LEFT_OUT and not f.startswith(".")]
+        found += [Path(place, file) for file in files if not file.startswith(".")]
+    return sorted(file for file in found if file.suffix in _SUFFIXES)
 
 
 def _files_matching(pattern: str) -> list[Path]:
     wanted = not set(LEFT_OUT).isdisjoint(PurePath(pattern).parts)
-    found: list[Path] = []
-    for match in sorted(glob.glob(pattern, recursive=True)):  # noqa: PTH207 (may be absolute)
-        path = Path(match)
-        if path.is_dir():
-            continue
-        if path.suffix in _SUFFIXES and (wanted or set(LEFT_OUT).isdisjoint(path.parent.parts)):
-            found.append(path)
-    return found
+    found = map(Path, sorted(glob.glob(pattern, recursive=True)))  # noqa: PTH207 (may be absolute)
+    return [
+        path
+        for path in found
+        if (wanted or set(LEFT_OUT).isdisjoint(path.parent.parts))
+        and path.suffix in _SUFFIXES
+        and not path.is_dir()
+    ]
 
 
 def _meant(path: Path) -> str:
@@ -244,11 +223,6 @@ def _meant(path: Path) -> str:
         return f"\n    the folder {path.parent} does not exist or cannot be read"
     close = get_close_matches(path.name, names, n=1, cutoff=0.6)
     return f"\n    did you mean '{path.parent / close[0]}'?" if close else ""
-
-
-def _shown(path: Path) -> str:
-    """Return a path as named, without ``./`` and ``suite/../``."""
-    return Path(os.path.normpath(path)).as_posix()
 
 
 def _clipped(value: Any) -> str:

@@ -31,8 +31,10 @@ from safenav.batch.case import Case, CaseVerdict, Conditions, Result, without_a_
 from safenav.errors import SafenavError
 
 _START_SECONDS = 60.0
-_STACK_SECONDS = 0.5
+_STACK_SECONDS = 2.0
 """Time that a hung process has to print its stack, and one that is ended to kill its synthesis."""
+_STACK = signal.SIGUSR1
+"""The signal at which a process prints its stack."""
 _LONGEST = 1e6
 """Most seconds that the system can wait for an answer."""
 _LAST_WORDS = 4000
@@ -40,8 +42,7 @@ _ROOT = str(Path(__file__).resolve().parents[2])
 _PROGRAM = f"import sys; sys.path.append({_ROOT!r}); from safenav.batch.worker import main; main()"
 
 _lock = threading.Lock()
-_idle: dict[str, list[Worker]] = defaultdict(list)
-_busy: dict[str, set[Worker]] = defaultdict(set)
+_workers: dict[str, list[Worker]] = defaultdict(list)
 """Workers on this machine by batch, since several batches may share a cluster."""
 _ended: set[str] = set()
 """Batches that no longer get a worker here: a thread may take a case while its batch ends."""
@@ -55,8 +56,10 @@ def run_case(batch: str, case: Case, conditions: Conditions) -> tuple[Result, by
     with _lock:
         if batch in _ended:
             raise SafenavError("the batch has ended")
-        worker = _idle[batch].pop() if _idle[batch] else Worker()
-        _busy[batch].add(worker)
+        worker = next((each for each in _workers[batch] if not each.case), None)
+        if worker is None:
+            _workers[batch].append(worker := Worker())
+        worker.case, worker.since = case.name, time.monotonic()
     try:
         with tempfile.TemporaryDirectory(prefix="safenav-") as folder:
             trace = Path(folder) / "trace.jsonl"
@@ -68,28 +71,30 @@ def run_case(batch: str, case: Case, conditions: Conditions) -> tuple[Result, by
         raise
     finally:
         with _lock:
-            _busy[batch].discard(worker)
-            if worker.alive:
-                _idle[batch].append(worker)
+            worker.case = ""
+            if not worker.alive and worker in _workers[batch]:
+                _workers[batch].remove(worker)
 
 
 def running(batch: str) -> list[tuple[str, float]]:
     """Return the cases of a batch that run on this machine, with their seconds so far."""
     with _lock:
-        return [(worker.case, time.monotonic() - worker.since) for worker in _busy[batch]]
+        now = time.monotonic()
+        return [(each.case, now - each.since) for each in _workers[batch] if each.case]
 
 
 def leave(batch: str) -> None:
     """End all processes of a batch that has ended: none of its cases begins afterwards."""
     with _lock:
         _ended.add(batch)
-        idle, busy = _idle.pop(batch, []), [*_busy.pop(batch, ())]
-    for worker in (*idle, *busy):
+        workers = _workers.pop(batch, [])
+    for worker in workers:
         worker.send(signal.SIGTERM)
-    for worker in busy:  # the thread that reads its pipes closes them: else it would wait forever
-        worker.kill()
-    for worker in idle:
-        worker.end()
+    for worker in workers:
+        if worker.case:  # the thread that reads its pipes closes them: else it would wait forever
+            worker.kill()
+        else:
+            worker.end()
 
 
 class Worker:
@@ -128,20 +133,19 @@ class Worker:
         Raises SafenavError if the process does not start.
         """
         self._wait_until_ready()
-        self.case, self.since = case.name, time.monotonic()
-        before = os.fstat(self._printed.fileno()).st_size
+        self.since = time.monotonic()
+        before = self._size
         try:
             self._connection.send((case, conditions, trace))
             if self._connection.poll(min(conditions.seconds, _LONGEST)):
                 return self._timed(self._connection.recv())
-            with contextlib.suppress(subprocess.TimeoutExpired):
-                self.send(signal.SIGABRT)
-                self._process.wait(_STACK_SECONDS)
+            self._print_stack()
             verdict = CaseVerdict.HUNG
             reason = f"stopped after {conditions.seconds:g} s (time limit)"
         except (EOFError, OSError):  # it is dead
             verdict = CaseVerdict.CRASHED
             reason = f"the process that ran it died: {self._death()}"
+        self.kill()
         result = without_a_run(case, verdict, [reason], self._last_words(before))
         self.end()
         return self._timed(result)
@@ -186,10 +190,24 @@ class Worker:
         elapsed = round(time.monotonic() - self.since, 6)
         return replace(result, wall_seconds=max(result.wall_seconds, elapsed))
 
+    def _print_stack(self) -> None:
+        """Let a hung process print its stack."""
+        size, limit = self._size, time.monotonic() + _STACK_SECONDS
+        self.send(_STACK)
+        while self._size == size and self.alive and time.monotonic() < limit:
+            time.sleep(0.01)
+
+    @property
+    def _size(self) -> int:
+        """Number of bytes that the process has printed."""
+        return os.fstat(self._printed.fileno()).st_size
+
     def _last_words(self, before: int) -> str:
-        file = self._printed.fileno()  # its offset is shared with the process: do not move it
-        begin = max(before, os.fstat(file).st_size - _LAST_WORDS)
-        return os.pread(file, _LAST_WORDS, begin).decode("utf-8", "replace").strip()
+        begin = max(before, self._size - _LAST_WORDS)
+        # The offset of the file is shared with the process: do not move it.
+        return (
+            os.pread(self._printed.fileno(), _LAST_WORDS, begin).decode("utf-8", "replace").strip()
+        )
 
     def _death(self) -> str:
         status = self._process.wait()
@@ -206,7 +224,8 @@ Task = tuple[Case, Conditions, Path | None]
 def main() -> None:
     """Run cases until the connection ends: the program of a worker."""
     connection = Connection(int(sys.argv[1]))
-    faulthandler.enable()  # prints the stack at a crash, and at the SIGABRT for a hung case
+    faulthandler.enable()  # prints the stack at a crash
+    faulthandler.register(_STACK)
     with contextlib.suppress(ValueError, OSError):
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     from safenav.batch.execution import execute

@@ -15,7 +15,7 @@ if [ "$1" = --version ]; then echo "slugs 9.9.9"; exit 0; fi
 spec=$(cat)
 echo $$ >> {log}
 case "$spec" in
-  *sleeper*) exec sleep 900 ;;
+  *sleeper*) sleep 900 & echo $! >> {log}.children; wait ;;
   *crasher*) kill -SEGV $PPID; exec sleep 900 ;;
   *slow*) sleep 0.3 ;;
   *broken*) echo "out of order" >&2; exit 4 ;;
@@ -38,7 +38,10 @@ class SlugsLog:
         return [int(line) for line in self.path.read_text().split()] if self.path.exists() else []
 
     def all_gone(self) -> bool:
-        return all(gone(pid) for pid in self.pids)
+        """Whether no process of the requests runs, nor one that these have started."""
+        log = self.path.with_name(f"{self.path.name}.children")
+        children = log.read_text().split() if log.exists() else []
+        return all(gone(int(pid)) for pid in [*self.pids, *children])
 
 
 def scenario(robot: str = "quick", expect: str = "{outcome: unrealizable}") -> str:

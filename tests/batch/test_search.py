@@ -34,16 +34,14 @@ def test_the_name_of_a_case_states_its_settings_and_is_unique(write: Write) -> N
     long = "x" * 60
     write(
         "m.yaml",
-        text="batch: 1\nscenarios: a.yaml\ninclude:\n"
-        f"- {{seed: 1, map.grid: {long}1}}\n- {{seed: 1, map.grid: {long}2}}\n"
-        "- {robots.quick.start: [1, 2]}\n- {seed: 1, map.grid: short}\n"
-        "- {seed: 1, map.grid: short}\n",
+        text="batch: 1\nscenarios: [a.yaml, ./a.yaml]\n"
+        f"matrix: {{seed: [1], map.grid: [{long}1, {long}2, [1, 2], short, short]}}\n",
     )
     clipped = "x" * 37 + "..."
     assert names("m.yaml") == [
         f"a.yaml [seed=1, map.grid={clipped}]",
         f"a.yaml [seed=1, map.grid={clipped}] #2",
-        "a.yaml [robots.quick.start=[1, 2]]",
+        "a.yaml [seed=1, map.grid=[1, 2]]",
         "a.yaml [seed=1, map.grid=short]",
     ]
 
@@ -59,7 +57,7 @@ def blocks(text: str, language: str) -> list[str]:
 def test_the_matrix_file_is_one() -> None:
     (example,) = blocks(BATCH, "yaml")
     matrix = read_matrix(example, "docs/batch.md")
-    assert len(matrix.settings) == 10 * 2 * 2 - 10 + 1
+    assert len(matrix.settings) == 10 * 2 * 2
 
 
 def test_the_documentation_names_every_verdict_and_option() -> None:
