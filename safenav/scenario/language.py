@@ -372,7 +372,7 @@ class OrderKeys(Item, frozen=True):
 class ChangeKeys(Item, frozen=True):
     """Another objective of a robot, or its service."""
 
-    one: ClassVar = "a change"
+    one: ClassVar = "a change of {robot}"
     label: ClassVar = "of {robot}"
     rules: ClassVar = (
         OneOf(

@@ -159,7 +159,8 @@ def _filled(form: str, what: str, node: Node | None = None, name: str = "") -> s
         if field not in words:
             value = document.below(node, field)
             text = value.value if isinstance(value, Scalar) else None
-            words[field] = clipped(text) if isinstance(text, str) and text else what
+            unknown = f"a {field}" if name else what
+            words[field] = clipped(text) if isinstance(text, str) and text else unknown
     return form.format(**words)
 
 
@@ -172,7 +173,7 @@ def _list(inner: Any, node: Node, what: str, findings: Findings, key: Key) -> An
         findings.add(node, least, key.why)
     one = "{what}" if key_of(inner).by else getattr(inner, "one", Item.one)
     found = (
-        read(inner, item, _filled(one, what, name=str(number)), findings)
+        read(inner, item, _filled(one, what, item, str(number)), findings)
         for number, item in enumerate(items, 1)
     )
     return tuple(value for value in found if value is not None)
