@@ -48,8 +48,8 @@ def main() -> None:
 def _case_studies(browser: Browser, folder: Path) -> None:
     """The film of the first one, the request of the first and the third one."""
     replay, _ = _run("case_study_1", folder)
-    request = replay.at(_first(replay, StoryKind.REQUEST))
-    (HERE / "case_study_1.svg").write_text(svg_of(request))
+    request = svg_of(replay, _first(replay, StoryKind.REQUEST))
+    (HERE / "case_study_1.svg").write_text(request)
     film = ("--width", "760", "--speed", "5", "-o", str(HERE / "case_study_1.gif"))
     _safenav("replay", str(folder / "case_study_1.jsonl"), *film)
     replay, page = _run("case_study_3", folder)
@@ -111,8 +111,8 @@ def _team(browser: Browser, folder: Path) -> None:
     tick = _first(replay, StoryKind.RESOLVED)
     _shoot(browser, page, tick, HERE / "beliefs.png")
     replay, _ = _run("corridor_swap", folder)
-    aside = replay.at(_first(replay, StoryKind.PLAN) + 6)
-    (HERE / "joint_plan.svg").write_text(svg_of(aside))
+    aside = svg_of(replay, _first(replay, StoryKind.PLAN) + 6)
+    (HERE / "joint_plan.svg").write_text(aside)
 
 
 def _studio(browser: Browser) -> None:

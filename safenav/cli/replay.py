@@ -98,7 +98,7 @@ def replay(
         _film(run, output, _ticks(run, ticks), speed or run.clock.speed, width or 720)
     else:
         run = run_of(lines)
-        _write_picture(output, svg_of(run.at(*_moment(run, at or "last"))), form, width)
+        _write_picture(output, svg_of(run, *_moment(run, at or "last")), form, width)
     return ExitCode.OK
 
 
@@ -193,7 +193,7 @@ def draw(
 ) -> int:
     """Draw SCENARIO before its run: region numbers, starts, objectives, hidden obstacles.
     Without -o it is drawn as text. SCENARIO may be a map file alone."""
-    from safenav.report.picture.scene import scene_of
+    from safenav.report.picture.scene import svg_of_scenario
     from safenav.report.terminal.story import scenario_text
     from safenav.scenario.model import Scenario
     from safenav.scenario.reading.loader import load_scenario
@@ -210,5 +210,5 @@ def draw(
         for line in scenario_text(plan, shutil.get_terminal_size((120, 40)).columns):
             click.echo(line)
         return ExitCode.OK
-    _write_picture(output, svg_of(scene_of(plan)), output.suffix.lower(), width)
+    _write_picture(output, svg_of_scenario(plan), output.suffix.lower(), width)
     return ExitCode.OK

@@ -23,7 +23,7 @@ from safenav.pace.robot import AIR
 from safenav.report.picture.floor import INK
 from safenav.report.picture.svg import STATUS_MARKS
 from safenav.run.run import CLOSED, Run
-from safenav.run.values import Event, ObstacleStatus, StoryKind, looks
+from safenav.run.values import Event, Hidden, ObstacleStatus, StoryKind
 from safenav.scenario.objective import Objective, target_regions
 from safenav.world.map import Frame, Region
 
@@ -92,7 +92,6 @@ class _Messages:
             raise ValueError(f"regions of {width:g} x {height:g} m are not square")
         self.run, self.frame, self.side = run, frame, width
         self.names = names_of(run)
-        self.styles = [*zip(run.robots, looks([track.name for track in run.robots]), strict=True)]
 
     def all(self) -> Iterator[Stamped]:
         """Yield the messages of what never changes, then of each tick what has changed."""
@@ -109,13 +108,13 @@ class _Messages:
                     path = self._path(tick, passed[track.name], poses[track.name])
                     topic = f"/{self.names[track.name]}/path"
                     yield Stamped(seconds, topic, "nav_msgs/msg/Path", path)
-            statuses = {name: told.at(tick) for name, told in run.statuses.items()}
-            known = ((n, s if s in CLOSED else ObstacleStatus.ABSENT) for n, s in statuses.items())
-            shown = [pair for pair in known if changes.new(*pair, ObstacleStatus.ABSENT)]
+            known = ((hidden, hidden.status.at(tick)) for hidden in run.hidden.values())
+            told = ((hidden, s if s in CLOSED else ObstacleStatus.ABSENT) for hidden, s in known)
+            shown = [(h, s) for h, s in told if changes.new(h.name, s, ObstacleStatus.ABSENT)]
             if shown:
                 yield self._markers(tick, "/obstacles", (self._obstacle(tick, *s) for s in shown))
             plan = run.plans.at(tick)
-            objectives = [run.objectives[track.name].at(tick) for track in run.robots]
+            objectives = [track.objectives.at(tick) for track in run.robots]
             if changes.new("plan", (plan, objectives)):
                 yield self._markers(tick, "/plan", self._plan(tick, plan, objectives))
             yield from (self._log(seconds, tick, event) for event in run.happened(tick))
@@ -182,8 +181,8 @@ class _Messages:
         passed.append({"header": self._header(tick), "pose": pose})
         return {"header": self._header(tick), "poses": list(passed)}
 
-    def _obstacle(self, tick: int, name: str, status: ObstacleStatus) -> Message:
-        hidden, number = self.run.hidden[name], [*self.run.hidden].index(name)
+    def _obstacle(self, tick: int, hidden: Hidden, status: ObstacleStatus) -> Message:
+        number = [*self.run.hidden].index(hidden.name)
         action = _DELETE if status is ObstacleStatus.ABSENT else _ADD
         look = {"scale": self._size(0.9, _HEIGHTS.get(status, 0.4))}
         look |= {"color": _colour(_COLOURS.get(status, INK), 0.8)}
@@ -205,7 +204,8 @@ class _Messages:
     def _bodies(self) -> Iterator[Message]:
         """Yield a body, a nose and a name in the frame of each robot, so that they move with it."""
         side = self.side
-        for number, (track, look) in enumerate(self.styles):
+        for number, track in enumerate(self.run.robots):
+            look = track.look
             height = (_FLIES if track.layer == AIR else 0.15) * side
             nose = {"x": 0.5 * side, "y": 0.12 * side, "z": 0.12 * side}
             parts = [("bodies", _CYLINDER, self._size(0.55, 0.3), height, look.colour, "")]
@@ -233,13 +233,13 @@ class _Messages:
     ) -> Iterator[Message]:
         """Yield each robot's targets, and its path while a joint plan is carried out."""
         yield self._marker(tick, "plan", 0, _LINE, _DELETE_ALL)
-        for number, (track, look) in enumerate(self.styles):
+        for number, track in enumerate(self.run.robots):
             if regions := sorted(target_regions(objectives[number])):
-                colour, size = _colour(look.colour, 0.25), self._size(0.8, 0.02)
+                colour, size = _colour(track.look.colour, 0.25), self._size(0.8, 0.02)
                 more = {"scale": size, "color": colour, "points": self._points(regions)}
                 yield self._marker(tick, "targets", number, _CUBES) | more | {"text": track.name}
             if len(way := plan.get(track.name, ())) > 1:
-                colour, size = _colour(look.colour, 0.8), self._size(0.1, 0.0)
+                colour, size = _colour(track.look.colour, 0.8), self._size(0.1, 0.0)
                 more = {"scale": size, "color": colour, "points": self._points(way)}
                 yield self._marker(tick, "ways", number, _LINE) | more | {"text": track.name}
 

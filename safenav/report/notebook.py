@@ -8,15 +8,12 @@ from __future__ import annotations
 from html import escape
 
 from safenav.report.page.html import page_of
-from safenav.report.picture.scene import scene_of, svg_of
+from safenav.report.picture.scene import svg_of_scenario
 from safenav.run.run import Run
 from safenav.runtime.run.mission import RunResult
-from safenav.scenario.model import Scenario
 from safenav.trace.words import seconds_words
 
-
-def svg_of_scenario(scenario: Scenario) -> str:
-    return svg_of(scene_of(scenario))
+__all__ = ["frame_of_run", "svg_of_scenario", "table_of_result"]
 
 
 def frame_of_run(run: Run, height: int = 640) -> str:

@@ -6,7 +6,7 @@ off is shown up to its last complete tick."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +14,10 @@ from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError, Verdict
 from safenav.run import values
-from safenav.run.paths import Charges, ContradictionError, RobotPaths
 from safenav.run.run import Run
+from safenav.run.tracks import Charge, ContradictionError, RobotPaths, RobotTrack, tracks_of
 from safenav.run.wording import Wording
-from safenav.scenario.model import OPERATOR_ACTION, Obstacle, Robot
+from safenav.scenario.model import OPERATOR_ACTION, Obstacle
 from safenav.scenario.objective import Ltl, Objective
 from safenav.trace import records
 from safenav.trace.file import Trace, read_trace
@@ -78,27 +78,23 @@ class RunReader:
 
     def __init__(self, header: records.Header, place: Place = RegionMap.place) -> None:
         scenario = self._scenario = header.scenario
-        robots, seconds = scenario.robots, [0.0] if header.live else None
-        tracks = {robot.name: _track(robot) for robot in robots}
+        seconds = [0.0] if header.live else None
+        tracks = tracks_of(scenario)
         self._paths = RobotPaths(scenario.map, tracks, seconds)
-        self._charges = Charges(robots, scenario.chargers)
-        skills = {robot.name: robot.capabilities for robot in robots}
+        skills = {robot.name: robot.capabilities for robot in scenario.robots}
         self._wording = Wording(scenario.map, place, skills, live=header.live)
         self._acts: dict[int, int] = {}
         self._violation: records.Violation | None = None
-        self._flat: dict[str, str] = {}
-        """The robot with an empty battery that an obstacle represents, until it is replaced."""
+        self._flat: dict[str, Charge] = {}
+        """The empty battery that an obstacle represents, until it is replaced."""
         self._modes: set[str] = set()
         """Robots with the objective of an input, whose rounds do not count."""
         self.run = Run(
             name=scenario.name,
             map=scenario.map,
             robots=tuple(tracks.values()),
-            objectives={robot.name: values.Changes.of(robot.objective) for robot in robots},
-            progress={robot.name: values.Changes.of(values.RobotProgress()) for robot in robots},
             version=header.safenav,
             seconds=seconds,
-            charges={n: values.Changes.of(self._charges.percent(n, 0.0)) for n in self._charges},
             inputs={each.name: False for each in scenario.inputs},
             chargers=tuple(sorted(scenario.chargers)),
             exclusions=scenario.never_together,
@@ -108,23 +104,23 @@ class RunReader:
             if each.name not in self.run.hidden:
                 self._add(each)
             elif each.appears is None:  # one of several that appear in a region one after the other
-                self.run.statuses[each.name] = values.Changes.of(values.ObstacleStatus.HIDDEN)
+                first = values.ObstacleStatus.HIDDEN
+                self.run.hidden[each.name].status = values.Changes.of(first)
 
     def _add(self, each: Obstacle) -> None:
-        run, needs = self.run, each.needs
-        self._wording.actions[each.name] = [need.action for need in needs]
-        run.hidden[each.name] = values.Hidden(
+        actions = [need.action for need in each.needs]
+        self._wording.actions[each.name] = actions
+        absent = each.appears or OPERATOR_ACTION in actions
+        first = values.ObstacleStatus.ABSENT if absent else values.ObstacleStatus.HIDDEN
+        self.run.hidden[each.name] = values.Hidden(
             each.name,
             each.type.name,
             self._paths.on_map(each.region),
-            tuple(need.action for need in needs),
-            tuple(need.same for need in needs[1:]),
+            tuple(actions),
+            values.Changes.of(first),
+            tuple(need.same for need in each.needs[1:]),
             each.ordered,
         )
-        absent = each.appears or any(need.action == OPERATOR_ACTION for need in needs)
-        first = values.ObstacleStatus.ABSENT if absent else values.ObstacleStatus.HIDDEN
-        run.statuses[each.name] = values.Changes.of(first)
-        run.loads[each.name], run.met[each.name] = values.Changes.of(()), values.Changes.of(0)
 
     @staticmethod
     def beginning(line: records.Record) -> records.Header | None:
@@ -135,19 +131,17 @@ class RunReader:
         """Add the next line. Raises ContradictionError if it does not fit those before."""
         if self.run.seconds is not None:
             line = replace(line, tick=self._paths.instant(line.t))
-        now = line.tick if line.t is None else line.t
+        now = self._paths.now(line.tick)
         kind = _KINDS.get(line.type)
         if (obstacle := getattr(line, "obstacle", None)) and line.type in _STATUSES:
             self._status(line.tick, obstacle, _STATUSES[line.type])
         match line:
             case records.Move():
-                self._move(line)
+                self._paths.move(line.robot, line.tick, line.to, line.heading, line.toward)
             case records.Depart():
                 self._paths.depart(line.robot, line.tick, line.to, line.seconds)
-                self._charges.left(line.robot, now)
             case records.Arrive():
                 self._paths.arrive(line.robot, line.tick, line.at, line.heading)
-                self._charges.came(line.robot, line.at, now)
                 if line.result is not MoveEnd.ARRIVED:
                     kind = values.StoryKind.FAILURE
                 elif line.reason:
@@ -163,7 +157,7 @@ class RunReader:
             case records.ActionEnd():  # its results can name undiscovered obstacles
                 begun = self._acts.pop(line.command, line.tick)
                 for name in line.results:
-                    self._seen(begun, name)
+                    self._seen(begun, self.run.hidden.get(name))
                 if line.reason or ActResult.FAILED in line.results.values():
                     kind = values.StoryKind.FAILURE
             case records.Told() | records.NewObjective():
@@ -173,7 +167,8 @@ class RunReader:
             case records.Plan():
                 paths = {n: tuple(region for region, _ in path) for n, path in line.robots.items()}
                 self.run.plans.append((line.tick, paths))
-                self.run.driven |= {name for name, path in paths.items() if len(path) > 1}
+                for name in (name for name, path in paths.items() if len(path) > 1):
+                    self._paths.robot(name).driven = True
             case records.PlanEnd():
                 self.run.plans.append((line.tick, {}))
             case records.Inputs():
@@ -185,14 +180,14 @@ class RunReader:
                 kind = values.StoryKind.PAUSED
             case records.Operator(robot=str() as robot, region=int() as region):
                 self._paths.put(robot, region, line.heading)
-                self._charges.placed(robot, region, now)
             case records.End():
                 self.run.ending = line
                 self.run.within = self._paths.end(line.tick)
             case _:
                 self._obstacle(line, now)
-        for name, charge in self.run.charges.items():
-            charge.put(line.tick, self._charges.percent(name, now))
+        for track in self.run.robots:
+            if track.battery is not None and track.charge is not None:
+                track.charge.put(line.tick, track.battery.percent(now))
         match line:
             case records.Push() | records.Pop():
                 self._stacked(line)
@@ -203,16 +198,9 @@ class RunReader:
             case _ if kind is not None:
                 self._event(line, kind)
 
-    def _move(self, line: records.Move) -> None:
-        self._paths.move(line.robot, line.tick, line.to, line.heading, line.toward)
-        if line.to != line.from_ or line.toward is not None:
-            self._charges.left(line.robot, line.tick - 1)
-        if line.to != line.from_:
-            self._charges.came(line.robot, line.to, line.tick)
-
     def _obstacle(self, line: records.Record, now: float) -> None:
         """Take a line about an obstacle."""
-        run, charges = self.run, self._charges
+        run = self.run
         match line:
             case records.Discovered():
                 name = line.obstacle.name
@@ -225,7 +213,7 @@ class RunReader:
                 if helpers:
                     self._status(line.tick, line.obstacle, values.ObstacleStatus.REQUESTED)
                 else:  # perhaps an order
-                    self._seen(line.tick, self._known(line.obstacle).name)
+                    self._seen(line.tick, self._known(line.obstacle))
                 # The helpers change with its next need, for example.
                 rows = run.stack.now
                 mine = (
@@ -234,30 +222,32 @@ class RunReader:
                 )
                 run.stack.put(line.tick, tuple(mine))
             case records.Met():
-                carried = self._known(line.obstacle).carried
-                self._seen(line.tick, line.obstacle)
-                if line.need < len(carried) and carried[line.need]:
-                    carriers = line.robots or (line.robot,)
-                    run.loads[line.obstacle].append((line.tick, carriers))
+                hidden = self._known(line.obstacle)
+                self._seen(line.tick, hidden)
+                if line.need < len(hidden.carried) and hidden.carried[line.need]:
+                    hidden.loads.append((line.tick, line.robots or (line.robot,)))
                 else:
-                    run.loads[line.obstacle].put(line.tick, ())
-                run.met[line.obstacle].put(line.tick, line.need + 1)
+                    hidden.loads.put(line.tick, ())
+                hidden.met.put(line.tick, line.need + 1)
             case records.Resolved():
                 if line.traversable is False:
                     self._status(line.tick, line.obstacle, values.ObstacleStatus.BLOCKED)
-                run.met[line.obstacle].put(line.tick, len(run.hidden[line.obstacle].actions))
-                run.loads[line.obstacle].put(line.tick, ())
+                hidden = self._known(line.obstacle)
+                hidden.met.put(line.tick, len(hidden.actions))
+                hidden.loads.put(line.tick, ())
                 if run.restarts_rounds(line.obstacle):  # they count from the last resolution
-                    self._restart(line.tick, *run.progress)
+                    self._restart(line.tick, run.robots)
                 if line.obstacle in self._flat:
-                    charges.replaced(self._flat.pop(line.obstacle), now)
+                    self._flat.pop(line.obstacle).replace(now)
             case records.Appeared():
-                run.met[line.obstacle].put(line.tick, 0)  # it may have disappeared before
-                flat = charges.lowest(run.hidden[line.obstacle].region, now)
-                if line.cause is ChangeCause.BATTERY and flat is not None:
-                    self._flat[line.obstacle] = flat
+                hidden = self._known(line.obstacle)
+                hidden.met.put(line.tick, 0)  # it may have disappeared before
+                charges = [track.battery for track in run.robots if track.battery is not None]
+                here = [each for each in charges if each.region == hidden.region]
+                if line.cause is ChangeCause.BATTERY and here:
+                    self._flat[line.obstacle] = min(here, key=lambda each: each.at(now))
             case records.Gone():
-                run.loads[line.obstacle].put(line.tick, ())
+                self._known(line.obstacle).loads.put(line.tick, ())
 
     def _known(self, obstacle: str) -> values.Hidden:
         if obstacle not in self.run.hidden:
@@ -265,18 +255,16 @@ class RunReader:
         return self.run.hidden[obstacle]
 
     def _status(self, tick: int, obstacle: str, status: values.ObstacleStatus) -> None:
-        self.run.statuses[self._known(obstacle).name].append((tick, status))
+        self._known(obstacle).status.append((tick, status))
 
-    def _seen(self, tick: int, name: str) -> None:
+    def _seen(self, tick: int, hidden: values.Hidden | None) -> None:
         """A robot acts on an obstacle, so it is not hidden, even if no robot has requested it."""
-        statuses = self.run.statuses.get(name)
-        if statuses is not None and statuses.now is values.ObstacleStatus.HIDDEN:
-            statuses.append((tick, values.ObstacleStatus.FOUND))
+        if hidden is not None and hidden.status.now is values.ObstacleStatus.HIDDEN:
+            hidden.status.append((tick, values.ObstacleStatus.FOUND))
 
-    def _restart(self, tick: int, *robots: str) -> None:
-        for robot in robots:
-            progress = self.run.progress[robot]
-            progress.put(tick, replace(progress.now, rounds=0))
+    def _restart(self, tick: int, robots: Iterable[RobotTrack]) -> None:
+        for track in robots:
+            track.progress.put(tick, replace(track.progress.now, rounds=0))
 
     def _event(
         self, line: records.Record, kind: values.StoryKind, text: str = "", **more: Any
@@ -309,7 +297,8 @@ class RunReader:
             ]
             waiting = line.requester
             if waiting is not None and waiting in line.objectives and waiting not in helpers:
-                run.waits.setdefault(waiting, []).append(run.objectives[waiting].now)
+                track = self._paths.robot(waiting)
+                track.waits.append(track.objectives.now)
         else:
             own = [n for n, row in enumerate(rows) if row.obstacle == line.obstacle]
             ended = [n for n in own if rows[n].requester == line.requester] or own
@@ -317,7 +306,10 @@ class RunReader:
                 del rows[ended[-1]]
             del rows[max(0, line.depth) :]
         run.stack.append((line.tick, tuple(rows)))
-        told = "; ".join(f"{name}: {run.doing(name, run.objectives[name].now)}" for name in new)
+        tracks = map(self._paths.robot, new)
+        told = "; ".join(
+            f"{track.name}: {run.doing(track, track.objectives.now)}" for track in tracks
+        )
         text = self._wording.sentence(line) + (f" ({told})" if told else "")
         self._event(line, _KINDS[line.type], text)
 
@@ -328,17 +320,18 @@ class RunReader:
         self._event(line, values.StoryKind.SYNTHESIS, synthesis=line)
 
     def _believe(self, line: records.Belief) -> None:
-        names = (self._paths.robot(line.robot).name, self._paths.robot(line.of).name)
         regions = frozenset(map(self._paths.on_map, line.regions))
-        beliefs = self.run.beliefs.setdefault(names, values.Changes.of(None))
+        held, of = self._paths.robot(line.robot).beliefs, self._paths.robot(line.of).name
+        beliefs = held.setdefault(of, values.Changes.of(None))
         beliefs.append((line.tick, values.RobotBelief(line.seen, regions)))
 
     def _goal(self, line: records.Goal) -> None:
-        progress = self.run.progress[self._paths.robot(line.robot).name]
-        before, objective = progress.now, self.run.objectives[line.robot].now
+        track = self._paths.robot(line.robot)
+        before, objective = track.progress.now, track.objectives.now
         settles = objective is not None and objective.settles
         rounds = 0 if settles else line.round  # a round per held tick is not shown
-        progress.append((line.tick, values.RobotProgress(rounds, self._paths.on_map(line.region))))
+        reached = values.RobotProgress(rounds, self._paths.on_map(line.region))
+        track.progress.append((line.tick, reached))
         if settles and before.reached == line.region:  # continued holding is not an event
             return
         new = 0 if line.round == before.rounds else line.round  # reported with its last target
@@ -354,7 +347,7 @@ class RunReader:
         self.run.inputs |= line.values
         of = ((robot.name, name) for robot in self._scenario.robots for name, _ in robot.when)
         modes = {robot for robot, name in of if line.values.get(name)}
-        self._restart(line.tick, *(modes ^ self._modes))
+        self._restart(line.tick, map(self._paths.robot, modes ^ self._modes))
         self._modes = modes
 
     def _told(self, line: records.Told | records.NewObjective) -> None:
@@ -365,19 +358,12 @@ class RunReader:
 
     def _set_objective(self, tick: int, name: str, objective: Objective) -> bool:
         """Change an objective, and return whether it was another one."""
-        changed = objective != self.run.objectives[self._paths.robot(name).name].now
+        changed = objective != self._paths.robot(name).objectives.now
         if changed:
             self._given(tick, name, objective)
         return changed
 
     def _given(self, tick: int, name: str, objective: Objective) -> None:
-        self.run.objectives[self._paths.robot(name).name].append((tick, objective))
-        self.run.progress[name].append((tick, values.RobotProgress()))
-
-
-def _track(robot: Robot) -> values.RobotTrack:
-    model, start = robot.model, robot.start
-    if model.vision is not None and model.vision < 1:
-        raise ContradictionError(f"{robot.name} does not even see the next region")
-    pose, can = ([start.region], [start.heading]), tuple(sorted(robot.capabilities))
-    return values.RobotTrack(robot.name, model.name, model.layer, can, *pose, model.vision)
+        track = self._paths.robot(name)
+        track.objectives.append((tick, objective))
+        track.progress.append((tick, values.RobotProgress()))

@@ -13,24 +13,13 @@ from collections.abc import Mapping
 
 from msgspec import Struct, field
 
-from safenav.data import cached_method
 from safenav.errors import Outcome
-from safenav.run.values import (
-    Changes,
-    Event,
-    Hidden,
-    ObstacleStatus,
-    Placed,
-    RobotBelief,
-    RobotProgress,
-    RobotTrack,
-    Scene,
-    StackRow,
-    StoryKind,
-)
+from safenav.run.tracks import RobotTrack
+from safenav.run.values import Changes, Event, Hidden, ObstacleStatus, StackRow, StoryKind
 from safenav.scenario.model import Exclusion
 from safenav.scenario.objective import Objective, describe, station, target_regions
 from safenav.trace.records import End
+from safenav.trace.words import listed
 from safenav.world.map import Region, RegionMap
 from safenav.world.poses import bits
 from safenav.world.sight import Visibility, visible_from
@@ -55,19 +44,13 @@ TICKS, SECONDS = RunClock("tick", "tick", 4.0), RunClock("second", "t", 12.0)
 
 
 class Run(Struct):
-    """A run up to the last complete tick of its trace. ``ending`` is None until it ends, and for a
-    trace that was cut off. Obstacles are by name; ``loads``: the robots that carry one, ``met``:
-    the number of its fulfilled needs."""
+    """A run up to the last complete tick of its trace. ``hidden``: obstacles by name; ``ending`` is
+    None until it ends, and for a trace that was cut off."""
 
     name: str
     map: RegionMap
     robots: tuple[RobotTrack, ...]
-    objectives: Mapping[str, Changes[Objective | None]]
-    progress: Mapping[str, Changes[RobotProgress]]
     hidden: dict[str, Hidden] = field(default_factory=dict)
-    statuses: dict[str, Changes[ObstacleStatus]] = field(default_factory=dict)
-    loads: dict[str, Changes[tuple[str, ...]]] = field(default_factory=dict)
-    met: dict[str, Changes[int]] = field(default_factory=dict)
     stack: Changes[tuple[StackRow, ...]] = field(default_factory=lambda: Changes.of(()))
     events: list[Event] = field(default_factory=list)
     ending: End | None = None
@@ -79,14 +62,6 @@ class Run(Struct):
     None: time is in ticks only."""
     plans: Changes[Mapping[str, tuple[Region, ...]]] = field(default_factory=lambda: Changes.of({}))
     """The paths of the robots of a joint plan; none while there is no plan."""
-    driven: set[str] = field(default_factory=set)
-    """The robots that joint plans have moved so far."""
-    waits: dict[str, list[Objective | None]] = field(default_factory=dict)
-    """The objectives with which robots have waited for help."""
-    beliefs: dict[tuple[str, str], Changes[RobotBelief | None]] = field(default_factory=dict)
-    """Knowledge of a robot (first name) about another one (second); None until recorded."""
-    charges: Mapping[str, Changes[int]] = field(default_factory=dict)
-    """The charge of each robot with a battery, in percent of its capacity."""
     inputs: dict[str, bool] = field(default_factory=dict)
     """The last values of the environment's inputs."""
     chargers: tuple[Region, ...] = ()
@@ -95,6 +70,8 @@ class Run(Struct):
     interrupts: str | None = None
     """The type of obstacle whose resolution does not restart the rounds: a flat battery."""
     _by_tick: dict[int, list[Event]] = field(default_factory=dict)
+    _views: dict[tuple[float, frozenset[Region]], Visibility] = field(default_factory=dict)
+    """What can be seen from where, by radius and closed regions: it is needed for every tick."""
 
     @property
     def last(self) -> int:
@@ -158,57 +135,61 @@ class Run(Struct):
         """Return whether resolving an obstacle restarts the rounds."""
         return self.interrupts is None or self.hidden[obstacle].type != self.interrupts
 
-    def closed(self, tick: int) -> dict[str, ObstacleStatus]:
+    def closed(self, tick: int) -> list[Hidden]:
         """Return the known obstacles that are not resolved."""
-        statuses = {name: changes.at(tick) for name, changes in self.statuses.items()}
-        return {name: status for name, status in statuses.items() if status in CLOSED}
+        return [each for each in self.hidden.values() if each.status.at(tick) in CLOSED]
 
-    def at(self, tick: int, fraction: float = 0.0, trail: int = 24) -> Scene:
-        """Return the moment after ``tick``, or at a ``fraction`` of the time to the next one.
+    def present(self, tick: int) -> list[Hidden]:
+        """Return the obstacles that have appeared and are still there."""
+        absent = ObstacleStatus.ABSENT
+        return [each for each in self.hidden.values() if each.status.at(tick) is not absent]
 
-        Knowledge is that of ``tick``; only positions are interpolated. ``trail``: the number of
-        past ticks in the robots' paths."""
-        robots = tuple(self._placed(track, tick, fraction, trail) for track in self.robots)
-        known = ((o, self.statuses[o.name].at(tick)) for o in self.hidden.values())
-        there = ((o, status) for o, status in known if status is not ObstacleStatus.ABSENT)
-        obstacles = tuple((o, status, self.met[o.name].at(tick)) for o, status in there)
-        moment = f"tick {tick} of {self.last}"
+    def sight(self, track: RobotTrack, tick: int) -> list[Region] | None:
+        """Return the regions, ascending, that a robot sees after ``tick``; None without a
+        radius."""
+        if track.vision is None:
+            return None
+        closed = frozenset(hidden.region for hidden in self.closed(tick))
+        key = (track.vision, closed)
+        if key not in self._views:
+            self._views[key] = visible_from(self.map, *key)
+        return [*bits(self._views[key].mask(track.regions[tick]))]
+
+    def stage(self, tick: int, fraction: float = 0.0) -> str:
+        """Return a moment and the end in words: ``tick 46 of 46: completed``."""
+        words = f"tick {tick} of {self.last}"
         if self.seconds is not None:
-            moment = f"{self._moment(tick, fraction):.1f} of {self.seconds[-1]:.1f} s"
+            words = f"{self._moment(tick, fraction):.1f} of {self.seconds[-1]:.1f} s"
         if tick == self.last and self.ending is not None:
             when = ", ended within it" if self.within else ""
-            moment += f"{when}: {self.ending.outcome.replace('_', ' ')}"
-        stack = self.stack.at(tick)
-        happenings = (stack, self.happened(tick), self.chargers, self.exclusions)
-        return Scene(self.name, moment, self.map, robots, obstacles, *happenings)
+            words += f"{when}: {self.ending.outcome.replace('_', ' ')}"
+        return words
 
     def _moment(self, tick: int, fraction: float) -> float:
         here = self.time(tick)
         return here + (self.time(min(tick + 1, self.last)) - here) * fraction
 
-    def _placed(self, track: RobotTrack, tick: int, fraction: float, trail: int) -> Placed:
-        name, taken = track.name, track.transit(tick)
-        row, col, heading = self.place(track, tick, fraction)
-        objective = self.objectives[name].at(tick)
-        aim, end = self._aim(track, objective, tick)
-        trail *= 1 if self.seconds is None else len(self.robots)
-        held = (n for n, carriers in self.loads.items() if name in carriers.at(tick))
-        return Placed(
-            name,
-            track.model,
-            track.layer,
-            row,
-            col,
-            heading,
-            objective,
-            trail=tuple(track.regions[max(0, tick - trail) : tick + 1]),
-            taken=() if taken is None else (track.regions[tick], taken.toward),
-            loads=tuple(self.hidden[name] for name in held),
-            charge=self.charges[name].at(tick) if name in self.charges else None,
-            doing=self.doing(name, objective),
-            aim=aim,
-            ahead=tuple(track.regions[tick : min(end, tick + AHEAD) + 1]),
-        )
+    def loads(self, robot: str, tick: int) -> list[Hidden]:
+        """Return the obstacles that a robot carries."""
+        return [each for each in self.hidden.values() if robot in each.loads.at(tick)]
+
+    def equipment(self, track: RobotTrack, tick: int) -> str:
+        """Return the loads and the charge of a robot in words; empty if it has neither."""
+        loads = [load.label(self.map) for load in self.loads(track.name, tick)]
+        carries = [f"carries {listed(loads)}"] if loads else []
+        charge = [f"charge {track.charge.at(tick)} %"] if track.charge else []
+        return "; ".join(carries + charge)
+
+    def trail(self, track: RobotTrack, tick: int, ticks: int = 24) -> list[Region]:
+        """Return the last regions of a robot's path, oldest first."""
+        ticks *= 1 if self.seconds is None else len(self.robots)
+        return track.regions[max(0, tick - ticks) : tick + 1]
+
+    def ahead(self, track: RobotTrack, tick: int) -> tuple[Region | None, list[Region]]:
+        """Return the target that a robot reaches next, as far as that is known, and the regions on
+        its way there, from its own."""
+        aim, end = self._aim(track, track.objectives.at(tick), tick)
+        return aim, track.regions[tick : min(end, tick + AHEAD) + 1]
 
     def _aim(
         self, track: RobotTrack, objective: Objective | None, tick: int
@@ -216,9 +197,9 @@ class Run(Struct):
         """Return the target that a robot reaches next, if it reaches one before its objective
         changes, and when; else where it is then."""
         targets = target_regions(objective)
-        changes = (at for at, _ in self.objectives[track.name].after(tick))
+        changes = (at for at, _ in track.objectives.after(tick))
         until = min(next(changes, self.last), self.last)
-        for at, progress in self.progress[track.name].after(tick):
+        for at, progress in track.progress.after(tick):
             if at > until:
                 break
             if progress.reached in targets:
@@ -251,37 +232,17 @@ class Run(Struct):
             degrees += turn * min(1.0, 2.0 * part)  # it has turned by half the step
         return row + (to_row - row) * part, col + (to_col - col) * part, degrees
 
-    def doing(self, robot: str, objective: Objective | None) -> str:
+    def doing(self, track: RobotTrack, objective: Objective | None) -> str:
         """Return an objective of a robot in words; also whether it only charges its battery, or is
         moved by a joint plan while it waits."""
         place = None if objective is None else station(objective)
         words = "no objective" if objective is None else describe(objective, self.map.word)
         if place is None:
             return words
-        if robot in self.charges and place <= {*self.chargers}:
+        if track.charge is not None and place <= {*self.chargers}:
             return f"{words}, to charge"
-        waits = robot in self.driven and objective in self.waits.get(robot, ())
+        waits = track.driven and objective in track.waits
         return f"{words}, unless its joint plan moves it" if waits else words
 
 
 CLOSED = {ObstacleStatus.FOUND, ObstacleStatus.REQUESTED, ObstacleStatus.BLOCKED}
-
-
-class SightCache(Struct, frozen=True, dict=True):
-    """The sight of robots on a map, cached by radius and blocking obstacles, so that a query for
-    every tick is cheap."""
-
-    map: RegionMap
-
-    @cached_method
-    def _view(self, vision: float, closed: frozenset[Region]) -> Visibility:
-        return visible_from(self.map, vision, closed)
-
-    def after(self, run: Run, robot: str, tick: int) -> list[Region] | None:
-        """Return the regions, ascending, that a robot sees after ``tick``; None without a
-        radius."""
-        track = run.track(robot)
-        if track.vision is None:
-            return None
-        closed = frozenset(run.hidden[name].region for name in run.closed(tick))
-        return [*bits(self._view(track.vision, closed).mask(track.regions[tick]))]

@@ -13,11 +13,11 @@ from typing import TypeVar
 
 from msgspec import Struct, field
 
-from safenav.scenario.model import OPERATOR_ACTION, Exclusion
-from safenav.scenario.objective import Objective, Word, number_word
+from safenav.scenario.model import OPERATOR_ACTION
+from safenav.scenario.objective import Word, number_word
 from safenav.trace import records
 from safenav.trace.words import listed, obstacle_words
-from safenav.world.map import Heading, Region, RegionMap
+from safenav.world.map import Region, RegionMap
 
 T = TypeVar("T")
 
@@ -121,54 +121,6 @@ class Event(Struct, frozen=True):
     synthesis: SynthesisOutcome | None = None
 
 
-class LongStep(Struct, frozen=True):
-    """A step that takes several ticks: after ``first`` to ``last`` the robot is between its region
-    and ``toward``, and occupies both; it arrives in the next tick. ``begin`` and ``end``: times of
-    departure and arrival in ticks, or in seconds if the run has a clock."""
-
-    first: int
-    last: int
-    toward: Region
-    begin: float
-    end: float
-
-    def part(self, time: float) -> float:
-        """Return the completed part of the step at a time, from 0 to 1."""
-        return min(1.0, max(0.0, (time - self.begin) / max(self.end - self.begin, 1e-9)))
-
-
-class RobotTrack(Struct):
-    """One robot and its poses: ``regions[t]`` and ``headings[t]`` after tick t; ``pose`` is the
-    last one, also within a tick. ``vision``: its radius in regions, None if unlimited; ``steps``:
-    its steps of more than one tick, in order."""
-
-    name: str
-    model: str
-    layer: str
-    capabilities: tuple[str, ...]
-    regions: list[Region]
-    headings: list[Heading | None]
-    vision: float | None = None
-    steps: list[LongStep] = field(default_factory=list)
-    within: tuple[Region, Heading | None] | None = None
-    """Its pose after its turn in the incomplete tick."""
-
-    @property
-    def pose(self) -> tuple[Region, Heading | None]:
-        return self.within or (self.regions[-1], self.headings[-1])
-
-    def transit(self, tick: int) -> LongStep | None:
-        """Return the step that the robot is in after ``tick``; None if it is in one region."""
-        i = bisect_right(self.steps, tick, key=lambda step: step.first) - 1
-        return self.steps[i] if i >= 0 and tick <= self.steps[i].last else None
-
-    def stand(self, pose: tuple[Region, Heading | None] | None = None) -> None:
-        """Add a tick, with the same pose or another one."""
-        region, heading = pose or (self.regions[-1], self.headings[-1])
-        self.regions.append(region)
-        self.headings.append(heading)
-
-
 class RobotBelief(Struct, frozen=True):
     """Knowledge of a robot about another one: ``seen`` in the single region of ``regions``, or
     believed to be in any of them."""
@@ -177,22 +129,35 @@ class RobotBelief(Struct, frozen=True):
     regions: frozenset[Region]
 
 
-class Hidden(Struct, frozen=True):
-    """A hidden obstacle: the ``actions`` of its needs in order. ``carried``: for each need but the
-    last, whether the robots that fulfilled it carry the obstacle to the next."""
+class RobotProgress(Struct, frozen=True):
+    """Progress of a robot in its present objective: rounds, and the last reached target."""
+
+    rounds: int = 0
+    reached: Region | None = None
+
+
+class Hidden(Struct):
+    """A hidden obstacle and its history: the ``actions`` of its needs in order; ``met``: the number
+    of fulfilled ones; ``loads``: the robots that carry it. ``carried``: for each need but the last,
+    whether the robots that fulfilled it carry the obstacle to the next."""
 
     name: str
     type: str
     region: Region
     actions: tuple[str, ...]
+    status: Changes[ObstacleStatus]
     carried: tuple[bool, ...] = ()
     ordered: bool = False
+    met: Changes[int] = field(default_factory=lambda: Changes.of(0))
+    loads: Changes[tuple[str, ...]] = field(default_factory=lambda: Changes.of(()))
 
-    def state(self, status: ObstacleStatus, met: int) -> str:
+    def state(self, tick: int) -> str:
         """Return its status and open needs in words: ``found, needs 'unlock', then 'push'``."""
+        status = self.status.at(tick)
         unknown = self.ordered and status is ObstacleStatus.HIDDEN
         words = "not ordered yet" if unknown else status.meaning
-        needs = "" if status is ObstacleStatus.RESOLVED else self.open_needs(met)
+        resolved = status is ObstacleStatus.RESOLVED
+        needs = "" if resolved else self.open_needs(self.met.at(tick))
         return f"{words}, needs {needs}" if needs else words
 
     def open_needs(self, met: int) -> str:
@@ -225,61 +190,6 @@ class StackRow(Struct, frozen=True):
         if self.helpers:
             parts.append(f"{listed(self.helpers)} {'helps' if len(self.helpers) == 1 else 'help'}")
         return ", ".join(parts) or "no robot helps yet"
-
-
-class RobotProgress(Struct, frozen=True):
-    """Progress of a robot in its present objective: rounds, and the last reached target."""
-
-    rounds: int = 0
-    reached: Region | None = None
-
-
-class Placed(Struct, frozen=True):
-    """A robot in a scene. ``row`` and ``col`` are fractions between two ticks; ``heading`` is in
-    degrees clockwise from north, None for robots without a heading. ``trail``: the regions of its
-    past path, oldest first."""
-
-    name: str
-    model: str
-    layer: str
-    row: float
-    col: float
-    heading: float | None
-    objective: Objective | None
-    trail: tuple[Region, ...] = ()
-    taken: tuple[Region, ...] = ()
-    """The two regions that it occupies during a step of several ticks; else none."""
-    loads: tuple[Hidden, ...] = ()
-    """The obstacles that it carries."""
-    charge: int | None = None
-    """The charge of its battery in percent, if it has one."""
-    doing: str = ""
-    """Its objective in words."""
-    aim: Region | None = None
-    """The target that it reaches next, as far as that is known."""
-    ahead: tuple[Region, ...] = ()
-    """The regions on the way there, from its own."""
-
-    def equipment(self, world: RegionMap) -> str:
-        """Return its loads and its charge in words; empty if it has neither."""
-        loads = f"carries {listed([load.label(world) for load in self.loads])}"
-        charge = f"charge {self.charge} %"
-        return "; ".join([loads] * bool(self.loads) + [charge] * (self.charge is not None))
-
-
-class Scene(Struct, frozen=True):
-    """One complete moment: everything a picture shows."""
-
-    title: str
-    moment: str
-    map: RegionMap
-    robots: tuple[Placed, ...]
-    obstacles: tuple[tuple[Hidden, ObstacleStatus, int], ...]
-    """Each present obstacle with its status and the number of its fulfilled needs."""
-    stack: tuple[StackRow, ...] = ()
-    happened: tuple[Event, ...] = ()
-    chargers: tuple[Region, ...] = ()
-    exclusions: tuple[Exclusion, ...] = ()
 
 
 ORANGE = "#E69F00"

@@ -14,7 +14,8 @@ from msgspec.structs import replace
 from safenav.report.page.html import encoded
 from safenav.report.picture.svg import obstacle_pictogram, robot_pictogram
 from safenav.run.run import Run
-from safenav.run.values import Changes, Hidden, ObstacleStatus, RobotProgress, RobotTrack
+from safenav.run.tracks import RobotTrack
+from safenav.run.values import Changes, Hidden, ObstacleStatus, looks
 from safenav.scenario.model import Catalogue, Exclusion
 from safenav.scenario.objective import KINDS, Objective
 from safenav.scenario.reading.regions import Reading
@@ -168,34 +169,31 @@ def _still(
 ) -> Run:
     """Return the scenario as a replay without ticks."""
     tracks = []
-    for robot in robots:
+    style = looks([robot["name"] for robot in robots])
+    for robot, look in zip(robots, style, strict=True):
         model = catalogue.robots.get(robot["model"])
         turns = model is not None and model.mobility is Mobility.HEADING
         heading = HEADINGS.get(robot["heading"] or "north") if turns else None
         layer, can = (model.layer, sorted(model.capabilities)) if model else ("ground", [])
+        pose = [robot["start"]], [heading]
+        pursues = Changes.of(_objective(robot))
         tracks.append(
-            RobotTrack(
-                robot["name"], robot["model"], layer, tuple(can), [robot["start"]], [heading]
-            )
+            RobotTrack(robot["name"], robot["model"], layer, tuple(can), look, *pose, pursues)
         )
     hidden = {}
     for key, obstacle in [*(("", o) for o in obstacles), *(("order ", o) for o in orders)]:
         kind = catalogue.obstacles.get(obstacle["type"])
         actions = ("?",) if kind is None else tuple(need.action for need in kind.needs)
         name = f"{obstacle['type']}@{obstacle['region']} {key}{obstacle['index']}"
-        place = obstacle["region"]
-        hidden[name] = Hidden(name, obstacle["type"], place, actions, ordered=bool(key))
-    objectives = {robot["name"]: _objective(robot) for robot in robots}
+        status = Changes.of(ObstacleStatus.HIDDEN)
+        hidden[name] = Hidden(
+            name, obstacle["type"], obstacle["region"], actions, status, ordered=bool(key)
+        )
     return Run(
         name=title,
         map=world,
         robots=tuple(tracks),
         hidden=hidden,
-        statuses={name: Changes.of(ObstacleStatus.HIDDEN) for name in hidden},
-        loads={name: Changes.of(()) for name in hidden},
-        met={name: Changes.of(0) for name in hidden},
-        objectives={name: Changes.of(changes) for name, changes in objectives.items()},
-        progress={track.name: Changes.of(RobotProgress()) for track in tracks},
         chargers=tuple(chargers),
         exclusions=exclusions,
     )

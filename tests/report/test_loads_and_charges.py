@@ -70,14 +70,15 @@ def test_in_3d_a_run_in_lockstep_has_the_charges_of_its_ticks(
     (data,) = re.findall(r'id="run">(.*?)</script>', page)
     run = json.loads(data)
     charge = [level for _, level in run["robots"][0]["charge"]]
-    ticked = run_of(trace).charges["cart"]
+    ticked = run_of(trace).track("cart").charge
+    assert ticked is not None
     # Charging takes no time in such a motion: of what happens in one instant, the last is shown.
     assert charge[-1] == ticked.now > 0
     assert set(charge) <= {level for _, level in ticked}
 
 
 def _takes(replay: Run, load: str, tick: int) -> bool:
-    carriers = replay.loads[load]
+    carriers = replay.hidden[load].loads
     return carriers.at(tick) != () and carriers.at(tick - 1) == ()
 
 

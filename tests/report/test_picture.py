@@ -7,7 +7,7 @@ import pytest
 
 from once import SCENARIOS, beside
 from safenav.report.picture.floor import placed_names
-from safenav.report.picture.scene import scene_of, svg_of
+from safenav.report.picture.scene import svg_of, svg_of_scenario
 from safenav.report.picture.svg import separated, text_width
 from safenav.report.terminal.story import scenario_text
 from safenav.run.run import Run
@@ -38,7 +38,7 @@ def _texts(svg: str) -> list[tuple[str, Box]]:
 def test_no_text_overlaps_another_or_leaves_the_page(
     replays: dict[str, Run], name: str, tick: int
 ) -> None:
-    svg = svg_of(replays[name].at(tick))
+    svg = svg_of(replays[name], tick)
     root = ElementTree.fromstring(svg)
     width, height = float(root.attrib["width"]), float(root.attrib["height"])
     texts = _texts(svg)
@@ -64,7 +64,7 @@ def test_orders_and_exclusions_are_drawn_before_any_run() -> None:
     text = scenario_text(scenario, width=100)
     assert "  at most one of a and b is in 8-9 at a time" in text
     assert any("parcel@dock: ordered at tick 4 at dock" in line for line in text)
-    drawn = svg_of(scene_of(scenario))
+    drawn = svg_of_scenario(scenario)
     words = [text for text, _ in _texts(drawn)]
     assert "not ordered yet, needs 'push'" in words and '"9 3 2 3"' in drawn
     still = drawing_of(ZONE, scenario.map, scenario.catalogue)["run"]
@@ -74,7 +74,7 @@ def test_orders_and_exclusions_are_drawn_before_any_run() -> None:
 
 @pytest.mark.parametrize("name", ["warehouse", "hospital"])
 def test_figures_can_be_read(name: str) -> None:
-    svg = svg_of(scene_of(load_scenario(SCENARIOS / f"{name}.yaml")))
+    svg = svg_of_scenario(load_scenario(SCENARIOS / f"{name}.yaml"))
     assert min(map(float, re.findall('font-size="([0-9.]+)"', svg))) >= 8
 
 
@@ -82,6 +82,4 @@ def test_the_name_of_a_narrow_area_stays_inside_it() -> None:
     area = frozenset({7, 12, 17})
     world = RegionMap.from_grid(["#####", *["#...#"] * 3, "#####"], {}, {"laboratory": area})
     (name,) = placed_names(world, 48)
-    cols = range(int(name.box.left // 48), int(name.box.right // 48) + 1)
-    rows = range(int(name.box.top // 48), int(name.box.bottom // 48) + 1)
-    assert {world.region(r, c) for r in rows for c in cols} <= area
+    assert {*name.regions} <= area

@@ -30,7 +30,7 @@ def _rgb(colour: str) -> tuple[int, ...]:
 
 
 def test_a_png_has_the_requested_width_and_shows_the_robots(replays: dict[str, Run]) -> None:
-    png = png_of(svg_of(replays["door"].at(11)), width=900)
+    png = png_of(svg_of(replays["door"], 11), width=900)
     assert Image.open(io.BytesIO(png)).size[0] == 900
     colours = _colours(png)
     assert colours.get(_rgb(BLUE), 0) > 300 and colours.get(_rgb(ORANGE), 0) > 300
@@ -49,7 +49,7 @@ def test_letters_missing_in_the_fonts_are_drawn_by_the_system(
         return bytes(drawn(**options))
 
     monkeypatch.setattr(resvg_py, "svg_to_bytes", watched)
-    png_of(svg_of(replace(replays["door"].at(0), title=title)), width=200)
+    png_of(svg_of(replace(replays["door"], name=title), 0), width=200)
     assert asked == [own]
 
 
@@ -91,7 +91,7 @@ def test_a_film_has_the_plain_colours_of_the_picture(
 def test_a_missing_extra_is_named(
     replays: dict[str, Run], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    svg = svg_of(replays["door"].at(0))
+    svg = svg_of(replays["door"], 0)
     monkeypatch.setitem(sys.modules, "resvg_py", None)
     with pytest.raises(UsageError, match="resvg-py>="):
         png_of(svg)

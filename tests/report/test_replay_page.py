@@ -76,7 +76,7 @@ def test_the_state_of_a_tick_is_that_of_the_trace(
         browser.open(pages["chain"], f"#tick={tick}")
         assert browser.tick == tick
         for obstacle in replay.hidden.values():
-            status = replay.statuses[obstacle.name].at(tick).value
+            status = obstacle.status.at(tick).value
             drawn = browser.one(f'.knowledge [data-obstacle="{obstacle.name}"]')
             listed = browser.one(f'.obstacles [data-obstacle="{obstacle.name}"]')
             assert drawn.get_attribute("data-status") == status

@@ -11,7 +11,6 @@ from once import beside
 from report import made_traces
 from safenav.errors import InputError
 from safenav.run.reading import RunReader, read_run
-from safenav.run.run import SightCache
 from safenav.scenario.model import Clock
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.file import unstarted
@@ -116,9 +115,8 @@ def test_found_obstacles_block_the_view_until_they_are_resolved(tmp_path: Path) 
     lines = made_traces.door()
     team(lines[0])["quad"]["model"]["vision"] = 4
     replay = read_run(made_traces.write(lines, tmp_path / "t.jsonl"))
-    sight = SightCache(replay.map)
     quad = replay.track("quad")
     assert quad.regions[10] == quad.regions[11] == 46
-    before, found, after = (sight.after(replay, "quad", tick) or [] for tick in (10, 11, 16))
+    before, found, after = (replay.sight(quad, tick) or [] for tick in (10, 11, 16))
     assert 48 in before and 48 not in found and 48 in after
     assert 47 in found, "the closed doorway itself is seen"

@@ -119,7 +119,7 @@ def _picture(run: Run) -> str:
     """Return a picture of the most eventful moment."""
     kinds = (StoryKind.REQUEST, StoryKind.VIOLATION, StoryKind.PLAN, StoryKind.GOAL)
     ranked = [event.tick for kind in kinds for event in run.told if event.kind is kind]
-    return svg_of(run.at(ranked[0] if ranked else 0))
+    return svg_of(run, ranked[0] if ranked else 0)
 
 
 def _golden(found: str, name: str) -> None:

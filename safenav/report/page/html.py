@@ -32,7 +32,8 @@ from safenav.report.picture.svg import (
 )
 from safenav.run import values
 from safenav.run.reading import Beginning, RunReader, run_of
-from safenav.run.run import Run, SightCache
+from safenav.run.run import Run
+from safenav.run.tracks import LongStep, RobotTrack
 from safenav.scenario.objective import Objective, target_regions
 from safenav.trace.file import Trace
 from safenav.world.map import Region, RegionMap
@@ -154,11 +155,8 @@ def encoded(run: Run, source: str, sets: Sets | None = None) -> dict[str, Any]:
     """Return the data of the page. ``source``: the name of the trace; ``sets``: those that pages
     have."""
     ending, now = run.ending, _Rows(run, {} if sets is None else sets).since(0)
-    style = values.looks([track.name for track in run.robots])
-    now["robots"] = [
-        {**_robot(track), **rows, "look": asdict(look)}
-        for track, rows, look in zip(run.robots, now["robots"], style, strict=True)
-    ]
+    both = zip(run.robots, now["robots"], strict=True)
+    now["robots"] = [_robot(track) | rows for track, rows in both]
     return {
         "name": run.name,
         "source": source,
@@ -193,9 +191,8 @@ def encoded(run: Run, source: str, sets: Sets | None = None) -> dict[str, Any]:
 class _Rows:
     """The entries of a run that grow with its ticks: changes of values as [tick, value...]."""
 
-    def __init__(self, run: Run, sets: Sets, sight: SightCache | None = None) -> None:
+    def __init__(self, run: Run, sets: Sets) -> None:
         self._run, self._sets = run, sets
-        self._sight = sight or SightCache(run.map)
         self._index = {track.name: i for i, track in enumerate(run.robots)}
         self._begin = 0
 
@@ -222,34 +219,37 @@ class _Rows:
         new = changes.after(begin - 1) if begin else changes
         return [[tick, *value(held)] for tick, held in {max(0, t): v for t, v in new}.items()]
 
-    def _robot(self, track: values.RobotTrack) -> dict[str, Any]:
-        run, name, begin = self._run, track.name, self._begin
-        charge, path, headings = run.charges.get(name), track.regions, track.headings[begin:]
+    def _robot(self, track: RobotTrack) -> dict[str, Any]:
+        begin, headings = self._begin, track.headings[self._begin :]
         facing = [heading.name[0] for heading in headings if heading is not None]
         return {
-            "path": path[begin:],
+            "path": track.regions[begin:],
             "steps": [
                 [step.first, step.last, step.toward, round(step.begin, 3), round(step.end, 3)]
                 for step in track.steps[bisect_left(track.steps, begin - 1, key=_last) :]
             ],
             "headings": "".join(facing) if len(facing) == len(headings) else None,
-            "tasks": self._changes(run.objectives[name], partial(task_data, run, name)),
-            "progress": self._changes(run.progress[name], self._progress),
-            "charge": charge and self._changes(charge, lambda percent: [percent]),
-            "sight": [*self._seen(name)],
+            "tasks": self._changes(track.objectives, partial(self._task, track)),
+            "progress": self._changes(track.progress, self._progress),
+            "charge": track.charge and self._changes(track.charge, lambda percent: [percent]),
+            "sight": [*self._seen(track)],
             "beliefs": {
                 self._index[of]: self._changes(beliefs, self._belief)
-                for (viewer, of), beliefs in run.beliefs.items()
-                if viewer == name
+                for of, beliefs in track.beliefs.items()
             },
         }
 
-    def _seen(self, robot: str) -> Iterator[list[Any]]:
+    def _task(self, track: RobotTrack, objective: Objective | None) -> list[Any]:
+        avoid = () if objective is None else objective.avoid
+        words = self._run.doing(track, objective)
+        return [words, sorted(target_regions(objective)), sorted(avoid)]
+
+    def _seen(self, track: RobotTrack) -> Iterator[list[Any]]:
         """Yield the changes of what a robot sees."""
         begin = self._begin
-        before = self._sight.after(self._run, robot, begin - 1) if begin else None
+        before = self._run.sight(track, begin - 1) if begin else None
         for tick in range(begin, self._run.last + 1):
-            view = self._sight.after(self._run, robot, tick)
+            view = self._run.sight(track, tick)
             if view is not None and view != before:
                 yield [tick, self._set(view)]
             before = view
@@ -262,16 +262,15 @@ class _Rows:
         return [0, -1] if held is None else [int(held.seen), self._set(sorted(held.regions))]
 
     def _obstacle(self, hidden: values.Hidden) -> dict[str, Any]:
-        run, name, begin = self._run, hidden.name, self._begin
-        status, met, carried = run.statuses[name], run.met[name], run.loads[name]
-        if begin and max(status[-1][0], met[-1][0], carried[-1][0]) < begin:
+        histories = (hidden.status, hidden.met, hidden.loads)
+        if self._begin and max(changes[-1][0] for changes in histories) < self._begin:
             return {}
         return {
-            **_obstacle(hidden, run.map),
-            "status": self._changes(status, lambda status: [status.value], whole=True),
-            "met": self._changes(met, lambda needs: [needs], whole=True),
+            **_obstacle(hidden, self._run.map),
+            "status": self._changes(hidden.status, lambda status: [status.value], whole=True),
+            "met": self._changes(hidden.met, lambda needs: [needs], whole=True),
             "carried": self._changes(
-                carried, lambda by: [[self._index[name] for name in by]], whole=True
+                hidden.loads, lambda by: [[self._index[name] for name in by]], whole=True
             ),
         }
 
@@ -293,7 +292,7 @@ class _Rows:
         ]
 
 
-def _last(step: values.LongStep) -> int:
+def _last(step: LongStep) -> int:
     return step.last
 
 
@@ -311,18 +310,14 @@ def _obstacle(hidden: values.Hidden, world: RegionMap) -> dict[str, Any]:
     }
 
 
-def _robot(track: values.RobotTrack) -> dict[str, Any]:
+def _robot(track: RobotTrack) -> dict[str, Any]:
     return {
         "name": track.name,
         "model": track.model,
         "shape": robot_pictogram(track.model),
         "can": track.capabilities,
+        "look": asdict(track.look),
     }
-
-
-def task_data(run: Run, robot: str, objective: Objective | None) -> list[Any]:
-    avoid = () if objective is None else objective.avoid
-    return [run.doing(robot, objective), sorted(target_regions(objective)), sorted(avoid)]
 
 
 class LiveRun:
@@ -332,7 +327,7 @@ class LiveRun:
         self._source, self._sets = source, Sets()
         reader = RunReader(header)
         self.run, self.append = reader.run, reader.append
-        self._rows = _Rows(self.run, self._sets, SightCache(self.run.map))
+        self._rows = _Rows(self.run, self._sets)
         self._told = self._told_sets = 0
 
     @property

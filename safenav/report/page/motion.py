@@ -17,7 +17,6 @@ from operator import itemgetter
 from typing import Any
 
 import numpy as np
-from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from safenav.motion import file as records
@@ -25,9 +24,9 @@ from safenav.motion.check.requirements import curves
 from safenav.motion.columns import columns_of
 from safenav.motion.timing import in_time, turns_in_time
 from safenav.report.page.html import asset, data_element, document, encoded
-from safenav.run.paths import SAME
 from safenav.run.reading import run_of
 from safenav.run.run import Run
+from safenav.run.tracks import SAME
 from safenav.run.values import Changes
 from safenav.trace.file import Trace
 
@@ -155,7 +154,7 @@ def page3d_of(trace: Trace, source: str, motion: records.Motion) -> str:
     timed = in_time(trace, motion)
     run = run_of(timed)
     if timed is not trace:
-        run = _timed(run, trace, motion)
+        _time_charges(run, trace, motion)
     scene = deflated(asset("scene.js").encode())
     return document(
         f"{run.name}: replay in 3D",
@@ -165,9 +164,9 @@ def page3d_of(trace: Trace, source: str, motion: records.Motion) -> str:
     )
 
 
-def _timed(run: Run, trace: Trace, motion: records.Motion) -> Run:
-    """Move the charges of a lockstep run from its ticks to the instants of its motion. A tick of a
-    robot has ended with its turn."""
+def _time_charges(run: Run, trace: Trace, motion: records.Motion) -> None:
+    """Set the charges of a lockstep run at the instants of its motion. A tick of a robot has ended
+    with its turn."""
     turns = turns_in_time(trace, motion)
 
     def instant(tick: int, robot: str) -> int:
@@ -176,8 +175,7 @@ def _timed(run: Run, trace: Trace, motion: records.Motion) -> Run:
         end = past[-1][1] if past else 0.0
         return max(0, bisect_right(run.seconds or (), end + SAME) - 1)
 
-    charges = {
-        name: Changes((instant(tick, name), percent) for tick, percent in charge)
-        for name, charge in run_of(trace).charges.items()
-    }
-    return replace(run, charges=charges)
+    for track, ticked in zip(run.robots, run_of(trace).robots, strict=True):
+        if ticked.charge is not None:
+            charge = ((instant(tick, track.name), percent) for tick, percent in ticked.charge)
+            track.charge = Changes(charge)

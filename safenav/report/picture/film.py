@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 from msgspec import Struct
 
 from safenav.errors import UsageError, missing_package
-from safenav.report.picture.scene import Layer, Options, svg_of
+from safenav.report.picture.scene import svg_of
 from safenav.report.picture.svg import png_of
 from safenav.run.run import Run
-from safenav.run.values import Scene, StoryKind
+from safenav.run.values import StoryKind
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -92,20 +92,20 @@ class _Stage:
     """Drawer of frames; the ground, which takes most of the time of a picture, is drawn once."""
 
     def __init__(self, run: Run, film: Film) -> None:
-        self._run, self._film = run, film
-        self._ground = self._drawn(run.at(film.first), Layer.GROUND)
+        self._run, self._width = run, film.width
+        self._ground = self._drawn(svg_of(run, film.first, caption="", moment=False))
 
     def frame(self, tick: int, part: float, caption: str) -> Image.Image:
         """Return a moment: a ``part`` of the time from ``tick`` to the next one."""
         frame = self._ground.copy()
-        frame.alpha_composite(self._drawn(self._run.at(tick, part), Layer.MOMENT, caption))
+        moment = svg_of(self._run, tick, part, caption=caption, ground=False)
+        frame.alpha_composite(self._drawn(moment))
         return frame.convert("RGB")
 
-    def _drawn(self, scene: Scene, layer: Layer, caption: str = "") -> Image.Image:
+    def _drawn(self, svg: str) -> Image.Image:
         from PIL import Image
 
-        svg = svg_of(scene, Options(layers=frozenset({layer}), caption=caption))
-        return Image.open(io.BytesIO(png_of(svg, self._film.width))).convert("RGBA")
+        return Image.open(io.BytesIO(png_of(svg, self._width))).convert("RGBA")
 
 
 def _captioned(run: Run, film: Film) -> Iterable[tuple[int, float, str, int]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Sequence
 
 from msgspec import Struct
 
@@ -63,20 +63,17 @@ def filled(world: RegionMap, regions: Collection[Region], cell: float) -> str:
 def draw_numbers(
     page: SvgWriter, world: RegionMap, cell: float, names: Sequence[PlacedName]
 ) -> None:
-    """Draw the number of each free region without one of the ``names`` in its corner; none where
-    the numbers of neighbours would overlap."""
+    """Draw the number of each free region without a name in its corner; none where the numbers of
+    neighbours would overlap."""
     size = max(_LEGIBLE, cell * 0.17)
     if cell < max(LEAST_NUMBERED, text_width(f"{world.size - 1} ", size)):
         return
-    named = {world.names[name.text] for name in names if not name.area}
+    named = {region for name in names for region in name.regions}
     page.open("g", font_size=number(size), fill="#7A818C")
     for region in world.free:
-        if region in named:
-            continue
-        row, col = world.position(region)
-        x, y = (col + 0.07) * cell, row * cell + 0.03 * cell + size
-        box = TextBox(x, y - size, x + text_width(str(region), size), y)
-        if not any(box.overlaps(name.box) for name in names):
+        if region not in named:
+            row, col = world.position(region)
+            x, y = (col + 0.07) * cell, row * cell + 0.03 * cell + size
             page.element("text", str(region), x=x, y=y)
     page.close("g")
 
@@ -85,118 +82,74 @@ AREA = "#0067A3"
 _MOST, _LEAST = 13.0, 9.0
 """Heights of letters."""
 BELOW = 0.19
-"""Most height of the letters in a region, in its sides, so that its robot does not hide them."""
+"""Most height of the letters, in the width of their regions, so that a robot does not hide them."""
 _LINE = 1.15
 _GAP = 2.0
-"""Distance of a name from the border of its region."""
-_MOST_TRIED = 24
-"""Regions in which the name of an area is tried."""
-
-
-class TextBox(Struct, frozen=True):
-    """A rectangle; y grows to the south."""
-
-    left: float
-    top: float
-    right: float
-    bottom: float
-
-    def overlaps(self, other: TextBox) -> bool:
-        return (
-            self.left < other.right
-            and other.left < self.right
-            and self.top < other.bottom
-            and other.top < self.bottom
-        )
+"""Distance of a name from the border of its regions."""
 
 
 class PlacedName(Struct, frozen=True):
-    """A name with its box, in one or two ``lines``, abbreviated if it has to be."""
+    """A name in one or two ``lines``, abbreviated if it has to be, in ``regions`` of one row. ``x``
+    is its middle, ``bottom`` its lower edge."""
 
     text: str
     lines: tuple[str, ...]
     size: float
-    box: TextBox
+    x: float
+    bottom: float
+    regions: range
     area: bool
+
+    @property
+    def top(self) -> float:
+        return self.bottom - len(self.lines) * _LINE * self.size
 
 
 def placed_names(world: RegionMap, cell: float) -> list[PlacedName]:
-    """Return the names of a map with regions of side ``cell``: that of a region at the lower edge
-    of the region, that of an area in its middle; those without room are left out."""
-    found = (_in_region(world, n, region, cell, False) for n, region in world.names.items())
-    names = [name for name in found if name is not None]
+    """Return the names of a map with regions of side ``cell``, at the lower edge of their region;
+    that of an area in its longest row. Those without room are left out."""
+    found: list[PlacedName] = []
+
+    def place(text: str, row: range, area: bool) -> None:
+        fitted = _fitted(text, len(row) * cell, cell)
+        if fitted is None:
+            return
+        lines, size = fitted
+        at, col = world.position(row.start)
+        x = (col + len(row) / 2) * cell
+        half = max(text_width(line, size, bold=True) for line in lines) / 2
+        first, last = (row.start - col + int((x + side) // cell) for side in (-half, half))
+        regions = range(first, last + 1)
+        found.append(PlacedName(text, lines, size, x, (at + 1) * cell - _GAP / 2, regions, area))
+
+    for text, region in world.names.items():
+        place(text, range(region, region + 1), False)
     for text, area in world.areas.items():
-        free = (
-            name
-            for name in _of_area(world, text, area, cell)
-            if not any(name.box.overlaps(other.box) for other in names)
-            and _regions(world, name.box, cell) <= area
-        )
-        names += [name for name in [next(free, None)] if name is not None]
-    return names
+        place(text, _longest(world, area.difference(*(name.regions for name in found))), True)
+    return found
 
 
-def _in_region(
-    world: RegionMap, text: str, region: Region, cell: float, area: bool
-) -> PlacedName | None:
-    fitted = _fitted(text, cell)
-    if fitted is None:
-        return None
-    lines, size = fitted
-    row, col = world.position(region)
-    wide = max(text_width(line, size, bold=True) for line in lines)
-    left, bottom = (col + 0.5) * cell - wide / 2, (row + 1) * cell - _GAP / 2
-    box = TextBox(left, bottom - len(lines) * _LINE * size, left + wide, bottom)
-    return PlacedName(text, lines, size, box, area)
+def _longest(world: RegionMap, regions: Collection[Region]) -> range:
+    """Return the longest run of regions in a row, the one nearest to their middle."""
+    runs: list[range] = [range(0)]
+    for region in sorted(regions):
+        joins = runs[-1].stop == region and region % world.cols
+        runs.append(range(runs.pop().start if joins else region, region + 1))
+    middle = sum(world.position(region)[0] for region in regions) / max(1, len(regions))
+    return max(runs, key=lambda run: (len(run), -abs(run.start // world.cols - middle)))
 
 
-def _fitted(text: str, side: float) -> tuple[tuple[str, ...], float] | None:
-    """Return a text in at most two lines that fit a region, and their size; None if there is no
-    room for three letters."""
+def _fitted(text: str, wide: float, side: float) -> tuple[tuple[str, ...], float] | None:
+    """Return a text in at most two lines that fit into a width and a region, and their size; None
+    if there is no room for three letters."""
     folds = [(text[: at.end()], text[at.end() :]) for at in re.finditer("[ _-](?=.)", text)]
     short = [(f"{text[:length]}…",) for length in range(len(text) - 1, 2, -1)]
     for lines in ((text,), *folds, *short):
-        wide = max(text_width(line, 1, bold=True) for line in lines)
-        room = min((side - 2 * _GAP) / wide, side / (len(lines) * _LINE))
+        across = max(text_width(line, 1, bold=True) for line in lines)
+        room = min((wide - 2 * _GAP) / across, side / (len(lines) * _LINE))
         if room >= _LEAST:
-            return lines, min(room, max(_LEAST, min(_MOST, BELOW * side)))
+            return lines, min(room, max(_LEAST, min(_MOST, BELOW * wide)))
     return None
-
-
-def _of_area(
-    world: RegionMap, text: str, area: frozenset[Region], cell: float
-) -> Iterator[PlacedName]:
-    """Yield possible places of the name of an area, the best first."""
-    places = [world.position(region) for region in area]
-    row, col = (sum(values) / len(places) for values in zip(*places, strict=True))
-
-    def away(region: Region) -> tuple[float, Region]:
-        r, c = world.position(region)
-        return (r - row) ** 2 + (c - col) ** 2, region
-
-    tried = sorted(area, key=away)[:_MOST_TRIED]
-    for size in (_MOST, _LEAST):
-        wide, high = text_width(text, size, bold=True) + 2 * _GAP, _LINE * size
-        for region in tried:
-            r, c = world.position(region)
-            left = (c + 0.5) * cell - wide / 2
-            for top in ((r + 0.5) * cell - high / 2, r * cell + _GAP):
-                box = TextBox(left, top, left + wide, top + high)
-                yield PlacedName(text, (text,), size, box, True)
-    for region in tried:
-        if (name := _in_region(world, text, region, cell, True)) is not None:
-            yield name
-
-
-def _regions(world: RegionMap, box: TextBox, cell: float) -> set[Region]:
-    """Return the regions that a box touches; -1: outside of the map."""
-    rows = range(int(box.top // cell), int(box.bottom // cell) + 1)
-    cols = range(int(box.left // cell), int(box.right // cell) + 1)
-    return {
-        world.region(row, col) if 0 <= row < world.rows and 0 <= col < world.cols else -1
-        for row in rows
-        for col in cols
-    }
 
 
 def draw_names(page: SvgWriter, names: list[PlacedName], ink: str) -> None:
@@ -204,8 +157,8 @@ def draw_names(page: SvgWriter, names: list[PlacedName], ink: str) -> None:
     for name in names:
         for i, line in enumerate(reversed(name.lines)):
             page.text(
-                (name.box.left + name.box.right) / 2,
-                name.box.bottom - (0.25 + i * _LINE) * name.size,
+                name.x,
+                name.bottom - (0.25 + i * _LINE) * name.size,
                 line,
                 name.size,
                 bold=True,

@@ -87,7 +87,7 @@ class Story:
         run = self._run
         self._echo(click.style(run.name, bold=True))
         for track in run.robots:
-            doing = run.doing(track.name, run.objectives[track.name].now)
+            doing = run.doing(track, track.objectives.now)
             start = f"{track.name} ({track.model}) from {run.map.stance(*track.pose)}"
             self._echo(f"  {self._letters[track.name]:2} {start}: {doing}", indent=7)
         self._map()
@@ -107,7 +107,7 @@ class Story:
 
     def _changed(self, event: Event) -> None:
         """Print what follows from a changed obstacle: rounds restart, and the map is another."""
-        status = self._run.statuses[event.obstacle].now if event.obstacle else None
+        status = self._run.hidden[event.obstacle].status.now if event.obstacle else None
         over = event.kind is StoryKind.RESOLVED and status in _OVER
         if over and self._in_rounds and self._run.restarts_rounds(event.obstacle or ""):
             self._line(event.tick, "rounds restart")
@@ -145,7 +145,7 @@ class Story:
             self._echo(f"             {count} robots assume: {rule}")
         for each in found:
             if each.allows:
-                doing = self._run.doing(each.robot, each.objective)
+                doing = self._run.doing(self._run.track(each.robot), each.objective)
                 self._echo(f"             {each.robot}: {doing} ({shortened(each.allows)})")
             for assumption in map(shortened, () if together else each.assumptions):
                 self._echo(f"             {each.robot} assumes: {assumption}")
@@ -162,16 +162,15 @@ class Story:
         if not self._maps or (self._drawn and run.map.size > LARGE):
             return
         closed, barred = dict[Region, str](), dict[Region, str]()
-        for name, status in run.closed(run.last + 1).items():
-            hidden = run.hidden[name]
-            there = barred if status is ObstacleStatus.BLOCKED else closed
+        for hidden in run.closed(run.last + 1):
+            there = barred if hidden.status.now is ObstacleStatus.BLOCKED else closed
             there[hidden.region] = hidden.label(run.map)
         scene = ([track.pose for track in run.robots], closed, barred)
         if scene == self._drawn:
             return
         self._drawn = scene
         markers = [Marker(self._letters[track.name], *track.pose) for track in run.robots]
-        objectives = (objectives[0][1] for objectives in run.objectives.values())
+        objectives = (track.objectives[0][1] for track in run.robots)
         targets = frozenset[Region]().union(*map(target_regions, objectives))
         picture = MapPicture(markers, closed, barred, targets)
         self._write("")
