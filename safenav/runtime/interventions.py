@@ -17,7 +17,7 @@ from msgspec import Struct
 from safenav.errors import UsageError
 from safenav.scenario.model import (
     Coordination,
-    ObstacleType,
+    Obstacle,
     Scenario,
     name_parts,
 )
@@ -27,85 +27,22 @@ from safenav.scenario.reading.loader import check_assignable
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.yaml.document import DocumentError, Node, read_document
 from safenav.scenario.yaml.findings import parsed
-from safenav.world.map import HEADINGS, Region
+from safenav.world.map import HEADINGS
 from safenav.world.poses import Pose
 
 
 class Intervention(Struct, frozen=True):
-    """A change by a user."""
+    """A change by a user. ``kind``: see ``LINES``; in a simulated world also ``close``: the
+    ``obstacle`` appears as soon as no robot is there, ``open``: one disappears, ``truth``:
+    resolving one reveals another. ``name``: of the robot, the obstacle or the input; ``on``: that
+    is in service, traversable or on from now on."""
 
-
-class AddObstacle(Intervention, frozen=True):
-    """An obstacle that appears in a region, as soon as no robot is there. ``truth``: revealed by
-    resolving it, for a type that has a truth."""
-
-    type: ObstacleType
-    region: Region
-    truth: bool | None = None
-
-
-class PlaceOrder(Intervention, frozen=True):
-    """An order: an obstacle of a type that blocks no robot, requested by no robot."""
-
-    type: ObstacleType
-    region: Region
-
-
-class RemoveObstacle(Intervention, frozen=True):
-    """An obstacle that disappears, by its name."""
-
-    obstacle: str
-
-
-class SetTruth(Intervention, frozen=True):
-    """Another truth that resolving an obstacle reveals."""
-
-    obstacle: str
-    traversable: bool
-
-
-class AssignObjective(Intervention, frozen=True):
-    """A robot gets another objective of its own."""
-
-    robot: str
-    objective: Objective
-
-
-class SetService(Intervention, frozen=True):
-    """A robot is out of service, or back in it."""
-
-    robot: str
-    active: bool
-
-
-class SetInput(Intervention, frozen=True):
-    """An input of the environment is on, or off, from now on."""
-
-    name: str
-    on: bool
-
-
-class MarkResolved(Intervention, frozen=True):
-    """An operator has resolved an obstacle, by its name."""
-
-    obstacle: str
-
-
-class MarkPermanent(Intervention, frozen=True):
-    """An obstacle that the team has encountered is permanent, by its name."""
-
-    obstacle: str
-
-
-class PutBack(Intervention, frozen=True):
-    """A robot that has no command stands in ``pose`` now, and is in service."""
-
-    robot: str
-    pose: Pose
-
-
-class GiveUp(Intervention, frozen=True):
-    """The run ends: with the conclusion for which it waits, else as interrupted."""
+    kind: str
+    name: str = ""
+    on: bool = False
+    obstacle: Obstacle | None = None
+    pose: Pose | None = None
+    objective: Objective | None = None
 
 
 LINES = {
@@ -186,17 +123,16 @@ def _read(data: Mapping[str, Any], scenario: Scenario, reading: Reading) -> Inte
                 raise UsageError(f"the catalogue has no obstacle type '{name[:40]}'")
             region = reading.region(_node(data.get("region"), reading), "'region'")
             truth = _flag({"truth": True, **data}, "truth") if types[name].has_truth else None
-            if region is None or kind == "order":
-                return None if region is None else PlaceOrder(types[name], region)
-            return AddObstacle(types[name], region, truth)
+            if region is None:
+                return None
+            new = Obstacle(types[name], region, truth, ordered=kind == "order")
+            return Intervention(kind, new.name, obstacle=new)
         case "input":
-            return SetInput(str(data.get("input")), _flag(data, "on"))
+            return Intervention("input", str(data.get("input")), _flag(data, "on"))
         case "open":
-            return RemoveObstacle(str(data.get("obstacle")))
-        case "resolved":
-            return MarkResolved(_obstacle(data, reading))
-        case "permanent":
-            return MarkPermanent(_obstacle(data, reading))
+            return Intervention("open", str(data.get("obstacle")))
+        case "resolved" | "permanent" as kind:
+            return Intervention(kind, _obstacle(data, reading))
         case "put_back":
             place = reading.region(_node(data.get("region"), reading), "'region'")
             heading = data.get("heading")
@@ -204,11 +140,11 @@ def _read(data: Mapping[str, Any], scenario: Scenario, reading: Reading) -> Inte
                 raise UsageError(f"unknown heading '{str(heading)[:40]}'")
             if place is None:
                 return None
-            return PutBack(str(data.get("robot")), Pose.of(place, heading))
+            return Intervention("put_back", str(data.get("robot")), pose=Pose.of(place, heading))
         case "give_up":
-            return GiveUp()
+            return Intervention("give_up")
         case "truth":
-            return SetTruth(str(data.get("obstacle")), _flag(data, "traversable"))
+            return Intervention("truth", str(data.get("obstacle")), _flag(data, "traversable"))
         case "objective" | "service" as kind:
             if kind == "objective":
                 value = data.get("objective")
@@ -220,10 +156,8 @@ def _read(data: Mapping[str, Any], scenario: Scenario, reading: Reading) -> Inte
             changes = read_changes(_node(listed, reading), reading)
             if scenario.coordination is Coordination.ASSIGNABLE:
                 check_assignable((), changes, None, reading)
-            for change in changes:
-                if change.objective is not None:
-                    return AssignObjective(change.robot, change.objective)
-                return SetService(change.robot, change.active is True)
+            for each in changes:
+                return Intervention(kind, each.robot, bool(each.active), objective=each.objective)
     return None
 
 

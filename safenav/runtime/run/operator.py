@@ -13,14 +13,15 @@ from typing import Protocol
 from msgspec.structs import replace
 
 from safenav.errors import Outcome, UsageError
-from safenav.runtime import interventions
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.control.coordinate import Control
 from safenav.runtime.control.ends import End, Stopped
+from safenav.runtime.interventions import Intervention
 from safenav.runtime.worlds.commands import Commands
 from safenav.runtime.worlds.lockstep import Lockstep
 from safenav.runtime.worlds.simulation import SimulatedWorld
 from safenav.scenario.model import Obstacle, Scenario
+from safenav.scenario.objective import Objective
 from safenav.scenario.reachability import Reachability
 from safenav.team import state as now
 from safenav.team.acts import number, stands_for
@@ -30,9 +31,9 @@ from safenav.team.team import Team
 from safenav.trace import records
 from safenav.trace.vocabulary import OperatorIntervention
 from safenav.trace.words import obstacle_words
-from safenav.world.poses import Mobility
+from safenav.world.map import Region
+from safenav.world.poses import Mobility, Pose
 
-AWAY = (interventions.MarkResolved, interventions.RemoveObstacle)
 USER, SCENARIO, INPUT = "user", "scenario", "input"
 
 
@@ -59,7 +60,7 @@ class Operator:
         self, scenario: Scenario, truth: SimulatedWorld | None, commands: Commands | Lockstep
     ) -> None:
         self.scenario, self.truth, self.commands = scenario, truth, commands
-        self.asked: list[interventions.Intervention] = []
+        self.asked: list[Intervention] = []
         self.inputs: dict[str, bool] = {}
         self._listed = [*scenario.changes]
         self._ordered: set[str] = set()
@@ -71,7 +72,7 @@ class Operator:
             if isinstance(line, records.Inputs):
                 self.inputs = {name: line.values[name] for name in line.user or ()}
 
-    def ask(self, run: Running, wanted: interventions.Intervention) -> None:
+    def ask(self, run: Running, wanted: Intervention) -> None:
         """Request a change. Raises UsageError, with the reason, for an impossible one."""
         self._check(run, wanted)
         self.asked.append(wanted)
@@ -102,7 +103,7 @@ class Operator:
             except UsageError as error:  # it has become impossible meanwhile
                 yield now.Late("intervention", str(error))
                 continue
-            if isinstance(wanted, interventions.GiveUp):
+            if wanted.kind == "give_up":
                 gives_up = True
             else:
                 end = End(Outcome.INTERRUPTED, "given up")
@@ -124,152 +125,144 @@ class Operator:
             else:
                 yield now.Assigned(i, given[mode], INPUT, None, mode, base)
 
-    def _brought_about(
-        self, run: Running, wanted: interventions.Intervention
-    ) -> Iterator[now.Event]:
-        told = OperatorIntervention
+    def _brought_about(self, run: Running, wanted: Intervention) -> Iterator[now.Event]:
+        told, name, team = OperatorIntervention, wanted.name, run.team
         match wanted:
-            case interventions.AddObstacle(kind, region, truth):
-                new = Obstacle(kind, region, truth, appears=int(run.state.time))
-                self._simulation().bring(new, truth)
-                if truth is not None and new.name in run.team.numbers:  # it reappears, changed
-                    yield now.Revealed(number(run.team, run.state, new), truth)
-            case interventions.PlaceOrder(kind, region):
-                new = Obstacle(kind, region, appears=int(run.state.time), ordered=True)
-                while new.name in run.team.numbers or new.name in self._ordered:
+            case Intervention("close", obstacle=Obstacle() as closed):
+                new = replace(closed, appears=int(run.state.time))
+                self._simulation().bring(new)
+                if new.traversable is not None and name in team.numbers:  # it reappears, changed
+                    yield now.Revealed(number(team, run.state, new), new.traversable)
+            case Intervention("order", obstacle=Obstacle() as ordered):
+                new = replace(ordered, appears=int(run.state.time))
+                while new.name in team.numbers or new.name in self._ordered:
                     new = replace(new, number=new.number + 1)
                 self._ordered.add(new.name)
                 if self.truth is not None:
-                    self.truth.bring(new, None)
+                    self.truth.bring(new)
                 else:
                     yield now.Introduced(new)
                     yield now.Appeared(run.team.numbers[new.name][-1], cause=USER)
-            case interventions.RemoveObstacle(name):
-                if name not in run.team.numbers:
+            case Intervention("open"):
+                if name not in team.numbers:
                     yield now.Introduced(self._there(name))
                 yield now.Intervened(told.RESOLVED, obstacle=run.team.numbers[name][-1])
                 self._simulation().take_away(name)
-            case interventions.SetTruth(name, truth):
+            case Intervention("truth"):
                 source = self._there(name)
-                self._simulation().set_truth(name, truth)
-                if name not in run.team.numbers:
+                self._simulation().set_truth(name, wanted.on)
+                if name not in team.numbers:
                     yield now.Introduced(source)
-                yield now.Revealed(number(run.team, run.state, source), truth)
-            case interventions.AssignObjective(name, objective):
+                yield now.Revealed(number(run.team, run.state, source), wanted.on)
+            case Intervention("objective", objective=objective) if objective is not None:
                 i = self._robot(name)
                 yield now.Intervened(told.OBJECTIVE, i, objective=objective)
                 yield now.Assigned(i, objective, USER)
-            case interventions.SetService(name, active):
+            case Intervention("service"):
                 i = self._robot(name)
-                yield now.Intervened(told.ADDED if active else told.OUT_OF_SERVICE, i)
-                yield from _serves(run, i, active, USER)
-            case interventions.SetInput(name, on):
-                self.inputs[name] = on
-            case interventions.MarkResolved(name):
-                source = run.team.obstacles[k := _met(run, name)].source
+                yield now.Intervened(told.ADDED if wanted.on else told.OUT_OF_SERVICE, i)
+                yield from _serves(run, i, wanted.on, USER)
+            case Intervention("input"):
+                self.inputs[name] = wanted.on
+            case Intervention("resolved"):
+                source = team.obstacles[k := _met(run, name)].source
                 yield now.Intervened(told.RESOLVED, obstacle=k)
                 there = self.truth is not None and self.truth.remove(name)
                 if not there and isinstance(self.commands, Commands):
                     self.commands.cleared(source)
                 yield now.Gone(k, USER if there else "world")
-            case interventions.MarkPermanent(name):
+            case Intervention("permanent"):
                 k = _met(run, name)
                 yield now.Intervened(told.PERMANENT, obstacle=k)
                 yield now.Declared(k)
-            case interventions.PutBack(name, pose):
+            case Intervention("put_back", pose=Pose() as pose):
                 i = self._robot(name)
                 yield now.Intervened(told.PUT_BACK, i, pose=pose)
-                member, was = run.team.members[i], run.state.robots[i].active
+                member, was = team.members[i], run.state.robots[i].active
                 if isinstance(self.commands, Commands):
                     self.commands.placed(member.robot, pose)
                 yield now.Placed(i, member.graph.moved(run.state.robots[i].pose, pose))
                 for k in _known(run):
-                    if stands_for(run.team.obstacles[k].source, name):
+                    if stands_for(team.obstacles[k].source, name):
                         yield now.Gone(k, "world")
                 if not was:
                     yield now.Served(i, True, USER)
-            case interventions.GiveUp():
+            case Intervention("give_up"):
                 yield now.Intervened(told.GIVE_UP)
 
     # Checks of interventions.
 
-    def _check(self, run: Running, wanted: interventions.Intervention) -> None:
+    def _check(self, run: Running, wanted: Intervention) -> None:
+        name = wanted.name
         match wanted:
-            case interventions.AddObstacle():
-                self._may_close(run, wanted)
-            case interventions.PlaceOrder():
-                self._may_order(wanted)
-            case interventions.RemoveObstacle(name):
+            case Intervention("close", obstacle=Obstacle(region=region)):
+                self._may_close(run, region)
+            case Intervention("order", obstacle=Obstacle(type=kind)):
+                if kind.has_truth:
+                    raise UsageError(f"a {kind.name} has a truth, which orders do not reveal")
+                if kind.blocks != frozenset():
+                    raise UsageError(f"a {kind.name} stops robots: an order needs 'blocks: []'")
+            case Intervention("open"):
                 self._there(name)
-            case interventions.SetTruth(name):
+            case Intervention("truth"):
                 if not self._there(name).type.has_truth:
                     raise UsageError(f"{name} has no truth to reveal")
-            case interventions.AssignObjective():
-                self._may_give(run, wanted)
-            case interventions.SetService(name, active):
+            case Intervention("objective", objective=objective) if objective is not None:
+                self._may_pursue(run, name, objective)
+            case Intervention("service"):
                 self._robot(name)
-                back = (w for w in self.asked if isinstance(w, interventions.PutBack))
-                if active and _is_lost(run, name) and not any(w.robot == name for w in back):
+                back = any((each.kind, each.name) == ("put_back", name) for each in self.asked)
+                if wanted.on and _is_lost(run, name) and not back:
                     raise UsageError(f"{name} is lost: give its position (put_back {name} REGION)")
-            case interventions.SetInput(name):
+            case Intervention("input"):
                 if name not in {each.name for each in self.scenario.inputs}:
                     raise UsageError(f"there is no input '{name}'")
-            case interventions.MarkResolved(name):
+            case Intervention("resolved"):
                 _met(run, name)
-            case interventions.MarkPermanent(name):
+            case Intervention("permanent"):
                 self._live("obstacles become permanent")
                 if not run.state.obstacles[_met(run, name)].known:
                     raise UsageError(f"{name} is already permanent")
-            case interventions.PutBack():
-                self._may_put(run, wanted)
+            case Intervention("put_back", pose=Pose() as pose):
+                self._may_stand(run, name, pose)
 
-    def _may_close(self, run: Running, wanted: interventions.AddObstacle) -> None:
-        standing = self._simulation().standing().get(wanted.region)
+    def _may_close(self, run: Running, region: Region) -> None:
+        standing = self._simulation().standing().get(region)
         if standing is not None:
             raise UsageError(f"{standing.name} already exists there: remove it first")
-        for k, each in enumerate(run.state.obstacles):
-            obstacle = run.team.obstacles[k]
+        for obstacle, each in zip(run.team.obstacles, run.state.obstacles, strict=True):
             untraversable = each.state is Is.SEALED and not each.given_up
-            if obstacle.region == wanted.region and untraversable:
+            if obstacle.region == region and untraversable:
                 raise UsageError(f"{obstacle.name} is permanent: no robot can pass")
-        if any(
-            isinstance(o, interventions.AddObstacle) and o.region == wanted.region
-            for o in self.asked
-        ):
-            raise UsageError(f"region {wanted.region} will be closed at the next tick")
+        coming = (each.obstacle for each in self.asked if each.kind == "close")
+        if any(each is not None and each.region == region for each in coming):
+            raise UsageError(f"region {region} will be closed at the next tick")
 
-    def _may_order(self, wanted: interventions.PlaceOrder) -> None:
-        if wanted.type.has_truth:
-            raise UsageError(f"a {wanted.type.name} has a truth, which orders do not reveal")
-        if wanted.type.blocks != frozenset():
-            raise UsageError(f"a {wanted.type.name} stops robots: an order needs 'blocks: []'")
-
-    def _may_give(self, run: Running, wanted: interventions.AssignObjective) -> None:
-        member = run.team.members[i := self._robot(wanted.robot)]
-        pose, avoid = member.graph.pose(run.state.robots[i].next), wanted.objective.avoid
+    def _may_pursue(self, run: Running, name: str, objective: Objective) -> None:
+        member = run.team.members[i := self._robot(name)]
+        pose, avoid = member.graph.pose(run.state.robots[i].next), objective.avoid
         if pose.region in avoid:
-            raise UsageError(f"{wanted.robot} must avoid its own region {pose.region}")
+            raise UsageError(f"{name} must avoid its own region {pose.region}")
         reach = Reachability(member.robot.model.mobility, pose, self.scenario.map, avoid)
-        for target in wanted.objective.targets:
+        for target in objective.targets:
             if not reach.reaches(target):
                 where = ", ".join(map(str, sorted(target)))
-                raise UsageError(f"{wanted.robot} cannot reach {where} from its region")
+                raise UsageError(f"{name} cannot reach {where} from its region")
 
-    def _may_put(self, run: Running, wanted: interventions.PutBack) -> None:
+    def _may_stand(self, run: Running, name: str, pose: Pose) -> None:
         self._live("robots are put back")
-        member = run.team.members[i := self._robot(wanted.robot)]
-        region, heading = wanted.pose.region, wanted.pose.heading
+        member, region = run.team.members[i := self._robot(name)], pose.region
         if not run.state.robots[i].idle:
-            raise UsageError(f"{member.name} executes a command: wait until it has ended")
-        if (member.robot.model.mobility is Mobility.HEADING) is (heading is None):
-            reason = "needs a heading" if heading is None else "has no heading"
-            raise UsageError(f"{member.name} {reason}")
+            raise UsageError(f"{name} executes a command: wait until it has ended")
+        if (member.robot.model.mobility is Mobility.HEADING) is (pose.heading is None):
+            reason = "needs a heading" if pose.heading is None else "has no heading"
+            raise UsageError(f"{name} {reason}")
         if reserved(run.team, run.state, i) >> region & 1:
             raise UsageError(f"another robot is in region {region}, or in a zone with it")
-        away = {asked.obstacle for asked in self.asked if isinstance(asked, AWAY)}
+        away = {each.name for each in self.asked if each.kind in ("resolved", "open")}
         for k in _known(run):
             obstacle, state = run.team.obstacles[k], run.state.obstacles[k]
-            own = stands_for(obstacle.source, member.name)  # it is no longer lost
+            own = stands_for(obstacle.source, name)  # it is no longer lost
             if own or obstacle.region != region or obstacle.name in away:
                 continue
             sealed = state.state is Is.SEALED  # perhaps after its last need

@@ -175,21 +175,21 @@ class SimulatedWorld:
                 found.append(Change(source, True, k in self._brought, truth, truth is not before))
         return found
 
-    def bring(self, obstacle: Obstacle, truth: bool | None) -> None:
+    def bring(self, obstacle: Obstacle) -> None:
         """Let an obstacle appear at its tick ``appears``, like one of the scenario."""
         assert obstacle.appears is not None
         self._brought.add(len(self._team.obstacles))
-        self._add(obstacle, Is.AWAY, truth)
+        self._add(obstacle, Is.AWAY)
 
     def place(self, obstacle: Obstacle) -> None:
         """Let an obstacle that blocks no robot appear now, also where a robot stands."""
-        self._add(obstacle, Is.OPEN, None)
+        self._add(obstacle, Is.OPEN)
 
-    def _add(self, obstacle: Obstacle, state: Is, truth: bool | None) -> None:
+    def _add(self, obstacle: Obstacle, state: Is) -> None:
         self._team = introduced(self._team, obstacle)
         self._state = replace(self._state, obstacles=(*self._state.obstacles, ObstacleNow(state)))
-        self._truths.append(truth)
-        self.truths[obstacle.name] = truth
+        self._truths.append(obstacle.traversable)
+        self.truths[obstacle.name] = obstacle.traversable
 
     def follow(self, team: Team) -> None:
         """Let robots take the loads that they can deliver under their current rules."""
