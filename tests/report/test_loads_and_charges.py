@@ -31,7 +31,9 @@ def replay(warehouse: Path) -> Run:
     return read_run(warehouse)
 
 
-def test_the_page_shows_loads(browser: Browser, replay: Run, tmp_path: Path) -> None:
+def test_the_page_shows_loads_charges_and_requirements(
+    browser: Browser, replay: Run, tmp_path: Path
+) -> None:
     page = tmp_path / "page.html"
     page.write_text(page_of(replay, "x.jsonl"), encoding="utf-8")
     (taken,) = (tick for tick in range(replay.last) if _takes(replay, "pallet@71", tick))
@@ -43,6 +45,22 @@ def test_the_page_shows_loads(browser: Browser, replay: Run, tmp_path: Path) -> 
         assert bool(browser.all('[data-obstacle="pallet@71"] rect[fill="none"]')) == (
             shown == "visible"
         )
+    trace = read_trace(_cart(tmp_path))
+    page.write_text(page_of(run_of(trace), "x.jsonl"), encoding="utf-8")
+    browser.open(page, "#tick=8")  # 15 of 20, 4 more in a tick at home, 7 steps
+    assert browser.one(".robots .charge").text.strip() == "60 %"
+
+    night = _run(SCENARIOS / "hospital.yaml", tmp_path)
+    group.main(["replay", str(night), "-o", str(page)], standalone_mode=False)
+    browser.open(page)
+    browser.wait(lambda: browser.all(".curves li[data-requirement]"))
+    (curve,) = browser.all(".curves li[data-requirement]")
+    assert curve.text == "apart: satisfied"
+    drawn = str(browser.one(".curves .curve").get_attribute("d"))
+    ticks = [float(point.split()[0]) for point in drawn.removeprefix("M").split("L")]
+    last = json.loads(night.read_text().splitlines()[-1])["ticks"]
+    assert ticks == sorted(ticks)  # the flat page counts a run in lockstep in ticks
+    assert 0 <= ticks[0] < ticks[-1] <= last
     assert browser.errors() == []
 
 
@@ -56,16 +74,8 @@ def test_in_3d_an_order_appears_with_its_request(warehouse: Path) -> None:
     assert first == ordered and all(ordered.values())
 
 
-def test_in_3d_a_run_in_lockstep_has_the_charges_of_its_ticks(
-    browser: Browser, tmp_path: Path
-) -> None:
-    scenario = tmp_path / "cart.yaml"
-    scenario.write_text(CART, encoding="utf-8")
-    trace = read_trace(_run(scenario, tmp_path))
-    flat = tmp_path / "page.html"
-    flat.write_text(page_of(run_of(trace), "x.jsonl"), encoding="utf-8")
-    browser.open(flat, "#tick=8")  # 15 of 20, 4 more in a tick at home, 7 steps
-    assert browser.one(".robots .charge").text.strip() == "60 %"
+def test_in_3d_a_run_in_lockstep_has_the_charges_of_its_ticks(tmp_path: Path) -> None:
+    trace = read_trace(_cart(tmp_path))
     page = page3d_of(trace, "run.jsonl", motion_of(trace))
     (data,) = re.findall(r'id="run">(.*?)</script>', page)
     run = json.loads(data)
@@ -80,6 +90,12 @@ def test_in_3d_a_run_in_lockstep_has_the_charges_of_its_ticks(
 def _takes(replay: Run, load: str, tick: int) -> bool:
     carriers = replay.hidden[load].loads
     return carriers.at(tick) != () and carriers.at(tick - 1) == ()
+
+
+def _cart(folder: Path) -> Path:
+    scenario = folder / "cart.yaml"
+    scenario.write_text(CART, encoding="utf-8")
+    return _run(scenario, folder)
 
 
 def _run(scenario: Path, folder: Path, *options: str) -> Path:

@@ -71,7 +71,16 @@ def inside(box: Box, regions: list[list[float]]) -> bool:
     )
 
 
+LOUDEST = """
+    const told = {};
+    for (const [tick, kind, text] of JSON.parse(document.getElementById("run").textContent).events)
+        if (kind !== "goal" && kind !== "synthesis") told[tick] = (told[tick] ?? 0) + text.length;
+    return Number(Object.keys(told).reduce((a, b) => (told[a] < told[b] ? b : a)));
+"""
+
+
 def test_all_names_are_legible_and_none_lies_over_another(browser: Browser, page: Path) -> None:
+    """Two lines of words cover no region: they covered the last row of tall maps."""
     browser.open(page, width=1440, height=900)
     names = boxes(browser, ".words .names text")
     assert len(names) == NAMES
@@ -89,22 +98,10 @@ def test_all_names_are_legible_and_none_lies_over_another(browser: Browser, page
         "return [...document.querySelectorAll('.map > svg')].map(s => s.classList[0])"
     )
     assert layers.index("words") < layers.index("motion"), "a robot covers the name of its region"
-    assert not browser.errors()
 
-
-LOUDEST = """
-    const told = {};
-    for (const [tick, kind, text] of JSON.parse(document.getElementById("run").textContent).events)
-        if (kind !== "goal" && kind !== "synthesis") told[tick] = (told[tick] ?? 0) + text.length;
-    return Number(Object.keys(told).reduce((a, b) => (told[a] < told[b] ? b : a)));
-"""
-
-
-def test_two_lines_of_words_cover_no_region(browser: Browser, page: Path) -> None:
-    """They covered the last row of tall maps."""
-    browser.open(page, width=1440, height=900)
     browser.open(page, f"#tick={browser.run(LOUDEST)}", width=1440, height=900)
     words = browser.one(".story").rect
     assert words["height"] > 40
     lowest = max(top + side for areas in browser.run(REGIONS).values() for _, top, side in areas)
     assert lowest <= words["y"] + 1
+    assert not browser.errors()

@@ -71,6 +71,7 @@ def test_a_page_plays_smoothly_to_its_end(browser: Browser, pages: dict[str, Pat
 def test_the_state_of_a_tick_is_that_of_the_trace(
     browser: Browser, pages: dict[str, Path], replays: dict[str, Run]
 ) -> None:
+    """It is readable in both themes."""
     replay = replays["chain"]
     for tick in (0, 6, replay.last):
         browser.open(pages["chain"], f"#tick={tick}")
@@ -87,12 +88,71 @@ def test_the_state_of_a_tick_is_that_of_the_trace(
             row, col = replay.map.position(track.regions[tick])
             x, y = browser.centre(track.name)
             assert abs(x - col) < 0.3 and abs(y - row) < 0.3
+    for scheme in ("light", "dark"):
+        _texts_are_readable(browser, pages["chain"], scheme)
 
 
-def test_each_robot_shows_its_current_target_and_the_route_there(
-    browser: Browser, pages: dict[str, Path], tick: int = 12
-) -> None:
-    browser.open(pages["door"], f"#tick={tick}")
+def test_a_reader_walks_through_a_run(browser: Browser, pages: dict[str, Path]) -> None:
+    """By events, keys that work wherever the focus is, and the address of a tick; zooms in; follows
+    a robot, its current target and the route there; and finds a name on everything."""
+    browser.open(pages["door"])
+    browser.one('.event[data-kind="resolved"]').click()
+    assert browser.tick == 16
+    current = browser.all('.event[aria-current="step"]')
+    assert {event.get_attribute("data-tick") for event in current} == {"16"}
+    browser.one('.marks button[data-tick="11"]').click()
+    assert browser.tick == 11
+    assert browser.all('.event[data-kind="goal"]')
+    browser.press(Keys.HOME)
+    for focus in ("body", "input[type=range]", ".event"):
+        browser.run("document.querySelector(arguments[0]).focus()", focus)
+        for keys, tick in (
+            ((Keys.ARROW_RIGHT,), 1),
+            ((Keys.SHIFT, Keys.ARROW_RIGHT), 11),
+            ((Keys.ARROW_LEFT,), 10),
+            ((Keys.SHIFT, Keys.ARROW_LEFT), 0),
+            ((Keys.END,), 46),
+            ((Keys.HOME,), 0),
+        ):
+            browser.press(*keys)
+            assert browser.tick == tick, keys
+    browser.open(pages["door"], "#tick=12")
+    assert browser.tick == 12
+    browser.press(Keys.ARROW_RIGHT)
+    browser.wait(lambda: browser.run("return location.hash") == "#tick=13")
+    for asked, tick in ((30, 30), (4711, 46)):
+        browser.run("location.hash = arguments[0]", f"#tick={asked}")
+        browser.wait(lambda tick=tick: browser.tick == tick)
+
+    browser.press("f")
+    whole = view(browser)
+    assert whole[0] <= 0.5 and whole[1] <= 0.5 and whole[0] + whole[2] >= 12.5
+    browser.press("i")
+    assert view(browser)[2] == pytest.approx(whole[2] / 1.5, rel=0.01)
+    before = view(browser)
+    browser.press("d")
+    assert view(browser)[0] > before[0]
+    browser.button("Zoom in").click()
+    assert view(browser)[2] == pytest.approx(whole[2] / 2.25, rel=0.01)
+    browser.press("f")
+    assert view(browser) == pytest.approx(whole, abs=0.01)
+    browser.press("r")
+    for tick in (0, 9):
+        browser.run("location.hash = arguments[0]", f"#tick={tick}")
+        browser.wait(lambda tick=tick: browser.tick == tick)
+        x, y, width, height = view(browser)
+        name = browser.run("return document.querySelector('.motion [data-robot]').dataset.robot")
+        col, row = browser.centre(name)
+        assert (x + width / 2, y + height / 2) == pytest.approx((col + 0.5, row + 0.5), abs=0.1)
+
+    _targets_are_shown(browser, 12)
+    _everything_has_a_name_and_shows_its_focus(browser)
+    assert not browser.errors()
+
+
+def _targets_are_shown(browser: Browser, tick: int) -> None:
+    """Each robot's current target, and the route there."""
+    browser.run("location.hash = arguments[0]", f"#tick={tick}")
     browser.wait(lambda: browser.tick == tick)
     current = browser.run(
         "return Object.fromEntries([...document.querySelectorAll('.aim.current')]"
@@ -114,17 +174,42 @@ def test_each_robot_shows_its_current_target_and_the_route_there(
             assert (x, y) == ((first % 13 + 0.5) * CELL, (first // 13 + 0.5) * CELL), name
 
 
-def test_events_lead_to_their_tick_and_region(browser: Browser, pages: dict[str, Path]) -> None:
-    browser.open(pages["door"])
-    browser.one('.event[data-kind="resolved"]').click()
-    assert browser.tick == 16
-    current = browser.all('.event[aria-current="step"]')
-    assert {event.get_attribute("data-tick") for event in current} == {"16"}
-    browser.one('.marks button[data-tick="11"]').click()
-    assert browser.tick == 11
-    assert browser.all('.event[data-kind="goal"]')
+def _everything_has_a_name_and_shows_its_focus(browser: Browser) -> None:
+    browser.run("location.hash = '#tick=11'")
+    browser.wait(lambda: browser.tick == 11)
+    told = browser.one(".map").get_attribute("aria-label") or ""
+    assert "quad in region 46 [3, 7]" in told and "door@47 requested" in told
+    assert browser.one(".story").get_attribute("aria-live") == "polite"
+    for element in browser.all("button:not([aria-hidden]), select, input, summary"):
+        if element.is_displayed():
+            assert element.accessible_name, element.get_attribute("outerHTML")
+    focused = set()
+    for _ in range(14):
+        browser.press(Keys.TAB)
+        which = "return [...document.querySelectorAll('*')].indexOf(document.activeElement)"
+        focused.add(browser.run(which))
+        outline = "return getComputedStyle(document.activeElement).outlineStyle"
+        assert browser.run(outline) != "none"
+    assert len(focused) == 14
 
-    browser.open(pages["crowd"], **PHONE)
+
+def test_a_large_map_fits_every_screen(
+    browser: Browser, pages: dict[str, Path], name: str = "crowd"
+) -> None:
+    """Opened on a phone, and in a window that becomes narrower: nothing needs sideways scrolling.
+    The map comes nearer to what an event tells."""
+    for width in (390, 1920, 1280, 900, 700, 320):
+        if width in (390, 1920):
+            browser.open(pages[name], "#tick=6", width=width, height=800)
+        else:
+            browser.resize(width, 800)
+            browser.wait(lambda width=width: browser.run("return innerWidth") == width)
+        assert browser.run("return document.documentElement.scrollWidth") <= width
+        for selector in (".map", ".controls", "aside", "header"):
+            box = browser.one(selector).rect
+            assert box["x"] >= 0 and box["x"] + box["width"] <= width + 0.5, selector
+        assert browser.one(".map").rect["height"] > 80
+    browser.open(pages[name], **PHONE)
     browser.run("arguments[0].click()", browser.one('.event[data-kind="violation"]'))
     assert not browser.all('.event[data-kind="goal"]'), "many goals would hide the other events"
     browser.wait(lambda: browser.all("[data-spoken]"))
@@ -133,74 +218,17 @@ def test_events_lead_to_their_tick_and_region(browser: Browser, pages: dict[str,
     x, y, width, height = view(browser)
     assert x < col < x + width and y < line < y + height
     assert width < 32, "on a map too large to see it comes nearer"
-
-
-def test_keys_work_wherever_the_focus_is_and_the_address_names_the_tick(
-    browser: Browser, pages: dict[str, Path]
-) -> None:
-    browser.open(pages["door"])
-    for focus in ("body", "input[type=range]", ".event"):
-        browser.run("document.querySelector(arguments[0]).focus()", focus)
-        for keys, tick in (
-            ((Keys.ARROW_RIGHT,), 1),
-            ((Keys.SHIFT, Keys.ARROW_RIGHT), 11),
-            ((Keys.ARROW_LEFT,), 10),
-            ((Keys.SHIFT, Keys.ARROW_LEFT), 0),
-            ((Keys.END,), 46),
-            ((Keys.HOME,), 0),
-        ):
-            browser.press(*keys)
-            assert browser.tick == tick, keys
-    browser.open(pages["door"], "#tick=12")
-    assert browser.tick == 12
-    browser.press(Keys.ARROW_RIGHT)
-    browser.wait(lambda: browser.run("return location.hash") == "#tick=13")
-    for asked, tick in ((30, 30), (4711, 46)):
-        browser.run("location.hash = arguments[0]", f"#tick={asked}")
-        browser.wait(lambda tick=tick: browser.tick == tick)
-
-
-def test_the_map_is_zoomed_and_follows_a_robot(browser: Browser, pages: dict[str, Path]) -> None:
-    browser.open(pages["door"])
-    whole = view(browser)
-    assert whole[0] <= 0.5 and whole[1] <= 0.5 and whole[0] + whole[2] >= 12.5
-    browser.press("i")
-    assert view(browser)[2] == pytest.approx(whole[2] / 1.5, rel=0.01)
-    before = view(browser)
-    browser.press("d")
-    assert view(browser)[0] > before[0]
-    browser.button("Zoom in").click()
-    assert view(browser)[2] == pytest.approx(whole[2] / 2.25, rel=0.01)
-    browser.press("f")
-    assert view(browser) == pytest.approx(whole, abs=0.01)
-    browser.press("r")
-    for tick in (0, 9):
-        browser.run("location.hash = arguments[0]", f"#tick={tick}")
-        browser.wait(lambda tick=tick: browser.tick == tick)
-        x, y, width, height = view(browser)
-        name = browser.run("return document.querySelector('.motion [data-robot]').dataset.robot")
-        col, row = browser.centre(name)
-        assert (x + width / 2, y + height / 2) == pytest.approx((col + 0.5, row + 0.5), abs=0.1)
-    assert not browser.errors()
-
-
-def test_names_in_a_trace_cannot_break_out(browser: Browser, tmp_path: Path) -> None:
-    evil = '</script><script>document.title="broken"</script><!-- <b>&amp;\u2028'
-    lines = made_traces.door()
-    lines[0]["scenario"]["name"] = evil
-    lines[-1]["explanation"] = evil
-    browser.open(made(lines, tmp_path, evil)[0], "#tick=46")
-    assert browser.errors() == []
-    assert browser.driver.title != "broken"
-    shown = evil.replace("\u2028", "\\u2028")  # control characters are read as their escapes
-    assert browser.run('return document.querySelector("h1").textContent') == shown
-    assert shown in browser.run('return document.querySelector(".story").textContent')
+    browser.run("scrollTo(0, document.documentElement.scrollHeight)")
+    top = browser.run('return document.querySelector(".controls").getBoundingClientRect().top')
+    assert 0 < top < PHONE["height"] - 80, "playback is always at hand"
+    for button in browser.all(".buttons .group button"):
+        assert button.rect["width"] >= 36 and button.rect["height"] >= 36
 
 
 def test_runs_that_failed_or_were_cut_off_are_seen(
     browser: Browser, traces: dict[str, Path], tmp_path: Path
 ) -> None:
-    """One that failed opens at its last moment."""
+    """One that failed opens at its last moment. Names cannot break out of the page."""
     lines = made_traces.door()
     why = {"explanation": "-", "cause": "no_capable_robot"}
     lines[-1] |= {"outcome": "operator_needed", **why}
@@ -216,6 +244,16 @@ def test_runs_that_failed_or_were_cut_off_are_seen(
     browser.open(page)
     assert browser.errors() == []
     assert browser.one(".badge").text == "cut off"
+    evil = '</script><script>document.title="broken"</script><!-- <b>&amp;\u2028'
+    lines = made_traces.door()
+    lines[0]["scenario"]["name"] = evil
+    lines[-1]["explanation"] = evil
+    browser.open(made(lines, tmp_path, evil)[0], "#tick=46")
+    assert browser.errors() == []
+    assert browser.driver.title != "broken"
+    shown = evil.replace("\u2028", "\\u2028")  # control characters are read as their escapes
+    assert browser.run('return document.querySelector("h1").textContent') == shown
+    assert shown in browser.run('return document.querySelector(".story").textContent')
 
 
 def test_the_page_hatches_beliefs_and_tints_sight(browser: Browser, pages: dict[str, Path]) -> None:
@@ -249,11 +287,8 @@ def _luminance(colour: str) -> float:
     return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_texts_are_readable_in_both_themes(
-    browser: Browser, pages: dict[str, Path], scheme: str
-) -> None:
-    browser.open(pages["chain"], "#tick=6", scheme=scheme)
+def _texts_are_readable(browser: Browser, page: Path, scheme: str) -> None:
+    browser.open(page, "#tick=6", scheme=scheme)
     ground = browser.run("return getComputedStyle(document.body).backgroundColor")
     assert (_luminance(ground) > 0.5) == (scheme == "light")
     script = """
@@ -272,46 +307,3 @@ def test_texts_are_readable_in_both_themes(
     for words, ink, behind in texts:
         light, dark = sorted((_luminance(ink), _luminance(behind)), reverse=True)
         assert (light + 0.05) / (dark + 0.05) >= 4.5, f"{words!r}: {ink} on {behind}"
-
-
-def test_no_width_needs_sideways_scrolling(
-    browser: Browser, pages: dict[str, Path], name: str = "crowd"
-) -> None:
-    """Opened on a phone, and in a window that becomes narrower."""
-    for width in (390, 1920, 1280, 900, 700, 320):
-        if width in (390, 1920):
-            browser.open(pages[name], "#tick=6", width=width, height=800)
-        else:
-            browser.resize(width, 800)
-            browser.wait(lambda width=width: browser.run("return innerWidth") == width)
-        assert browser.run("return document.documentElement.scrollWidth") <= width
-        for selector in (".map", ".controls", "aside", "header"):
-            box = browser.one(selector).rect
-            assert box["x"] >= 0 and box["x"] + box["width"] <= width + 0.5, selector
-        assert browser.one(".map").rect["height"] > 80
-    browser.open(pages[name], **PHONE)
-    browser.run("scrollTo(0, document.documentElement.scrollHeight)")
-    top = browser.run('return document.querySelector(".controls").getBoundingClientRect().top')
-    assert 0 < top < PHONE["height"] - 80, "playback is always at hand"
-    for button in browser.all(".buttons .group button"):
-        assert button.rect["width"] >= 36 and button.rect["height"] >= 36
-
-
-def test_everything_has_a_name_and_shows_its_focus(
-    browser: Browser, pages: dict[str, Path]
-) -> None:
-    browser.open(pages["door"], "#tick=11")
-    told = browser.one(".map").get_attribute("aria-label") or ""
-    assert "quad in region 46 [3, 7]" in told and "door@47 requested" in told
-    assert browser.one(".story").get_attribute("aria-live") == "polite"
-    for element in browser.all("button:not([aria-hidden]), select, input, summary"):
-        if element.is_displayed():
-            assert element.accessible_name, element.get_attribute("outerHTML")
-    focused = set()
-    for _ in range(14):
-        browser.press(Keys.TAB)
-        which = "return [...document.querySelectorAll('*')].indexOf(document.activeElement)"
-        focused.add(browser.run(which))
-        outline = "return getComputedStyle(document.activeElement).outlineStyle"
-        assert browser.run(outline) != "none"
-    assert len(focused) == 14

@@ -1,6 +1,5 @@
 """The 3D page: small, self-contained, and correct in a real browser."""
 
-import json
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -53,27 +52,10 @@ def test_a_case_study_fits_into_400_kilobytes_and_names_no_other_file(page: Path
     assert "default-src 'none'" in text
 
 
-def test_text_and_picture_show_one_moment(trace: Path, page: Path, browser: Browser) -> None:
+def test_the_page_moves_and_its_words_and_picture_show_one_moment(
+    trace: Path, page: Path, browser: Browser
+) -> None:
     """The words change when the bodies do: at the instant at which the push has ended."""
-    run = read_trace(trace)
-    motion = motion_of(run)
-    (push,) = [line for line in motion.lines if isinstance(line, Action)]
-    browser.open(page)
-    browser.wait(lambda: browser.all(".stage3d canvas"))
-    for seconds, status, words in (
-        (push.t0 - 0.3, "requested", "quad requests help"),
-        (push.t1 - 0.3, "requested", "quad requests help"),
-        (push.t1 + 0.3, "resolved", "digit at 47 resolves door@47"),
-    ):
-        browser.run("location.hash = arguments[0]", f"#t={seconds:.1f}")
-        browser.wait(lambda at=seconds: abs(browser.seconds - at) < 0.06)
-        door = browser.one('.obstacles [data-obstacle="door@47"]')
-        assert door.get_attribute("data-status") == status
-        assert words in browser.one(".story").text
-        assert ("helps" in browser.one(".robots").text) == (status == "requested")
-
-
-def test_the_page_opens_and_moves_without_an_error(page: Path, browser: Browser) -> None:
     browser.open(page, "#t=20.5")
     browser.wait(lambda: browser.all(".stage3d canvas"))
     before = browser.run(PICTURE)
@@ -86,9 +68,25 @@ def test_the_page_opens_and_moves_without_an_error(page: Path, browser: Browser)
     browser.press("f")
     assert browser.run('return document.querySelector(".cameras").value') == "orbit"
 
+    run = read_trace(trace)
+    (push,) = [line for line in motion_of(run).lines if isinstance(line, Action)]
+    for seconds, status, words in (
+        (push.t0 - 0.3, "requested", "quad requests help"),
+        (push.t1 - 0.3, "requested", "quad requests help"),
+        (push.t1 + 0.3, "resolved", "digit at 47 resolves door@47"),
+    ):
+        browser.run("location.hash = arguments[0]", f"#t={seconds:.1f}")
+        browser.wait(lambda at=seconds: abs(browser.seconds - at) < 0.06)
+        door = browser.one('.obstacles [data-obstacle="door@47"]')
+        assert door.get_attribute("data-status") == status
+        assert words in browser.one(".story").text
+        assert ("helps" in browser.one(".robots").text) == (status == "requested")
+
     def corner() -> int:
         return sum(map(int, browser.run(PICTURE).split(",")[:3]))
 
+    browser.run("location.hash = '#t=20.5'")
+    browser.wait(lambda: abs(browser.seconds - 20.5) < 0.06)
     light = corner()
     browser.open(page, "#t=20.5", scheme="dark")
     browser.wait(lambda: browser.all(".stage3d canvas"))
@@ -99,19 +97,3 @@ def test_the_page_opens_and_moves_without_an_error(page: Path, browser: Browser)
 def _safenav(*arguments: str) -> None:
     """A command of safenav in this process; what it refuses is raised."""
     group.main([*arguments], standalone_mode=False)
-
-
-def test_requirements_are_curves_below_the_timeline(tmp_path: Path, browser: Browser) -> None:
-    path = tmp_path / "night.jsonl"
-    _safenav("run", str(SCENARIO.with_name("hospital.yaml")), "--trace", str(path), "--no-map")
-    _safenav("replay", str(path), "-o", str(tmp_path / "flat.html"))
-    browser.open(tmp_path / "flat.html")
-    browser.wait(lambda: browser.all(".curves li[data-requirement]"))
-    (curve,) = browser.all(".curves li[data-requirement]")
-    assert curve.text == "apart: satisfied"
-    drawn = str(browser.one(".curves .curve").get_attribute("d"))
-    ticks = [float(point.split()[0]) for point in drawn.removeprefix("M").split("L")]
-    last = json.loads(path.read_text().splitlines()[-1])["ticks"]
-    assert ticks == sorted(ticks)  # the flat page counts a run in lockstep in ticks
-    assert 0 <= ticks[0] < ticks[-1] <= last
-    assert browser.errors() == []

@@ -3,7 +3,6 @@
 import json
 import zlib
 from base64 import b64decode
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,6 @@ from msgspec.structs import replace
 pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
 
 from fleet.drives import Drive, driven
-from report.browser import Browser
 from safenav.motion.columns import columns_of
 from safenav.motion.file import GoalLine, Measured, Motion
 from safenav.report.page.motion import RATE, encoded_motion
@@ -25,13 +23,6 @@ EAST = 0.6
 @pytest.fixture(scope="module")
 def drive() -> Drive:
     return driven(goals=("spot",))
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    browser = Browser(solid=True)
-    yield browser
-    browser.driver.quit()
 
 
 def moved(motion: Motion, metres: float) -> Motion:
