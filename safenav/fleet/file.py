@@ -19,9 +19,9 @@ from safenav.scenario import values
 from safenav.scenario.lint import arrival_room
 from safenav.scenario.model import Failures, Obstacle, Scenario
 from safenav.scenario.reading.regions import Reading
+from safenav.scenario.yaml import keys
 from safenav.scenario.yaml.document import Node, Scalar, below, clipped
 from safenav.scenario.yaml.findings import Findings, parsed, read_source
-from safenav.scenario.yaml.json_schema import schema_text as schema_of
 from safenav.scenario.yaml.keys import Item, Key, key, version
 from safenav.scenario.yaml.typed import read
 from safenav.trace.words import listed
@@ -334,7 +334,7 @@ def _station(item: FleetKeys, name: str, own: Station | None, world: RegionMap |
 
 def schema_text() -> str:
     """Return the JSON Schema (draft 2020-12) of fleet files."""
-    return schema_of(FleetKeys, "safenav fleet file")
+    return keys.schema_text(FleetKeys, "safenav fleet file")
 
 
 def template_text(scenario: Scenario) -> str:

@@ -5,7 +5,6 @@ turn their values into the model (``scenario.model``); ``values`` has the forms 
 docs/scenario.md explains each key.
 """
 
-from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
 from safenav.errors import Outcome
@@ -13,7 +12,7 @@ from safenav.scenario import values
 from safenav.scenario.model import Clock, Coordination, LatePolicy, Limits, Until
 from safenav.scenario.objective import EXAMPLE, KINDS, STAYING, kinds_that
 from safenav.scenario.yaml.document import Scalar, one_of
-from safenav.scenario.yaml.keys import Beside, Item, Key, OneOf, key, version
+from safenav.scenario.yaml.keys import Beside, Item, Key, Never, OneOf, key, version
 from safenav.world.poses import Mobility
 
 VERSION = 1
@@ -34,7 +33,6 @@ _DRAWN = (
     "write 'grid: |' and below it one indented line of '#' and '.' for each row, or name a file: "
     "'image', 'ros' or 'movingai'"
 )
-Metres = Annotated[float, Key(above=0)]
 
 
 class MapKeys(Item, frozen=True):
@@ -43,6 +41,9 @@ class MapKeys(Item, frozen=True):
     rules: ClassVar = (
         OneOf(FORMS, _DRAWN, "a map has one form"),
         *(Beside(word, FORMS[1:], _OF_FILES) for word in ("rows", "cols", "share")),
+        Beside("image", ("rows",)),
+        Beside("ros", ("rows", "resolution")),
+        Never(("ros", "rows", "resolution"), "the size of a region follows from either of them"),
         Beside("origin", ("grid", "image", "movingai"), "leave it out: the file has its own"),
         Beside("rows", ("cols",), "give both or none"),
         Beside("cols", ("rows",), "give both or none"),
@@ -50,10 +51,7 @@ class MapKeys(Item, frozen=True):
             "origin", ("resolution",), "also write 'resolution', the side of a region in metres"
         ),
     )
-    elsewhere: ClassVar = {
-        "areas": "'areas' stands beside 'map', not in it",
-        "threshold": "adapt the image: darker than half is wall",
-    }
+    elsewhere: ClassVar = {"areas": "'areas' stands beside 'map', not in it"}
     grid: values.GridRows | None = key("One line for each row: '#' is a wall, '.' is free.")
     image: Scalar | None = key("A PNG or PGM file: dark is wall.")
     ros: Scalar | None = key("The YAML file of a map as ROS map_server saves it.")
@@ -63,11 +61,7 @@ class MapKeys(Item, frozen=True):
     share: float | None = key(
         "Blocked share of a region that makes it a wall. Default: 0, any of it.", least=0, most=1
     )
-    resolution: float | tuple[Metres, Metres] | None = key(
-        "Size of a region in metres; of a grid also [from west to east, from south to north].",
-        above=0,
-        expected="a number",
-    )
+    resolution: float | None = key("Side of a region in metres.", above=0)
     origin: values.MapOrigin | None = key(
         "[x, y] or [x, y, yaw] of the south-western corner, in metres, radians."
     )
@@ -109,7 +103,6 @@ class ModelKeys(Item, frozen=True):
     """A robot model."""
 
     one: ClassVar = "robot model {name}"
-    elsewhere: ClassVar = {"carries": "each robot carries one load"}
     mobility: Mobility | None = key(
         "free: steps to any neighbour; heading: straight on, or after a turn of 90 degrees.",
         "'mobility: free' or 'mobility: heading'",
@@ -153,14 +146,12 @@ class NeedKeys(Item, frozen=True):
 
 
 _WITHIN = key("Maximum number of ticks from the request to the resolution.")
-_NO_SWEEPS = {"sweeps": "keep robots apart by 'never_together'"}
 
 
 class TypeKeys(Item, frozen=True):
     """A type of obstacles: an action that resolves it, or several needs."""
 
     one: ClassVar = "obstacle type {name}"
-    elsewhere: ClassVar = _NO_SWEEPS
     rules: ClassVar = (
         OneOf(
             ("action", "needs"),
@@ -232,7 +223,6 @@ class ObjectiveKeys(Item, frozen=True):
     one: ClassVar = "objective {rest} when {name}"
     label: ClassVar = "{rest}"
     example: ClassVar = EXAMPLE
-    elsewhere: ClassVar = {"circuit": "use 'patrol', with two targets or more"}
     rules: ClassVar = (
         OneOf((*KINDS, "ltl"), f"give it one, for example {EXAMPLE}", "choose one of them"),
         Beside(FORM, STRICT, "leave it out: other kinds have one form only"),
@@ -263,17 +253,14 @@ class RobotKeys(Item, frozen=True):
     one: ClassVar = "robot {name}"
     label: ClassVar = "of {rest}"
     elsewhere: ClassVar = {
-        "tracking": "name the robots that its specification models: 'tracks: [quad]'",
-        **{
-            word: f"it belongs in the objective, for example 'objective: {{{example}}}'"
-            for word, example in {
-                "avoid": f"{_EXAMPLES[TIMED[0]]}, avoid: [5]",
-                "always": f"{STAYING.example()}, always: region != 5",
-                "within": f"{_EXAMPLES[TIMED[0]]}, within: 20",
-                **_EXAMPLES,
-                "ltl": "ltl: {liveness: [region = 3]}",
-            }.items()
-        },
+        word: f"it belongs in the objective, for example 'objective: {{{example}}}'"
+        for word, example in {
+            "avoid": f"{_EXAMPLES[TIMED[0]]}, avoid: [5]",
+            "always": f"{STAYING.example()}, always: region != 5",
+            "within": f"{_EXAMPLES[TIMED[0]]}, within: 20",
+            **_EXAMPLES,
+            "ltl": "ltl: {liveness: [region = 3]}",
+        }.items()
     }
     model: values.Model | None = key(
         "A robot model of the catalogue.", "for example 'model: digit'"
@@ -323,7 +310,6 @@ class InputKeys(Item, frozen=True):
 
     one: ClassVar = "input {name}"
     example: ClassVar = "{at: 12-30}; {} for one that a program sets"
-    elsewhere: ClassVar = {"probability": "list the ticks: at: [12, 20-30]"}
     at_: values.Spans | None = key("Ticks when a simulation has it on: 12, 20-30 or a list.")
     always_eventually: Literal["off", "on", "both"] | bool | None = key(
         "Values that specifications assume infinitely often: off, on or both.",
@@ -340,7 +326,6 @@ class ObstacleKeys(Item, frozen=True):
     one: ClassVar = "an obstacle"
     label: ClassVar = "of {type}"
     example: ClassVar = "{type: door, region: 47}"
-    elsewhere: ClassVar = _NO_SWEEPS
     type: values.Type | None = key("An obstacle type of the catalogue.", "for example 'type: door'")
     region: values.RegionValue | None = key("Its region.", _AT)
     traversable: bool | None = key(
@@ -387,14 +372,10 @@ class ChangeKeys(Item, frozen=True):
     service: Literal["out", "back"] | None = key("out: it stops; back: it continues.")
 
 
-_AS_REQUIREMENT = "state it in 'requirements', by requested_door@47 and resolved_door@47"
-
-
 class ExpectKeys(Item, frozen=True):
     """The expected result of a run; only the keys that are given are checked."""
 
     example: ClassVar = "{outcome: completed}"
-    elsewhere: ClassVar = dict.fromkeys(("order", "never"), _AS_REQUIREMENT)
     outcome: Outcome | None = key("The outcome of the run.", without=(Outcome.ERROR,))
     late: tuple[values.Subject, ...] | None = key(
         "Exactly the missed deadlines: robots, obstacles, mission. Default: none."
@@ -418,12 +399,8 @@ class ScenarioKeys(Item, frozen=True):
     docs/scenario.md."""
 
     label: ClassVar = ""
-    elsewhere: ClassVar[Mapping[str, str]] = {
-        "order": "the newest request is served first, earlier due times before that",
-        "deadlock": "joint plans always resolve deadlocks",
-        "controllers": "every strategy is listed",
-        "suspects": "the bound of a deadline needs no list of possible obstacles",
-        "failures": "write it in the fleet file of 'safenav drive'; runs have fixed defaults",
+    elsewhere: ClassVar = {
+        "failures": "write it in the fleet file of 'safenav drive'; runs have fixed defaults"
     }
     safenav: int | None = version(VERSION, "scenario", "safenav")
     name: str | None = key("Its name in reports. Default: that of the file.")

@@ -132,9 +132,6 @@ class Limits(Struct, frozen=True):
     """Limits of the run and of each synthesis."""
 
     example: ClassVar[str] = "{ticks: 500}"
-    elsewhere: ClassVar[Mapping[str, str]] = {
-        "states": "limit a synthesis by 'synthesis_seconds' and 'synthesis_memory'"
-    }
     ticks: Annotated[int, Key("Ticks of a run.", least=1)] = 1000
     synthesis_seconds: Annotated[float, Key("Seconds of a single synthesis.", above=0)] = 60.0
     synthesis_memory: Annotated[int, Key("Memory of a single synthesis, in MiB.", least=1)] = 2048

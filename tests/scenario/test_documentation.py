@@ -17,8 +17,7 @@ from safenav.fleet.file import FleetKeys, Station
 from safenav.scenario import language
 from safenav.scenario.model import Failures
 from safenav.scenario.reading.loader import load_scenario_text
-from safenav.scenario.yaml.json_schema import schema_text
-from safenav.scenario.yaml.keys import entries
+from safenav.scenario.yaml.keys import entries, schema_text
 from scenario.mistakes import keys_of
 
 ROOT = Path(__file__).parents[2]

@@ -30,9 +30,9 @@ from safenav.scenario.reading import catalogue, events
 from safenav.scenario.reading.map import resolve_map
 from safenav.scenario.reading.regions import Reading, resolve_areas, resolve_exclusions
 from safenav.scenario.reading.robots import resolve_robots
+from safenav.scenario.yaml import keys
 from safenav.scenario.yaml.document import Mapping, Node, below, entries_of, items_of, one_of
 from safenav.scenario.yaml.findings import Findings, ReadableFolder, parsed, read_source
-from safenav.scenario.yaml.keys import entries
 from safenav.scenario.yaml.typed import Stages, read
 from safenav.world.map import Region, RegionMap
 
@@ -120,8 +120,8 @@ def load_catalogue(path: Path) -> Catalogue:
     root = None if text is None else parsed(text, reading)
     reading.raise_if_any()
     assert text is not None and root is not None
-    keys = {key.text for key, _ in entries_of(root)}
-    if not keys or not keys.issubset(entries(language.CatalogueKeys)):
+    given = {key.text for key, _ in entries_of(root)}
+    if not given or not given.issubset(keys.entries(language.CatalogueKeys)):
         return load_scenario_text(text, str(path)).catalogue
     reading.catalogue = catalogue.built_in()
     catalogue.resolve_catalogue(
@@ -134,9 +134,7 @@ def load_catalogue(path: Path) -> Catalogue:
 def schema_text() -> str:
     """Return the JSON Schema (draft 2020-12) of scenario files, for editors and other tools. It
     describes their shape only, so it accepts a region in a wall or an unknown robot model."""
-    from safenav.scenario.yaml.json_schema import schema_text as schema_of  # for editors alone
-
-    return schema_of(language.ScenarioKeys, "safenav scenario")
+    return keys.schema_text(language.ScenarioKeys, "safenav scenario")
 
 
 def _resolve_catalogue(
@@ -255,8 +253,8 @@ def check_deadlines(scenario: Scenario, item: Mapping | None, findings: Findings
     """Report deadlines and batteries that no run supports, and deadlines that no run can
     meet. The scenario has no other error."""
 
-    def report(found: str, hint: str, *keys: str) -> None:
-        findings.add(below(item, *keys) or below(item, keys[0]) or item, found, hint)
+    def report(found: str, hint: str, *words: str) -> None:
+        findings.add(below(item, *words) or below(item, words[0]) or item, found, hint)
 
     if scenario.clock is Clock.LIVE and (refused := unsafe_live(scenario)) is not None:
         report(refused, "", "clock")

@@ -52,9 +52,6 @@ def _read_form(item: language.MapKeys, reading: Reading) -> RegionMap | None:
         hint = f"{install_command('maps')}\n    or draw the map with 'grid'"
         reading.add(given, "a map file needs numpy, which is not installed", hint)
         return None
-    if isinstance(item.resolution, tuple):
-        wrong_type(item.at("resolution"), "'resolution' of map", "a number", reading)
-        return None
     if form == "ros":
         return map_file.read_ros(given, item, reading)
     reader = map_file.read_image_map if form == "image" else map_file.read_movingai_map
@@ -68,7 +65,7 @@ def _frame(item: language.MapKeys) -> Frame | None:
     if side is None:
         return None
     x, y, yaw = (*(origin or (0.0, 0.0)), 0.0)[:3]
-    return Frame(side if isinstance(side, tuple) else (side, side), (x, y), yaw)
+    return Frame((side, side), (x, y), yaw)
 
 
 def _resolve_names(item: language.MapKeys, reading: Reading) -> None:

@@ -225,12 +225,7 @@ class RosFile(Item, frozen=True):
 def read_ros(node: Scalar, item: MapKeys, findings: Reading) -> RegionMap | None:
     """Return the map with its frame; None after an error was reported."""
     before, count = len(findings), count_of(item)
-    side = item.resolution if isinstance(item.resolution, float) else None
-    sized = [word for word, _ in item.node.entries if word.text in ("rows", "cols", "resolution")]
-    if item.at("resolution") is not None and len(sized) > 1:
-        extra = next(word for word in sized if word.text != "resolution")
-        hint = "the size of a region follows from either of them"
-        findings.add(extra, f"map: both '{extra.text}' and 'resolution'", hint)
+    side = item.resolution
     path = findings.folder / node.text
     text = read_source(path, findings, node)
     if text is None:
@@ -241,7 +236,7 @@ def read_ros(node: Scalar, item: MapKeys, findings: Reading) -> RegionMap | None
     if settings is None or image is None or blocked is None:
         return None
     height, width = (pixels * settings.resolution for pixels in blocked.shape)
-    if not sized:
+    if item.at("rows") is None and item.at("resolution") is None:
         hint = (
             f"the map measures {width:g} x {height:g} m: give the size of a region, for example "
             "'resolution: 0.5' (metres), or give 'rows' and 'cols'"

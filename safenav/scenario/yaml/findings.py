@@ -201,9 +201,6 @@ def wrong_type(
             hint = hint or f"write the number alone, without a unit{alone}"
         elif truth is not None and expected == "true or false":
             hint = hint or f"write {truth}"
-    elif isinstance(node, Mapping):
-        keys = (key.text for key, _ in node.entries)
-        hint = hint or next((FORMER_PARTS[key] for key in keys if key in FORMER_PARTS), "")
     findings.add(node, f"{what}: found {described(node)}, expected {expected}", hint)
 
 
@@ -216,7 +213,7 @@ def as_meant(
 ) -> tuple[Mapping, set[str]]:
     """Report keys that are not ``known``. Return the mapping with the keys that were probably meant
     in their place, and the set of these: a misspelt key neither hides nor causes other errors.
-    ``elsewhere``: hints for keys that belong in another mapping, or are former ones."""
+    ``elsewhere``: hints for keys that belong in another mapping."""
     words = set(known)
     free = words - {key.text for key, _ in node.entries}
     entries, meant = [], set()
@@ -267,16 +264,6 @@ _ALSO_CALLED = {
     for word in words.split()
 }
 """Keys of other tools, and the scenario's keys that may be meant."""
-
-FORMER_PARTS = {
-    "file": "write the name of the file alone: 'image: floor.png'; 'names' names regions",
-    "kind": "write the kind alone: 'motion: disc'",
-    "least": "write one number of ticks: 'timing: 2'",
-    "at_least": "write the maximum alone: 'ticks: 60'",
-    "at_most": "write the maximum alone: 'ticks: 60'",
-    "probability": "write 'true' or 'false'",
-}
-"""Former keys of values that no longer are mappings, and what to write instead."""
 
 
 T = TypeVar("T")

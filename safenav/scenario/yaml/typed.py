@@ -1,8 +1,7 @@
 """Typed reading of YAML documents by the declarations of their language (``keys``).
 
 ``read`` returns the value of a node, or None after it reported why there is none; it continues
-after an error, so that one error does not hide another. ``json_schema`` writes the JSON Schema of
-the same declarations.
+after an error, so that one error does not hide another.
 """
 
 from __future__ import annotations
@@ -29,11 +28,11 @@ from safenav.scenario.yaml.findings import (
     wrong_type,
 )
 from safenav.scenario.yaml.keys import (
-    MOST,
     Beside,
     Item,
     Key,
     NameForm,
+    Never,
     OneOf,
     Raw,
     entries,
@@ -126,7 +125,7 @@ def _item(kind: type[Struct], node: Node, what: str, findings: Findings, stages:
 
 
 def _check_rules(
-    rules: tuple[OneOf | Beside, ...],
+    rules: tuple[OneOf | Beside | Never, ...],
     node: document.Mapping,
     what: str,
     known: Collection[str],
@@ -137,8 +136,14 @@ def _check_rules(
     given = {key.text: key for key, _ in node.entries}
     told = {word for word in given if word not in known}
     for rule in rules:
+        if isinstance(rule, Never):
+            if given.keys() >= {*rule.keys}:
+                one, other = rule.keys[-2:]
+                findings.add(given[one], f"{what}: both '{one}' and '{other}'", rule.hint)
+            continue
         if isinstance(rule, Beside):
-            if rule.key in given.keys() - told and given.keys().isdisjoint(rule.others):
+            alone = rule.key in given.keys() - told and given.keys().isdisjoint(rule.others)
+            if alone and rule.hint:
                 told.add(rule.key)
                 others = one_of(rule.others, "'")
                 findings.add(given[rule.key], f"{what}: '{rule.key}' without {others}", rule.hint)
@@ -297,17 +302,11 @@ def _integer(node: Node, what: str, findings: Findings, key: Key) -> Any:
     if isinstance(value, bool) or not isinstance(value, int):
         wrong_type(node, what, "a whole number", findings)
         return None
-    least, most = whole_range(key)
+    least, most = key.range
     limits = f"at least {least}" if value < least else f"at most {most}" if value > most else ""
     if limits:
         findings.add(node, f"{what} is {clipped(str(value))}, and must be {limits}", key.why)
     return None if limits else value
-
-
-def whole_range(key: Key) -> tuple[int, int]:
-    """Return the limits of a whole number."""
-    least = 0 if key.least is None else int(key.least)
-    return least, MOST if key.most is None else int(key.most)
 
 
 def _text(node: Node, what: str, findings: Findings, _: Key) -> Any:
