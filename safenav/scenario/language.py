@@ -62,8 +62,9 @@ class MapKeys(Item, frozen=True):
         "Blocked share of a region that makes it a wall. Default: 0, any of it.", least=0, most=1
     )
     resolution: float | None = key("Side of a region in metres.", above=0)
-    origin: values.MapOrigin | None = key(
-        "[x, y] or [x, y, yaw] of the south-western corner, in metres, radians."
+    origin: values.Corner | None = key(
+        "[x, y] or [x, y, yaw] of the south-western corner, in metres, radians.",
+        expected=values.CORNER,
     )
     names: dict[values.RegionName, values.Position] | None = key("Names for regions.")
 

@@ -91,9 +91,8 @@ FormulaList = Annotated[Raw, Key(form=str | tuple[str, ...])]
 GridRows = Annotated[Raw, Key(form={"anyOf": [matching(_GRID), _ROWS]})]
 _Metres = Annotated[float, Key(why="write the metres of the corner as finite numbers")]
 _Yaw = Annotated[float, Key(why="write 0: map_saver writes nan where SLAM gave no valid rotation")]
-MapOrigin = Annotated[
-    tuple[_Metres, _Metres] | tuple[_Metres, _Metres, _Yaw], Key(expected="[x, y] or [x, y, yaw]")
-]
+Corner = tuple[_Metres, _Metres] | tuple[_Metres, _Metres, _Yaw]
+CORNER = "[x, y] or [x, y, yaw]"
 
 
 def _capability(word: Scalar, node: Node, what: str, findings: Findings) -> Scalar:

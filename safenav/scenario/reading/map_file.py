@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from fractions import Fraction
 from math import ceil
 from pathlib import Path
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from msgspec import Struct
@@ -21,10 +21,10 @@ from safenav.errors import InputError
 from safenav.files import ROS_MAP
 from safenav.scenario.language import MapKeys
 from safenav.scenario.reading.regions import NO_SIZE, Reading, too_large
-from safenav.scenario.values import MapOrigin
+from safenav.scenario.values import CORNER, Corner
 from safenav.scenario.yaml.document import Node, Place, Scalar, clipped
 from safenav.scenario.yaml.findings import Findings, parsed, read_bytes, read_source, suggestion
-from safenav.scenario.yaml.keys import Item, key
+from safenav.scenario.yaml.keys import Key
 from safenav.scenario.yaml.typed import read
 from safenav.world.images import (
     Blocked,
@@ -151,17 +151,6 @@ def report(error: InputError, path: Path, node: Node, findings: Findings) -> Non
             findings.add(node, f"file '{path}': {flaw.found}", flaw.hint)
 
 
-class RosMap(Struct, frozen=True):
-    """The YAML file of a map. ``resolution``: metres per pixel; ``origin``: x, y (metres) and yaw
-    (radians) of its lower left corner; thresholds: occupancy from 0 to 1."""
-
-    resolution: float
-    origin: tuple[float, float, float]
-    negate: bool
-    occupied_thresh: float
-    free_thresh: float
-
-
 def occupied(image: Image, settings: RosMap) -> Blocked:
     """Return the pixels that are walls: occupied or unknown, since a strategy must not rely on an
     unknown one. Transparent pixels are unknown. A pixel is free only if map_server reads it as
@@ -206,35 +195,41 @@ def _mode(word: Scalar, node: Node, what: str, findings: Findings) -> Scalar:
 _MODES = ("trinary", "scale")
 
 
-class RosFile(Item, frozen=True):
-    """The YAML file of a map; further keys are ignored."""
+class RosMap(Struct, frozen=True):
+    """The YAML file of a map; further keys are ignored. ``resolution``: metres per pixel;
+    ``origin``: x, y (metres) and yaw (radians) of its lower left corner; thresholds: occupancy from
+    0 to 1."""
 
     open: ClassVar = True
     label: ClassVar = ""
-    image: Scalar | None = key("", "the path of the image, relative to this file")
-    resolution: float | None = key("", "metres per pixel, for example 'resolution: 0.05'", above=0)
-    origin: MapOrigin | None = key("", "[x, y, yaw] of the lower left corner")
-    occupied_thresh: float | None = key(
-        "", "map_saver writes 'occupied_thresh: 0.65'", least=0, most=1
-    )
-    free_thresh: float | None = key("", "map_saver writes 'free_thresh: 0.196'", least=0, most=1)
-    negate: bool | int | None = key("", "map_saver writes 'negate: 0'", most=1, expected="0 or 1")
-    mode: Scalar | None = key(check=_mode)
+    image: Annotated[Scalar, Key("", "the path of the image, relative to this file")]
+    resolution: Annotated[
+        float, Key("", "metres per pixel, for example 'resolution: 0.05'", above=0)
+    ]
+    origin: Annotated[Corner, Key("", "[x, y, yaw] of the lower left corner", expected=CORNER)]
+    negate: Annotated[
+        bool | int, Key("", "map_saver writes 'negate: 0'", most=1, expected="0 or 1")
+    ]
+    occupied_thresh: Annotated[
+        float, Key("", "map_saver writes 'occupied_thresh: 0.65'", least=0, most=1)
+    ]
+    free_thresh: Annotated[float, Key("", "map_saver writes 'free_thresh: 0.196'", least=0, most=1)]
+    mode: Annotated[Scalar | None, Key(check=_mode)] = None
 
 
 def read_ros(node: Scalar, item: MapKeys, findings: Reading) -> RegionMap | None:
     """Return the map with its frame; None after an error was reported."""
-    before, count = len(findings), count_of(item)
-    side = item.resolution
-    path = findings.folder / node.text
+    before, path = len(findings), findings.folder / node.text
     text = read_source(path, findings, node)
     if text is None:
         return None
     inside = findings.beside(str(path))
     inside.folder = path.parent
-    settings, image, blocked = read_ros_file(text, inside)
-    if settings is None or image is None or blocked is None:
+    settings: RosMap | None = read(RosMap, parsed(text, inside, ROS_MAP), "a ROS map", inside)
+    image = None if settings is None else read_pixels(settings.image, inside)
+    if settings is None or image is None:
         return None
+    blocked = occupied(image, settings)
     height, width = (pixels * settings.resolution for pixels in blocked.shape)
     if item.at("rows") is None and item.at("resolution") is None:
         hint = (
@@ -244,7 +239,7 @@ def read_ros(node: Scalar, item: MapKeys, findings: Reading) -> RegionMap | None
         findings.add(node, NO_SIZE, hint)
     if len(findings) > before or misread(item):
         return None
-    if side is not None:
+    if (side := item.resolution) is not None:
         rows, cols = ceil(height / side), ceil(width / side)
         if rows * cols > MAX_REGIONS:
             findings.add(item.at("resolution"), *too_large(rows, cols))
@@ -252,13 +247,14 @@ def read_ros(node: Scalar, item: MapKeys, findings: Reading) -> RegionMap | None
         layout = Layout.of_size(blocked, _decimal(side) / _decimal(settings.resolution))
         resolution = (side, side)
     else:
-        assert count is not None
+        count = count_of(item)
+        assert count is not None, "else it was misread"
         layout = Layout.of_count(blocked, *count)
         resolution = (width / layout.cols, height / layout.rows)
     world = with_walls(blocked, layout, item.share or 0.0, node, findings)
     if world is None:
         return None
-    x, y, yaw = settings.origin
+    x, y, yaw = (*settings.origin, 0.0)[:3]
     notes = (*doubts(image, settings, path), *world.notes)
     return replace(world, frame=Frame(resolution, (x, y), yaw), notes=notes)
 
@@ -266,22 +262,3 @@ def read_ros(node: Scalar, item: MapKeys, findings: Reading) -> RegionMap | None
 def _decimal(number: float) -> Fraction:
     """Return the exact decimal value of a number, so that 0.5 / 0.05 is exactly 10."""
     return Fraction(repr(number))
-
-
-def read_ros_file(
-    text: str, findings: Reading
-) -> tuple[RosMap | None, Image | None, Blocked | None]:
-    """Return the settings, their image, and its pixels that are not free; three times None after
-    an error was reported."""
-    before = len(findings)
-    item: RosFile | None = read(RosFile, parsed(text, findings, ROS_MAP), "a ROS map", findings)
-    if item is None:
-        return None, None, None
-    flawed = len(findings) > before
-    image = read_pixels(item.image, findings) if item.image is not None else None
-    if flawed or image is None:
-        return None, None, None
-    origin = (*(item.origin or ()), 0.0)[:3]
-    needed = item.resolution, origin, item.negate == 1, item.occupied_thresh, item.free_thresh
-    settings = RosMap(*needed)  # type: ignore[arg-type]
-    return settings, image, occupied(image, settings)
