@@ -12,7 +12,8 @@ from itertools import chain, combinations, count, islice, product
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.plan.charged import BETTER, ChargedSearch, Charges, charged_plan
+from safenav.components import explored
+from safenav.plan.charged import BETTER, ChargedSearch, Charges, Part, charged_plan
 from safenav.plan.order import preview
 from safenav.plan.search import Exhausted, Guide, Search
 from safenav.plan.shorten import shortened
@@ -22,8 +23,7 @@ from safenav.team.floor import Floor, Joint, Stages, put
 from safenav.team.state import Plan, Stage
 from safenav.world.poses import Mask, PoseGraph, bits
 
-WORK, WORK_OF_A_ROBOT, CHARGED_WORK, CHARGED_LEAST = 3_000_000, 60_000, 250_000, 40_000
-"""``CHARGED_LEAST``: where obstacles are open, so that the question will be another one soon."""
+WORK, WORK_OF_A_ROBOT, CHARGED_WORK = 3_000_000, 60_000, 250_000
 FEW_WORK, FEW_GROUPS, FEW_STATES = 200_000, 300, 20_000
 AHEAD, MOST_AHEAD = 2, 6
 """A mission of more than ``MOST_AHEAD`` rounds is planned ``AHEAD`` rounds at a time."""
@@ -126,29 +126,53 @@ def _ask(
 def ask_charged(
     floor: Floor, joint: Joint, served: tuple[int, ...], seed: int, charges: Charges, time: float
 ) -> Found | None:
-    """A plan for which the charges suffice: forever after it, or at least until its end."""
-    wanted = frozenset(served)
+    """A plan for which the charges suffice: forever after it, or at least until its end. Robots
+    that cannot hinder each other are planned apart, if their charges last until the end of all."""
     if _crowded(floor) is not None:
         return None
+    for groups in ([] if floor.open(joint.stages) else _groups(floor)), [floor.robots]:
+        parts = list[Part]()
+        for few in (replace(floor, robots=group) for group in groups):
+            states = _charged(few, joint, frozenset(served), seed, charges)
+            if states is None:
+                return None
+            parts.append((few, states))
+        if parts and (plan := charged_plan(parts, time)) is not None:
+            return Found(plan)
+    return None
+
+
+def _groups(floor: Floor) -> Iterator[tuple[int, ...]]:
+    """The robots that may have to wait for each other."""
+    left, members, these = {*floor.robots}, floor.team.members, frozenset(floor.robots)
+    while left:
+        group = explored([min(left)], lambda i: [*(members[i].partners & these)])
+        yield tuple(sorted(group))
+        left -= group.keys()
+
+
+def _charged(
+    floor: Floor, joint: Joint, wanted: frozenset[int], seed: int, charges: Charges
+) -> Sequence[Joint] | None:
+    """The joint states of such a plan; in it one stay more is possible, if that is soon found."""
     late = tuple(
         c if m.energy is None or m.energy.charging(p) else c - m.energy.battery.stay
         for c, m, p in zip(charges, floor.team.members, joint.poses, strict=True)
     )
     guide = _guide(floor, wanted)
-    work = CHARGED_LEAST if floor.open(joint.stages) else CHARGED_WORK
-    for lasting, begins in ((True, late), (True, charges), (False, charges)):
+    hard = [] if floor.open(joint.stages) else [(True, late, CHARGED_WORK)]
+    easy = (True, late, BETTER), (True, charges, BETTER)
+    for lasting, begins, work in (*easy, *hard, (False, charges, BETTER // 4)):
         start, answers = joint._replace(charges=begins), list[Sequence[Joint]]()
         # Where a charger is near, short stops cost least; where it is far, few do.
         for full in (False, True) if begins is late else (False,):
-            most = min(work, BETTER) if answers else work
-            search = ChargedSearch(floor, wanted, guide, start, seed, most, (lasting, full))
+            search = ChargedSearch(floor, wanted, guide, start, seed, work, (lasting, full))
             answer = search.run() if search.fits(start) else Exhausted()
             if isinstance(answer, Exhausted):
                 break
             answers += [] if answer is None else [answer]
         if answers:
-            return Found(charged_plan(floor, min(answers, key=len), time))
-        work //= 4 if search.fits(start) else 1  # what asks for less is likely to fail as well
+            return min(answers, key=len)
     return None
 
 

@@ -293,10 +293,49 @@ def _duration(floor: Floor, before: Joint, joint: Joint) -> int:
     return max((floor.team.members[i].ticks for i in moving), default=1)
 
 
-def charged_plan(floor: Floor, states: Sequence[Joint], begun: float) -> Plan:
+Part = tuple[Floor, Sequence[Joint]]
+"""The floor of some robots that need not wait for others, and the states of their plan."""
+
+
+def charged_plan(parts: Sequence[Part], begun: float) -> Plan | None:
+    """The plan of all parts; None if some robot cannot wait for the end of the others. ``begun``:
+    the tick before its first one; live runs have none."""
+    team = parts[0][0].team
+    begun = LONG_AGO if team.scenario.clock is Clock.LIVE else begun
+    ticks = [sum(_duration(floor, *each) for each in pairwise(states)) for floor, states in parts]
+    most = max(ticks)
+    pairs = zip(parts, ticks, strict=True)
+    if not all(_waits(*part, most - own) for part, own in pairs):
+        return None
+    plans = [_plan(*part, begun) for part in parts]
+    ways = zip(*(plan.ways for plan in plans), strict=True)
+    joined = tuple(next(filter(None, each), ()) for each in ways)
+    return Plan(joined, plans[0].foreseen, begun + 1 + most)
+
+
+def _waits(floor: Floor, states: Sequence[Joint], ticks: int) -> bool:
+    """Whether robots keep what they need for so many ticks after their plan."""
+    last = states[-1]
+    for i in floor.robots:
+        energy, pose = floor.team.members[i].energy, last.poses[i]
+        if energy is not None and not energy.charging(pose):
+            left = last.charges[i] - ticks * energy.battery.stay
+            if left < _needed_at_end(floor, last, i):
+                return False
+    return True
+
+
+def _needed_at_end(floor: Floor, last: Joint, i: int) -> float:
+    """The charge with which a robot continues forever after a plan, as far as it has that."""
+    energy = floor.team.members[i].energy
+    assert energy is not None
+    allowed, turn = floor.allowed(i, last.stages), energy.turn(last.counts[i][0])
+    return min(energy.need(allowed, last.poses[i], turn), last.charges[i])
+
+
+def _plan(floor: Floor, states: Sequence[Joint], begun: float) -> Plan:
     """The plan of these states, in which robots leave chargers with the charge and in the tick that
-    were planned. ``begun``: the tick before its first one; live runs have none."""
-    begun = LONG_AGO if floor.team.scenario.clock is Clock.LIVE else begun
+    were planned."""
     plan = plan_of(floor, linear(floor, states[0], [joint.poses for joint in states]))
     ways, at, tick = [[*way] for way in plan.ways], [0] * len(plan.ways), 0
     for before, joint in pairwise(states):
@@ -311,7 +350,7 @@ def charged_plan(floor: Floor, states: Sequence[Joint], begun: float) -> Plan:
     batteries = {i: e.battery for i in floor.robots if (e := floor.team.members[i].energy)}
     for i in () if any(each.stay for each in batteries.values()) else batteries:
         _needed(floor, states[-1], i, ways[i])
-    return Plan(tuple(map(tuple, ways)), plan.foreseen, begun + 1 + tick)
+    return Plan(tuple(map(tuple, ways)), plan.foreseen)
 
 
 def _needed(floor: Floor, last: Joint, i: int, way: list[Waypoint]) -> None:
@@ -319,8 +358,7 @@ def _needed(floor: Floor, last: Joint, i: int, way: list[Waypoint]) -> None:
     to the end: waiting elsewhere takes none."""
     energy = floor.team.members[i].energy
     assert energy is not None
-    need = energy.need(floor.allowed(i, last.stages), last.poses[i], energy.turn(last.counts[i][0]))
-    needed = min(need, last.charges[i])
+    needed = _needed_at_end(floor, last, i)
     for place in range(len(way) - 1, 0, -1):
         needed = (0 if energy.charging(way[place].pose) else needed) + energy.battery.move
         way[place] = way[place]._replace(charge=needed, tick=0)
