@@ -8,12 +8,14 @@ import pytest
 
 from report.browser import Browser, Keys
 from studio.board import DEN, HOUSE, WARD, Board, answer, close_with, readout, start, words
-from studio.serving import Served
+from studio.serving import SCENARIOS, Served
 
 pytestmark = pytest.mark.slow
 
 
-def test_a_studio_without_a_file_saves_as_and_opens(browser: Browser, tmp_path: Path) -> None:
+def test_a_studio_without_a_file_saves_as_opens_and_is_used_by_keyboard(
+    browser: Browser, tmp_path: Path
+) -> None:
     (tmp_path / "wing").mkdir()
     (tmp_path / "wing" / "house.yaml").write_text(HOUSE)
     (tmp_path / "compose.yml").write_text("services: {}\n")
@@ -40,6 +42,9 @@ def test_a_studio_without_a_file_saves_as_and_opens(browser: Browser, tmp_path: 
         browser.press(Keys.CONTROL, "s")
         assert "has changed since it was opened" in answer(browser, accept=False)
         assert (tmp_path / "mine.yaml").read_text() == "somebody else wrote this\n"
+        open_file(board, "wing/house.yaml")
+        board.until("name: house")
+        _draw_with_the_keyboard_alone(Board(browser, served.address, cols=9))
         assert browser.errors() == []
 
 
@@ -52,23 +57,23 @@ def open_file(board: Board, name: str, listed: list[str] | None = None) -> None:
     board.choose(name)
 
 
-def test_the_map_is_drawn_with_the_keyboard_alone(house: Board) -> None:
-    browser = house.browser
-    house.choose("humanoid")
+def _draw_with_the_keyboard_alone(board: Board) -> None:
+    browser = board.browser
+    board.choose("humanoid")
     browser.run("document.querySelector('.map').focus({focusVisible: true})")
     browser.press(Keys.ARROW_RIGHT)
     browser.press(Keys.ARROW_RIGHT)
     browser.wait(lambda: "region 12 [1, 3]" in readout(browser))
     browser.press(Keys.ENTER)
-    house.until("humanoid: {model: humanoid, start: [1, 3], heading: east")
+    board.until("humanoid: {model: humanoid, start: [1, 3], heading: east")
     browser.press("v")
     browser.press(Keys.SHIFT, Keys.ARROW_DOWN)
-    house.until("humanoid: {model: humanoid, start: [2, 3], heading: east")
+    board.until("humanoid: {model: humanoid, start: [2, 3], heading: east")
     browser.press("1")
     browser.press(Keys.ARROW_DOWN)
     browser.press(Keys.SHIFT, Keys.ARROW_LEFT)
-    house.until("    #.###...#\n    #########\n  names")
-    start(house)
+    board.until("    #.###...#\n    #########\n  names")
+    start(board)
     close_with(browser, "door")
     browser.run("document.querySelector('.map').focus({focusVisible: true})")
     tick = int(words(browser, ".clock").split()[-1])
@@ -87,8 +92,9 @@ def test_the_map_is_drawn_with_the_keyboard_alone(house: Board) -> None:
     browser.wait(stands)
 
 
-def test_the_text_documents_and_completes_the_language(house: Board) -> None:
-    """The keyboard passes through it; an area that it declares becomes a target."""
+def test_the_text_documents_completes_and_repairs(house: Board) -> None:
+    """The keyboard passes through it. Errors stand at their position; a reason comes with a repair
+    by a click. An area that it declares becomes a target."""
     browser, before = house.browser, house.text
     x, y = browser.run("""
         const walk = document.createTreeWalker(document.querySelector(".cm-content"), 4);
@@ -127,6 +133,25 @@ def test_the_text_documents_and_completes_the_language(house: Board) -> None:
         browser.wait(lambda offered=offered: words(browser, option) == offered)
         browser.one(option).click()  # Enter begins a new line until the option was shown for 75 ms
         browser.wait(lambda chosen=chosen: chosen in house.text)
+
+    text = (SCENARIOS / "case_study_1.yaml").read_text()
+    line = next(i for i, told in enumerate(text.splitlines(), 1) if "digit: {model" in told)
+    house.write(text.replace("model: digit", "modle: digit"))
+    browser.wait(lambda: any("modle" in p.text for p in browser.all(".problem")))
+    assert browser.one(".problem .tick").text.strip() == str(line)
+    assert "modle" in "".join(found.text for found in browser.all(".cm-lintRange-error"))
+    assert browser.one("button.run").get_attribute("aria-disabled")
+    house.write(text)
+    browser.wait(lambda: not browser.all(".problem"))
+
+    house.write((SCENARIOS / "unrealizable" / "separate_rooms.yaml").read_text())
+    browser.wait(lambda: browser.all('[data-verdict="unrealizable"] .repair'))
+    before = house.text
+    browser.one(".repair").click()
+    browser.wait(lambda: house.text != before)
+    browser.wait(
+        lambda: browser.all(".verdict") and not browser.all('[data-verdict="unrealizable"]')
+    )
 
     house.write(HOUSE.replace("robots:\n  hugo", WARD + "robots:\n  hugo"))
     house.until(WARD)
