@@ -28,8 +28,6 @@ from safenav.batch.case import (
     without_a_run,
 )
 from safenav.batch.matrix import varied
-from safenav.certify.bundle import make_bundle
-from safenav.certify.check import sources_of
 from safenav.errors import Outcome, missing_package
 from safenav.runtime.run.mission import Mission, default_synthesizer
 from safenav.scenario.model import Scenario
@@ -114,6 +112,9 @@ def _required(trace: Path) -> list[Judgement]:
 
 def _certify(case: Case, trace: Path, synthesizer: Synthesizer, folder: Path) -> list[str]:
     """Write the bundle of a run; return a message if that fails or its checker refuses it."""
+    from safenav.certify.bundle import make_bundle
+    from safenav.certify.check import sources_of
+
     stem = case.name.replace("/", "+")
     if not re.fullmatch(r"[A-Za-z0-9._=+-]{1,100}", stem):
         stem = file_name(case.name, hashlib.sha256(case.name.encode()).hexdigest())
