@@ -27,11 +27,10 @@ from safenav.explain.play import Cause, vacuities
 from safenav.files import json_flaw, json_line, kind_of, read_file, write_all, write_out
 from safenav.report.terminal.layout import WaitingLine, echo_folded, table
 from safenav.report.terminal.specification_text import (
+    data_of,
     failure_lines,
-    line_explanation_data,
     line_explanation_lines,
     vacuity_lines,
-    verification_data,
 )
 from safenav.runtime.run.mission import default_synthesizer, first_results
 from safenav.scenario.yaml.findings import MAX_BYTES
@@ -336,7 +335,7 @@ def verify(
         raise InputError([Diagnostic(strategy, 0, 0, flaw, hint)]) from error
     found = (verify_counterstrategy if counterstrategy else verify_strategy)(spec, automaton)
     if as_json:
-        print_json(verification_data(found, automaton))
+        print_json({"ok": found.ok, **data_of(found)})
     elif found.ok:
         good = click.style("correct:", fg="green", bold=True)
         what = "the environment wins with it" if counterstrategy else "all guarantees are satisfied"
@@ -382,7 +381,7 @@ def explain(scenario: options.InputFile, robot: options.Robot, as_json: options.
 
     SCENARIO may be a specification of your own, in slugsin or structured slugs. Then the core
     consists of its lines, and the repairs are assumptions."""
-    from safenav.report.terminal.explanation_text import explanation_data, explanation_lines
+    from safenav.report.terminal.explanation_text import explanation_lines
     from safenav.review.postmortem import explain_team
 
     if is_specification(scenario):
@@ -392,18 +391,19 @@ def explain(scenario: options.InputFile, robot: options.Robot, as_json: options.
     found = explain_team(plan, default_synthesizer(plan), wanted, WaitingLine())
     data = list[dict[str, Any]]()
     for explanation in found:
+        lines = [*explanation_lines(explanation, plan)]
         if not as_json:
-            echo_folded(["", *explanation_lines(explanation, plan)][not data :])
-        data.append(explanation_data(explanation, plan))
+            echo_folded(["", *lines][not data :])
+        data.append({"says": [*map(click.unstyle, lines)], **data_of(explanation)})
     if refused is not None and not data and robot is None:
         raise refused  # for another reason than an unreachable target
     if not data and robot is None:
-        from safenav.report.terminal.explanation_text import postmortem_data, postmortem_lines
+        from safenav.report.terminal.explanation_text import postmortem_lines
         from safenav.review.postmortem import explain_run
 
         run = explain_run(plan, plan.catalogue.robots, lambda: default_synthesizer(plan))
         if as_json:
-            print_json(postmortem_data(run, plan))
+            print_json({"scenario": plan.name, "unrealizable": data, **data_of(run)})
         else:
             echo_folded(postmortem_lines(run, plan.map.word))
         return exit_code_of(run.result.outcome)
@@ -427,8 +427,7 @@ def _explain_specification(file: Path, as_json: bool) -> int:
         click.echo(f"{file} is {word}: nothing to explain" if realizable else f"{file}: {word}")
     found = None if realizable else explain_lines(spec, synthesizer)
     if as_json:
-        why = None if found is None else line_explanation_data(found)
-        print_json({"specification": str(file), "unrealizable": why})
+        print_json({"specification": str(file), "unrealizable": data_of(found)})
     elif found is not None:
         for line in line_explanation_lines(found, str(file)):
             click.echo(line)

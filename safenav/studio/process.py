@@ -209,23 +209,22 @@ def _verdict(scenario: Scenario, name: str) -> dict[str, Any]:
 
 
 def _reason(scenario: Scenario, name: str) -> dict[str, Any]:
-    from safenav.report.terminal.explanation_text import explanation_data
+    from safenav.report.terminal.explanation_text import cause_words
     from safenav.review.postmortem import explain_team
 
     try:
-        found = [*explain_team(scenario, default_synthesizer(scenario), [name])]
+        (found,) = [*explain_team(scenario, default_synthesizer(scenario), [name])] or (None,)
     except SafenavError as error:
         return {"because": str(error)}
-    if not found:
+    if found is None:
         return {}
-    data = explanation_data(found[0], scenario)
     return {
-        "because": data["because"],
-        "confined": data["confined"],
-        "lost": sorted({region for target in data["lost"] for region in target}),
+        "because": cause_words(found, scenario.map),
+        "confined": sorted(found.diagnosis.confined),
+        "lost": sorted(frozenset[int]().union(*found.diagnosis.lost)),
         "repairs": [
             {"kind": repair.kind.value, "change": [list(pair) for pair in repair.change]}
-            for repair in found[0].repairs
+            for repair in found.repairs
         ],
     }
 

@@ -1,15 +1,12 @@
-"""Explanations in words and as data for machines: of a robot without a strategy, with a small map,
-and of a run that needed an operator. They claim of a core only what was proven."""
+"""Explanations in words: of a robot without a strategy, with a small map, and of a run that needed
+an operator. They claim of a core only what was proven."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any
 
 import click
-from msgspec import to_builtins
-from msgspec.structs import asdict
 
 from safenav.errors import Outcome
 from safenav.explain.explanation import (
@@ -168,35 +165,6 @@ def play_lines(play: LosingPlay, found: Explanation, world: RegionMap) -> Iterat
         yield f"and {every}."
     if play.goal is not None:
         yield f"Never: {_goal_words(play.goal, found, world)}."
-
-
-def explanation_data(found: Explanation, scenario: Scenario) -> dict[str, Any]:
-    """Return the explanation as data for machines."""
-    play = found.play
-    return {
-        "robot": found.robot,
-        "objective": describe(asked_of(found.task)),
-        "cause": found.cause.value,
-        "because": cause_words(found, scenario.map),
-        "lost": [sorted(target) for target in found.diagnosis.lost],
-        "confined": sorted(found.diagnosis.confined),
-        "core": to_builtins(found.core, order="deterministic"),
-        "witness": play
-        and {
-            "ending": play.ending.value,
-            "moments": [*play.walk],
-            "cycle": [*play.cycle],
-            "pressure": dict(play.pressure),
-            "dilemmas": to_builtins(play.dilemmas, order="deterministic"),
-            "never": play.goal and play.goal.formula,
-        },
-        "repairs": [
-            {"kind": each.kind.value, "change": dict(each.change), "helpers": [*each.helpers]}
-            | {"action": each.action, "says": repair_words(each, scenario.map)}
-            for each in found.repairs
-        ],
-        "seconds": round(found.seconds, 3),
-    }
 
 
 def _rule(rule: str, found: Explanation, world: RegionMap) -> str:
@@ -373,27 +341,3 @@ def _missing_lines(missing: Sequence[Missing], word: Word) -> Iterator[str]:
 
 def _time(ticks: int, makespan: float | None) -> str:
     return counted(ticks, "tick") if makespan is None else seconds_words(makespan)
-
-
-def postmortem_data(found: Postmortem, scenario: Scenario) -> dict[str, Any]:
-    """Return the reasons as data for machines."""
-    result = found.result
-    return {
-        "scenario": scenario.name,
-        "unrealizable": [],
-        "outcome": result.outcome.value,
-        "cause": result.cause,
-        "ticks": result.ticks,
-        "chain": list(found.chain),
-        "missing": [
-            asdict(each) | {"obstacles": [obstacle.name for obstacle in each.obstacles]}
-            for each in found.missing
-        ],
-        "repairs": [
-            {"kind": each.kind, "change": dict(each.change), "ticks": each.ticks}
-            | {"seconds": each.makespan}
-            for each in found.repairs
-        ],
-        "runs": found.tried,
-        "seconds": round(found.seconds, 3),
-    }

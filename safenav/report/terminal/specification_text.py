@@ -1,21 +1,26 @@
-"""Specifications and their strategies, for people and for machines: the faults of a strategy, the
-lines that make a specification unrealizable, and vacuous wins as warnings.
+"""Specifications and their strategies in words: the faults of a strategy, the lines that make a
+specification unrealizable, and vacuous wins as warnings; results as data for machines.
 
 Paths show the values of nodes (``region=47 heading=east``), not only their numbers."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
+
+from msgspec import Struct
+from msgspec.structs import asdict
 
 from safenav.explain.explanation import LosingPlay, PlayEnd, Values
 from safenav.explain.investigation import LineExplanation
 from safenav.explain.play import Cause, Vacuity
 from safenav.report.terminal.explanation_text import core_heading, core_notes
+from safenav.scenario.model import Obstacle, Scenario
 from safenav.spec.specification import Constraint, Owner
+from safenav.spec.task import Task
 from safenav.synthesis.strategy import Strategy, in_words
 from safenav.trace.words import counted
-from safenav.verify.automaton import Failure, Verification
+from safenav.verify.automaton import Failure
 
 _SHOWN = 24
 _LONGEST = 160
@@ -32,17 +37,6 @@ def failure_lines(failure: Failure, strategy: Strategy) -> Iterator[str]:
         period = len(failure.cycle)
         yield f"then forever, every {'step' if period == 1 else f'{period} steps'}:"
         yield from _steps(failure.cycle, strategy)
-
-
-def verification_data(found: Verification, strategy: Strategy) -> dict[str, object]:
-    """Return the result of a verification for machines, with values of the specification."""
-    return {
-        "ok": found.ok,
-        "vacuous": found.vacuous,
-        "nodes": found.nodes,
-        "transitions": found.edges,
-        "failures": [_failure_data(failure, strategy) for failure in found.failures],
-    }
 
 
 def _steps(nodes: Sequence[int], strategy: Strategy) -> Iterator[str]:
@@ -69,21 +63,6 @@ def node_words(node: int, strategy: Strategy) -> str:
 def _values_words(values: Values, strategy: Strategy) -> str:
     words = (in_words(strategy, values, owner) for owner in (Owner.OUTPUT, Owner.INPUT))
     return " ".join(filter(None, words)) or "(no variables)"
-
-
-def _failure_data(failure: Failure, strategy: Strategy) -> dict[str, object]:
-    found = failure.constraint
-    return {
-        "fault": failure.fault.name.lower(),
-        "says": failure.fault.value,
-        "node": failure.node,
-        "values": None if failure.node is None else strategy.values(failure.node),
-        "successor": failure.successor,
-        "detail": failure.detail,
-        "constraint": found and {**_data(found), "source": found.origin.source},
-        "path": list(failure.path),
-        "cycle": list(failure.cycle),
-    }
 
 
 def line_explanation_lines(found: LineExplanation, file: str) -> Iterator[str]:
@@ -119,29 +98,6 @@ def line_words(constraint: Constraint, file: str) -> str:
     return f"{_place(constraint, file)} [{constraint.section}] {words}"
 
 
-def line_explanation_data(found: LineExplanation) -> dict[str, Any]:
-    """Return the explanation as data for machines, with values of the specification."""
-    play, core = found.play, found.core
-    data: dict[str, Any] | None = None
-    if play is not None:
-        data = {
-            "ending": play.ending.value,
-            "moments": list(play.walk),
-            "cycle": list(play.cycle),
-            "inputs": dict(play.pressure),
-            "goal": None if play.goal is None else _data(play.goal),
-        }
-    return {
-        "core": [_data(c) for c in core.constraints],
-        "minimal": core.minimal,
-        "rest_realizable_without_any_one": core.decisive,
-        "still_unrealizable_without": [_data(c) for m in core.vain for c in m.constraints],
-        "realizable_with_a_cooperating_environment": core.together,
-        "play": data,
-        "assumptions": list(found.assumptions),
-    }
-
-
 def _play_lines(play: LosingPlay, strategy: Strategy, file: str) -> Iterator[str]:
     inputs = " ".join(f"{name}={value}" for name, value in play.pressure)
     yield from _moments(play.walk, strategy)
@@ -165,15 +121,6 @@ def _moments(moments: Sequence[Values], strategy: Strategy) -> Iterator[str]:
     yield from without_the_middle([_values_words(each, strategy) for each in moments], _SHOWN)
 
 
-def _data(constraint: Constraint) -> dict[str, str]:
-    return {
-        "section": constraint.section.value,
-        "formula": constraint.formula,
-        "item": constraint.origin.item,
-        "rule": constraint.origin.rule,
-    }
-
-
 def vacuity_lines(vacuity: Vacuity, strategy: Strategy, file: str) -> Iterator[str]:
     """Yield a warning of a vacuous win of a system; the first line is the warning itself.
     ``file``: that of its specification."""
@@ -185,3 +132,21 @@ def vacuity_lines(vacuity: Vacuity, strategy: Strategy, file: str) -> Iterator[s
         yield f"  it happens after {counted(len(vacuity.path) - 1, 'step')}:"
         moments = [strategy.values(node) for node in vacuity.path]
         yield from (f"    {line}" for line in _moments(moments, strategy))
+
+
+_LEFT_OUT = (Scenario, Strategy, Task)
+
+
+def data_of(value: Any) -> Any:
+    """Return results as data for machines: the fields of their classes, without the scenario, the
+    task and strategies, and obstacles by name."""
+    if isinstance(value, Obstacle):
+        return value.name
+    if isinstance(value, Struct):
+        fields = asdict(value).items()
+        return {name: data_of(one) for name, one in fields if not isinstance(one, _LEFT_OUT)}
+    if isinstance(value, Mapping):
+        return {name: data_of(one) for name, one in value.items()}
+    if isinstance(value, Collection) and not isinstance(value, str):
+        return [*map(data_of, sorted(value) if isinstance(value, frozenset) else value)]
+    return round(value, 3) if isinstance(value, float) else value

@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 from random import Random
+from typing import Any
 
 import networkx
 import pytest
@@ -57,24 +58,26 @@ def test_every_claim_about_a_specification_is_true(
     print(text, answer.output, sep="\n")
     data = json.loads(answer.output)["unrealizable"]
 
-    def place(constraint: dict[str, str]) -> Line:
-        return places[int(constraint["item"].rpartition(":")[2])]
+    def place(constraint: dict[str, Any]) -> Line:
+        return places[int(constraint["origin"]["item"].rpartition(":")[2])]
 
-    judge = Judge(spec, [place(constraint) for constraint in data["core"]])
+    core = data["core"]
+    members = [constraint for member in core["members"] for constraint in member["constraints"]]
+    judge = Judge(spec, [*map(place, members)])
     assert judge.fails()
-    assert data["minimal"] and judge.minimal()
+    assert core["minimal"] and judge.minimal()
     omitted = [judge.suffices_to_omit(k) for k in range(len(judge.core))]
-    assert data["rest_realizable_without_any_one"] == all(omitted)
-    assert len(data["still_unrealizable_without"]) == omitted.count(False)
+    assert core["decisive"] == all(omitted)
+    assert len(core["vain"]) == omitted.count(False)
     together = realizable_together(judge.part)
-    assert data["realizable_with_a_cooperating_environment"] == together
+    assert core["together"] == together
     said, whole = invoke(explain, file).output, realizable_together(spec)
     assert ("the rest is realizable:" in said) == all(omitted)
     assert ("(realizable if the environment cooperated)" in said) == whole
     assert ("(these alone are realizable if" in said) == (together and not whole)
     play = data["play"]
     goal = play["goal"] and place(play["goal"])[1]
-    judge.check_play(play["ending"], play["moments"], play["cycle"], play["inputs"], goal)
+    judge.check_play(play["ending"], play["walk"], play["cycle"], dict(play["pressure"]), goal)
     for assumption in data["assumptions"]:
         negated, name = re.fullmatch(r"(!?)(\w+)'", assumption).groups()  # type: ignore[union-attr]
         fair = Not(Atom(name, True)) if negated else Atom(name, True)

@@ -1,4 +1,4 @@
-/* sources 7327062f0064b48ac93ea711b55cf9f8683af83085263dece276b50f83ebe723 */
+/* sources b5e5e4c51df0a8ea4ad0bdb8f33f789b5a59a9bc5ebd2dd2b77beea825642625 */
 /* Contains @codemirror/view:
 MIT License
 

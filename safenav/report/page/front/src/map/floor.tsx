@@ -14,8 +14,8 @@ const LETTER = 0.6;
 
 interface FloorProps {
   run: Run;
-  /** Boxes of names in pixels; their regions have no numbers. */
-  names: Box[];
+  /** Their regions have no numbers. */
+  names: Name[];
   /** Pixels of a cell. */
   scale: number;
 }
@@ -42,7 +42,7 @@ export function Floor({ run, names, scale }: FloorProps) {
           </path>
         );
       })}
-      {fits && <Numbers run={run} size={size} hidden={names.flatMap((name) => cellsOf(name, scale)).map(([row, col]) => row * run.cols + col)} />}
+      {fits && <Numbers run={run} size={size} hidden={names.flatMap((name) => name.regions)} />}
     </>
   );
 }
@@ -92,26 +92,21 @@ const Numbers = memo(({ run, size, hidden }: { run: Run; size: number; hidden: n
 /** Heights of letters in pixels. */
 const [MOST, LEAST] = [13, 9];
 const LINE = 1.15;
-/** Most height of the letters in a region, in its sides, so that its robot does not hide them. */
+/** Most height of the letters, in the width of their regions, so that a robot does not hide them. */
 const BELOW = 0.19;
-/** Pixels between a name and the border of its region. */
+/** Pixels between a name and the border of its regions. */
 const GAP = 2;
-/** Regions in which the name of an area is tried. */
-const MOST_TRIED = 24;
 
-/** A rectangle in pixels of the whole map. */
-export interface Box {
-  left: number;
-  top: number;
-  right: number;
-  bottom: number;
-}
-
-interface Name extends Box {
+/** A name in one or two lines of one row of regions, abbreviated if it has to be; `x`: its middle, in cells. */
+interface Name {
   text: string;
-  /** The text in one or two lines, abbreviated if it has to be. */
   lines: string[];
+  /** Height of the letters in pixels. */
   size: number;
+  x: number;
+  row: number;
+  /** The regions that it covers. */
+  regions: number[];
   area: boolean;
 }
 
@@ -123,74 +118,52 @@ function widthOf(text: string): number {
   return brush.measureText(text).width / 100;
 }
 
-/** Return a text in at most two lines that fit a region, and their size; null if there is no room for three letters. */
-function fitted(text: string, side: number): [lines: string[], size: number] | null {
+/** Return a text in at most two lines that fit into a width and a region, and their size; null if there is no room for three letters. */
+function fitted(text: string, wide: number, side: number): [lines: string[], size: number] | null {
   const parts = text.split(/(?<=[ _-])/);
   const folds = parts.slice(1).map((_, i) => [parts.slice(0, i + 1).join(""), parts.slice(i + 1).join("")]);
   const short = [...text].map((_, i) => [`${text.slice(0, text.length - 1 - i)}…`]).slice(0, -3);
   for (const lines of [[text], ...folds, ...short]) {
-    const room = Math.min((side - 2 * GAP) / Math.max(...lines.map(widthOf)), side / (lines.length * LINE));
-    if (room >= LEAST) return [lines, Math.min(room, Math.max(LEAST, Math.min(MOST, BELOW * side)))];
+    const room = Math.min((wide - 2 * GAP) / Math.max(...lines.map(widthOf)), side / (lines.length * LINE));
+    if (room >= LEAST) return [lines, Math.min(room, Math.max(LEAST, Math.min(MOST, BELOW * wide)))];
   }
   return null;
 }
 
 /**
- * The names of a map for a given cell size in pixels. That of a region stands at the lower edge of
- * the region, that of an area in its middle; a name without room appears only on hover.
+ * The names of a map for a given cell size in pixels, at the lower edge of their region; that of an area in its
+ * longest row. A name without room appears only on hover.
  */
 export function placeNames(run: Run, scale: number): Name[] {
-  const cornerOf = (region: number) => placeOf(run, region).map((at) => at * scale) as [x: number, y: number];
-  const inRegion = (text: string, region: number, area: boolean): Name | null => {
-    const found = fitted(text, scale);
-    if (found === null) return null;
+  const placed: Name[] = [];
+  const place = (text: string, regions: number[], area: boolean): void => {
+    const found = fitted(text, regions.length * scale, scale);
+    if (found === null) return;
     const [lines, size] = found;
-    const [x, y] = cornerOf(region);
-    const wide = Math.max(...lines.map(widthOf)) * size;
-    const left = x + (scale - wide) / 2;
-    const bottom = y + scale - GAP / 2;
-    return { text, lines, size, area, left, right: left + wide, top: bottom - lines.length * LINE * size, bottom };
+    const [col, row] = placeOf(run, regions[0]!);
+    const half = (Math.max(...lines.map(widthOf)) * size) / scale / 2;
+    const x = col + regions.length / 2;
+    const covered = regions.filter((_, i) => col + i < x + half && col + i + 1 > x - half);
+    placed.push({ text, lines, size, x, row, regions: covered, area });
   };
-  const placed = Object.entries(run.names).flatMap(([number, text]) => inRegion(text, Number(number), false) ?? []);
-  for (const [text, regions] of Object.entries(run.areas)) {
-    const own = new Set(regions);
-    const free = (box: Box): boolean =>
-      placed.every((other) => !overlap(box, other)) &&
-      cellsOf(box, scale).every(([row, col]) => col < run.cols && own.has(row * run.cols + col));
-    const tried = middleFirst(run, regions).slice(0, MOST_TRIED);
-    const whole = [MOST, LEAST].flatMap((size) =>
-      tried.flatMap((region): Name[] => {
-        const [wide, high] = [widthOf(text) * size + 2 * GAP, LINE * size];
-        const [x, y] = cornerOf(region);
-        const left = x + (scale - wide) / 2;
-        const middle = y + (scale - high) / 2;
-        return [middle, y + GAP].map((top) => ({ text, lines: [text], size, area: true, left, right: left + wide, top, bottom: top + high }));
-      }),
-    );
-    const small = tried.map((region) => inRegion(text, region, true));
-    const name = [...whole, ...small].find((name) => name !== null && free(name));
-    if (name) placed.push(name);
+  for (const [region, text] of Object.entries(run.names)) place(text, [Number(region)], false);
+  for (const [text, area] of Object.entries(run.areas)) {
+    const taken = new Set(placed.flatMap((name) => name.regions));
+    place(text, longest(run, area.filter((region) => !taken.has(region))), true);
   }
   return placed;
 }
 
-/** Rows and columns that a box touches. */
-function cellsOf(box: Box, scale: number): [row: number, col: number][] {
-  const found: [number, number][] = [];
-  for (let row = Math.floor(box.top / scale); row * scale < box.bottom; row++) {
-    for (let col = Math.floor(box.left / scale); col * scale < box.right; col++) found.push([row, col]);
+/** The longest run of regions in a row, the one nearest to their middle. */
+function longest(run: Run, regions: number[]): number[] {
+  const runs: number[][] = [[]];
+  for (const region of regions) {
+    if (region % run.cols && runs[0]!.at(-1) === region - 1) runs[0]!.push(region);
+    else runs.unshift([region]);
   }
-  return found;
-}
-
-function middleFirst(run: Run, regions: number[]): number[] {
-  const middle = [0, 1].map((axis) => regions.reduce((sum, region) => sum + placeOf(run, region)[axis]!, 0) / regions.length);
-  const away = (region: number): number => Math.hypot(...placeOf(run, region).map((at, axis) => at - middle[axis]!));
-  return [...regions].sort((a, b) => away(a) - away(b));
-}
-
-export function overlap(a: Box, b: Box): boolean {
-  return a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
+  const middle = regions.reduce((sum, region) => sum + placeOf(run, region)[1], 0) / regions.length;
+  const away = (row: number[]): number => Math.abs(placeOf(run, row[0]!)[1] - middle);
+  return runs.sort((a, b) => b.length - a.length || away(a) - away(b))[0]!;
 }
 
 export function useNames(run: Run, scale: number): Name[] {
@@ -205,10 +178,10 @@ export function Names({ names, scale }: { names: Name[]; scale: number }) {
   const unit = CELL / scale;
   return (
     <g class="names" {...INK.names}>
-      {names.map(({ text, lines, area, size, left, right, bottom }) => (
+      {names.map(({ text, lines, area, size, x, row }) => (
         <text key={text} data-name={text} fill={area ? "var(--accent)" : "var(--ink)"} font-size={size * unit} stroke-width={0.28 * size * unit}>
           {lines.map((line, i) => (
-            <tspan x={((left + right) / 2) * unit} y={(bottom - (0.25 + (lines.length - 1 - i) * LINE) * size) * unit}>
+            <tspan x={x * CELL} y={(row + 1) * CELL - (GAP / 2 + (0.25 + (lines.length - 1 - i) * LINE) * size) * unit}>
               {line}
             </tspan>
           ))}

@@ -6,7 +6,6 @@
 import { BoxGeometry, BufferGeometry, CanvasTexture, Color, DirectionalLight, Group, HemisphereLight, InstancedMesh, Line, LineBasicMaterial, type Material, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial, PerspectiveCamera, PlaneGeometry, Scene, Sprite, SpriteMaterial, SRGBColorSpace, Texture, Vector3, WebGLRenderer } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { CELL, type Eye } from "../map/camera";
-import { overlap, type Box } from "../map/floor";
 import { at, clamp, dark, type EventKind, isWall, roleOf, type Run } from "../run/run";
 import { bodyOf, themeColour, type Body } from "./bodies";
 import { centreOf, type Motion, sampleAt, type Sampled, Trails } from "./motion";
@@ -127,6 +126,18 @@ class Signs {
     this.anchor.add(sprite);
     return sprite;
   }
+}
+
+/** A rectangle on the canvas, in pixels. */
+interface Box {
+  left: number;
+  top: number;
+  right: number;
+  bottom: number;
+}
+
+function overlap(a: Box, b: Box): boolean {
+  return a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
 }
 
 /** Shift a sign sideways into the canvas if its anchor is visible, and return its box; null behind the camera. */
