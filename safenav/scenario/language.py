@@ -29,15 +29,14 @@ class TileKeys(Item, frozen=True):
 FORMS = ("grid", "image", "ros", "movingai")
 """The forms of a map."""
 _OF_FILES = "only files are divided: in a grid each character is a region"
-_DRAWN = (
-    "write 'grid: |' and below it one indented line of '#' and '.' for each row, or name a file: "
-    "'image', 'ros' or 'movingai'"
-)
+_GRID = "'grid: |' and below it one indented line of '#' and '.' for each row"
+_DRAWN = f"write {_GRID}, or name a file: 'image', 'ros' or 'movingai'"
 
 
 class MapKeys(Item, frozen=True):
     """The known world: one of grid, image, ros and movingai (docs/maps.md)."""
 
+    example: ClassVar = _GRID
     rules: ClassVar = (
         OneOf(FORMS, _DRAWN, "a map has one form"),
         *(Beside(word, FORMS[1:], _OF_FILES) for word in ("rows", "cols", "share")),
@@ -66,7 +65,9 @@ class MapKeys(Item, frozen=True):
         "[x, y] or [x, y, yaw] of the south-western corner, in metres, radians.",
         expected=values.CORNER,
     )
-    names: dict[values.RegionName, values.Position] | None = key("Names for regions.")
+    names: dict[values.RegionName, values.Position] | None = key(
+        "Names for regions.", example="{dock: [3, 8]}"
+    )
 
 
 _VISION = key(
@@ -104,6 +105,7 @@ class ModelKeys(Item, frozen=True):
     """A robot model."""
 
     one: ClassVar = "robot model {name}"
+    example: ClassVar = "{mobility: free, layer: ground}"
     mobility: Mobility | None = key(
         "free: steps to any neighbour; heading: straight on, or after a turn of 90 degrees.",
         "'mobility: free' or 'mobility: heading'",
@@ -153,6 +155,7 @@ class TypeKeys(Item, frozen=True):
     """A type of obstacles: an action that resolves it, or several needs."""
 
     one: ClassVar = "obstacle type {name}"
+    example: ClassVar = "{action: push}"
     rules: ClassVar = (
         OneOf(
             ("action", "needs"),
@@ -201,7 +204,7 @@ class LtlKeys(Item, frozen=True):
     safety: values.FormulaList | None = key("Conditions on every step.")
     liveness: values.FormulaList | None = key("Conditions met infinitely often.")
     memory: dict[values.Variable, values.Range] | None = key(
-        "Variables of its own: bool or [lowest, highest]."
+        "Variables of its own: bool or [lowest, highest].", example="{done: bool, laps: [0, 3]}"
     )
 
 
@@ -253,6 +256,7 @@ class RobotKeys(Item, frozen=True):
 
     one: ClassVar = "robot {name}"
     label: ClassVar = "of {rest}"
+    example: ClassVar = f"{{model: quadcopter, start: 47, objective: {EXAMPLE}}}"
     elsewhere: ClassVar = {
         word: f"it belongs in the objective, for example 'objective: {{{example}}}'"
         for word, example in {
@@ -345,6 +349,7 @@ class OrderKeys(Item, frozen=True):
     """A task that the team receives during the run."""
 
     one: ClassVar = "an order"
+    example: ClassVar = "{at: 10, type: parcel, region: 47}"
     at_: int | None = key(
         "The tick at which the team receives it.", "for example 'at: 10'", least=1
     )
@@ -360,6 +365,7 @@ class ChangeKeys(Item, frozen=True):
 
     one: ClassVar = "a change of {robot}"
     label: ClassVar = "of {robot}"
+    example: ClassVar = "{at: 12, robot: quad, service: out}"
     rules: ClassVar = (
         OneOf(
             ("objective", "service"),
@@ -409,11 +415,12 @@ class ScenarioKeys(Item, frozen=True):
         "", "draw it: 'map:', below it 'grid: |', below that rows of '#' and '.'"
     )
     areas: dict[values.AreaName, values.AreaValue] | None = key(
-        "Named sets of regions, usable as targets."
+        "Named sets of regions, usable as targets.", example="{lab: [[1, 1], [1, 2]]}"
     )
     robots: dict[values.RobotName, RobotKeys] | None = key(
         "The team by name, in the order of moves within a tick.",
         "name each robot with its model, start and objective",
+        example=f"{{quad: {RobotKeys.example}}}",
         schema={"minProperties": 1},
     )
     never_together: tuple[ExclusionKeys, ...] = key(
