@@ -6,10 +6,10 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from msgspec import Struct, field
 
@@ -18,9 +18,6 @@ from safenav.scenario.model import Expect
 from safenav.scenario.objective import Word, number_word
 from safenav.trace import records
 from safenav.trace.words import obstacle_words
-
-if TYPE_CHECKING:
-    from safenav.runtime.run.mission import RunResult
 
 Settings = Mapping[str, Any]
 """Dotted path into the scenario (``limits.ticks``) -> the value that replaces the present one."""
@@ -66,6 +63,11 @@ class Case(Struct, frozen=True):
         version, settings = safenav.__version__, dict(self.settings)
         made_of = [version, self.name, self.file, self.text, settings, self.references]
         return hashlib.sha256(json.dumps(made_of, sort_keys=True).encode()).hexdigest()[:16]
+
+    def result(self, verdict: CaseVerdict, reasons: list[str], detail: str = "") -> Result:
+        """Return the result of this case without a run."""
+        settings = dict(self.settings)
+        return Result(self.name, self.file, settings, self.fingerprint, verdict, reasons, detail)
 
 
 def file_name(name: str, digest: str) -> str:
@@ -128,24 +130,15 @@ class Result(Struct, frozen=True):
         return self.wall_seconds if self.seconds is None else self.seconds
 
 
-def without_a_run(case: Case, verdict: CaseVerdict, reasons: list[str], detail: str = "") -> Result:
-    """Return the result of a case without an outcome."""
-    return Result(
-        case.name, case.file, dict(case.settings), case.fingerprint, verdict, reasons, detail
-    )
-
-
 class Ledger(Struct):
-    """A listener that keeps the data for expectations. ``live``: ticks are passes, not times."""
+    """A listener that keeps the data for expectations. ``live``: ticks are passes, not times;
+    ``end``: the last line, once the run has ended."""
 
     resolved: list[str] = field(default_factory=list)
     blocked: list[str] = field(default_factory=list)
     helpers: dict[str, str] = field(default_factory=dict)
-    outcome: str | None = None
-    ticks: int = 0
-    rounds: dict[str, int] = field(default_factory=dict)
-    late: tuple[str, ...] = ()
     live: bool = False
+    end: records.End | None = None
 
     def __call__(self, event: records.Record) -> None:
         match event:
@@ -158,60 +151,58 @@ class Ledger(Struct):
             case records.Request(helpers=(helper, *_)):
                 self.helpers[event.obstacle] = helper
             case records.End():
-                self.outcome = event.outcome
-                self.rounds = dict(event.rounds)
-                self.late = tuple(dict.fromkeys((*self.late, *(event.late or ()))))
-        self.ticks = event.tick
+                self.end = event
 
-
-def measured(name: str, result: RunResult, ledger: Ledger) -> dict[str, Any]:
-    """Return the result of a run of a scenario as data."""
-    return {
-        "scenario": name,
-        "outcome": result.outcome.value,
-        "explanation": result.explanation,
-        "cause": result.cause,
-        "resolved": ledger.resolved,
-        "blocked": ledger.blocked,
-        "helpers": ledger.helpers,
-        "rounds": result.rounds,
-        "ticks": result.ticks,
-        "seconds": result.seconds,
-        "makespan": None if result.makespan is None else round(result.makespan, 6),
-        "syntheses": result.syntheses,
-        "synthesis_seconds": result.synthesis_seconds,
-    }
+    def measured(self, name: str) -> dict[str, Any]:
+        """Return the result of a run of a scenario as data."""
+        end = self.end
+        assert end is not None
+        return {
+            "scenario": name,
+            "outcome": end.outcome.value,
+            "explanation": end.explanation,
+            "cause": end.cause,
+            "resolved": self.resolved,
+            "blocked": self.blocked,
+            "helpers": self.helpers,
+            "rounds": dict(end.rounds),
+            "ticks": end.ticks,
+            "seconds": end.seconds,
+            "makespan": None if end.makespan is None else round(end.makespan, 6),
+            "syntheses": end.syntheses,
+            "synthesis_seconds": end.synthesis_seconds,
+        }
 
 
 def differences(expect: Expect, ledger: Ledger, word: Word = number_word) -> list[str]:
     """Return the differences from ``expect``, one sentence each; empty if there are none. ``word``:
     the name of a region."""
+    end = ledger.end
+    assert end is not None
     found = []
-    if expect.outcome is not None and ledger.outcome != expect.outcome.value:
-        found.append(f"outcome: expected {expect.outcome.value}, got {ledger.outcome}")
+    if expect.outcome is not None and end.outcome is not expect.outcome:
+        found.append(f"outcome: expected {expect.outcome.value}, got {end.outcome.value}")
     for kind, wanted, got in (
         ("resolved", expect.resolved, ledger.resolved),
         ("blocked", expect.blocked, ledger.blocked),
+        ("late", expect.late or frozenset(), end.late or ()),
     ):
         if wanted is not None and set(got) != wanted:
             found.append(f"{kind}: expected {_names(wanted, word)}, got {_names(got, word)}")
-    if (expect.late or frozenset()) != set(ledger.late) and (ledger.late or expect.late):
-        wanted_late, late = _names(expect.late or frozenset(), word), _names([*ledger.late], word)
-        found.append(f"late: expected {wanted_late}, got {late}")
     for obstacle, robot in (expect.helpers or {}).items():
         helper = ledger.helpers.get(obstacle)
         if helper != robot:
             asked = f"{helper} was" if helper else "no robot was"
             what = obstacle_words(obstacle, word)
             found.append(f"helpers: expected {robot} to be requested for {what}, {asked}")
-    if expect.ticks is not None and ledger.ticks > expect.ticks and not ledger.live:
-        found.append(f"ticks: expected at most {expect.ticks}, got {ledger.ticks}")
+    if expect.ticks is not None and end.ticks > expect.ticks and not ledger.live:
+        found.append(f"ticks: expected at most {expect.ticks}, got {end.ticks}")
     for robot, wanted_rounds in (expect.rounds or {}).items():
-        rounds = ledger.rounds.get(robot, 0)
+        rounds = end.rounds.get(robot, 0)
         if rounds < wanted_rounds:
             found.append(f"rounds: expected at least {wanted_rounds} of {robot}, got {rounds}")
     return found
 
 
-def _names(obstacles: frozenset[str] | list[str], word: Word) -> str:
+def _names(obstacles: Iterable[str], word: Word) -> str:
     return "[" + ", ".join(obstacle_words(obstacle, word) for obstacle in sorted(obstacles)) + "]"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import re
-import time
 import traceback
 from contextlib import ExitStack
 from functools import cache
@@ -24,8 +23,6 @@ from safenav.batch.case import (
     Result,
     differences,
     file_name,
-    measured,
-    without_a_run,
 )
 from safenav.batch.matrix import varied
 from safenav.errors import Outcome, missing_package
@@ -37,28 +34,25 @@ from safenav.scenario.yaml.findings import Findings, root_of
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.program import Binary, find_binary
 from safenav.synthesis.slugs import Synthesizer
-from safenav.trace.file import Listener, TraceWriter, read_trace
+from safenav.trace.file import TraceWriter, read_trace
 
 if TYPE_CHECKING:
     from safenav.motion.check.requirements import Judgement
 
 
-def execute(case: Case, conditions: Conditions, trace: Path | None = None) -> Result:
-    """Return the result of a case. ``trace``: file for its trace, if one is wanted."""
-    begun = time.monotonic()
+def execute(case: Case, conditions: Conditions, trace: Path) -> Result:
+    """Return the result of a case, and write its trace."""
     try:
-        scenario = load(case)
-        result = _run(case, scenario, conditions, trace)
+        return _run(case, load(case), conditions, trace)
     except errors.InputError as error:
-        result = without_a_run(case, CaseVerdict.INVALID, [_line(d) for d in error.diagnostics])
+        return case.result(CaseVerdict.INVALID, [_line(d) for d in error.diagnostics])
     except errors.ResourceLimitError as error:
-        result = without_a_run(case, CaseVerdict.LIMIT, [str(error)])
+        return case.result(CaseVerdict.LIMIT, [str(error)])
     except errors.SafenavError as error:
-        result = without_a_run(case, CaseVerdict.ERROR, [str(error)])
+        return case.result(CaseVerdict.ERROR, [str(error)])
     except Exception as error:
         reason = f"internal error: {type(error).__name__}: {error}"
-        result = without_a_run(case, CaseVerdict.ERROR, [reason], traceback.format_exc())
-    return replace(result, wall_seconds=round(time.monotonic() - begun, 6))
+        return case.result(CaseVerdict.ERROR, [reason], traceback.format_exc())
 
 
 def load(case: Case) -> Scenario:
@@ -69,34 +63,29 @@ def load(case: Case) -> Scenario:
     )
 
 
-def _run(case: Case, scenario: Scenario, conditions: Conditions, trace: Path | None) -> Result:
+def _run(case: Case, scenario: Scenario, conditions: Conditions, trace: Path) -> Result:
     ledger = Ledger()
     with ExitStack() as stack:
-        listeners: list[Listener] = [ledger]
-        if (conditions.certify is not None or scenario.requirements) and trace is None:
-            trace = Path(stack.enter_context(TemporaryDirectory())) / "trace.jsonl"
-        if trace is not None:
-            listeners.append(stack.enter_context(TraceWriter(trace)))
         # A batch runs scenarios in parallel, so each runs one synthesis at a time.
         cache = Cache.from_environment()
         if conditions.certify is not None and not cache.usable:
             cache = Cache(Path(stack.enter_context(TemporaryDirectory())))
         synthesizer = default_synthesizer(scenario, binary=_binary(), cache=cache, at_once=1)
-        ended = Mission(scenario, synthesizer, listeners=listeners).run()
-        uncertified, requirements = [], None
-        if scenario.requirements and trace is not None:
-            requirements = _required(trace)
-        if conditions.certify is not None and trace is not None:
+        with TraceWriter(trace) as writer:
+            Mission(scenario, synthesizer, listeners=[ledger, writer]).run()
+        requirements = _required(trace) if scenario.requirements else []
+        uncertified = []
+        if conditions.certify is not None:
             uncertified = _certify(case, trace, synthesizer, Path(conditions.certify))
     expect = scenario.expect
     if expect.outcome is None:
         expect = replace(expect, outcome=Outcome.COMPLETED)
     wrong = [*differences(expect, ledger, scenario.map.word), *uncertified]
-    wrong += [complaint for one in requirements or () if (complaint := one.complaint)]
-    verdicts = None if requirements is None else {r.name: r.data() for r in requirements}
-    found = measured(scenario.name, ended, ledger) | {"requirements": verdicts}
+    wrong += [complaint for one in requirements if (complaint := one.complaint)]
+    verdicts = {each.name: each.data() for each in requirements} or None
     verdict = CaseVerdict.DIFFERENT if wrong else CaseVerdict.PASSED
-    return replace(without_a_run(case, verdict, wrong), **found)
+    found = ledger.measured(scenario.name) | {"requirements": verdicts}
+    return replace(case.result(verdict, wrong), **found)
 
 
 def _required(trace: Path) -> list[Judgement]:

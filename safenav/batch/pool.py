@@ -15,7 +15,7 @@ from queue import Empty, SimpleQueue
 from typing import Any
 
 import safenav
-from safenav.batch.case import Case, CaseVerdict, Conditions, Result, without_a_run
+from safenav.batch.case import Case, CaseVerdict, Conditions, Result
 from safenav.batch.worker import leave, run_case, running
 from safenav.errors import SafenavError, UsageError, missing_package
 
@@ -116,7 +116,7 @@ class DaskCluster(Pool):
         try:
             return super()._ended(future, case)
         except SafenavError as error:
-            return without_a_run(case, CaseVerdict.ERROR, [str(error)]), b""
+            return case.result(CaseVerdict.ERROR, [str(error)]), b""
         except Exception as error:
             if future.status in ("cancelled", "lost"):
                 raise SafenavError(
@@ -127,7 +127,7 @@ class DaskCluster(Pool):
             if type(error).__name__ == "KilledWorker":
                 verdict = CaseVerdict.CRASHED
                 reason = f"the Dask workers that ran it died, one after the other: {error}"
-            return without_a_run(case, verdict, [reason]), b""
+            return case.result(verdict, [reason]), b""
 
     def _check_versions(self) -> None:
         """Compare safenav's version on the workers connected now, if any. Raises UsageError."""

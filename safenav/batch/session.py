@@ -13,7 +13,7 @@ import os
 import time
 from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
-from typing import IO, Protocol
+from typing import IO
 
 from msgspec import Struct, convert, to_builtins
 from msgspec.structs import replace
@@ -30,8 +30,7 @@ class ResultsFile:
     """The file ``directory/results.jsonl``. ``resume``: keep its results; otherwise they are
     discarded, and must be of ``cases`` (names).
 
-    ``former``: the kept results, by fingerprint; ``existed``: whether a batch has used the
-    directory before.
+    ``former``: the kept results, by fingerprint.
 
     Raises UsageError if the directory cannot be used, is in use by another batch, or holds the
     results of another one.
@@ -41,7 +40,6 @@ class ResultsFile:
         self.path = directory / NAME
         try:
             directory.mkdir(parents=True, exist_ok=True)
-            self.existed = self.path.exists()
             self._file: IO[str] = self.path.open("a+", encoding="utf-8")
         except OSError as error:
             raise self._unusable(error) from error
@@ -102,27 +100,21 @@ _LOOK_SECONDS = 0.2
 
 Artifacts = Callable[[Result, bytes], list[str]]
 """Writes files that help to analyse a failed case, given its trace; returns their names."""
-
-
-class Observer(Protocol):
-    """Receives the progress of a batch."""
-
-    def waiting(self, report: Report, running: Sequence[tuple[str, float]]) -> None:
-        """Called several times per second: running cases with their seconds so far."""
-
-    def arrived(self, report: Report, result: Result) -> None:
-        """Record the result of a case."""
+Progress = Callable[["Report", "Result | None"], None]
+"""Is called several times per second, and with each result when it arrives."""
 
 
 class Report(Struct):
     """The results of a batch. ``results``: by name, in the order of arrival; ``resumed``: number of
-    results from before. ``interrupted``: it was stopped."""
+    results from before. ``interrupted``: it was stopped; ``running``: the cases that run, as far
+    as known, with their seconds so far."""
 
     cases: tuple[Case, ...]
     results: dict[str, Result]
     resumed: int = 0
     seconds: float = 0.0
     interrupted: bool = False
+    running: Sequence[tuple[str, float]] = ()
 
     @property
     def in_order(self) -> list[Result]:
@@ -154,7 +146,7 @@ def run_batch(
     *,
     kept: ResultsFile | None = None,
     artifacts: Artifacts | None = None,
-    observer: Observer | None = None,
+    progress: Progress | None = None,
 ) -> Report:
     """Run all cases without a result in ``kept``, and close the pool.
 
@@ -175,11 +167,11 @@ def run_batch(
                 if kept is not None:
                     kept.add(result)
                 report.results[case.name] = result
-                if observer is not None:
-                    observer.arrived(report, result)
-            report.seconds = time.monotonic() - begun
-            if observer is not None:
-                observer.waiting(report, pool.running())
+                if progress is not None:
+                    progress(report, result)
+            report.seconds, report.running = time.monotonic() - begun, pool.running()
+            if progress is not None:
+                progress(report, None)
     except KeyboardInterrupt:
         report.interrupted = True
     finally:

@@ -27,7 +27,7 @@ from pathlib import Path
 
 from msgspec.structs import replace
 
-from safenav.batch.case import Case, CaseVerdict, Conditions, Result, without_a_run
+from safenav.batch.case import Case, CaseVerdict, Conditions, Result
 from safenav.errors import SafenavError
 
 _START_SECONDS = 60.0
@@ -63,9 +63,9 @@ def run_case(batch: str, case: Case, conditions: Conditions) -> tuple[Result, by
     try:
         with tempfile.TemporaryDirectory(prefix="safenav-") as folder:
             trace = Path(folder) / "trace.jsonl"
-            result = worker.run(case, conditions, trace if conditions.traced else None)
-            failed = trace.exists() and not result.passed
-            return result, trace.read_bytes() if failed else b""
+            result = worker.run(case, conditions, trace)
+            kept = conditions.traced and trace.exists() and not result.passed
+            return result, trace.read_bytes() if kept else b""
     except BaseException:
         worker.end()
         raise
@@ -126,9 +126,9 @@ class Worker:
     def alive(self) -> bool:
         return self._process.poll() is None
 
-    def run(self, case: Case, conditions: Conditions, trace: Path | None) -> Result:
+    def run(self, case: Case, conditions: Conditions, trace: Path) -> Result:
         """Return the result of a case, whatever it does to the process. ``trace``: the file for its
-        trace, if one is wanted. A worker that is not ``alive`` afterwards cannot be used again.
+        trace. A worker that is not ``alive`` afterwards cannot be used again.
 
         Raises SafenavError if the process does not start.
         """
@@ -138,7 +138,8 @@ class Worker:
         try:
             self._connection.send((case, conditions, trace))
             if self._connection.poll(min(conditions.seconds, _LONGEST)):
-                return self._timed(self._connection.recv())
+                result: Result = self._connection.recv()
+                return replace(result, wall_seconds=self._seconds)
             self._print_stack()
             verdict = CaseVerdict.HUNG
             reason = f"stopped after {conditions.seconds:g} s (time limit)"
@@ -146,9 +147,14 @@ class Worker:
             verdict = CaseVerdict.CRASHED
             reason = f"the process that ran it died: {self._death()}"
         self.kill()
-        result = without_a_run(case, verdict, [reason], self._last_words(before))
+        result = case.result(verdict, [reason], self._last_words(before))
         self.end()
-        return self._timed(result)
+        return replace(result, wall_seconds=self._seconds)
+
+    @property
+    def _seconds(self) -> float:
+        """Time since the case was given to the process."""
+        return round(time.monotonic() - self.since, 6)
 
     def send(self, number: signal.Signals) -> None:
         """Send a signal to the process and its group."""
@@ -184,12 +190,6 @@ class Worker:
         self.end()
         raise SafenavError(f"a worker process does not start {problem}")
 
-    def _timed(self, result: Result) -> Result:
-        """Return a result with its wall time: as measured by its process, or here if that is
-        longer."""
-        elapsed = round(time.monotonic() - self.since, 6)
-        return replace(result, wall_seconds=max(result.wall_seconds, elapsed))
-
     def _print_stack(self) -> None:
         """Let a hung process print its stack."""
         size, limit = self._size, time.monotonic() + _STACK_SECONDS
@@ -218,7 +218,7 @@ class Worker:
         return f"killed by signal {-status}"
 
 
-Task = tuple[Case, Conditions, Path | None]
+Task = tuple[Case, Conditions, Path]
 
 
 def main() -> None:

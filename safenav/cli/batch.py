@@ -92,19 +92,10 @@ def batch(
         if out is not None:
             names = [case.name for case in found.cases]
             kept = stack.enter_context(ResultsFile(out, resume=resume, cases=names))
-            # Remove only files that an earlier batch has written there.
-            failures = FailureFolder(out, keep=resume or not kept.existed)
-            if resume:
-                done = {case.fingerprint for case in found.cases}
-                failures.keep_only([r for f, r in kept.former.items() if f in done])
+            done = {case.fingerprint for case in found.cases}
+            failures = FailureFolder(out, [r for f, r in kept.former.items() if f in done])
         progress = ProgressLine()
-        report = run_batch(
-            found.cases,
-            pool,
-            kept=kept,
-            artifacts=failures,
-            observer=progress,
-        )
+        report = run_batch(found.cases, pool, kept=kept, artifacts=failures, progress=progress)
     progress.clear()
     if junit is not None:
         write_out(junit, to_junit(report), echo=False)

@@ -15,7 +15,7 @@ import click
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.batch.case import Ledger, differences, measured
+from safenav.batch.case import Ledger, differences
 from safenav.cli import options, warn
 from safenav.cli.operator import attended, run_with_operator
 from safenav.cli.options import flag, option
@@ -421,7 +421,7 @@ def _reported(
     compares = not interrupted or expected.outcome is outcome
     wrong = [*differences(expected, ledger, plan.map.word), *unmet] if compares else []
     if files.as_json:
-        data = measured(plan.name, result, ledger)
+        data = ledger.measured(plan.name)
         data |= {"as_expected": not wrong if compares else None, "differences": wrong}
         options.print_json(data)
     for difference in wrong:

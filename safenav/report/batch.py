@@ -203,20 +203,14 @@ FOLDER = "failures"
 
 
 class FailureFolder:
-    """Folders of failed cases below ``directory/failures``. Unless ``keep``, files of a former
-    batch are removed."""
+    """Folders of failed cases below ``directory/failures``. Those of a former batch are removed,
+    except those of ``kept`` results."""
 
-    def __init__(self, directory: Path, *, keep: bool) -> None:
+    def __init__(self, directory: Path, kept: Iterable[Result]) -> None:
         self._root = directory / FOLDER
-        if not keep:
-            shutil.rmtree(self._root, ignore_errors=True)
-
-    def keep_only(self, results: Iterable[Result]) -> None:
-        """Remove the files of all other results: failures that were fixed, or whose scenario has
-        changed."""
-        kept = {self._folder(result) for result in results if not result.passed}
+        still = {self._folder(result) for result in kept if not result.passed}
         for folder in self._root.glob("*") if self._root.is_dir() else ():
-            if folder not in kept and (folder / "reason.txt").is_file():
+            if folder not in still and (folder / "reason.txt").is_file():
                 shutil.rmtree(folder, ignore_errors=True)
 
     def _folder(self, result: Result) -> Path:
@@ -254,26 +248,25 @@ class FailureFolder:
 
 
 class ProgressLine(StatusLine):
-    def waiting(self, report: Report, running: Sequence[tuple[str, float]]) -> None:
-        self.show(_state(report, running), report.seconds)
+    """The state of a batch, and each failure when it arrives."""
 
-    def arrived(self, report: Report, result: Result) -> None:
-        if not result.passed:
+    def __call__(self, report: Report, arrived: Result | None) -> None:
+        if arrived is None:
+            self.show(_state(report), report.seconds)
+        elif not arrived.passed:
             self.clear()
-            reason = result.reasons[0].removeprefix(f"{result.name}:") if result.reasons else ""
-            verdict = click.style(result.verdict.value, fg="red")
-            echo_folded([f"{verdict} {printable(f'{result.name}: {reason}')}"], err=True)
-        if self.live:
-            self.show(_state(report, ()), report.seconds)
+            reason = arrived.reasons[0].removeprefix(f"{arrived.name}:") if arrived.reasons else ""
+            verdict = click.style(arrived.verdict.value, fg="red")
+            echo_folded([f"{verdict} {printable(f'{arrived.name}: {reason}')}"], err=True)
 
 
-def _state(report: Report, running: Sequence[tuple[str, float]]) -> str:
+def _state(report: Report) -> str:
     total, done = len(report.cases), len(report.results)
     text = f"{str(done).rjust(len(str(total)))}/{total}"
     failed = sum(not result.passed for result in report.results.values())
     if failed:
         text += f", {failed} failed"
-    longest = sorted(running, key=lambda case: -case[1])[:2]
+    longest = sorted(report.running, key=lambda case: -case[1])[:2]
     if longest:
         text += "; running " + ", ".join(f"{name} ({s:.0f} s)" for name, s in longest)
     return printable(text)

@@ -19,9 +19,9 @@ QUICK = Case("quick.yaml", "quick.yaml", scenario())
 
 
 @pytest.mark.usefixtures("slugs")
-def test_a_process_that_does_not_react_is_killed() -> None:
+def test_a_process_that_does_not_react_is_killed(tmp_path: Path) -> None:
     worker = Worker()
-    assert worker.run(QUICK, Conditions(), None).passed
+    assert worker.run(QUICK, Conditions(), tmp_path / "trace.jsonl").passed
     os.kill(worker.pid, signal.SIGSTOP)
     worker.end()
     assert not worker.alive

@@ -9,7 +9,7 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from safenav.batch.case import Case, CaseVerdict, Result, without_a_run
+from safenav.batch.case import Case, CaseVerdict, Result
 from safenav.batch.session import Report
 from safenav.report.batch import summary, to_junit
 
@@ -27,7 +27,7 @@ def case(name: str, **settings: int) -> Case:
 
 def ran(name: str, seconds: float = 1.0, wrong: str = "", **measured: object) -> Result:
     verdict = CaseVerdict.DIFFERENT if wrong else CaseVerdict.PASSED
-    result = without_a_run(case(name), verdict, [wrong] if wrong else [])
+    result = case(name).result(verdict, [wrong] if wrong else [])
     result = replace(result, outcome="completed", ticks=40, rounds={"quad": 2}, seconds=seconds)
     return replace(result, wall_seconds=seconds + 0.01, **measured)  # type: ignore[arg-type]
 
@@ -38,8 +38,8 @@ def report(*results: Result, not_run: int = 0) -> Report:
     return Report(tuple(cases), {result.name: result for result in results}, seconds=7.5)
 
 
-CRASH = without_a_run(
-    case("b/crash.yaml"), CaseVerdict.CRASHED, ["killed by \x1b SIGSEGV <&>"], "Fatal\x00: ü 🚪 ]]>"
+CRASH = case("b/crash.yaml").result(
+    CaseVerdict.CRASHED, ["killed by \x1b SIGSEGV <&>"], "Fatal\x00: ü 🚪 ]]>"
 )
 QUICK = ran("a/quick.yaml")
 MIXED = report(
