@@ -9,8 +9,7 @@ from safenav.judge.proofs.bounds import lost_problems, refused_problems
 from safenav.judge.proofs.negatives import negative_problems, shut_problems
 from safenav.judge.rules import NotJudged, rule
 from safenav.judge.state import Robot, State
-
-MOST_PROVEN_REGIONS = 2**16
+from safenav.judge.world import TooLargeError
 
 
 @rule("header")
@@ -85,7 +84,7 @@ def deadline(e: Line, s: State) -> Iterator[str]:
     if not s.has_deadline(e.of):
         yield f"{e.of} has no deadline"
     elif e.verdict == "lost":
-        yield from _proof_problems(lost_problems(e, s), s)
+        yield from _proven(lost_problems(e, s))
     elif e.of == "mission" and e.due != s.by:
         yield f"the mission is due in tick {s.by}, not {e.due}"
     elif e.verdict == "excused" and (one.open and not one.shut if one else e.of == "mission"):
@@ -108,7 +107,7 @@ def deadlines(e: Line, s: State) -> Iterator[str]:
     stops = not s.live and s.scenario.late == "stop"
     if e.outcome == "late" and not (stops and late):
         yield "no missed deadline ends the run"
-    yield from _proof_problems(refused_problems(e, s), s) if e.refused else ()
+    yield from _proven(refused_problems(e, s)) if e.refused else ()
 
 
 @rule("outcome")
@@ -187,22 +186,22 @@ def negative(e: Line, s: State) -> Iterator[str]:
     if e.outcome == "operator_needed":
         if e.kind == "outcome" and e.tick > 0 and (later := later_change(e, s)) is not None:
             yield f"the run ends, but the scenario changes something at {later:g}"
-        yield from _proof_problems(negative_problems(e, s), s)
+        yield from _proven(negative_problems(e, s))
 
 
 @rule("blocked")
 def shut(e: Line, s: State) -> Iterator[str]:
     """An obstacle is given up only if no robot can ever resolve it."""
     if e.reason in ("no_capable_robot", "unresolvable"):
-        yield from _proof_problems(shut_problems(e, s), s)
+        yield from _proven(shut_problems(e, s))
 
 
-def _proof_problems(problems: Iterator[str], s: State) -> Iterator[str]:
-    """Yield the errors of a proof, whose tables have all poses of the map."""
-    if s.world.size > MOST_PROVEN_REGIONS:
-        yield NotJudged(f"the proof: the map has more than {MOST_PROVEN_REGIONS} regions")
-    else:
+def _proven(problems: Iterator[str]) -> Iterator[str]:
+    """Yield the errors of a proof, or that it is too large."""
+    try:
         yield from problems
+    except TooLargeError as error:
+        yield NotJudged(f"whether the proof holds: {error}")
 
 
 def counts(e: Line, robot: Robot) -> bool:

@@ -187,11 +187,12 @@ def _stood(name: str, s: State) -> None:
     """Let a robot do its part of the next needs where it is."""
     region = s.robots[name].pose[0]
     for one in s.obstacles.values():
-        able = one.open and region in one.need.regions and name in one.able()
-        able = able and (name, one.name) not in s.barred
-        takes = one.takes() and (one.need.robots == 1 or s.loads(name))
-        if able and not takes:  # it takes a load only as a `met` line says
-            one.done |= {name}
+        if not one.open or not one.rest.left or (name, one.name) in s.barred:
+            continue
+        need = one.rest.left[0]
+        takes = one.rest.takes() and (need.robots == 1 or s.loads(name))
+        if region in need.regions and name in need.able and not takes:  # else a `met` line says so
+            one.rest = one.rest._replace(done=one.rest.done | {name})
 
 
 def _acted(e: Line, robot: Robot, s: State) -> None:
@@ -203,7 +204,8 @@ def _acted(e: Line, robot: Robot, s: State) -> None:
         _stood(robot.name, s)
     s.barred |= {(robot.name, name) for name in e.barred or ()}
     for name in failed & s.obstacles.keys():
-        s.obstacles[name].done -= {robot.name}
+        rest = s.obstacles[name].rest
+        s.obstacles[name].rest = rest._replace(done=rest.done - {robot.name})
 
 
 def _charge_stands(e: Line, robot: Robot, s: State) -> None:
@@ -282,11 +284,11 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
                     robot.holds -= {one.region}
         case "met" if e.need == one.stage:
             one.group = frozenset(e.robots or [e.robot])
-            one.stage, one.done = e.need + 1, frozenset()
+            one.rest = one.rest._replace(done=frozenset()).advanced(one.group)
             _stood(e.robot, s)  # its action continues with the next need
         case "resolved":
             one.there = one.resolved = one.known = True
-            one.stage = len(one.needs)
+            one.rest = one.rest._replace(left=())
             one.shut = e.traversable is False
             s.found |= {one.name} if one.shut else set()
             s.dues.pop(one.name, None)

@@ -252,7 +252,7 @@ def _group(e: Line, one: Obstacle, number: int, s: State) -> Iterator[str]:
         yield f"need {number + 1} of {one.name} is {need.action}, not {e.action}"
     able = need.able & one.group if need.same and not s.external else need.able
     there = frozenset(n for n in able if s.robots[n].pose[0] in need.regions)
-    parts = there if need.together else there | (one.done & able)
+    parts = there if need.together else there | (one.rest.done & able)
     many = who if e.robots else parts | who
     if e.at != s.robots[e.robot].pose[0] or e.robot not in there:
         yield f"{e.robot} cannot {need.action} at {one.name} from {s.show(e.at)}"
@@ -260,7 +260,7 @@ def _group(e: Line, one: Obstacle, number: int, s: State) -> Iterator[str]:
         yield f"{', '.join(sorted(who - parts))} cannot {need.action} at {one.name}"
     elif len(many) < need.robots:
         yield f"{one.name} needs {need.robots} robots that {need.action}, not {len(many)}"
-    for name in who if e.kind == "met" and one.takes() else ():
+    for name in who if e.kind == "met" and one.rest.takes() else ():
         if loads := s.loads(name):
             yield f"{name} carries {loads[0]}, and takes {one.name} as well"
 

@@ -106,8 +106,7 @@ class Robot:
 
 class Need(NamedTuple):
     """An action of an obstacle by ``robots`` of the ``able`` ones, which also have the actions of
-    the needs that the same robots must meet after it. ``cut``: those that do not take the load,
-    since no path leads to where it is put down."""
+    the needs that the same robots must meet after it."""
 
     action: str
     regions: frozenset[int]
@@ -115,27 +114,69 @@ class Need(NamedTuple):
     together: bool
     same: bool
     able: frozenset[str]
-    cut: frozenset[str] = frozenset()
+
+
+class Rest(NamedTuple):
+    """The unmet needs of an obstacle. ``left``: the next one first; ``done``: the robots that have
+    done their part of it; ``enters``: those that alone meet the last need by entering; ``barred``:
+    those that do not act on it; ``order``: rank by which robots take one of several loads."""
+
+    name: str
+    region: int
+    blocks: frozenset[str]
+    left: tuple[Need, ...]
+    enters: frozenset[str]
+    order: tuple[str, int, int]
+    done: frozenset[str] = frozenset()
+    barred: frozenset[str] = frozenset()
+
+    def closes(self, robot: str) -> bool:
+        """Return whether a robot must not enter its region."""
+        return robot in self.blocks and not (len(self.left) == 1 and robot in self.enters)
+
+    def chain(self) -> tuple[Need, ...]:
+        """Return the needs after the next one that the same robots must meet."""
+        return tuple(takewhile(lambda need: need.same, self.left[1:]))
+
+    def takes(self) -> bool:
+        """Return whether the robots that meet the next need then carry a load."""
+        return bool(self.chain()) and not self.left[0].same
+
+    def carriers(self) -> frozenset[str]:
+        """Return the robots that met the last need and must meet the next one."""
+        return self.left[0].able if self.left and self.left[0].same else frozenset()
+
+    def advanced(self, group: Iterable[str]) -> Rest:
+        """Return it after a group, with those that have done their part, has met the next need."""
+        left, met = self.left[1:], self.done.union(group)
+        if left and left[0].same:
+            left = (left[0]._replace(able=left[0].able & met), *left[1:])
+        return self._replace(left=left, done=frozenset())
+
+    def acted(self, group: Iterable[str]) -> Rest:
+        """Return it after a group has done its part of the next need."""
+        done = self.done.union(group)
+        met = self.left[0].together or len(done) >= self.left[0].robots
+        return self.advanced(group) if met else self._replace(done=done)
 
 
 @dataclass
 class Obstacle:
-    """An obstacle. ``stage``: the number of needs met; ``done``: the robots that have stood where
-    the next one is met; ``group``: those that met the last one; ``there``: it is present;
-    ``shut``: it is permanent; ``known``: the team knows of it; ``declared``: by an operator."""
+    """An obstacle. ``rest``: its unmet needs; ``group``: those that met the last one; ``there``: it
+    is present; ``shut``: it is permanent; ``known``: the team knows of it; ``declared``: by an
+    operator."""
 
     name: str
     type: str
     region: int
     blocks: frozenset[str]
-    needs: list[Need]
+    needs: tuple[Need, ...]
     truth: bool | None
     within: int | None
     ordered: bool
     there: bool
-    goes: int | None = None
-    stage: int = 0
-    done: frozenset[str] = frozenset()
+    goes: int | None
+    rest: Rest
     group: frozenset[str] = frozenset()
     resolved: bool = False
     shut: bool = False
@@ -147,28 +188,9 @@ class Obstacle:
         return self.there and not self.resolved
 
     @property
-    def need(self) -> Need:
-        return self.needs[min(self.stage, len(self.needs) - 1)]
-
-    def able(self) -> frozenset[str]:
-        """Return the robots that may meet the next need."""
-        return self.need.able & self.group if self.need.same else self.need.able
-
-    def entered_by(self, robot: str) -> bool:
-        """Return whether a robot alone resolves it by entering."""
-        last, need = self.stage == len(self.needs) - 1, self.need
-        alone = need.robots == 1 and not need.same
-        return last and alone and self.region in need.regions and robot in need.able
-
-    def takes(self) -> bool:
-        """Return whether the robots that meet the next need carry a load then."""
-        return not self.need.same and self.needs[self.stage + 1 : self.stage + 2] != [] and (
-            self.needs[self.stage + 1].same
-        )  # fmt: skip
-
-    def carried(self) -> bool:
-        """Return whether the robots that met its last need carry it."""
-        return self.open and self.stage < len(self.needs) and self.need.same
+    def stage(self) -> int:
+        """Return the number of needs that are met."""
+        return len(self.needs) - len(self.rest.left)
 
     @property
     def present(self) -> bool:
@@ -176,7 +198,7 @@ class Obstacle:
 
     def begin(self) -> None:
         self.there, self.resolved, self.shut, self.known, self.declared = True, *[False] * 4
-        self.stage, self.done, self.group = 0, frozenset(), frozenset()
+        self.rest, self.group = self.rest._replace(left=self.needs, done=frozenset()), frozenset()
 
 
 class Step(NamedTuple):
@@ -231,7 +253,7 @@ class State:
         self.waiting: Line | None = None
         self.left: dict[int, float] = {}  # live: when a robot left a region last
         self.moves = self.strays = self.hands = 0
-        self.assumptions = self.reopenings = 0
+        self.assumptions = 0
         self.unrealizable: dict[str, str] = {}  # by robot, in this tick: the specification
         self.lost_before: dict[str, str] = {}  # those as the team began to wait
         self.barred: set[tuple[str, str]] = set()  # robots whose actions on an obstacle failed
@@ -260,18 +282,22 @@ class State:
         """Add an obstacle; several entries of one name are one."""
         if data.name in self.obstacles:
             return
-        kind, needs = data.type, list[Need]()
+        kind, region, listed = data.type, data.region, list[Need]()
         for k, need in enumerate(kind.needs):
             chain = [need, *takewhile(lambda other: other.same, kind.needs[k + 1 :])]
             actions = {each.action for each in chain}
             able = frozenset(n for n, r in self.robots.items() if actions <= r.data.capabilities)
             how = need.robots, need.together, need.same
-            needs.append(Need(need.action, self._regions(need.at, data.region), *how, able))
+            listed.append(Need(need.action, self._regions(need.at, region), *how, able))
+        last, needs, blocks = listed[-1], tuple(listed), self._blocked(kind.blocks)
+        alone = last.robots == 1 and not last.same and region in last.regions
+        enters, order = last.able if alone else frozenset[str](), (kind.name, region, data.number)
         limits = data.resolve_within, kind.resolve_within, self.scenario.resolve_within
         self.obstacles[data.name] = found = Obstacle(
-            *(data.name, kind.name, data.region, self._blocked(kind.blocks), needs),
+            *(data.name, kind.name, region, blocks, needs),
             *(data.traversable, next((each for each in limits if each is not None), None)),
             *(data.ordered, data.appears is None, data.goes),
+            Rest(data.name, region, blocks, needs, enters, order),
         )
         self.at.setdefault(found.region, []).append(found)
 
@@ -317,7 +343,7 @@ class State:
             if not one.there or robot not in one.blocks:
                 continue
             known = not self.external or one.known  # else it may be absent
-            if one.shut or (one.open and known and not one.entered_by(robot)):
+            if one.shut or (one.open and known and one.rest.closes(robot)):
                 yield one
 
     def destination(self, name: str) -> Pose:
@@ -330,7 +356,7 @@ class State:
     def loads(self, robot: str) -> list[str]:
         """Return the loads that a robot carries."""
         every = self.obstacles.values()
-        return [one.name for one in every if one.carried() and robot in one.group]
+        return [one.name for one in every if one.open and robot in one.rest.carriers()]
 
     def stand(self, robot: Robot) -> None:
         """Begin, or end, to count the ticks of a robot at its last target."""

@@ -14,19 +14,25 @@ from safenav.judge.formulas import HEADINGS, Pose
 
 Poses = frozenset[Pose]
 Graph = Mapping[Pose, tuple[Pose, ...]]  # the poses after one step from each
+MOST_STATES = 1_000_000
+"""States that all proofs of a trace may visit."""
+PER_POSE = 4
+"""What a pose of a map costs that is made for a proof, in states."""
+
+
+class TooLargeError(Exception):
+    """The proofs of a trace are too large for the judge."""
 
 
 class World:
-    """The map of a trace. Regions off the map are accepted as arguments; they are not free."""
+    """The map of a trace. Regions off the map are accepted as arguments; they are not free.
+    ``work``: the states that proofs have visited."""
 
     def __init__(self, rows: int, cols: int, walls: Collection[int]) -> None:
-        self.cols, self.size = cols, rows * cols
+        self.cols, self.size, self.work = cols, rows * cols, 0
         self.free = frozenset(range(self.size)).difference(walls)
-        self.side, self.steps, self.graph = (
-            cache(self._side),
-            cache(self._steps),
-            cache(self._graph),
-        )
+        self.side, self.steps = cache(self._side), cache(self._steps)
+        self.graph = cache(self._graph)
 
     def _side(self, region: int, to: int) -> str | None:
         """Return the heading of a single step between two regions; None if it is not one."""
@@ -49,15 +55,52 @@ class World:
         return tuple(found)
 
     def _graph(self, faces: bool) -> Graph:
-        """Return the steps from each pose in a free region."""
-        headings: Iterable[str | None] = HEADINGS if faces else (None,)
+        """Return the steps from each pose in a free region. Raises TooLargeError."""
+        headings: Sequence[str | None] = HEADINGS if faces else (None,)
+        self.spend(PER_POSE * len(headings) * len(self.free))
         poses = ((region, heading) for region in sorted(self.free) for heading in headings)
         return {pose: self.steps(faces, pose) for pose in poses}
 
-    def connected(self, region: int, closed: Collection[int]) -> set[int]:
-        """Return the regions to which free ones outside ``closed`` lead, and the region."""
-        graph = self.graph(False)
-        return {r for r, _ in reach(graph, [(region, None)], closed)}
+    def spend(self, states: int = 1) -> None:
+        """Count the states of a proof. Raises TooLargeError."""
+        self.work += states
+        if self.work > MOST_STATES:
+            raise TooLargeError(f"its proofs visit more than {MOST_STATES:,} states")
+
+    def closure(self, starts: Iterable[Any], after: Callable[[Any], Iterable[Any]]) -> set[Any]:
+        """Return all states that some steps lead to. Raises TooLargeError."""
+        return closure(starts, after, self.spend)
+
+    def reach(self, graph: Graph, starts: Iterable[Pose], walls: Collection[int]) -> set[Pose]:
+        """Return the poses that are reachable without entering ``walls``."""
+        return self.closure(
+            starts, lambda pose: (q for q in graph.get(pose, ()) if q[0] not in walls)
+        )
+
+    def can_continue(
+        self,
+        graph: Graph,
+        starts: Collection[Pose],
+        aims: Sequence[AbstractSet[Pose]],
+        walls: Collection[int],
+    ) -> bool:
+        """Return whether each aim can be met infinitely often from some of the poses: whether some
+        reachable poses reach each other and include a pose of each aim."""
+        there, seen = self.reach(graph, starts, walls), set[Pose]()
+        before: dict[Pose, list[Pose]] = {}
+        for one in there:
+            for to in graph.get(one, ()):
+                if to in there and to[0] not in walls:
+                    before.setdefault(to, []).append(one)
+        for pose in there if not aims else there & aims[0]:
+            if pose in seen or pose[0] in walls:
+                continue
+            each = self.closure([pose], lambda one: before.get(one, ()))
+            each &= self.reach(graph, [pose], walls)
+            if all(aim & each for aim in aims):
+                return True
+            seen |= each
+        return False
 
     def show(self, region: int) -> str:
         """Return a region as people read it: ``47 (3, 8)``."""
@@ -70,45 +113,18 @@ def opposite(heading: str) -> str:
     return HEADINGS[HEADINGS.index(heading) - 2]
 
 
-def closure(starts: Iterable[Any], after: Callable[[Any], Iterable[Any]]) -> set[Any]:
+def closure(
+    starts: Iterable[Any],
+    after: Callable[[Any], Iterable[Any]],
+    spend: Callable[[], None] = lambda: None,
+) -> set[Any]:
     """Return all states that some steps lead to."""
     found = {*starts}
     queue = [*found]
     while queue:
         for other in after(queue.pop()):
             if other not in found:
+                spend()
                 found.add(other)
                 queue.append(other)
     return found
-
-
-def reach(graph: Graph, starts: Iterable[Pose], walls: Collection[int]) -> set[Pose]:
-    """Return the poses that are reachable without entering ``walls``."""
-    return closure(starts, lambda pose: (q for q in graph.get(pose, ()) if q[0] not in walls))
-
-
-def around(graph: Graph, pose: Pose, walls: Collection[int]) -> set[Pose]:
-    """Return the poses that are reachable from a pose and from which it is reachable."""
-    there = reach(graph, [pose], walls)
-    before: dict[Pose, list[Pose]] = {}
-    for one in there:
-        for to in graph.get(one, ()):
-            if to in there:
-                before.setdefault(to, []).append(one)
-    return closure([pose], lambda one: before.get(one, ()))
-
-
-def can_continue(
-    graph: Graph, starts: Iterable[Pose], aims: Sequence[AbstractSet[Pose]], walls: Collection[int]
-) -> bool:
-    """Return whether each aim can be met infinitely often from some of the poses: whether some
-    reachable poses reach each other and include a pose of each aim."""
-    there, seen = reach(graph, starts, walls), set[Pose]()
-    for pose in there if not aims else there & aims[0]:
-        if pose in seen or pose[0] in walls:
-            continue
-        each = around(graph, pose, walls)
-        if all(aim & each for aim in aims):
-            return True
-        seen |= each
-    return False

@@ -1,5 +1,7 @@
 """Large maps: moves are judged, proofs are said not to be."""
 
+import json
+
 from safenav import Mission
 from safenav.files import json_line
 from safenav.run.checked import check_trace
@@ -29,7 +31,11 @@ def test_a_run_on_a_large_map_is_judged() -> None:
     assert moved != lines and check_trace(moved).findings
 
 
-def test_a_proof_on_a_large_map_is_reported_as_not_judged() -> None:
-    found = check_trace(lines_of(LARGE + "obstacles: [{type: door, region: [1, 2]}]\n"))
-    assert not found.findings
-    assert any("the map has more than" in note.explanation for note in found.notes)
+def test_a_proof_that_visits_too_many_states_is_reported_as_not_judged() -> None:
+    """What counts is the free regions."""
+    header, *lines = lines_of(LARGE + "obstacles: [{type: door, region: [1, 2]}]\n")
+    assert (check_trace([header, *lines]).findings, check_trace([header, *lines]).notes) == ((), ())
+    data = json.loads(header)
+    data["scenario"]["map"] |= {"rows": 512, "cols": 512, "walls": []}
+    found = check_trace([json.dumps(data), *lines])
+    assert any("proofs visit more than 1,000,000 states" in one.explanation for one in found.notes)

@@ -14,39 +14,34 @@ from math import ceil
 from safenav.judge.formulas import Pose
 from safenav.judge.lines import Line
 from safenav.judge.rules import NotJudged
-from safenav.judge.state import Need, Obstacle, Robot, State
-from safenav.judge.world import reach
+from safenav.judge.state import Need, Rest, Robot, State
 
 NEVER = 1 << 40
 Ticks = dict[Pose, int]
 
 
 class Bound:
-    """Bounds at the end of a turn of a tick, from the pose of each robot and when it is there."""
+    """Bounds at the end of a turn of a tick, from the pose of each robot and when it is there.
+    ``met``: for each open obstacle the earliest turn in which each unmet need can be met."""
 
     def __init__(self, s: State, tick: int) -> None:
         self.s, self.names, self.count = s, s.names, len(s.names)
         had = sum(robot.moved >= tick for robot in s.robots.values()) if tick else self.count
         self.turn = tick * self.count + had - 1
-        self.start: dict[str, tuple[Pose, int]] = {}
+        self.start: dict[str, Ticks] = {}
         for name, robot in s.robots.items():
             ready = tick if robot.moved >= tick else tick - 1
             if robot.bound is not None:
                 ready = max(ready + 1, robot.began + self.takes(name) - 1)
-            self.start[name] = s.destination(name), ready
-        every = s.obstacles.values()
-        shut = [one for one in every if one.there and one.shut and one.goes is None]
+            self.start[name] = {s.destination(name): ready}
+        lasting = [one for one in s.obstacles.values() if one.there and one.goes is None]
+        shut = [one for one in lasting if one.shut]
         self.sealed = {name: {one.region for one in shut if name in one.blocks} for name in s.names}
-        self.open = [one for one in every if one.open and one.known and not one.shut
-                     and one.goes is None]  # fmt: skip
-        self.met: dict[str, list[int]] = {
-            one.name: [self.turn if k < one.stage else NEVER for k in range(len(one.needs))]
-            for one in self.open
-        }
-        changed = True
-        while changed:
-            found = {one.name: self._needs(one) for one in self.open}
-            changed, self.met = found != self.met, found
+        self.open = [x.rest for x in lasting if x.open and x.known and not x.shut and x.rest.left]
+        self.met = {one.name: [NEVER] * len(one.left) for one in self.open}
+        before: dict[str, list[int]] = {}
+        while before != self.met:
+            before, self.met = self.met, {one.name: self._needs(one) for one in self.open}
 
     def takes(self, robot: str) -> int:
         return int(self.s.robots[robot].data.timing)
@@ -57,16 +52,29 @@ class Bound:
 
     def round(self, name: str, goals: Iterable[frozenset[int]]) -> int:
         """Return the earliest tick by whose end a robot can have met some targets in sequence."""
-        pose, ready = self.start[name]
-        seeds, arrives = {pose: ready}, self.s.robots[name].bound is not None
+        arrives = self.start[name] if self.s.robots[name].bound is not None else {}
+        seeds = self.start[name]
         for goal in goals:
-            ticks, stepped = self.ticks(name, seeds)
-            there = ((at, tick) for at, tick in ticks.items() if at[0] in goal)
-            met = {at: min(stepped.get(at, NEVER), tick + 1) for at, tick in there}
-            if arrives and pose[0] in goal:
-                met[pose] = ready
-            seeds, arrives = met, False
+            there = {pose: tick for pose, tick in arrives.items() if pose[0] in goal}
+            seeds, arrives = self.goal(name, goal, seeds) | there, {}
         return min(seeds.values(), default=NEVER)
+
+    def goal(
+        self,
+        name: str,
+        goal: frozenset[int],
+        seeds: Ticks,
+        ends_in: Collection[int] = (),
+        allows: Callable[[Pose, Pose], bool] | None = None,
+    ) -> Ticks:
+        """Return the poses in which a robot can meet a target, each with the earliest tick by whose
+        end it does: by a step, or by staying for a tick."""
+        stayed, stepped = self.ticks(name, seeds, ends_in, allows)
+        return {
+            pose: min(stepped.get(pose, NEVER), stayed.get(pose, NEVER) + 1)
+            for pose in stayed.keys() | stepped.keys()
+            if pose[0] in goal
+        }
 
     def ticks(
         self,
@@ -84,6 +92,7 @@ class Bound:
             tick, _, pose = heappop(queue)
             if tick > best[pose]:
                 continue
+            self.s.world.spend()
             for there in self.s.world.steps(robot.faces, pose):
                 if there[0] in self.sealed[name] or (allows and not allows(pose, there)):
                     continue
@@ -101,14 +110,8 @@ class Bound:
         """Return the turn after which a robot may enter a region; -1: now."""
         after = -1
         for one in self.open:
-            if one.region != region or name not in one.blocks:
-                continue
-            last, met = one.needs[-1], self.met[one.name]
-            enters = last.robots == 1 and not last.same and one.region in last.regions
-            if not (enters and name in last.able):
-                after = max(after, met[-1])
-            elif one.stage < len(one.needs) - 1:
-                after = max(after, met[-2])
+            if one.region == region and one.closes(name):
+                after = max(after, self.met[one.name][-2 if name in one.enters else -1])
         return after
 
     def _leaving(self, name: str, need: Need, since: int) -> int:
@@ -118,50 +121,46 @@ class Bound:
         if robot.bound is None or robot.pose[0] not in need.regions:
             return NEVER
         turn = since if need.together else since + (own - since) % self.count
-        return turn if turn < self.start[name][1] * self.count + own else NEVER
+        (ready,) = self.start[name].values()
+        return turn if turn < ready * self.count + own else NEVER
 
-    def _needs(self, one: Obstacle) -> list[int]:
-        """Return the earliest turn in which each need of an obstacle can have been met."""
-        count, stage, before = self.count, one.stage, self.turn + 1
-        turns, begun, fields = [self.turn] * stage, before, dict[str, Ticks]()
-        for number in range(stage, len(one.needs)):
-            need, former, fields = one.needs[number], fields, {}
-            able = one.able() if number == stage else need.able
-            arrivals, had = list[int](), 0 if need.together or number > stage else len(one.done)
+    def _needs(self, one: Rest) -> list[int]:
+        """Return the earliest turn in which each unmet need of an obstacle can have been met."""
+        turns, fields = list[int](), dict[str, Ticks]()
+        begun = before = self.turn + 1
+        for number, need in enumerate(one.left):
+            former, fields, arrivals = fields, {}, list[int]()
+            done = frozenset[str]() if need.together or number else one.done
             for index, name in enumerate(self.names):
-                if had and name in one.done:
-                    fields[name] = self.ticks(name, dict([self.start[name]]))[0]
+                seeds = self.start[name]
+                if number and need.same:
+                    seeds = self._seeds(one, number, name, former.get(name, {}), begun, before)
+                if not seeds or name not in need.able | done:
                     continue
-                if name not in able:
-                    continue
-                seeds = dict([self.start[name]])
-                if need.same and number > stage:
-                    if name not in former:
-                        continue
-                    seeds = self._seeds(one, number, name, former[name], begun, before)
-                fields[name] = self.ticks(name, seeds)[0]
-                there = [t for p, t in fields[name].items() if p[0] in need.regions]
-                turn = max(min(there) * count + index, before) if there else NEVER
+                fields[name], _ = self.ticks(name, seeds)
+                there = [tick for pose, tick in fields[name].items() if pose[0] in need.regions]
+                turn = max(min(there) * self.count + index, before) if there else NEVER
                 if there and not need.together:
-                    turn += (index - turn) % count
-                turn = min(turn, self._leaving(name, need, before))
-                arrivals += [turn] if turn < NEVER else []
-            begun, missing = before, need.robots - had
-            before = sorted(arrivals)[missing - 1] if len(arrivals) >= missing else NEVER
+                    turn += (index - turn) % self.count
+                arrivals += [min(turn, self._leaving(name, need, before))] * (name not in done)
+            begun, arrivals = before, sorted(turn for turn in arrivals if turn < NEVER)
+            missing = need.robots - len(done)
+            before = arrivals[missing - 1] if len(arrivals) >= missing else NEVER
             turns.append(before)
             if before >= NEVER:
                 break
-        return turns + [NEVER] * (len(one.needs) - len(turns))
+        return turns + [NEVER] * (len(one.left) - len(turns))
 
     def _seeds(
-        self, one: Obstacle, number: int, name: str, former: Ticks, begun: int, before: int
+        self, one: Rest, number: int, name: str, former: Ticks, begun: int, before: int
     ) -> Ticks:
-        """Return where a robot may start for a need after its part in the need before."""
-        earlier, index = one.needs[number - 1], self.names.index(name)
+        """Return where a robot may start for a need after its part in the need before; nowhere if
+        it took no part."""
+        earlier, index = one.left[number - 1], self.names.index(name)
         part_at = before if earlier.together else begun + (index - begun) % self.count
-        had_part = number - 1 == one.stage and name in one.done and not earlier.together
-        if had_part or self._leaving(name, earlier, part_at) < NEVER:
-            return dict([self.start[name]])
+        had_part = number == 1 and name in one.done and not earlier.together
+        if former and (had_part or self._leaving(name, earlier, part_at) < NEVER):
+            return self.start[name]
         since = (part_at - index) // self.count + 1 - self.takes(name)
         return {p: max(t, since) for p, t in former.items() if p[0] in earlier.regions}
 
@@ -210,6 +209,9 @@ def lost_problems(e: Line, s: State) -> Iterator[str]:
         least = mission(bound, e.tick)
     elif e.of in s.robots:
         robot = s.robots[e.of]
+        if not (robot.own.settles or robot.own.in_turn):
+            yield f"the rounds of {e.of} have no order, and so no bound"
+            return
         if robot.clock.within is None or robot.clock.begun + robot.clock.within != e.due:
             yield f"no round of {e.of} is due in tick {e.due}"
         done = robot.progress.rounds(robot.own, e.tick) if robot.own.in_turn else 0
@@ -272,15 +274,10 @@ def _least_round(s: State, name: str, ends_in: Collection[int] | None) -> int:
 
     def round_from(seeds: Ticks) -> Ticks:
         for goal in own.targets:
-            stayed, stepped = bound.ticks(name, seeds, ends_in or goal, allows)
-            seeds = {
-                pose: min(stepped.get(pose, NEVER), stayed.get(pose, NEVER) + 1)
-                for pose in stayed.keys() | stepped.keys()
-                if pose[0] in goal
-            }
+            seeds = bound.goal(name, goal, seeds, ends_in or goal, allows)
         return seeds
 
-    first, rounds = round_from(dict([bound.start[name]])), dict[Pose, Ticks]()
+    first, rounds = round_from(bound.start[name]), dict[Pose, Ticks]()
     pending = [*first]
     while pending:
         if (pose := pending.pop()) not in rounds:
@@ -304,7 +301,7 @@ def charge_needed(robot: Robot, s: State) -> int:
     graph = s.world.graph(robot.faces)
     if own.formulas is not None:
         graph = {a: tuple(b for b in to if own.formulas.allows(a, b)) for a, to in graph.items()}
-    poses = reach(graph, [robot.pose], shut)
+    poses = s.world.reach(graph, [robot.pose], shut)
     after = {pose: [q for q in graph.get(pose, ()) if q[0] not in shut] for pose in poses}
     last: int = own.count - 1
 
@@ -315,6 +312,7 @@ def charge_needed(robot: Robot, s: State) -> int:
         target, found, changed = own.targets[turn], Ticks(), True
         while changed:
             changed = False
+            s.world.spend(len(after))
             for pose in after:
                 stay, least = (0, 0) if pose[0] in full else (ceil(battery.stay), battery.move)
                 there = [q for q in after[pose] if q[0] in target]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from heapq import heappop, heappush
 from itertools import product
@@ -10,12 +10,13 @@ from typing import Any, NamedTuple
 
 from safenav.judge.formulas import Pose
 from safenav.judge.lines import Line
-from safenav.judge.proofs.closures import Case, Open, TooLargeError, is_hopeless, team_closure
+from safenav.judge.proofs.closures import Case, able_now, is_hopeless, team_closure
 from safenav.judge.rules import NotJudged
-from safenav.judge.state import Robot, State, agrees
-from safenav.judge.world import Poses, closure
+from safenav.judge.state import Rest, Robot, State, agrees
+from safenav.judge.world import Poses
 
-MOST_STATES, MOST_SERVED = 200_000, 20_000
+PER_JOINT_STATE, PER_SERVED_STATE = 5, 50
+"""What a joint state costs, in states: of robots with a proof, and of those in service."""
 EITHER = ELSEWHERE = -1
 Left = tuple[int, int]
 """In order: the goals left, and the next one (``EITHER``: the one met first). In any order: the
@@ -38,40 +39,7 @@ class Goals(NamedTuple):
 class _State(NamedTuple):
     poses: tuple[Any, ...]
     left: tuple[Left, ...]
-    opened: tuple[Open, ...]
-
-
-def deadlock_problems(case: Case, robots: list[str]) -> Iterator[str]:
-    """Yield how some robots can complete their part of the mission, without all others and the
-    obstacles that those may resolve. Raises TooLargeError."""
-    if _without_room(robots, case.state):
-        return
-    others = {*case.names} - {*robots}
-    alone = (o for o in case.obstacles if all(others.isdisjoint(need.able) for need in o.left))
-    every = Enumeration(case, robots, tuple(alone))
-    for state in every.complete(MOST_STATES):
-        yield f"the mission can be completed with {every.show(state)}"
-        return
-
-
-def can_complete(case: Case) -> str:
-    """Return where the robots may go to complete what those in service have to do; empty if they
-    cannot, or have done it. Raises TooLargeError."""
-    every = Enumeration(case, case.names, case.obstacles)
-    for state in every.complete(MOST_SERVED):
-        if case.state.orders.isdisjoint(one.name for one in state.opened):
-            moved = any(p != case.at[n] for n, p in zip(case.names, state.poses, strict=True))
-            return every.show(state) if moved else ""
-    return ""
-
-
-def _without_room(robots: list[str], s: State) -> bool:
-    """Return whether some robots, all in conflict, must stay at fewer regions than they are."""
-    owns = [s.robots[name].own for name in robots]
-    if not all(own.settles for own in owns):
-        return False
-    apart = all({*robots} <= {name, *s.rivals[name]} for name in robots)
-    return apart and len(frozenset[int]().union(*(own.last for own in owns))) < len(robots)
+    opened: tuple[Rest, ...]
 
 
 def goals_of(name: str, case: Case) -> Goals:
@@ -83,7 +51,7 @@ def goals_of(name: str, case: Case) -> Goals:
     steps, count = case.state.world.graph(robot.faces), robot.own.count
     targets = [frozenset(pose for pose in steps if pose[0] in target) for target in own.targets]
     if own.kind == "ltl":
-        targets = case.members[name].aims
+        targets = case.aims[name]
     ends, rounds = own.ends, progress.rounds(own, s.tick)
     either = own.strict and not own.literal and count == 2
     if ends:
@@ -111,37 +79,33 @@ def _partly(counts: tuple[int, ...]) -> list[int]:
 
 
 class Enumeration:
-    """The joint states of some robots with some open obstacles."""
+    """The joint states of some robots with some open obstacles. ``cost``: of each, in states."""
 
-    def __init__(self, case: Case, robots: list[str], opened: tuple[Open, ...]) -> None:
-        self.case, self.robots, self.opened = case, robots, opened
+    def __init__(
+        self, case: Case, robots: list[str], opened: Iterable[Rest], cost: int = PER_JOINT_STATE
+    ) -> None:
+        self.case, self.robots, self.opened, self.cost = case, robots, tuple(opened), cost
         self.goals = [goals_of(name, case) for name in robots]
         self._acted, self._walls = cache(self._act), cache(case.walls)
-        self._live = cache(case.is_live)
+        self._live = cache(self._is_live)
 
-    def reached(self) -> Iterator[tuple[_State, int]]:
-        """Yield the reachable states, those with the fewest goals left first, each with the number
-        of states found before it."""
+    def complete(self) -> Iterator[_State]:
+        """Yield the reachable states in which the mission is completed, those with the fewest goals
+        left first. Raises TooLargeError."""
         queue, seen, after = list[tuple[int, int, _State]](), set[_State](), self._starts()
         while True:
             for found in after:
                 if found not in seen:
+                    self.case.world.spend(self.cost)
                     seen.add(found)
                     left = sum(goals for goals, _ in found.left)
                     heappush(queue, (left, len(seen), found))
             if not queue:
                 return
             _, _, state = heappop(queue)
-            yield state, len(seen)
-            after = self._successors(state)
-
-    def complete(self, most: int) -> Iterator[_State]:
-        """Yield the states in which the mission is completed. Raises TooLargeError."""
-        for state, seen in self.reached():
-            if self.is_complete(state):
+            if self._is_complete(state):
                 yield state
-            if seen > most:
-                raise TooLargeError(f"more than {most} joint states")
+            after = self._successors(state)
 
     def show(self, state: _State) -> str:
         at = zip(self.robots, state.poses, strict=True)
@@ -161,12 +125,12 @@ class Enumeration:
                 if name in robots and not regions.isdisjoint(mates):
                     taken |= regions
             taken |= self._walls(name, state.opened)
-            for to in self.case.members[name].steps.get(at[name], ()):
+            for to in self.case.steps[name].get(at[name], ()):
                 if to[0] not in taken:
                     poses = (*state.poses[:k], to, *state.poses[k + 1 :])
                     yield self._settled(_State(poses, state.left, state.opened), k)
 
-    def is_complete(self, state: _State) -> bool:
+    def _is_complete(self, state: _State) -> bool:
         """Return whether each robot has met all goals, is at its last target if it settles there,
         and can continue forever."""
         if any(goals for goals, _ in state.left):
@@ -176,6 +140,10 @@ class Enumeration:
             (not own.settles or pose in own.targets[-1]) and self._live(name, pose, state.opened)
             for name, own, pose in each
         )
+
+    def _is_live(self, name: str, pose: Any, opened: tuple[Rest, ...]) -> bool:
+        outside = pose[0] not in self.case.walls(name, opened)
+        return outside and self.case.can_continue(name, frozenset([pose]), opened)
 
     def _settled(self, state: _State, moved: int | None = None) -> _State:
         """Return the state after all actions, then all goals, of the robots where they stand."""
@@ -194,7 +162,7 @@ class Enumeration:
             left = tuple(map(self._anew, self.goals, left))
         return _State(state.poses, tuple(map(_met, self.goals, state.poses, left)), opened)
 
-    def _act(self, opened: tuple[Open, ...], places: tuple[int, ...]) -> tuple[Open, ...]:
+    def _act(self, opened: tuple[Rest, ...], places: tuple[int, ...]) -> tuple[Rest, ...]:
         """Return the obstacles after all actions. Loads are taken last, in their order, by robots
         that can carry one more."""
         at = dict(zip(self.robots, places, strict=True))
@@ -216,22 +184,19 @@ class Enumeration:
         return rounds * count, EITHER if own.either else left[1]
 
 
-def _performed(one: Open, at: dict[str, int], full: frozenset[str] | None) -> Open:
+def _performed(one: Rest, at: dict[str, int], full: frozenset[str] | None) -> Rest:
     """Return an obstacle after the actions of the robots where they stand. ``full``: robots that
     can take no other load; None: no robot takes one now."""
     while one.left:
         need, takes = one.left[0], one.takes()
         if takes and full is None:
             return one
-        able = (need.able - one.barred - need.cut) & at.keys()
-        able -= full or frozenset() if takes else frozenset()
-        group = frozenset(name for name in able if at[name] in need.regions)
+        able = able_now(one, full or frozenset())
+        group = [name for name in at if name in able and at[name] in need.regions]
         if takes and not need.together:  # one after the other, in the order of their turns
-            missing = need.robots - len(one.done)
-            group = frozenset([name for name in at if name in group - one.done][:missing])
-        group |= frozenset() if need.together else one.done
-        if len(group) < need.robots:
-            return one if need.together else one._replace(done=group)
+            group = group[: need.robots - len(one.done)]
+        if len(done := one.done.union(group)) < need.robots:
+            return one if need.together else one._replace(done=done)
         one = one.advanced(group)
     return one
 
@@ -260,25 +225,22 @@ def _met(own: Goals, pose: Any, left: Left) -> Left:
 
 
 def negative_problems(e: Line, s: State) -> Iterator[str]:
-    """Yield why an `operator_needed` is not proven."""
+    """Yield why an `operator_needed` is not proven. Raises TooLargeError."""
     if e.cause == "out_of_service":
         yield from _out_of_service_problems(e, s)
-        return
-    if unread := _unread(s):
+    elif unread := _unread(s):
         yield NotJudged(f"why an operator is needed: the formulas of {unread} have many memories")
-        return
-    try:
-        if e.proof is not None:
-            yield from _deadlock_problems(e, s)
-        elif not is_hopeless(case := Case(s)):
-            yield from _lost_problems(e, s)
-        elif e.cause not in (causes := _causes(case)):
-            yield f"its cause is {e.cause}; proven is {causes[0]}"
-    except TooLargeError as error:
-        yield NotJudged(f"whether the proof holds: {error}")
+    elif e.proof is not None:
+        yield from _deadlock_problems(e, s)
+    elif not is_hopeless(case := Case(s)):
+        yield from _lost_problems(e, case)
+    elif e.cause not in (causes := _causes(case)):
+        yield f"its cause is {e.cause}; proven is {causes[0]}"
 
 
 def _deadlock_problems(e: Line, s: State) -> Iterator[str]:
+    """Yield how some robots can complete their part of the mission, without all others and the
+    obstacles that those may resolve."""
     robots, numbers = [name for name in s.names if name in e.proof.robots], dict[str, int]()
     for name, stated in (e.proof.memory or {}).items():
         if (number := _memory(name, stated, s)) is None:
@@ -289,12 +251,26 @@ def _deadlock_problems(e: Line, s: State) -> Iterator[str]:
         yield f"its cause is {e.cause}; proven is deadlock"
     if not robots or len(robots) != len(e.proof.robots):
         yield f"the proof is about {', '.join(e.proof.robots) or 'no robots'}"
-    else:
-        yield from deadlock_problems(Case(s, memory=numbers), robots)
+    elif not _without_room(robots, s):
+        case, others = Case(s, memory=numbers), {*s.names} - {*robots}
+        alone = (o for o in case.obstacles if all(others.isdisjoint(n.able) for n in o.left))
+        every = Enumeration(case, robots, alone)
+        if (state := next(every.complete(), None)) is not None:
+            yield f"the mission can be completed with {every.show(state)}"
+
+
+def _without_room(robots: list[str], s: State) -> bool:
+    """Return whether some robots, all in conflict, must stay at fewer regions than they are."""
+    owns = [s.robots[name].own for name in robots]
+    if not all(own.settles for own in owns):
+        return False
+    apart = all({*robots} <= {name, *s.rivals[name]} for name in robots)
+    return apart and len(frozenset[int]().union(*(own.last for own in owns))) < len(robots)
 
 
 def shut_problems(e: Line, s: State) -> Iterator[str]:
-    """Yield why an obstacle that is given up may still be resolved, with all robots in service."""
+    """Yield why an obstacle that is given up may still be resolved, with all robots in service.
+    Raises TooLargeError."""
     if unread := _unread(s):
         yield NotJudged(f"whether {e.obstacle} can be resolved: {unread} has many memories")
         return
@@ -313,8 +289,9 @@ def _causes(now: Case) -> list[str]:
     also as if all robots were in service."""
     found = list[str]()
     for case in [now, Case(now.state, hopeful=True)] if now.out else [now]:
-        stuck = (one.name for one in team_closure(case, case.start, case.obstacles)[1])
-        each = (case.state.obstacles[name] for name in (*case.shut, *stuck))
+        stuck = team_closure(case, case.start, case.obstacles)[1]
+        each = [one for one in case.shut if one.open]
+        each += [case.state.obstacles[one.name] for one in stuck]
         known = [one for one in each if not one.declared]
         short = [[len(n.able) < n.robots for n in one.needs[one.stage :]] for one in known]
         found += ["no_capable_robot"] * any(map(any, short))
@@ -324,35 +301,35 @@ def _causes(now: Case) -> list[str]:
 
 
 def _out_of_service_problems(e: Line, s: State) -> Iterator[str]:
-    """Robots are out of service, and the others cannot do their part of the mission."""
+    """Yield how the robots in service can do their part of the mission, although others are out of
+    service: move, and complete what they have to do."""
     if not any(robot.out for robot in s.robots.values()):
         yield "no robot is out of service"
     elif e.kind == "outcome" and not any(robot.acts for robot in s.robots.values()):
         case = Case(s)
-        try:
-            if done := can_complete(case):
-                yield f"the robots in service can do their part of the mission, with {done}"
-        except TooLargeError as error:
-            yield NotJudged(f"whether the robots in service can do their part: {error}")
+        every = Enumeration(case, case.names, case.obstacles, PER_SERVED_STATE)
+        for state in every.complete():
+            if s.orders.isdisjoint(one.name for one in state.opened):
+                if state.poses != tuple(case.at.values()):
+                    done = every.show(state)
+                    yield f"the robots in service can do their part of the mission, with {done}"
+                return
 
 
-def _lost_problems(e: Line, s: State) -> Iterator[str]:
-    """Some robot has lost its objective forever: alone, and without any obstacle that may yet be
-    resolved, it cannot continue."""
+def _lost_problems(e: Line, case: Case) -> Iterator[str]:
+    """Yield why no robot has lost its objective forever: alone, and without any obstacle that may
+    yet be resolved, each can continue."""
+    s = case.state
     stated = {**s.unrealizable, **(e.unrealizable or {})}
     if s.waiting is not None:
         stated = {**s.lost_before, **stated}
-    games = list[str]()
-    for name, spec in stated.items():
-        robot = s.robots[name]
-        if not _continues(robot, s, s.spec_memory.get((name, spec))):
-            return
-        if _is_a_game(robot, s):
-            games.append(name)
-    if games:
-        what = f"whether others or inputs can keep {games[0]} from its objective forever"
-        yield NotJudged(f"{what} (a bundle proves it)")
+    if not all(_continues(s.robots[n], case, s.spec_memory.get((n, stated[n]))) for n in stated):
         return
+    for name in stated:
+        if _is_a_game(s.robots[name], s):
+            what = f"whether others or inputs can keep {name} from its objective forever"
+            yield NotJudged(f"{what} (a bundle proves it)")
+            return
     for name in stated:
         own, here = s.robots[name].own, s.destination(name)
         if own.kind == "ltl" and own.formulas and not own.formulas.allows(here, here):
@@ -369,12 +346,12 @@ def _is_a_game(robot: Robot, s: State) -> bool:
     return hears or bool(s.rivals[robot.name]) or any(robot.name in who for who, _ in s.zones)
 
 
-def _continues(robot: Robot, s: State, memory: Mapping[str, int] | None) -> bool:
+def _continues(robot: Robot, case: Case, memory: Mapping[str, int] | None) -> bool:
     """Return whether a robot alone can continue forever from its pose."""
-    name, own, case = robot.name, robot.own, Case(s)
-    pose, formulas = s.destination(name), robot.own.formulas
+    name, own, formulas, s = robot.name, robot.own, robot.own.formulas, case.state
+    pose = s.destination(name)
     if own.ends and not robot.out:
-        here = frozenset([pose])
+        here = case.start[name]
         for target in own.targets[min(robot.progress.ahead, own.count - 1) :]:
             here = frozenset(p for p in case.reach(name, here, ()) if p[0] in target)
         if s.scenario.coordination != "resynthesis":  # it may be sent away, and must come back
@@ -384,33 +361,33 @@ def _continues(robot: Robot, s: State, memory: Mapping[str, int] | None) -> bool
         rows = [k for k, r in enumerate(formulas.values) if agrees(formulas.names, r, memory)]
         rows = rows if memory or not formulas.names else formulas.begins(pose)
         cases = (Case(s, memory={name: row}) for row in rows)
-        return any(each.can_continue(name, [each.at[name]], ()) for each in cases)
+        return any(each.can_continue(name, each.start[name], ()) for each in cases)
     if own.literal and own.strict and memory and not robot.out:
         turn = next(iter(memory.values()))
-        return case.can_continue(name, [pose], ()) and _keeps_order(robot, case, turn)
-    return case.can_continue(name, [pose], ())
+        return case.can_continue(name, case.start[name], ()) and _keeps_order(robot, case, turn)
+    return case.can_continue(name, case.start[name], ())
 
 
 def _comes_back(name: str, pose: Pose, case: Case) -> bool:
-    away = frozenset(to for to in case.members[name].steps.get(pose, ()) if to[0] != pose[0])
+    away = frozenset(to for to in case.steps[name].get(pose, ()) if to[0] != pose[0])
     return pose in case.reach(name, away, ())
 
 
 def _keeps_order(robot: Robot, case: Case, turn: int) -> bool:
     """Return whether a robot alone can meet its targets in turn forever without touching one out of
     turn: whether it reaches a cycle on which it meets the first target."""
-    targets, steps = robot.own.targets, case.members[robot.name].steps
-    pose = case.state.destination(robot.name)
+    targets, steps = robot.own.targets, case.steps[robot.name]
+    others = [targets[:k] + targets[k + 1 :] for k in range(len(targets))]
+    shut = [frozenset[int]().union(*each) for each in others]
 
-    def after(state: tuple[Pose, int]) -> Iterator[tuple[Pose, int]]:
+    def after(state: tuple[Pose, int]) -> list[tuple[Pose, int]]:
         here, due = state
         due = (due + 1) % len(targets) if here[0] in targets[due] else due
-        shut = frozenset[int]().union(*(t for k, t in enumerate(targets) if k != due))
-        yield from ((to, due) for to in steps.get(here, ()) if to[0] not in shut)
+        return [(to, due) for to in steps.get(here, ()) if to[0] not in shut[due]]
 
-    found = closure([(pose, turn)], after)
+    found = case.world.closure([(case.at[robot.name], turn)], after)
     first = [state for state in found if state[1] == 0 and state[0][0] in targets[0]]
-    return any(state in closure(after(state), after) for state in first)
+    return any(state in case.world.closure(after(state), after) for state in first)
 
 
 def _memory(name: str, stated: Mapping[str, int], s: State) -> int | None:
