@@ -15,7 +15,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from operator import is_
 
 from msgspec.structs import replace
@@ -40,6 +40,8 @@ HELPED = ("operator_needed", "assumption_violated", "search_limit")
 """Outcomes that an operator can avert."""
 
 
+Action = Iterator[now.Event]
+"""The results of an action, each of which applies before the next is read."""
 MOST_PASSES = 50
 """The most passes at one moment, for each robot and ten more."""
 
@@ -154,8 +156,9 @@ class Run:
         to a safe one."""
         if not self.state.robots[i].idle:
             return
-        if self.acts_at(i) or not self.moves(i):
-            self.take(i, decide.Proposal(self.state.robots[i].pose, "stay"))
+        action = self.action(i)
+        if action is not None or not self.moves(i):
+            self.take(i, decide.Proposal(self.state.robots[i].pose, "stay"), action)
         else:
             step = decide.propose(self.team, self.state, self.control, i)  # NP
             stays = step.by == "stay"
@@ -195,7 +198,7 @@ class Run:
                     return step
         return decide.Proposal(self.state.robots[i].pose, "backtrack")
 
-    def take(self, i: int, step: decide.Proposal) -> None:
+    def take(self, i: int, step: decide.Proposal, action: Action | None = None) -> None:
         if step.pose == self.state.robots[i].pose:
             node = step.node
             if node is None:
@@ -204,12 +207,14 @@ class Run:
         else:
             for event in self.world.start(self, i, step):
                 self.happens(event)
-        self.act(i)
+        self.act(i, action)
 
-    def act(self, i: int) -> None:
-        """Lines 17 and 18: a robot resolves what it can where it stands, requested or not."""
-        if self.acts_at(i):
-            for event in self.world.act(self, i):
+    def act(self, i: int, action: Action | None = None) -> None:
+        """Lines 17 and 18: a robot resolves what it can where it stands, requested or not.
+        ``action``: its results, if it has begun."""
+        action = self.action(i) if action is None else action
+        if action is not None:
+            for event in action:
                 self.happens(event)
             self.settle()
 
@@ -219,11 +224,12 @@ class Run:
             return True
         return self.waits() and decide.continues(self.team, self.state, self.control, i)
 
-    def acts_at(self, i: int) -> bool:
-        """Whether a robot acts where it stands: not beside an operator for whom the team waits."""
+    def action(self, i: int) -> Action | None:
+        """The action of a robot where it stands: none beside an operator for whom the team
+        waits."""
         operator = self.waits() and self.until() is None
         may = not operator or decide.continues(self.team, self.state, self.control, i)
-        return may and self.world.reaches(self, i)
+        return self.world.act(self, i) if may else None
 
     def count(self, before: now.State, event: now.Event) -> None:
         """The end of a turn: goals count where the robot stands, after it has acted. One that got

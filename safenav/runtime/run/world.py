@@ -87,7 +87,6 @@ class World:
         """The robots that have acted since their last move."""
         self._opened: dict[str, float] = {}
         """When obstacles were opened last: earlier reports of them are late."""
-        self._found: dict[int, protocol.Acted | None] = {}
 
     def kept(self) -> Truth | None:
         """The simulated world for a checkpoint."""
@@ -196,7 +195,6 @@ class World:
         graph, before, target = run.team.members[i].graph, run.state, run.state.robots[i].next
         here = before.robots[i].pose
         self._asked.discard(i)
-        self._found.pop(i, None)
         match ended:
             case protocol.Arrived(reason=why):
                 yield now.Arrived(i, why)
@@ -275,46 +273,35 @@ class World:
             return 0, None
         return self.commands.number(robot.name), self.commands.expected(robot)
 
-    def reaches(self, run: Running, i: int) -> bool:
-        """Whether a robot would change something by acting where it stands."""
+    def act(self, run: Running, i: int) -> Iterator[now.Event] | None:
+        """Command an action if a robot may change something where it stands: its results, or that
+        it is under way. None if it changes nothing."""
         robot, there = run.team.members[i].robot, run.state.robots[i]
         if not robot.capabilities or there.acting is not None:
-            return False
+            return None
         if not (self.moving or (there.to is None and there.active)):
-            return False
-        known = self._known(run, i)
-        if self._changes(run, i):
-            return True
-        if isinstance(self.commands, Lockstep):
-            reached = self.commands.within_reach(robot, known)
-            if reached is not None:
-                return reached
-        if i in self._asked or self._is_busy(run, i):
-            return i in self._found
+            return None
+        expected = bool(self._changes(run, i))
+        asks = (self.truth is not None and not self.live) or i not in self._asked
+        if not expected and not (asks and not self._is_busy(run, i)):  # only acting shows it
+            return None
         self._asked.add(i)
         here = run.team.members[i].graph.pose(there.pose)
-        event = self.commands.act(robot, here, known)  # only acting shows it
+        event = self.commands.act(robot, here, self._known(run, i))
         event = None if event is None else self._news(run, i, event)
-        if event is None or event.found or event.reason:
-            self._found[i] = event
-        return i in self._found
+        parts = self.truth is not None and not self.live and self.truth.parts(robot)
+        if expected or parts or event is None or event.found or event.reason:
+            return self._results(run, i, event)
+        return None
 
-    def act(self, run: Running, i: int) -> Iterator[now.Event]:
-        """Command an action: its results, or that it is under way."""
-        robot, graph = run.team.members[i].robot, run.team.members[i].graph
-        if i in self._found:
-            event = self._found.pop(i)
-        else:
-            here = graph.pose(run.state.robots[i].pose)
-            self._asked.add(i)
-            event = self.commands.act(robot, here, self._known(run, i))
-            event = None if event is None else self._news(run, i, event)
+    def _results(self, run: Running, i: int, event: protocol.Acted | None) -> Iterator[now.Event]:
+        """The results of an action that has just begun; None: it is under way."""
         self._acts_now = True
-        self._works[i] = tuple(k for k, _ in self._changes(run, i)) if event is None else ()
+        works = tuple(k for k, _ in self._changes(run, i))
+        self._works[i] = works if event is None else ()
         if event is None or self.live:
-            obstacles = tuple(k for k, _ in self._changes(run, i))
-            command = self._number(robot)[0] if event is None else event.command or 0
-            yield now.Acts(i, self._group(run, i), command, obstacles)
+            number = self._number(run.team.members[i].robot)[0] if event is None else event.command
+            yield now.Acts(i, self._group(run, i), number or 0, works)
         if event is not None:
             yield from self._acted(run, i, event)
 

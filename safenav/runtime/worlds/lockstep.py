@@ -115,13 +115,6 @@ class Lockstep:
     def acted(self, robot: Robot) -> protocol.Acted | None:
         """No action is under way."""
 
-    def within_reach(self, robot: Robot, cleared: Sequence[Obstacle]) -> bool | None:
-        """Whether the robot can act on an obstacle where it stands; None if only acting shows."""
-        if self._simulated is None:
-            return None
-        self._simulated.cleared = {obstacle.name for obstacle in cleared}
-        return bool(self._simulated.within_reach(robot))
-
     def changes(self, occupied: Collection[Region]) -> list[protocol.Change]:
         """The obstacles that appeared or disappeared; none in a world without changes."""
         listed, tick = self._changes, self._tick
