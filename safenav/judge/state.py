@@ -383,14 +383,12 @@ class State:
 
     def has_deadline(self, of: str) -> bool:
         """Return whether the scenario sets a deadline for the mission, a robot's rounds or an
-        obstacle; a charge may set one for any obstacle."""
+        obstacle."""
         if of in self.robots:
             return self.robots[of].clock.within is not None
         if of not in self.obstacles:
             return of == "mission" and self.by is not None
-        used = any(r.data.battery and r.data.battery.stay for r in self.robots.values())
-        charged = bool(self.scenario.chargers) and used
-        return not self.live and (charged or self.obstacles[of].within is not None)
+        return not self.live and self.obstacles[of].within is not None
 
     def overdue(self, tick: int) -> Iterator[str]:
         """Yield the open deadlines that a tick misses."""

@@ -474,12 +474,6 @@ class Scenario(Struct, frozen=True):
         own = self.until.by, self.resolve_within
         return any(limit is not None for limit in (*own, *rounds, *limits))
 
-    @property
-    def deadlines(self) -> bool:
-        """Whether a lockstep run has deadlines: the scenario sets one, or a charge runs out."""
-        charged = [r.model.battery for r in self.robots] if self.chargers else []
-        return self.sets_deadlines or any(each is not None and each.stay for each in charged)
-
     def limit_of(self, obstacle: Obstacle) -> int | None:
         """Return the most ticks from the request for an obstacle to its resolution: its own limit,
         else that of its type, else that of the scenario (None: no limit)."""

@@ -415,14 +415,12 @@ class Assumption(Record, frozen=True, tag="assumption"):
 
 class Deadline(Record, frozen=True, tag="deadline"):
     """The state of a deadline ``of`` a robot (a round), an obstacle (its resolution) or the
-    ``mission``. ``earliest``: the tick before whose end it cannot be met; ``cause``: ``battery`` if
-    a charge sets it."""
+    ``mission``. ``earliest``: the tick before whose end it cannot be met."""
 
     of: str
     due: Count
     verdict: vocabulary.DeadlineVerdict
     earliest: Count | None = None
-    cause: str | None = None
 
 
 class Plan(Record, frozen=True, tag="plan"):

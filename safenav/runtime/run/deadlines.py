@@ -14,26 +14,24 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.runtime.control.ends import End
-from safenav.scenario import model
-from safenav.scenario.model import LatePolicy, switching
+from safenav.scenario.model import Clock, LatePolicy, switching
 from safenav.team import bound
 from safenav.team import state as now
 from safenav.team.apply import on_own, own_goals, rounds
 from safenav.team.battery import NEVER, Energy
 from safenav.team.bound import Walk, earliest, least_within, moment_of
-from safenav.team.floor import floor_now, stages_of
 from safenav.team.state import Count, State
 from safenav.team.team import Member, Team
 from safenav.trace import records
 from safenav.trace.vocabulary import DeadlineVerdict
 from safenav.world.poses import Mask
 
-MISSION, BATTERY, LIVE = "mission", "battery", model.Clock.LIVE
+MISSION = "mission"
 Of = int | str
 """The subject of a deadline: an obstacle's number, or ``mission``."""
 
 
-class Clock(Struct, frozen=True):
+class RoundClock(Struct, frozen=True):
     """The clock of a robot's rounds. ``disturbed``: in this round the robot did not only pursue its
     objective; ``before``: nor in the previous one. ``over``: this round is already judged, or
     (``reported``) was reported as lost; ``done``: rounds since the last resolution."""
@@ -49,16 +47,15 @@ class Clock(Struct, frozen=True):
     def excused(self) -> bool:
         return self.disturbed or self.before
 
-    def restarted(self, tick: int, done: int) -> Clock:
-        return Clock(tick, before=self.disturbed, done=done)
+    def restarted(self, tick: int, done: int) -> RoundClock:
+        return RoundClock(tick, before=self.disturbed, done=done)
 
 
 class Due(Struct, frozen=True):
-    """The deadline of a request or the mission: the tick by whose end it must be met. ``cause``: of
-    one that a charge sets; ``past``: it was missed; ``reported``: it was recorded as lost."""
+    """The deadline of a request or the mission: the tick by whose end it must be met. ``past``: it
+    was missed; ``reported``: it was recorded as lost."""
 
     tick: int
-    cause: str | None = None
     past: bool = False
     reported: bool = False
 
@@ -68,7 +65,7 @@ class LedgerKept(Struct, frozen=True, forbid_unknown_fields=True):
 
     dues: tuple[tuple[Of, Due], ...]
     late: tuple[str, ...]
-    clocks: tuple[Clock, ...]
+    clocks: tuple[RoundClock, ...]
 
 
 class Ledger:
@@ -77,12 +74,13 @@ class Ledger:
 
     def __init__(self, team: Team, emit: Callable[[records.Record], None]) -> None:
         self.emit, self.scenario = emit, team.scenario
-        self.active = team.scenario.deadlines and team.scenario.clock is not LIVE
+        lockstep = team.scenario.clock is Clock.LOCKSTEP
+        self.active = team.scenario.sets_deadlines and lockstep
         by = team.scenario.until.by
         self.dues: dict[Of, Due] = {} if by is None else {MISSION: Due(by)}
         self.seen: set[int] = set()
         self.late: list[str] = []
-        self.clocks = [Clock() for _ in team.members]
+        self.clocks = [RoundClock() for _ in team.members]
         self.lines: list[records.Record] = []
         self.had = self.tick = 0
 
@@ -122,7 +120,7 @@ class Ledger:
             case now.Arrived(i) | now.Elsewhere(i) | now.Failed(i):
                 self.had = max(self.had, i + 1)
             case now.Assigned(i):
-                self.clocks[i] = Clock(self.tick)
+                self.clocks[i] = RoundClock(self.tick)
             case now.Served(i, True) | now.Placed(i):
                 self.clocks[i] = self.clocks[i].restarted(self.tick, self.clocks[i].done)
             case now.Counted(i, ticks):
@@ -149,10 +147,7 @@ class Ledger:
         known, self.seen = self.dues.keys() | self.seen, {*state.requests}
         fresh = dict[int, Due]()
         for k in (k for k in state.requests if k not in known):
-            due, until = state.obstacles[k].due, lasts_until(team, state, k, self.had)
-            if until is not None and (due is None or until < due):
-                fresh[k] = Due(until, BATTERY)
-            elif due is not None:
+            if (due := state.obstacles[k].due) is not None:
                 fresh[k] = Due(due)
         timed = any(member.robot.within is not None for member in team.members)
         timed = timed or not all(due.past for due in self.dues.values())
@@ -170,7 +165,7 @@ class Ledger:
         for of, due in self.dues.items():
             if due.tick < self.tick and not due.past:
                 self.dues[of] = replace(due, past=True)
-                self._tell(_name(team, of), due.tick, late, cause=due.cause)
+                self._tell(_name(team, of), due.tick, late)
         for i, member in enumerate(team.members):
             clock, within = self.clocks[i], member.robot.within
             if within is not None and not clock.over and clock.begun + within < self.tick:
@@ -184,10 +179,9 @@ class Ledger:
         due: int,
         verdict: DeadlineVerdict,
         earliest: int | None = None,
-        cause: str | None = None,
     ) -> None:
         self.late += [of] if verdict is DeadlineVerdict.LATE else []
-        self.emit(records.Deadline(self.tick, of, due, verdict, earliest, cause))
+        self.emit(records.Deadline(self.tick, of, due, verdict, earliest))
 
     def _look(self, team: Team, state: State) -> None:
         """Note the robots that do not pursue their own objective."""
@@ -207,8 +201,7 @@ class Ledger:
 
     def _ended(self, team: Team, k: Of, verdict: DeadlineVerdict) -> None:
         if (due := self.dues.pop(k, None)) is not None and not due.past:
-            about = _name(team, k), due.tick, verdict
-            self.lines.append(records.Deadline(self.tick, *about, cause=due.cause))
+            self.lines.append(records.Deadline(self.tick, _name(team, k), due.tick, verdict))
 
     def _foresee(self, team: Team, state: State, fresh: dict[int, Due]) -> None:
         """Begin the deadlines of new requests, and report all that can no longer be met."""
@@ -219,7 +212,7 @@ class Ledger:
         for k, due in fresh.items():
             self.dues[k] = due
             verdict, soonest = DeadlineVerdict.SET, ends.get(k, self.tick)
-            self._tell(_name(team, k), due.tick, verdict, soonest, due.cause)
+            self._tell(_name(team, k), due.tick, verdict, soonest)
         open_, lost = {of: d for of, d in self.dues.items() if not d.past}, DeadlineVerdict.LOST
         if MISSION in open_ and not objectives_change(team, self.tick):
             every = [orders_left(team, state, i, team.rounds) for i in range(len(team.members))]
@@ -248,26 +241,6 @@ def _name(team: Team, of: Of) -> str:
 
 def _beyond(soonest: int | None, due: int) -> bool:
     return soonest is None or soonest > due
-
-
-def lasts_until(team: Team, state: State, k: int, had: int) -> int | None:
-    """Return the last tick in which an obstacle that cuts its first requester off from its chargers
-    can be resolved for its charge; None if it does not, or if waiting takes no charge. ``had``: as
-    of the ledger."""
-    i = next((i for i, _ in state.obstacles[k].asked), None)
-    energy = None if i is None else team.members[i].energy
-    if i is None or energy is None or not energy.battery.stay:
-        return None
-    robot, floor, stay = state.robots[i], floor_now(team, state), energy.battery.stay
-    charge, turn = robot.charge - stay * (i >= had), energy.turn(robot.own.memory)
-    allowed = floor.allowed(i, stages_of(floor, state)) | 1 << robot.next
-    beyond = allowed | floor.floors[i] & floor.graphs[i].poses_on(1 << team.obstacles[k].region)
-    behind = energy.need(beyond, robot.next, turn)
-    if behind > charge or energy.need(allowed, robot.next, turn) <= charge:
-        return None
-    if energy.far(allowed, energy.chargers)[robot.next] * energy.battery.move <= charge:
-        return None  # it can wait at a charger
-    return int(state.time) + int((charge - behind) // stay)
 
 
 def objectives_change(team: Team, tick: int) -> bool:
