@@ -1,4 +1,4 @@
-/* sources b5e5e4c51df0a8ea4ad0bdb8f33f789b5a59a9bc5ebd2dd2b77beea825642625 */
+/* sources d69e7d16545f0c546717ddc4e7733c47dacba4cee4acad154b4f5af13b74808d */
 /* Contains three:
 The MIT License
 

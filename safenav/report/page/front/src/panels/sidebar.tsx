@@ -53,7 +53,7 @@ export function Robots({ run, tick, eye }: RobotsProps) {
                       <meter min={0} max={100} low={20} value={charge} /> {charge} %
                     </span>
                   )}
-                  {role && <span class={`role ${role[0]}`}>{role[1]}</span>}
+                  {role && <span class={`badge ${role[0]}`}>{role[1]}</span>}
                 </p>
                 <p class="objective">
                   {words}

@@ -197,7 +197,7 @@ export function Tools({ doc, drawing, pen, setPen }: Drawn) {
           {drawing.grid && tool("floor", pen.does === "floor", "Floor", { does: "floor" }, "Paint floor (2)")}
         </div>
         {!drawing.grid && <p class="quiet">The walls come from a file.</p>}
-        <h3>Robots</h3>
+        <h2>Robots</h2>
         <div class="pens">
           {doc.palette.robots.map(({ name, shape, turns, layer, can }) =>
             tool(
@@ -210,7 +210,7 @@ export function Tools({ doc, drawing, pen, setPen }: Drawn) {
             ),
           )}
         </div>
-        <h3>Hidden obstacles</h3>
+        <h2>Hidden obstacles</h2>
         <div class="pens">
           {doc.palette.obstacles
             .filter((type) => type.blocks)
