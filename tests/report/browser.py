@@ -11,6 +11,7 @@ import pytest
 selenium = pytest.importorskip("selenium", reason="the page is tested through selenium (PyPI)")
 
 from selenium import webdriver  # noqa: E402
+from selenium.common.exceptions import StaleElementReferenceException  # noqa: E402
 from selenium.webdriver.chrome.service import Service  # noqa: E402
 from selenium.webdriver.common.by import By  # noqa: E402
 from selenium.webdriver.common.keys import Keys  # noqa: E402
@@ -122,7 +123,14 @@ class Browser:
         the longer are the pauses."""
         limit = time.monotonic() + seconds
         pause = 0.01
-        while not condition():
+
+        def holds() -> object:
+            try:
+                return condition()
+            except StaleElementReferenceException:  # the page drew it again while it was asked
+                return False
+
+        while not holds():
             assert time.monotonic() < limit, lacks
             time.sleep(pause)
             pause = min(1.3 * pause, 0.1)

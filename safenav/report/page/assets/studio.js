@@ -1,4 +1,4 @@
-/* sources d69e7d16545f0c546717ddc4e7733c47dacba4cee4acad154b4f5af13b74808d */
+/* sources 71906361335716647cbf6e8806af539db124185e96783c9ede5b791478bfeadb */
 /* Contains @codemirror/view:
 MIT License
 

@@ -1,15 +1,14 @@
 /**
- * The obstacles of a run in the scene, at any moment: a door whose leaf swings open as it is pushed, fog that lifts when
- * it is sensed, and a box with a pictogram for all other types. A hidden one is drawn on the floor only.
+ * The obstacles of a run in the scene, at any moment: a door whose leaf swings open as it is pushed, and a box with a
+ * pictogram for all other types. A hidden one is drawn on the floor only.
  */
 
-import { Color, DoubleSide, Group, IcosahedronGeometry, MeshLambertMaterial } from "three";
+import { Color, DoubleSide, Group, MeshLambertMaterial } from "three";
 import { at, isWall, loadsOf, tickAt, type Obstacle, type Run, type Status } from "../run/run";
-import { box, paint, pictogram, solid, themeColour } from "./bodies";
+import { box, paint, pictogram, themeColour } from "./bodies";
 import { centreOf, sampleAt, type Motion, type Sampled } from "./motion";
 
 const HEIGHT = 1.5;
-
 
 /** The position of a load while robots carry it: metres from its region, and its scale. */
 interface Held {
@@ -20,13 +19,22 @@ interface Held {
   scale: number;
 }
 
-/** One obstacle; `gone` runs from 0 to 1 while it is being resolved. */
-abstract class Thing {
+/** A box with the pictogram of its type; it shrinks as it is resolved. */
+class Block {
   readonly group = new Group();
   protected readonly solid = new Group();
+  protected readonly material = new MeshLambertMaterial({ side: DoubleSide });
 
-  constructor() {
+  constructor(x: number, y: number) {
+    this.group.position.set(x, y, 0);
     this.group.add(this.solid);
+  }
+
+  fill(side: number, shape: string): this {
+    const size = 0.5 * side;
+    this.solid.add(box(size, size, size, this.material, 0, 0, size / 2));
+    if (shape) this.solid.add(pictogram(shape, 0.85 * size, size + 0.01));
+    return this;
   }
 
   /** Place it where robots hold it, until it is shown again. */
@@ -36,92 +44,43 @@ abstract class Thing {
     this.solid.rotation.z = yaw;
   }
 
-  /** The orientation of the obstacle in its region. */
-  protected turned = 0;
-
+  /** `gone` runs from 0 to 1 while it is being resolved. */
   show(status: Status, gone: number): void {
+    this.solid.visible = status !== "absent" && status !== "hidden" && gone < 1;
+    this.material.color = themeColour(status === "absent" ? "hidden" : status);
     this.solid.position.set(0, 0, 0);
-    this.solid.rotation.z = this.turned;
-    this.solid.scale.setScalar(1);
-    this.solid.visible = status !== "absent" && status !== "hidden" && (gone < 1 || this.stays);
-    this.become(status, gone);
+    this.solid.rotation.z = 0;
+    this.solid.scale.setScalar(Math.max(0.001, 1 - gone));
   }
-
-  /** Whether a part of it remains when it is resolved. */
-  protected readonly stays: boolean = false;
-
-  protected abstract become(status: Status, gone: number): void;
 }
 
-function statusColour(status: Status): Color {
-  return themeColour(status === "absent" ? "hidden" : status);
-}
-
-/** A leaf between two posts, across the gap. */
-class Door extends Thing {
-  protected override readonly stays = true;
+/** A leaf between two posts, across the gap; it stays when it is resolved. */
+class Door extends Block {
   private readonly hinge = new Group();
-  private readonly leaf = new MeshLambertMaterial({ side: DoubleSide });
 
-  /** `opens`: 1 or -1, so that the leaf swings away from the robot that pushes it. */
+  /** `turned`: across the gap; `opens`: 1 or -1, so that the leaf swings away from the robot that pushes it. */
   constructor(
+    x: number,
+    y: number,
     side: number,
-    northSouth: boolean,
+    private readonly turned: number,
     private readonly opens: 1 | -1,
   ) {
-    super();
+    super(x, y);
     const width = side * 0.92;
     const frame = paint(0x7b828c);
-    for (const x of [-1, 1]) {
-      this.solid.add(box(0.12, 0.12, HEIGHT, frame, (x * width) / 2, 0, HEIGHT / 2));
-    }
-    this.hinge.add(box(width - 0.14, 0.07, HEIGHT * 0.94, this.leaf, (width - 0.14) / 2, 0, HEIGHT * 0.48));
+    for (const end of [-1, 1]) this.solid.add(box(0.12, 0.12, HEIGHT, frame, (end * width) / 2, 0, HEIGHT / 2));
+    this.hinge.add(box(width - 0.14, 0.07, HEIGHT * 0.94, this.material, (width - 0.14) / 2, 0, HEIGHT * 0.48));
     this.hinge.position.set(-(width - 0.14) / 2, 0, 0);
     this.hinge.add(box(0.07, 0.2, 0.07, frame, width - 0.34, 0, HEIGHT * 0.5));
     this.solid.add(this.hinge);
-    this.turned = northSouth ? 0 : Math.PI / 2;
   }
 
-  protected become(status: Status, gone: number): void {
+  override show(status: Status, gone: number): void {
+    super.show(status, 0);
+    this.solid.rotation.z = this.turned;
     this.hinge.rotation.z = gone * 1.5 * this.opens;
-    this.leaf.color = gone >= 1 ? new Color(0xb08a5a) : statusColour(status);
-  }
-}
-
-/** A box with the pictogram of its type; it shrinks as it is resolved. */
-class Block extends Thing {
-  private readonly material = new MeshLambertMaterial();
-
-  constructor(side: number, shape: string) {
-    super();
-    const size = 0.5 * side;
-    this.solid.add(box(size, size, size, this.material, 0, 0, size / 2));
-    if (shape) this.solid.add(pictogram(shape, 0.85 * size, size + 0.01));
-  }
-
-  protected become(status: Status, gone: number): void {
-    this.material.color = statusColour(status);
-    this.solid.scale.multiplyScalar(Math.max(0.001, 1 - gone));
-  }
-}
-
-/** Puffs over the region; they thin out and rise as it is sensed. */
-class Fog extends Thing {
-  private readonly material = new MeshLambertMaterial({ transparent: true, depthWrite: false });
-
-  constructor(side: number) {
-    super();
-    for (let i = 0; i < 9; i++) {
-      const [x, y] = [((i % 3) - 1) * side * 0.26, (Math.floor(i / 3) - 1) * side * 0.26];
-      const puff = new IcosahedronGeometry(side * (0.15 + 0.04 * (i % 3)), 2);
-      this.solid.add(solid(puff, this.material, x, y, 0.28 + 0.1 * ((i * 7) % 4)));
-    }
-  }
-
-  protected become(status: Status, gone: number): void {
-    this.material.opacity = 0.62 * (1 - gone);
-    this.material.color = statusColour(status);
-    this.solid.position.z = gone * 0.6;
+    if (gone >= 1) this.material.color = new Color(0xb08a5a);
   }
 }
 
@@ -133,7 +92,7 @@ export interface Holder {
 
 export class Obstacles {
   readonly group = new Group();
-  private readonly things: Thing[];
+  private readonly things: Block[];
   private tick = 0;
 
   constructor(
@@ -142,13 +101,8 @@ export class Obstacles {
     private readonly robots: Sampled[],
     private readonly holders: Holder[],
   ) {
-    this.things = run.obstacles.map((obstacle) => {
-      const thing = this.made(obstacle);
-      const [x, y] = centreOf(run, motion.side, obstacle.region);
-      thing.group.position.set(x, y, 0);
-      this.group.add(thing.group);
-      return thing;
-    });
+    this.things = run.obstacles.map((obstacle) => this.made(obstacle));
+    this.group.add(...this.things.map((thing) => thing.group));
   }
 
   update(tick: number, seconds: number): void {
@@ -185,14 +139,13 @@ export class Obstacles {
     };
   }
 
-  private made(obstacle: Obstacle): Thing {
-    const { side } = this.motion;
-    if (obstacle.action === "sense") return new Fog(side);
-    if (obstacle.action !== "push" && !/(^|[_-])(door|gate)$/.test(obstacle.type)) return new Block(side, obstacle.shape);
-    const { run } = this;
+  private made(obstacle: Obstacle): Block {
+    const { run, motion } = this;
+    const [x, y] = centreOf(run, motion.side, obstacle.region);
+    if (obstacle.action !== "push" && !/(^|[_-])(door|gate)$/.test(obstacle.type)) return new Block(x, y).fill(motion.side, obstacle.shape);
     const free = (region: number): boolean => region >= 0 && region < run.rows * run.cols && !isWall(run, region);
     const northSouth = free(obstacle.region - run.cols) && free(obstacle.region + run.cols);
-    return new Door(side, northSouth, this.away(obstacle, northSouth));
+    return new Door(x, y, motion.side, northSouth ? 0 : Math.PI / 2, this.away(obstacle, northSouth));
   }
 
   /** Return the side to which a door opens: 1 is north, or west in a horizontal passage. */
