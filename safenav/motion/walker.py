@@ -38,8 +38,7 @@ from msgspec.structs import asdict, astuple, replace
 from numpy.typing import NDArray
 
 from safenav.errors import UsageError
-from safenav.motion.check.examination import walked
-from safenav.motion.check.pieces import check_segment
+from safenav.motion.check.walk import walked
 from safenav.motion.file import (
     BUILD,
     Foothold,
@@ -464,6 +463,5 @@ def fault_of(gait: Gait) -> str | None:
         return "the mass would fall back on an arc"
     for each in made:
         segment = place.segment(Piece("", 0, each.name, 0, 0, 0.0, each.seconds), each)
-        moved = walked(segment, gait.omega)
-        check_segment(segment, limits, moved, lambda *wrong: found.append(wrong[2]))
+        found += (words for _, _, words in walked(segment, limits).broken)
     return found[0] if found else None

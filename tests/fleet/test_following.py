@@ -26,8 +26,8 @@ from safenav.fleet.transport import (
     Performed,
     Places,
 )
-from safenav.motion.check.examination import walked
 from safenav.motion.check.execution import trackings
+from safenav.motion.check.walk import walked
 from safenav.motion.file import Reset, Segment
 from safenav.run.checked import check_trace
 from safenav.scenario.model import Scenario
@@ -125,9 +125,9 @@ def test_the_stream_has_the_next_second_and_the_next_steps() -> None:
         assert min(hypot(*(pressure - (f.x, f.y))) for f in feet) < 0.25
     assert not reference.at(reference.end + 1.0)[MOVING].any()
     segments = [piece for piece in follows.followers["digit"].plan if isinstance(piece, Segment)]
-    omega = (9.81 / 0.8) ** 0.5
+    limits = follows.followers["digit"].mover.limits()
     for segment in segments:
-        path = walked(segment, omega).mass
+        path = walked(segment, limits).mass
         for t, state in zip(path.times[::9], path.states[::9], strict=True):
             row = reference.at(segment.t0 + t)
             if segment.t0 + t > reference.begin:

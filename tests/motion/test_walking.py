@@ -2,17 +2,19 @@
 
 import os
 import random
+from collections.abc import Iterator
 from itertools import pairwise
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+from msgspec import convert, json
 
 from safenav.errors import UsageError
 from safenav.motion import walker as primitives
-from safenav.motion.check.examination import walked
-from safenav.motion.check.pieces import check_segment, joined
+from safenav.motion.check.verdict import joined
+from safenav.motion.check.walk import shape_of, walked
 from safenav.motion.columns import sample
 from safenav.motion.file import Segment
 from safenav.motion.geometry import HEADINGS, MetricFloor, turn
@@ -90,8 +92,8 @@ def test_walker_keeps_to_its_limits_on_regions_of(side: float) -> None:
     where = centres(side)
     found = wandering(walker(side), 200, seed=2)
     for segment in [*every_primitive(side), *found[:20]]:
-        moved = walked(segment, limits["omega"])
-        check_segment(segment, limits, moved, case.wrong)
+        moved = walked(segment, limits)
+        wrong += moved.broken
         feet = np.array([[foot.x, foot.y] for foot in segment.feet])
         ends = np.array([where[segment.origin], where[segment.to]])
         low, high = ends.min(axis=0) - side / 2, ends.max(axis=0) + side / 2
@@ -101,6 +103,42 @@ def test_walker_keeps_to_its_limits_on_regions_of(side: float) -> None:
     for before, after in pairwise(found):
         joined(case, before, after)
     assert wrong == []
+
+
+def test_segments_of_one_shape_have_one_motion_and_no_number_is_left_out() -> None:
+    """The check solves and judges one of them."""
+    limits = walker().limits()
+    known: dict[bytes, Any] = {}
+    for segment in wandering(walker(), 60, seed=3):
+        own, shape = walked(segment, limits), shape_of(segment)
+        other = known.setdefault(shape, own)
+        pairs = (own.mass.states[:, :2], other.mass.states[:, :2]), (own.places, other.places)
+        for mine, its in pairs:
+            moved = other.moved(segment, its.reshape(-1, 2))
+            np.testing.assert_allclose(moved, mine.reshape(-1, 2), atol=1e-8)
+    assert 6 <= len(known) < 20
+    data = json.decode(json.encode(segment))
+    for path in numbers_of({key: data[key] for key in SHAPE}):
+        changed = json.decode(json.encode(segment))
+        within = changed
+        for step in path[:-1]:
+            within = within[step]
+        within[path[-1]] += 1e-6
+        other = convert(changed, Segment)
+        assert shape_of(other) != shape_of(segment), path
+
+
+SHAPE = ("phases", "feet", "swings", "turning", "start", "goal", "t1")
+
+
+def numbers_of(data: Any) -> Iterator[list[Any]]:
+    """The paths of all numbers that are no whole ones."""
+    pairs = data.items() if isinstance(data, dict) else enumerate(data)
+    for key, value in pairs:
+        if isinstance(value, float):
+            yield [key]
+        elif not isinstance(value, int):
+            yield from ([key, *more] for more in numbers_of(value))
 
 
 @pytest.mark.parametrize(("side", "words"), [(1.2, "1.2 m"), (0.5, "0.5 m"), (1.7, "1.8 m")])

@@ -5,27 +5,20 @@ of regions, bodies inside reserved regions, and distances.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
-from itertools import combinations
-from math import ceil, floor, hypot, inf
+from itertools import combinations, product
+from math import floor, hypot, inf
 
 import numpy as np
 from msgspec import Struct
-from numpy.typing import NDArray
 
 from safenav.errors import UsageError
 from safenav.motion import file
+from safenav.motion.check.walk import NEAR, STEP, Array, Walked, grid, shape_of, walked
 from safenav.motion.columns import sampled
-from safenav.motion.geometry import Mass, mass, path
+from safenav.motion.geometry import path
 from safenav.trace.file import Trace
-
-Array = NDArray[np.float64]
-
-STEP = 0.02
-"""Seconds between samples of a body."""
-MOST_SAMPLES = 5_000_000
-"""Samples of one piece of motion: more than a day."""
 
 
 class Disc(Struct, frozen=True):
@@ -38,66 +31,6 @@ class Disc(Struct, frozen=True):
     centres: Array
 
 
-def grid(seconds: float, step: float = STEP) -> Array:
-    """Times from 0 to the end, at most a step apart.
-
-    Raises UsageError for a duration that no file of safenav has: its samples would fill the memory.
-    """
-    if not seconds < MOST_SAMPLES * STEP:
-        most = f"expected at most {MOST_SAMPLES * STEP:,.0f} s"
-        raise UsageError(f"the motion has a piece of {seconds:,.0f} s; {most}")
-    count = max(1, ceil(seconds / step))
-    return np.arange(count + 1, dtype=np.float64) * (seconds / count)
-
-
-class Walked(Struct, frozen=True):
-    """A walker during a segment, at most ``STEP`` apart: its ``mass``, also at the ends of its
-    phases; of its feet in the air times since the segment's start (swings, n), ``places`` (swings,
-    n, 2) and ``speeds`` (swings, n)."""
-
-    mass: Mass
-    times: Array
-    places: Array
-    speeds: Array
-
-
-def walked(segment: file.Segment, omega: float) -> Walked:
-    """Solve the pendulum of a segment, and the quintics of its feet by their Hermite form."""
-    ends = np.cumsum([phase.seconds for phase in segment.phases])
-    still = segment.start == segment.goal and len(segment.phases) == 1
-    times = np.sort(np.append(grid(float(ends[-1]), inf if still else STEP), ends[:-1]))
-    moved = mass(segment.phases, segment.start, segment.goal, times, omega)
-    swings = segment.swings
-    begin, end = np.array([[swing.t0, swing.t1] for swing in swings]).reshape(-1, 2).T
-    seconds = end - begin
-    longest = float(seconds.max(initial=STEP))
-    u = grid(longest) / longest
-    scale = np.stack([np.ones_like(seconds), seconds, seconds**2] * 2, axis=1)
-    states = np.array([(*swing.start, *swing.goal) for swing in swings]).reshape(-1, 6, 3)
-    shapes = _HERMITE.T @ (states[:, :, :2] * scale[:, :, None])
-    powers = np.vander(u, 6, increasing=True)
-    places = powers @ shapes
-    speeds = powers[:, :5] @ (shapes[:, 1:] * np.arange(1, 6)[:, None])
-    fast = np.hypot(speeds[:, :, 0], speeds[:, :, 1]) / seconds[:, None]
-    return Walked(moved, begin[:, None] + seconds[:, None] * u, places, fast)
-
-
-_HERMITE = np.array(
-    [
-        (1, 0, 0, -10, 15, -6),
-        (0, 1, 0, -6, 8, -3),
-        (0, 0, 0.5, -1.5, 1.5, -0.5),
-        (0, 0, 0, 10, -15, 6),
-        (0, 0, 0, -4, 7, -3),
-        (0, 0, 0, 0.5, -1, 0.5),
-    ]
-)
-"""Rows: contribution of each boundary value of a quintic (position, speed, acceleration; start,
-goal) to its coefficients, over a unit of time."""
-
-
-NEAR = 1e-7
-"""Tolerance for the rounding of a file, in metres, seconds and radians."""
 MOST_CELLS = 1000
 """Maximum number of regions that one piece of motion may cross in each direction."""
 STILL = 1e-6
@@ -150,20 +83,17 @@ class Grid(Struct, frozen=True):
         apart: Array = np.hypot(dx, dy)
         return apart
 
-    def cells(self, points: Array, radius: float) -> Iterable[tuple[int, int]]:
+    def cells(self, points: Array, radius: float) -> Iterator[tuple[int, int]]:
         """All cells that discs of this radius around the points could touch.
 
         Raises UsageError for a piece of motion far off the map: too many cells to examine."""
-        low = (points.min(axis=0) - radius) / self.side
-        high = (points.max(axis=0) + radius) / self.side
-        if not (high - low).max() < MOST_CELLS:
-            raise UsageError(
-                f"the motion has a piece across {(high - low).max():.6g} regions; "
-                f"expected less than {MOST_CELLS}"
-            )
-        for col in range(floor(low[0]), floor(high[0]) + 1):
-            for row in range(floor(low[1]), floor(high[1]) + 1):
-                yield col, row
+        low = [(each - radius) / self.side for each in points.min(axis=0).tolist()]
+        high = [(each + radius) / self.side for each in points.max(axis=0).tolist()]
+        if not (across := max(high[0] - low[0], high[1] - low[1])) < MOST_CELLS:
+            found = f"the motion has a piece across {across:.6g} regions"
+            raise UsageError(f"{found}; expected less than {MOST_CELLS}")
+        cols, rows = (range(floor(low[i]), floor(high[i]) + 1) for i in (0, 1))
+        return product(cols, rows)
 
 
 class Examination:
@@ -187,6 +117,7 @@ class Examination:
         self.makespan = motion.outcome.makespan
         self.grid = Grid(header.rows, header.cols, header.side)
         self.held: list[Holding] = []
+        self._shapes: dict[tuple[str, bool, bytes], Walked] = {}
         self._walks: dict[int, Walked] = {}
         self._flights: dict[int, list[tuple[Array, Array]]] = {}
         self._discs: dict[int, list[Disc]] = {}
@@ -213,9 +144,13 @@ class Examination:
         return self.numbers[robot].get("size", 0.0) / 2
 
     def walked(self, segment: file.Segment) -> Walked:
-        """A walker during a segment, computed once."""
+        """The motion of a segment, or of one of its shape: a walker has few, each computed once."""
         if id(segment) not in self._walks:
-            self._walks[id(segment)] = walked(segment, self.numbers[segment.robot]["omega"])
+            cut = (segment.robot, segment.t1) in self.resets
+            key = segment.robot, cut, shape_of(segment)
+            if key not in self._shapes:
+                self._shapes[key] = walked(segment, self.numbers[segment.robot], cut=cut)
+            self._walks[id(segment)] = self._shapes[key]
         return self._walks[id(segment)]
 
     def flown(self, piece: file.Flight) -> list[tuple[Array, Array]]:
@@ -246,15 +181,16 @@ class Examination:
             yield Disc("body", radius, np.concatenate([times for times, _ in parts]), centres)
         elif isinstance(piece, file.Segment):
             moved, begin = self.walked(piece), piece.t0
-            yield Disc("body", radius, begin + moved.mass.times, moved.mass.states[:, :2])
+            middle = moved.moved(piece, moved.mass.states[:, :2])
+            yield Disc("body", radius, begin + moved.mass.times, middle)
             foot = hypot(own.get("sole_length", 0.0), own.get("sole_width", 0.0)) / 2
             if piece.feet:
                 ends = [(t, hold.x, hold.y) for hold in piece.feet for t in (hold.down, hold.up)]
                 feet = np.array(ends)
                 yield Disc("foot", foot, begin + feet[:, 0], feet[:, 1:])
             if piece.swings:
-                times, places = begin + moved.times.ravel(), moved.places.reshape(-1, 2)
-                yield Disc("swinging foot", foot, times, places)
+                places = moved.moved(piece, moved.places.reshape(-1, 2))
+                yield Disc("swinging foot", foot, begin + moved.times.ravel(), places)
 
     def body(self, robot: str, begin: float, end: float) -> Array:
         """The centres of a body (n, 2) between two times, by the pieces of motion between them."""

@@ -15,14 +15,13 @@ from msgspec import Struct
 
 from safenav.motion.check.examination import (
     MEASURED_TOUCH,
-    NEAR,
-    Array,
     Disc,
     Examination,
     Holding,
     check_distances,
     outside,
 )
+from safenav.motion.check.walk import NEAR, Array
 from safenav.motion.file import GoalLine, Measured, Motion, Reset
 from safenav.trace.file import Trace
 from safenav.trace.records import Act, Operator

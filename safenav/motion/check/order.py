@@ -15,7 +15,8 @@ from safenav.files import json_line
 from safenav.judge.engine import judge
 from safenav.judge.rules import RULES
 from safenav.motion import timing
-from safenav.motion.check.examination import NEAR, STILL, Array, Examination, Finding
+from safenav.motion.check.examination import STILL, Examination, Finding
+from safenav.motion.check.walk import NEAR, Array
 from safenav.motion.file import Action, GoalLine, Moving, Piece, Release, Reserve
 from safenav.trace import records
 from safenav.trace.file import Trace, as_data

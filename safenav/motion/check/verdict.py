@@ -1,11 +1,16 @@
 """All rules of a motion, and its findings by time; contradictions between a motion file and its
-trace, which rules, pages and tables exclude first."""
+trace, which rules, pages and tables exclude first; the rules of flights and drives, and of pieces
+that follow each other without gap, jump or jerk of velocity."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
+from itertools import pairwise
+from math import cos, hypot, remainder, sin, tau
 from pathlib import Path
+
+import numpy as np
 
 from safenav.errors import UsageError
 from safenav.motion import file
@@ -19,7 +24,9 @@ from safenav.motion.check.examination import (
 )
 from safenav.motion.check.execution import GOALS, check_execution
 from safenav.motion.check.order import check_order
-from safenav.motion.check.pieces import check_joins, check_path, check_segment
+from safenav.motion.check.walk import NEAR
+from safenav.motion.file import Curve, Flight, Moving, Reset, Segment
+from safenav.motion.geometry import derivative, values
 from safenav.trace.file import Trace
 
 AT_LEAST = ("aside", "least_double")
@@ -76,7 +83,7 @@ def mismatch(motion: file.Motion, trace: Trace) -> str:
     if stranger is not None:
         return f"{stranger[:40]} is not a robot of the header"
     kinds = {name: limits["kind"] for name, limits in header.robots.items()}
-    for segment in motion.of(file.Segment):
+    for segment in motion.of(Segment):
         if kinds[segment.robot] != "walker":
             return f"{segment.robot} at {segment.t0:.3f} s: it walks but is not a walker"
     for track in motion.of(file.FlownTrack):
@@ -105,14 +112,174 @@ def _limits(trace: Trace, name: str, limits: Mapping[str, object]) -> str:
     return ""
 
 
+State = tuple[float, ...]
+
+
+def check_flights(case: Examination, robot: str) -> None:
+    """Check the limits of a flyer's references, or of the paths of a disc or a rover, and that
+    their parts join."""
+    flights = [piece for piece in case.pieces[robot] if isinstance(piece, Flight)]
+    for piece in flights:
+        seconds, lasting = [part.seconds for part in piece.parts], piece.t1 - piece.t0
+        if abs(sum(seconds) - lasting) > NEAR or min(seconds) < 0:
+            found = f"its pieces last {sum(seconds):.4f} s in all, not {lasting:.4f} s"
+            case.wrong(piece.t0, robot, "time", found)
+            return
+        for before, after in pairwise(piece.parts):
+            jump = _apart(_part_state(before, before.seconds), _part_state(after, 0.0))
+            if jump > NEAR:
+                case.wrong(piece.t0, robot, "continuity", f"it jumps by {jump:.4f} m")
+    if not flights:
+        return
+    times, states = zip(*(part for piece in flights for part in case.flown(piece)), strict=True)
+    place, speed, pull = np.concatenate(states, axis=2)
+    own, limited = case.numbers[robot], partial(case.limit, robot, np.concatenate(times))
+    pulled = np.hypot(pull[0], pull[1])
+    for limit, unit, measured in (
+        ("speed", "m/s", np.hypot(speed[0], speed[1])),
+        *(("tilt", "m/s^2", pulled), ("acceleration", "m/s^2", pulled)),
+        ("turning", "rad/s", np.abs(speed[3])),
+    ):
+        if limit in own:
+            words = f"{{:.3f}} {unit}, more than {own[limit]:g}"
+            limited(measured, own[limit] + NEAR, limit, words)
+    if case.motion.header.robots[robot]["kind"] == "rover":
+        slip = np.abs(speed[0] * np.sin(place[3]) - speed[1] * np.cos(place[3]))
+        limited(slip, NEAR, "slip", "it moves sideways at {:.3f} m/s")
+    if "altitude" in own:
+        off = np.abs(place[2] - own["altitude"])
+        limited(off, NEAR, "altitude", "{:.3f} m off its altitude")
+
+
+def _part_state(part: Curve, t: float) -> State:
+    """Return x, y, their speeds, and other values that must not jump, at a time of a part."""
+    axes = (part.x, part.y, part.z, part.yaw)
+    x, y, z, yaw = (values(axis, t) for axis in axes)
+    east, north, up, turning = (values(derivative(axis), t) for axis in axes)
+    return (x, y, east, north, cos(yaw), sin(yaw), turning, z, up)
+
+
+def _apart(one: State, other: State) -> float:
+    """Return the largest difference of two states."""
+    return max(abs(a - b) for a, b in zip(one, other, strict=True))
+
+
+def check_joins(case: Examination, robot: str) -> None:
+    """Check that the pieces of one robot join, from the start to the makespan. After a reset its
+    plan continues from its measured position, or ends."""
+    pieces = case.pieces[robot]
+    if not pieces:
+        if case.makespan > NEAR:  # a run that took no time needs no motion
+            case.wrong(0.0, robot, "continuity", "no motion recorded for this robot")
+        return
+    resets = {reset.t for reset in case.motion.of(Reset, robot) if robot in case.driven}
+    first, last = pieces[0], pieces[-1]
+    if abs(first.t0) > NEAR:
+        found = f"no motion recorded until {first.t0:.3f} s"
+        case.wrong(0.0, robot, "continuity", found)
+    ends = last.t1 in resets and last.t1 < case.makespan
+    if abs(last.t1 - case.makespan) > NEAR and not ends:
+        found = f"no motion recorded from {last.t1:.3f} s to the end at {case.makespan:.3f} s"
+        case.wrong(last.t1, robot, "continuity", found)
+    speed = hypot(*_end(first, last=False)[2:4])
+    if speed > NEAR:
+        case.wrong(0.0, robot, "continuity", f"it starts with {speed:.3f} m/s")
+    for before, after in pairwise(pieces):
+        if after.t0 not in resets:
+            joined(case, before, after)
+
+
+def joined(case: Examination, before: Moving, after: Moving) -> None:
+    """Check that a piece continues the one before."""
+
+    def wrong(found: str) -> None:
+        case.wrong(before.t1, before.robot, "continuity", found)
+
+    if after.t0 > before.t1 + NEAR:
+        wrong(f"no motion recorded for {after.t0 - before.t1:.3f} s")
+        return
+    if after.t0 < before.t1 - NEAR:
+        wrong(f"two pieces of motion overlap by {before.t1 - after.t0:.3f} s")
+        return
+    if type(before) is not type(after):
+        wrong("it continues as another kind of robot")
+        return
+    if before.to != after.origin:
+        wrong(f"it continues in region {after.origin}, not in {before.to}")
+    end, start = _end(before, last=True), _end(after, last=False)
+    jump = hypot(start[0] - end[0], start[1] - end[1])
+    kick = _apart(start[2:], end[2:])
+    if jump > NEAR:
+        wrong(f"it jumps by {jump:.4f} m")
+    elif kick > NEAR:
+        wrong(f"its velocity jumps by {kick:.4f} m/s")
+    if isinstance(before, Segment) and isinstance(after, Segment):
+        _feet(before, after, wrong)
+
+
+def _feet(before: Segment, after: Segment, wrong: Callable[[str], None]) -> None:
+    """The feet at the end of a segment are those at the start of the next one."""
+    lasting = before.t1 - before.t0
+    last, first = before.phases[-1], after.phases[0]
+    if (jump := hypot(first.x - last.to_x, first.y - last.to_y)) > NEAR:
+        wrong(f"its centre of pressure jumps by {jump:.4f} m")
+    for side in (1, -1):
+        there = [f for f in before.feet if f.side == side and abs(f.up - lasting) < NEAR]
+        here = [f for f in after.feet if f.side == side and abs(f.down) < NEAR]
+        if there and here:
+            jump = hypot(there[0].x - here[0].x, there[0].y - here[0].y)
+            if jump > NEAR:
+                wrong(f"a foot on the ground jumps by {jump:.4f} m")
+    up = [
+        swing for swing in before.swings if abs(swing.t1 - lasting) < NEAR and swing.u1 < 1 - NEAR
+    ]
+    on = [swing for swing in after.swings if abs(swing.t0) < NEAR and swing.u0 > NEAR]
+    if len(up) != len(on):
+        wrong("a foot in the air is lost")
+    turned = remainder(_yaw(after, 0.0) - _yaw(before, lasting), tau)
+    if abs(turned) > NEAR:
+        wrong(f"its body jumps by {turned:.4f} rad")
+    for one, other in zip(up, on, strict=False):
+        if abs(one.u1 - other.u0) > NEAR:
+            wrong("a foot in the air jumps up or down")
+        off = [a - b for a, b in zip(one.goal, other.start, strict=True)]
+        off[2] = remainder(off[2], tau)
+        if one.side != other.side or max(map(abs, off[:6])) > NEAR:
+            wrong("a foot in the air jumps")
+
+
+def _yaw(segment: Segment, t: float) -> float:
+    """The yaw of a walker's body: a quintic step."""
+    before, after, begin, end = segment.turning
+    u = min(1.0, max(0.0, (t - begin) / (end - begin))) if end > begin else 1.0
+    return before + (after - before) * u**3 * (10 - 15 * u + 6 * u**2)
+
+
+def _end(piece: Moving, *, last: bool) -> State:
+    """Return at one end the position, then velocity and other values that must not jump."""
+    if isinstance(piece, Segment):
+        return piece.goal if last else piece.start
+    assert isinstance(piece, Flight)
+    part = piece.parts[-1 if last else 0]
+    return _part_state(part, part.seconds if last else 0.0)
+
+
 def check_motion(motion: file.Motion, trace: Trace) -> list[Finding]:
     """Return every broken rule, by time; none if the motion carries out the trace as docs/motion.md
     demands."""
     if found := mismatch(motion, trace):
         return [Finding(0.0, "", "header", found)]
     case = Examination(motion, trace)
-    for piece in motion.of(file.Moving):
-        _dynamics(case, piece)
+    for segment in motion.of(Segment):
+        spans = [phase.seconds for phase in segment.phases]
+        if min([*spans, *(swing.t1 - swing.t0 for swing in segment.swings)]) <= 0:
+            what = "a phase or a swing that takes no time"
+            case.wrong(segment.t0, segment.robot, "time", what)
+            continue
+        for t, rule, found in case.walked(segment).broken:
+            case.wrong(segment.t0 + t, segment.robot, rule, found)
+    for name in case.pieces:
+        check_flights(case, name)
     if not case.findings:  # a motion that cannot be solved has no path to check
         _paths(case)
     return sorted(case.findings, key=lambda finding: finding.t)
@@ -133,20 +300,3 @@ def _paths(case: Examination) -> None:
     check_order(case)
     check_distances(case, {n: partial(case.places, n) for n, own in case.pieces.items() if own})
     check_execution(case)
-
-
-def _dynamics(case: Examination, piece: file.Moving) -> None:
-    if isinstance(piece, file.Segment):
-        spans = [phase.seconds for phase in piece.phases]
-        if min([*spans, *(swing.t1 - swing.t0 for swing in piece.swings)]) <= 0:
-            case.wrong(piece.t0, piece.robot, "time", "a phase or a swing that takes no time")
-            return
-        check_segment(
-            piece,
-            case.numbers[piece.robot],
-            case.walked(piece),
-            lambda t, *found: case.wrong(piece.t0 + t, piece.robot, *found),
-            cut=(piece.robot, piece.t1) in case.resets,
-        )
-    elif isinstance(piece, file.Flight):
-        check_path(case, piece)

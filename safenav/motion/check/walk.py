@@ -1,23 +1,145 @@
-"""The rules of pieces of motion: the pendulum of a walker and feet that support it; limits of
-flights and drives; pieces that follow each other without gap, jump or jerk of velocity."""
+"""The steps of a walker: its motion during a segment, and the rules of segments: the pendulum of
+its mass, and feet that support it."""
 
 from __future__ import annotations
 
+from cmath import rect
 from collections.abc import Callable, Mapping
-from functools import partial
 from itertools import pairwise
-from math import cos, hypot, remainder, sin, tau
+from math import ceil, cos, hypot, inf, sin
 
 import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
 
-from safenav.motion.check.examination import (
-    NEAR,
-    Array,
-    Examination,
-    Walked,
+from safenav.errors import UsageError
+from safenav.motion.file import Foothold, Segment
+from safenav.motion.geometry import Mass, mass
+
+Array = NDArray[np.float64]
+
+STEP = 0.02
+"""Seconds between samples of a body."""
+MOST_SAMPLES = 5_000_000
+"""Samples of one piece of motion: more than a day."""
+
+
+NEAR = 1e-7
+"""Tolerance for the rounding of a file, in metres, seconds and radians."""
+
+
+def grid(seconds: float, step: float = STEP) -> Array:
+    """Times from 0 to the end, at most a step apart.
+
+    Raises UsageError for a duration that no file of safenav has: its samples would fill the memory.
+    """
+    if not seconds < MOST_SAMPLES * STEP:
+        most = f"expected at most {MOST_SAMPLES * STEP:,.0f} s"
+        raise UsageError(f"the motion has a piece of {seconds:,.0f} s; {most}")
+    count = max(1, ceil(seconds / step))
+    return np.arange(count + 1, dtype=np.float64) * (seconds / count)
+
+
+class Walked(Struct, frozen=True):
+    """A walker during a segment, at most ``STEP`` apart: its ``mass``, also at the ends of its
+    phases; of its feet in the air times since the segment's start (swings, n), ``places`` (swings,
+    n, 2) and ``speeds`` (swings, n); the rules that are ``broken``: seconds since the start, rule,
+    and what was found."""
+
+    segment: Segment
+    mass: Mass
+    times: Array
+    places: Array
+    speeds: Array
+    broken: list[tuple[float, str, str]]
+
+    def moved(self, segment: Segment, points: Array) -> Array:
+        """Return points (n, 2) of this segment as those of another one of its shape."""
+        (here, before), (there, after) = start_frame(self.segment), start_frame(segment)
+        flat = np.ascontiguousarray(points).view(complex)
+        found: Array = (there + (flat - here) * (after / before)).view(np.float64)
+        return found
+
+
+ALIKE = 9
+"""Decimals (metres, seconds, radians) in which segments of one shape are equal."""
+
+
+def start_frame(segment: Segment) -> tuple[complex, complex]:
+    """Return where the mass is at the start of a segment, and the direction in which its body faces
+    then."""
+    return complex(*segment.start[:2]), rect(1.0, segment.turning[0])
+
+
+def shape_of(segment: Segment) -> bytes:
+    """Return all numbers of a segment in its start frame: equal for segments that differ only in
+    their place, direction and time."""
+    lists = segment.phases, segment.feet, segment.swings
+    rest = [*map(len, lists), segment.t1 - segment.t0, *segment.turning[2:]]
+    points, ways, yaws = (
+        [*segment.goal[:2]],
+        [*segment.start[2:], *segment.goal[2:]],
+        [*segment.turning[:2]],
+    )
+    for phase in segment.phases:
+        points += (phase.x, phase.y, phase.to_x, phase.to_y)
+        rest.append(phase.seconds)
+    for foot in segment.feet:
+        points += (foot.x, foot.y)
+        yaws.append(foot.yaw)
+        rest += (foot.side, foot.down, foot.up)
+    for swing in segment.swings:
+        rest += (swing.side, swing.t0, swing.t1, swing.u0, swing.u1)
+        for x, y, yaw, east, north, turning, *pull, bending in (swing.start, swing.goal):
+            points += (x, y)
+            ways += (east, north, *pull)
+            yaws.append(yaw)
+            rest += (turning, bending)
+    start, ahead = start_frame(segment)
+    local = (np.array(points).view(complex) - start, np.array(ways).view(complex))
+    numbers = np.concatenate(
+        [*((each / ahead).view(float) for each in local), np.array(yaws) - yaws[0], rest]
+    )
+    return (np.round(numbers, ALIKE) + 0.0).tobytes()
+
+
+def walked(segment: Segment, limits: Mapping[str, float], *, cut: bool = False) -> Walked:
+    """Solve the pendulum of a segment, and the quintics of its feet by their Hermite form; check
+    the rules of segments. ``cut``: it was cut off."""
+    ends = np.cumsum([phase.seconds for phase in segment.phases])
+    still = segment.start == segment.goal and len(segment.phases) == 1
+    times = np.sort(np.append(grid(float(ends[-1]), inf if still else STEP), ends[:-1]))
+    moved = mass(segment.phases, segment.start, segment.goal, times, limits["omega"])
+    swings = segment.swings
+    begin, end = np.array([[swing.t0, swing.t1] for swing in swings]).reshape(-1, 2).T
+    seconds = end - begin
+    longest = float(seconds.max(initial=STEP))
+    u = grid(longest) / longest
+    scale = np.stack([np.ones_like(seconds), seconds, seconds**2] * 2, axis=1)
+    states = np.array([(*swing.start, *swing.goal) for swing in swings]).reshape(-1, 6, 3)
+    shapes = _HERMITE.T @ (states[:, :, :2] * scale[:, :, None])
+    powers = np.vander(u, 6, increasing=True)
+    places = powers @ shapes
+    speeds = powers[:, :5] @ (shapes[:, 1:] * np.arange(1, 6)[:, None])
+    fast = np.hypot(speeds[:, :, 0], speeds[:, :, 1]) / seconds[:, None]
+    found = Walked(segment, moved, begin[:, None] + seconds[:, None] * u, places, fast, [])
+    _check(found, limits, lambda *wrong: found.broken.append(wrong), cut=cut)
+    return found
+
+
+_HERMITE = np.array(
+    [
+        (1, 0, 0, -10, 15, -6),
+        (0, 1, 0, -6, 8, -3),
+        (0, 0, 0.5, -1.5, 1.5, -0.5),
+        (0, 0, 0, 10, -15, 6),
+        (0, 0, 0, -4, 7, -3),
+        (0, 0, 0, 0.5, -1, 0.5),
+    ]
 )
-from safenav.motion.file import Curve, Flight, Foothold, Moving, Reset, Segment
-from safenav.motion.geometry import Mass, derivative, values
+"""Rows: contribution of each boundary value of a quintic (position, speed, acceleration; start,
+goal) to its coefficients, over a unit of time."""
+
 
 GRAVITY = 9.81
 INNER = 0.6
@@ -26,15 +148,8 @@ INNER = 0.6
 Wrong = Callable[[float, str, str], None]
 
 
-def check_segment(
-    segment: Segment,
-    limits: Mapping[str, float],
-    walked: Walked,
-    wrong: Wrong,
-    *,
-    cut: bool = False,
-) -> None:
-    """Report each broken rule with its time since the segment's start. ``cut``: it was cut off."""
+def _check(walked: Walked, limits: Mapping[str, float], wrong: Wrong, *, cut: bool) -> None:
+    segment = walked.segment
     path = walked.mass
     omega, height = limits["omega"], limits["height"]
     gravity = omega**2 * height
@@ -192,155 +307,3 @@ def _grounded(segment: Segment, wrong: Wrong) -> None:
         if abs(reached - (segment.t1 - segment.t0)) > NEAR:
             wrong(reached, "feet", f"the {'left' if side == 1 else 'right'} foot has no position")
             return
-
-
-State = tuple[float, ...]
-
-
-def check_path(case: Examination, piece: Flight) -> None:
-    """Check the limits of a flyer's reference, or of the path of a disc or a rover, and that its
-    parts join."""
-    seconds, lasting = [part.seconds for part in piece.parts], piece.t1 - piece.t0
-    if abs(sum(seconds) - lasting) > NEAR or min(seconds, default=0) < 0:
-        found = f"its pieces last {sum(seconds):.4f} s in all, not {lasting:.4f} s"
-        case.wrong(piece.t0, piece.robot, "time", found)
-        return
-    for times, states in case.flown(piece):
-        _moved(case, piece, times, states)
-    for before, after in pairwise(piece.parts):
-        jump = _apart(_part_state(before, before.seconds), _part_state(after, 0.0))
-        if jump > NEAR:
-            case.wrong(piece.t0, piece.robot, "continuity", f"it jumps by {jump:.4f} m")
-
-
-def _moved(case: Examination, piece: Flight, times: Array, states: Array) -> None:
-    place, speed, pull = states
-    own, limited = case.numbers[piece.robot], partial(case.limit, piece.robot, times)
-    pulled = np.hypot(pull[0], pull[1])
-    for limit, unit, measured in (
-        ("speed", "m/s", np.hypot(speed[0], speed[1])),
-        *(("tilt", "m/s^2", pulled), ("acceleration", "m/s^2", pulled)),
-        ("turning", "rad/s", np.abs(speed[3])),
-    ):
-        if limit in own:
-            words = f"{{:.3f}} {unit}, more than {own[limit]:g}"
-            limited(measured, own[limit] + NEAR, limit, words)
-    if case.motion.header.robots[piece.robot]["kind"] == "rover":
-        slip = np.abs(speed[0] * np.sin(place[3]) - speed[1] * np.cos(place[3]))
-        limited(slip, NEAR, "slip", "it moves sideways at {:.3f} m/s")
-    if "altitude" in own:
-        off = np.abs(place[2] - own["altitude"])
-        limited(off, NEAR, "altitude", "{:.3f} m off its altitude")
-
-
-def _part_state(part: Curve, t: float) -> State:
-    """Return x, y, their speeds, and other values that must not jump, at a time of a part."""
-    axes = (part.x, part.y, part.z, part.yaw)
-    x, y, z, yaw = (values(axis, t) for axis in axes)
-    east, north, up, turning = (values(derivative(axis), t) for axis in axes)
-    return (x, y, east, north, cos(yaw), sin(yaw), turning, z, up)
-
-
-def _apart(one: State, other: State) -> float:
-    """Return the largest difference of two states."""
-    return max(abs(a - b) for a, b in zip(one, other, strict=True))
-
-
-def check_joins(case: Examination, robot: str) -> None:
-    """Check that the pieces of one robot join, from the start to the makespan. After a reset its
-    plan continues from its measured position, or ends."""
-    pieces = case.pieces[robot]
-    if not pieces:
-        if case.makespan > NEAR:  # a run that took no time needs no motion
-            case.wrong(0.0, robot, "continuity", "no motion recorded for this robot")
-        return
-    resets = {reset.t for reset in case.motion.of(Reset, robot) if robot in case.driven}
-    first, last = pieces[0], pieces[-1]
-    if abs(first.t0) > NEAR:
-        found = f"no motion recorded until {first.t0:.3f} s"
-        case.wrong(0.0, robot, "continuity", found)
-    ends = last.t1 in resets and last.t1 < case.makespan
-    if abs(last.t1 - case.makespan) > NEAR and not ends:
-        found = f"no motion recorded from {last.t1:.3f} s to the end at {case.makespan:.3f} s"
-        case.wrong(last.t1, robot, "continuity", found)
-    speed = hypot(*_end(first, last=False)[2:4])
-    if speed > NEAR:
-        case.wrong(0.0, robot, "continuity", f"it starts with {speed:.3f} m/s")
-    for before, after in pairwise(pieces):
-        if after.t0 not in resets:
-            joined(case, before, after)
-
-
-def joined(case: Examination, before: Moving, after: Moving) -> None:
-    """Check that a piece continues the one before."""
-
-    def wrong(found: str) -> None:
-        case.wrong(before.t1, before.robot, "continuity", found)
-
-    if after.t0 > before.t1 + NEAR:
-        wrong(f"no motion recorded for {after.t0 - before.t1:.3f} s")
-        return
-    if after.t0 < before.t1 - NEAR:
-        wrong(f"two pieces of motion overlap by {before.t1 - after.t0:.3f} s")
-        return
-    if type(before) is not type(after):
-        wrong("it continues as another kind of robot")
-        return
-    if before.to != after.origin:
-        wrong(f"it continues in region {after.origin}, not in {before.to}")
-    end, start = _end(before, last=True), _end(after, last=False)
-    jump = hypot(start[0] - end[0], start[1] - end[1])
-    kick = _apart(start[2:], end[2:])
-    if jump > NEAR:
-        wrong(f"it jumps by {jump:.4f} m")
-    elif kick > NEAR:
-        wrong(f"its velocity jumps by {kick:.4f} m/s")
-    if isinstance(before, Segment) and isinstance(after, Segment):
-        _feet(before, after, wrong)
-
-
-def _feet(before: Segment, after: Segment, wrong: Callable[[str], None]) -> None:
-    """The feet at the end of a segment are those at the start of the next one."""
-    lasting = before.t1 - before.t0
-    last, first = before.phases[-1], after.phases[0]
-    if (jump := hypot(first.x - last.to_x, first.y - last.to_y)) > NEAR:
-        wrong(f"its centre of pressure jumps by {jump:.4f} m")
-    for side in (1, -1):
-        there = [f for f in before.feet if f.side == side and abs(f.up - lasting) < NEAR]
-        here = [f for f in after.feet if f.side == side and abs(f.down) < NEAR]
-        if there and here:
-            jump = hypot(there[0].x - here[0].x, there[0].y - here[0].y)
-            if jump > NEAR:
-                wrong(f"a foot on the ground jumps by {jump:.4f} m")
-    up = [
-        swing for swing in before.swings if abs(swing.t1 - lasting) < NEAR and swing.u1 < 1 - NEAR
-    ]
-    on = [swing for swing in after.swings if abs(swing.t0) < NEAR and swing.u0 > NEAR]
-    if len(up) != len(on):
-        wrong("a foot in the air is lost")
-    turned = remainder(_yaw(after, 0.0) - _yaw(before, lasting), tau)
-    if abs(turned) > NEAR:
-        wrong(f"its body jumps by {turned:.4f} rad")
-    for one, other in zip(up, on, strict=False):
-        if abs(one.u1 - other.u0) > NEAR:
-            wrong("a foot in the air jumps up or down")
-        off = [a - b for a, b in zip(one.goal, other.start, strict=True)]
-        off[2] = remainder(off[2], tau)
-        if one.side != other.side or max(map(abs, off[:6])) > NEAR:
-            wrong("a foot in the air jumps")
-
-
-def _yaw(segment: Segment, t: float) -> float:
-    """The yaw of a walker's body: a quintic step."""
-    before, after, begin, end = segment.turning
-    u = min(1.0, max(0.0, (t - begin) / (end - begin))) if end > begin else 1.0
-    return before + (after - before) * u**3 * (10 - 15 * u + 6 * u**2)
-
-
-def _end(piece: Moving, *, last: bool) -> State:
-    """Return at one end the position, then velocity and other values that must not jump."""
-    if isinstance(piece, Segment):
-        return piece.goal if last else piece.start
-    assert isinstance(piece, Flight)
-    part = piece.parts[-1 if last else 0]
-    return _part_state(part, part.seconds if last else 0.0)
