@@ -75,6 +75,11 @@ class Grid(Struct, frozen=True):
         """The region at a place."""
         return (self.rows - 1 - cell[1]) * self.cols + cell[0]
 
+    def centre(self, region: int) -> Array:
+        """Return x and y of the centre of a region."""
+        found: Array = (np.array(self.place(region)) + 0.5) * self.side
+        return found
+
     def distance(self, points: Array, cell: tuple[int, int]) -> Array:
         """Return the distance of each point (n, 2) to a cell; 0 inside it."""
         west, south = cell[0] * self.side, cell[1] * self.side

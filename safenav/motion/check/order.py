@@ -177,10 +177,10 @@ def _done(
             continue
         waiting.remove(done)
         _performed(case, done, record.at if robot == record.robot else None)
-        least = 0.0
-        if not case.trace.header.live:  # else the trace has its times
-            least = case.numbers[robot].get("action_seconds", 0.0)
-        if done.t1 - done.t0 < least - NEAR or done.action != wanted.action:
+        lasts = done.t1 - done.t0  # of a live run, by its trace
+        if not case.trace.header.live:
+            lasts = max(case.numbers[name].get("action_seconds", 0.0) for name in wanted.robots)
+        if abs(done.t1 - done.t0 - lasts) > NEAR or done.action != wanted.action:
             what = f"performs '{done.action}' for {done.t1 - done.t0:.3f} s on {done.obstacle}"
             case.wrong(done.t0, robot, "action", what)
         yield done
@@ -224,9 +224,8 @@ def _past(case: Examination, at: int, action: Action) -> float:
     last = entering[-1]
     (col, row), (from_col, from_row) = case.grid.place(at), case.grid.place(last.origin)
     ahead = np.array([col - from_col, row - from_row], dtype=float)
-    middle = (np.array([col, row]) + 0.5) * case.grid.side
     path = case.body(action.robot, last.t0, action.t1)
-    return float(((path - middle) @ ahead).max())
+    return float(((path - case.grid.centre(at)) @ ahead).max())
 
 
 def _charges(case: Examination, trace: Trace) -> None:
@@ -261,8 +260,7 @@ def _comes_to_rest(case: Examination, piece: Moving) -> bool:
     if piece.origin != piece.to:
         return False
     path = case.body(piece.robot, piece.t0, piece.t1)
-    middle = (np.array(case.grid.place(piece.to)) + 0.5) * case.grid.side
-    off = np.hypot(*(path - middle).T)
+    off = np.hypot(*(path - case.grid.centre(piece.to)).T)
     if piece.primitive == "stop":
         return True
     return len(off) > 0 and bool(off[0] > STILL and off[-1] <= STILL)

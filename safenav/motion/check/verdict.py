@@ -15,6 +15,7 @@ import numpy as np
 from safenav.errors import UsageError
 from safenav.motion import file
 from safenav.motion.check.examination import (
+    STILL,
     Examination,
     Finding,
     check_distances,
@@ -187,6 +188,12 @@ def check_joins(case: Examination, robot: str) -> None:
     for before, after in pairwise(pieces):
         if after.t0 not in resets:
             joined(case, before, after)
+    for piece in pieces if robot not in case.driven else ():
+        if isinstance(piece, Flight) and piece.origin != piece.to:
+            off = hypot(*(_end(piece, last=False)[:2] - case.grid.centre(piece.origin)))
+            if off > STILL:
+                what = f"it begins a step {off:.3f} m from the centre of region {piece.origin}"
+                case.wrong(piece.t0, robot, "centre", what)
 
 
 def joined(case: Examination, before: Moving, after: Moving) -> None:
