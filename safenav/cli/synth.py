@@ -157,7 +157,9 @@ def synth(
     answers = first_results(plan, synthesizer, WaitingLine(), wanted)
     if avoiding:  # observe which neighbouring regions its rivals occupy, and never enter one
         for name, answer in answers.items():
-            rivals = tuple(other.name for other in plan.in_conflict(answer.task.robot))
+            own = answer.task.robot
+            others = (each for each in plan.robots if each.name != name)
+            rivals = tuple(other.name for other in others if own.conflicts(other))
             task = replace(answer.task, avoids=rivals)
             result = synthesizer.synthesize(compile_task(task, plan.map))
             answers[name] = replace(answer, task=task, result=result)

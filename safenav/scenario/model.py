@@ -487,10 +487,6 @@ class Scenario(Struct, frozen=True):
                 return robot
         raise KeyError(name)
 
-    def in_conflict(self, robot: Robot) -> list[Robot]:
-        """Return the other robots that must never share a region with this one."""
-        return [other for other in self.robots if other is not robot and robot.conflicts(other)]
-
     def restarts_rounds(self, obstacle: str) -> bool:
         """Return whether resolving the named obstacle restarts rounds: a flat battery does not."""
         return self.flat is None or name_parts(obstacle)[0] != self.flat.name

@@ -6,12 +6,13 @@ catalogue and the names. What also depends on a robot (a formula) is ``Raw``.
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from safenav.formula.syntax import RESERVED_WORDS
 from safenav.scenario.model import FAILURES, OPERATOR_ACTION, ObstacleType, ResolveAt, RobotModel
 from safenav.scenario.objective import Target
-from safenav.scenario.yaml.document import Node, Scalar
+from safenav.scenario.yaml.document import Node, Scalar, plain
 from safenav.scenario.yaml.keys import MOST, NAME, Item, Key, NameForm, OneOf, Raw, key
 from safenav.world.map import Region
 
@@ -45,7 +46,13 @@ RequirementName = Annotated[Scalar, NameForm("a requirement")]
 
 
 SPAN = r"(\d{1,9})(?:\s*-\s*(\d{1,9}))?"
-"""A whole number, or a range of them."""
+
+
+def ends_of(node: Node) -> tuple[int, int] | None:
+    """Return the first and last number of a span: ``12``, or a range such as ``20-30``; None if it
+    is neither."""
+    match = re.fullmatch(SPAN, str(plain(node)), re.ASCII)
+    return match and (int(match[1]), int(match[2] or match[1]))
 
 
 def matching(pattern: str) -> dict[str, object]:
@@ -84,7 +91,7 @@ TargetValue = Annotated[Target, Key(form=Regions | AnyOf, by="target")]
 TargetList = Annotated[Raw, Key(form=tuple[TargetValue, ...])]
 ZoneValue = Annotated[Target, Key(form=TargetValue | tuple[TargetValue, ...], by="zone")]
 """A target, or a list of targets that all count."""
-Span = Annotated[Raw, Key(form={"anyOf": [_COUNT, matching(r"(\d{1,9})\s*-\s*(\d{1,9})")]})]
+Span = Annotated[Raw, Key(form={"anyOf": [_COUNT, matching(SPAN)]})]
 """A row or column, or a range of them."""
 FormulaList = Annotated[Raw, Key(form=str | tuple[str, ...])]
 """A formula, or a list of formulas."""

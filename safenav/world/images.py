@@ -272,9 +272,13 @@ def suggested(blocked: Blocked) -> tuple[int, int]:
 FREE = frozenset(".GSE")
 WALLS = frozenset("@OTW")
 
-_KINDS = ("octile", "tile")
-_NUMBER = re.compile(r"[0-9]{1,6}", re.ASCII)
-_HEADER = "the file begins with 'type octile', 'height', 'width' and 'map', each on a line"
+_HEADER = {
+    "type octile": "type (octile|tile)",
+    "height N": "height ([1-9][0-9]{0,5})",
+    "width N": "width ([1-9][0-9]{0,5})",
+    "map": "map",
+}
+"""The first lines of a file, and their patterns."""
 
 
 def read_movingai(text: str) -> list[list[bool]]:
@@ -286,59 +290,38 @@ def read_movingai(text: str) -> list[list[bool]]:
     Trees (``T``), cells out of bounds (``@`` and ``O``) and water (``W``, which cannot be entered
     from land) are walls.
     """
-    lines = text.splitlines()
-    sizes, begin, flaws = _header(lines)
-    rows = [line.rstrip() for line in lines[begin:]]
-    while rows and not rows[-1]:
-        rows.pop()
-    height, width = sizes.get("height"), sizes.get("width")
-    for index, row in enumerate(rows):
-        flaws += _row_flaws(row, begin + index + 1, width)
-    if height is not None and len(rows) != height:
+    lines = [line.rstrip() for line in text.splitlines()]
+    while lines and not lines[-1]:
+        lines.pop()
+    words = list[str]()
+    for number, (expected, pattern) in enumerate(_HEADER.items(), 1):
+        line = lines[number - 1] if number <= len(lines) else ""
+        match = re.fullmatch(pattern, " ".join(line.split()))
+        if match is None:
+            found = f"found '{line[:40]}', expected '{expected}'"
+            hint = f"the file begins with the lines {', '.join(_HEADER)}"
+            raise InputError([flaw(found, hint, number, 1)])
+        words += match.groups()
+    height, width = int(words[1]), int(words[2])
+    rows, flaws = lines[len(_HEADER) :], []
+    for index, row in enumerate(rows, len(_HEADER) + 1):
+        flaws += _row_flaws(row, index, width)
+    if len(rows) != height:
         found = f"{len(rows)} rows where the header announces {height}"
-        flaws.append(flaw(found, "check 'height'", len(lines) if len(rows) < height else begin, 1))
+        flaws.append(flaw(found, "check 'height'", len(lines), 1))
     if flaws:
         raise InputError(flaws)
     return [[char in WALLS for char in row] for row in rows]
 
 
-def _header(lines: list[str]) -> tuple[dict[str, int], int, list[Diagnostic]]:
-    """Height and width, the index of the first row, and the flaws."""
-    sizes: dict[str, int] = {}
-    flaws = []
-    for index, line in enumerate(lines):
-        word, _, value = line.strip().partition(" ")
-        value = value.strip()
-        if word == "map" and not value:
-            flaws += [
-                flaw(f"'{size}' is missing", _HEADER, index + 1, 1)
-                for size in ("height", "width")
-                if size not in sizes
-            ]
-            return sizes, index + 1, flaws
-        if word in ("height", "width"):
-            if _NUMBER.fullmatch(value) and int(value) > 0:
-                sizes[word] = int(value)
-            else:
-                sizes[word] = 0
-                flaws.append(flaw(f"'{word}' is not a size: '{value[:20]}'", "", index + 1, 1))
-        elif word == "type":
-            if value not in _KINDS:
-                found = f"maps of the type '{value[:20]}'"
-                flaws.append(flaw(found, f"known: {', '.join(_KINDS)}", index + 1, 1))
-        elif word:
-            raise InputError([*flaws, flaw(f"'{line.strip()[:40]}'", _HEADER, index + 1, 1)])
-    raise InputError([*flaws, flaw("the line 'map' is missing", _HEADER, 1, 1)])
-
-
-def _row_flaws(row: str, line: int, width: int | None) -> list[Diagnostic]:
+def _row_flaws(row: str, line: int, width: int) -> list[Diagnostic]:
     flaws = []
     odd = next((i for i, char in enumerate(row) if char not in FREE and char not in WALLS), None)
     if odd is not None:
         shown = row[odd] if row[odd].isprintable() else "?"
         known = " ".join(sorted(FREE | WALLS))
         flaws.append(flaw(f"'{shown}' is not a terrain", f"known: {known}", line, odd + 1))
-    if width and len(row) != width:
+    if len(row) != width:
         found = f"a row of {len(row)} characters where the header announces {width}"
         flaws.append(flaw(found, "check 'width'", line, 1))
     return flaws

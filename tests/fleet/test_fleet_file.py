@@ -166,7 +166,7 @@ MISTAKES = [
     (HEAD + "robots: {digit: {scan: {}}}\n", "the key 'obstacle' is missing"),
     (HEAD + "robots: {digit: {scan: {obstacle: dor}}}\n", "unknown obstacle type 'dor'"),
     (HEAD + "robots: {digit: {follow: {tolerance: 0}}}\n", "'tolerance' of follow"),
-    (HEAD + "defaults: {follow: yes}\n", "follow of defaults"),
+    (HEAD + "defaults: {follow: yes}\n", "'follow' of defaults"),
     (HEAD + "robots: {digit: {act: [push]}}\n", "'act' of robot 'digit'"),
     (HEAD + "inputs: {alarm: /alarm}\n", "no input 'alarm'"),
     (HEAD.replace("ros2", "simulation") + "inputs: {a: /a}\n", "simulation has no topics"),

@@ -3,7 +3,6 @@ expected result: ``expect``, and ``requirements``, formulas of signal temporal l
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 
 from safenav.formula.parser import FormulaError
@@ -171,9 +170,7 @@ def _spans(value: Raw | None, findings: Findings) -> tuple[tuple[int, int], ...]
     found = []
     node = value.node
     for part in node.items if isinstance(node, document.Sequence) else (node,):
-        text = str(part.value) if isinstance(part, Scalar) else ""
-        match = re.fullmatch(values.SPAN, text, re.ASCII)
-        first, last = (int(match[1]), int(match[2] or match[1])) if match else (0, 0)
+        first, last = values.ends_of(part) or (0, 0)
         if not 1 <= first <= last <= MOST:
             hint = "for example at: [12, 20-30]; ticks count from 1"
             wrong_type(part, value.what, "a tick or a range of ticks", findings, hint)

@@ -12,7 +12,7 @@ from typing import TypeVar
 
 from msgspec.structs import replace
 
-from safenav.scenario import language
+from safenav.scenario import language, values
 from safenav.scenario.model import (
     Catalogue,
     Exclusion,
@@ -326,7 +326,6 @@ class Reading(Findings):
 
 
 _AREA = "a list of regions [[1, 1], [1, 2]], or {rows: 1-4, columns: 1-6}"
-_RANGE = re.compile(r"(\d{1,9})\s*-\s*(\d{1,9})", re.ASCII)
 
 
 def resolve_areas(listed: Names[Scalar, Raw] | None, _: Node | None, reading: Reading) -> None:
@@ -390,13 +389,11 @@ def _rectangle(item: RectangleKeys, reading: Reading) -> set[Region]:
 def _span(span: Raw | None, count: int | None, reading: Reading) -> range:
     if span is None:
         return range(count or 0)
-    value = span.node.value if isinstance(span.node, Scalar) else None
-    match = _RANGE.fullmatch(value) if isinstance(value, str) else None
-    if match is None and (not isinstance(value, int) or isinstance(value, bool)):
+    if (ends := values.ends_of(span.node)) is None:
         wrong_type(span.node, span.what, "a number or a range such as 1-4", reading)
         return range(0)
-    first, last = (int(match[1]), int(match[2])) if match else (int(value or 0),) * 2
-    if first > last or first < 0 or (count is not None and last >= count):
+    first, last = ends
+    if first > last or (count is not None and last >= count):
         reason = "is empty" if first > last else "reaches outside the map"
         hint = f"they are numbered from 0 to {count - 1}" if count else "they are numbered from 0"
         reading.add(span.node, f"{span.what}: {first}-{last} {reason}", hint)

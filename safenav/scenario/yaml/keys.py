@@ -12,7 +12,7 @@ from __future__ import annotations
 import json
 import re
 import types
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from enum import StrEnum
 from functools import cache
 from inspect import cleandoc
@@ -61,7 +61,7 @@ class Key(Struct, frozen=True, eq=False):
     it cannot have; ``default``: the value if it is missing.
 
     ``entries`` fills the rest for a key of a class: its ``field``, its spelling (``word``), its
-    annotation, whether its value is a ``part`` of the document: an item or several.
+    annotation.
     """
 
     about: str = ""
@@ -82,7 +82,6 @@ class Key(Struct, frozen=True, eq=False):
     field: str = ""
     word: str = ""
     annotation: Any = None
-    part: bool = False
 
     @property
     def described(self) -> str:
@@ -242,8 +241,7 @@ def entries(kind: type[Struct]) -> Mapping[str, Key]:
         annotation, default = hints[name], given.get(name, NODEFAULT)
         key = default if isinstance(default, Key) else replace(key_of(annotation), default=default)
         word = getattr(kind, "spelled", {}).get(name, name.rstrip("_"))
-        part = any(map(_is_item, _inside(annotation)))
-        found[word] = replace(key, field=name, word=word, annotation=annotation, part=part)
+        found[word] = replace(key, field=name, word=word, annotation=annotation)
     return found
 
 
@@ -256,24 +254,6 @@ def key_of(annotation: Any) -> Key:
 
 
 _PLAIN_KEY = Key()
-
-
-def _is_item(annotation: Any) -> bool:
-    return (
-        isinstance(annotation, type)
-        and issubclass(annotation, Struct)
-        and not issubclass(annotation, Raw | Scalar)
-    )
-
-
-def _inside(annotation: Any) -> Iterator[Any]:
-    """Yield an annotation and, for unions, lists and mappings, the annotations inside."""
-    if key_of(annotation).by:
-        return  # looked up, not read
-    yield annotation
-    if get_origin(annotation) in (Annotated, Union, types.UnionType, tuple, dict):
-        for part in get_args(annotation):
-            yield from _inside(part)
 
 
 def version(number: int, file: str, mark: str) -> Any:

@@ -107,7 +107,7 @@ def _item(kind: type[Struct], node: Node, what: str, findings: Findings, stages:
     values: dict[str, Any] = {}
     for word in (*stages, *(each for each in known if each not in stages)):
         key, inner = known[word], node.get(word)
-        title = f"{word if key.part else repr(word)} {of}".rstrip()
+        title = f"{word if isinstance(inner, document.Mapping) else repr(word)} {of}".rstrip()
         value = read(key.annotation, inner, title, findings, key)
         if inner is not None and value is not None and key.check is not None:
             value = key.check(value, inner, title, findings)
@@ -192,7 +192,7 @@ def sequence(node: Node, what: str, findings: Findings) -> tuple[Node, ...] | No
     if isinstance(node, document.Mapping) and all(is_nothing(value) for _, value in node.entries):
         shown = clipped(", ".join(key.text for key, _ in node.entries))
     hint = f"put brackets around it: [{shown}]" if shown else "begin each item with '- '"
-    if shown in ("none", "nothing", "no"):
+    if shown in ("none", "nothing", "no", "null", "~"):
         hint = "for none, write []"
     wrong_type(node, what, "a list [...]", findings, hint)
     return None
