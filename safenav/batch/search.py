@@ -13,7 +13,6 @@ import json
 import os
 import re
 from collections.abc import Iterable, Sequence
-from difflib import get_close_matches
 from pathlib import Path, PurePath
 from typing import Any
 
@@ -35,6 +34,7 @@ from safenav.scenario.yaml.document import (
 from safenav.scenario.yaml.findings import (
     STDIN,
     Findings,
+    neighbours,
     read_bytes,
     read_source,
     referenced_files,
@@ -114,7 +114,8 @@ class _Search:
 
     def _named_file(self, path: Path, settings: Sequence[Settings] | None) -> None:
         if not path.exists() and str(path) != STDIN:
-            raise UsageError(f"no such file or folder: {path}{_meant(path)}")
+            hint = neighbours(path, folders=True)
+            raise UsageError(f"no such file or folder: {path}\n    {hint}")
         text = self._text(path)
         if text is None or not is_matrix(text):
             return self._cases(path, settings)
@@ -214,15 +215,6 @@ def _files_matching(pattern: str) -> list[Path]:
         and path.suffix in _SUFFIXES
         and not path.is_dir()
     ]
-
-
-def _meant(path: Path) -> str:
-    try:
-        names = [entry.name for entry in path.parent.iterdir()]
-    except OSError:
-        return f"\n    the folder {path.parent} does not exist or cannot be read"
-    close = get_close_matches(path.name, names, n=1, cutoff=0.6)
-    return f"\n    did you mean '{path.parent / close[0]}'?" if close else ""
 
 
 def _clipped(value: Any) -> str:

@@ -365,7 +365,7 @@ def _bytes(path: Path, limit: int) -> bytes:
         with path.open("rb") as file:
             data = file.read(limit + 1)
     except FileNotFoundError:
-        raise DocumentError(None, "no such file", _neighbours(path)) from None
+        raise DocumentError(None, "no such file", neighbours(path)) from None
     except PermissionError:
         raise DocumentError(None, "permission denied", "check who may read the file") from None
     except (OSError, ValueError) as error:
@@ -427,12 +427,12 @@ def parsed(text: str, findings: Findings, expected: str = "scenario") -> Node | 
     return document.root
 
 
-def _neighbours(path: Path) -> str:
-    """Return a hint that names a similar file of the same directory."""
+def neighbours(path: Path, *, folders: bool = False) -> str:
+    """Return a hint that names a similar file of the same directory; ``folders``: or folder."""
     from difflib import get_close_matches
 
     try:
-        files = [entry for entry in path.parent.iterdir() if entry.is_file()]
+        files = [each for each in path.parent.iterdir() if folders or each.is_file()]
     except OSError:
         return f"the directory {path.parent} cannot be read or does not exist"
     # A common suffix does not make two names alike.
