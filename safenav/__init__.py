@@ -50,7 +50,7 @@ def _homes() -> dict[str, str]:
 def __getattr__(name: str) -> object:
     homes = _homes()
     if name == "__all__":
-        return sorted({"__version__", *homes} - {"LiveView"})  # which needs another extra
+        return sorted({"__version__", *homes})
     if name not in homes:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     found: object = getattr(import_module(homes[name]), name)

@@ -191,8 +191,7 @@ Examples:
   safenav new lab.yaml && safenav studio lab.yaml
   safenav studio lab.yaml --folder . --no-browser
 \b
-The page is served to this machine only, at an address with a token. Ctrl-C ends the studio; it
-also ends a minute after its last page was closed.
+The page is served to this machine only, at an address with a token. Ctrl-C ends the studio.
 \b
 Exit codes:
   0  ended   2  bad usage

@@ -57,15 +57,15 @@ class StudioRun:
         self._tell = tell
         self._live: LiveRun | None = None
         self._process: asyncio.subprocess.Process | None = None
-        self._ready = asyncio.Event()
+        self._listening: asyncio.Task[None] | None = None
+        self._ready = False  # the process waits for a request
         self._busy = False  # the current tick has taken more than BUSY seconds
         self._late: asyncio.TimerHandle | None = None
         self._ending = False  # a user has requested its end
-        self._tasks: list[asyncio.Task[None]] = []
         self._playing = False
         self._begun = False
         self._steps = 0
-        self._wake = asyncio.Event()
+        self._due = 0.0
         self._shown, self._seen = 0.0, 0
         self._path = trace or Path()
         self._file = None if trace is None else opened(trace)
@@ -97,21 +97,20 @@ class StudioRun:
     async def start(self) -> None:
         """Start the process, which synthesizes and then waits for ticks."""
         self._process = await started("run", self.order)
-        self._tasks = [asyncio.create_task(job) for job in (self._listen(), self._drive())]
+        self._listening = asyncio.create_task(self._listen())
         self._wait()
         self._tell_state()
 
     def play(self) -> None:
         """Run tick after tick until ``pause``."""
-        self._playing = True
+        self._playing, self._due = True, time.monotonic()
         self._set(LivePhase.RUNNING)
-        self._wake.set()
+        self._advance()
 
     def pause(self) -> None:
         """Stop after the current tick."""
         self._playing = False
         self._set(LivePhase.PAUSED)
-        self._wake.set()
 
     def set_speed(self, speed: float) -> None:
         """Set the speed, in ticks per second."""
@@ -122,7 +121,7 @@ class StudioRun:
         """Run one tick, then pause."""
         self.pause()
         self._steps += 1
-        self._wake.set()
+        self._advance()
 
     def change(self, data: Mapping[str, Any]) -> None:
         """Change the world before the next tick."""
@@ -135,7 +134,7 @@ class StudioRun:
         if process is None or self.phase is LivePhase.ENDED:
             return
         self._playing, self._ending = False, True
-        if self._ready.is_set():
+        if self._ready:
             self._send({"do": "end"})
         else:
             with suppress(ProcessLookupError):
@@ -145,14 +144,23 @@ class StudioRun:
         except TimeoutError:
             kill(process)
             await process.wait()
-        await asyncio.sleep(0)
-        for task in self._tasks[1:]:
-            task.cancel()
-        with suppress(asyncio.CancelledError, TimeoutError):
-            await asyncio.wait_for(self._tasks[0], PATIENCE)
+        assert self._listening is not None
+        with suppress(TimeoutError):
+            await asyncio.wait_for(self._listening, PATIENCE)
 
-    def _step(self) -> None:
-        self._ready.clear()
+    def _advance(self) -> None:
+        """Request the next tick, at its time, if one is wanted and the last one has ended."""
+        now = time.monotonic()
+        if self._process is None or not self._ready or not (self._steps or self._playing):
+            return
+        if self._steps:
+            self._steps -= 1
+        elif self._due > now:
+            asyncio.get_running_loop().call_later(self._due - now, self._advance)
+            return
+        else:
+            self._due = max(now - 0.2, self._due) + self._pause()
+        self._ready = False
         self._wait()
         self._send({"do": "step"})
 
@@ -166,25 +174,6 @@ class StudioRun:
         if busy is not self._busy:
             self._busy = busy
             self._tell_state()
-
-    async def _drive(self) -> None:
-        """Request ticks while the run is playing."""
-        due = time.monotonic()
-        while self.phase is not LivePhase.ENDED:
-            await self._ready.wait()
-            self._wake.clear()
-            if self._steps:
-                self._steps -= 1
-                self._step()
-            elif not self._playing:
-                await self._wake.wait()
-                due = time.monotonic()
-            elif due > time.monotonic():
-                with suppress(TimeoutError):
-                    await asyncio.wait_for(self._wake.wait(), due - time.monotonic())
-            else:
-                due = max(time.monotonic() - 0.2, due) + self._pause()
-                self._step()
 
     def _pause(self) -> float:
         """Return the seconds until the next tick: the length of the last one, at the set speed."""
@@ -253,7 +242,8 @@ class StudioRun:
         elif switched:
             self._tell_state()
         self._tell({"is": "news", "news": live.news()})
-        self._ready.set()
+        self._ready = True
+        self._advance()
 
     def _complete_tick(self) -> tuple[LiveRun, bool]:
         """Show the lines of a tick together, so that neither open pages nor one that opens during
@@ -266,10 +256,8 @@ class StudioRun:
 
     def _process_ended(self) -> None:
         """Handle the end of the process."""
-        self.phase = LivePhase.ENDED
+        self.phase, self._ready = LivePhase.ENDED, False
         self._set_busy(False)
-        self._ready.set()
-        self._wake.set()
         if self._file is not None:
             with suppress(OSError):  # a full disk, reported when it was written
                 self._file.close()

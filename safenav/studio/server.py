@@ -20,8 +20,7 @@ import socket
 import threading
 import time
 import webbrowser
-from collections.abc import Callable, Mapping
-from concurrent.futures import Future
+from collections.abc import Mapping
 from contextlib import suppress
 from http import HTTPStatus
 from http.client import HTTPException, parse_headers
@@ -143,10 +142,9 @@ class Server:
         self._over = asyncio.Event()
         self._connections: set[asyncio.Task[None]] = set()
 
-    async def serve(self, *, browser: bool, ready: Callable[[str], None]) -> None:
+    async def serve(self, *, browser: bool) -> None:
         """Serve until ``stop``."""
         serving = await asyncio.start_server(self._connected, sock=self._socket)
-        ready(self.guard.address)
         if browser:
             with suppress(Exception):
                 await asyncio.to_thread(webbrowser.open, self.guard.address)
@@ -317,17 +315,13 @@ def page(title: str) -> str:
 def serve(studio: Studio, port: int | None = None, *, browser: bool = True) -> None:
     """Serve a studio until Ctrl-C. Raises UsageError if the port is not available."""
 
-    def ready(address: str) -> None:
-        click.echo(f"studio: {address}")
-        click.echo("    Ctrl-C ends it", err=True)
-
     async def served() -> None:
         server = Server(studio, port=port)
-        loop = asyncio.get_running_loop()
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-            with suppress(NotImplementedError):
-                loop.add_signal_handler(number, server.stop)
-        await server.serve(browser=browser, ready=ready)
+            asyncio.get_running_loop().add_signal_handler(number, server.stop)
+        click.echo(f"studio: {server.guard.address}")
+        click.echo("    Ctrl-C ends it", err=True)
+        await server.serve(browser=browser)
 
     asyncio.run(served())
 
@@ -337,7 +331,7 @@ _GONE = 2.0
 """Seconds without an open page after which ``wait`` ends; a reload is shorter."""
 
 
-class LiveView:
+class LiveView(Studio):
     """A listener that shows a running mission in a browser.
 
     ::
@@ -346,37 +340,41 @@ class LiveView:
             Mission(scenario, world=fleet, listeners=[view]).run()
             view.wait()
 
-    Pages follow the run and can step back in it; they change nothing. ``browser``: open one.
-    Raises UsageError, when entered, if the port is not available.
+    Pages follow the run and can step back in it; they change nothing. ``browser``: open one;
+    ``address``: that of the page, once the view has been entered. Raises UsageError, when entered,
+    if the port is not available.
     """
 
     def __init__(
         self, scenario: Scenario, *, port: int | None = None, browser: bool = True
     ) -> None:
+        order = RunOrder("", scenario.source or f"{scenario.name}.yaml", seed=scenario.seed)
+        super().__init__(order, scenario.catalogue)
         self.address = ""
-        """Address of the page, once the view has been entered."""
-        self._scenario = scenario
+        self.run = self._watched = WatchedRun(order, self.tell, trace=None)
         self._port = port
         self._browser = browser
-        self._ready: Future[Server] = Future()
-        self._thread = threading.Thread(target=self._serve, name="safenav live", daemon=True)
 
     def __enter__(self) -> LiveView:
+        self._server = Server(self, port=self._port)
+        self._loop = asyncio.new_event_loop()
+        self.address = self._server.guard.address
+        serving = self._server.serve(browser=self._browser)
+        self._thread = threading.Thread(
+            target=self._loop.run_until_complete, args=[serving], name="safenav live", daemon=True
+        )
         self._thread.start()
-        self._server = self._ready.result()
         return self
 
     def __exit__(self, *_: object) -> None:
-        with suppress(RuntimeError):  # the server has ended already
-            self._loop.call_soon_threadsafe(self._server.stop)
+        self._loop.call_soon_threadsafe(self._server.stop)
         self._thread.join()
+        self._loop.close()
 
     def __call__(self, record: Record) -> None:
         """Take the next line of the trace, in the thread of the mission."""
-        studio = self._server.studio
-        assert isinstance(studio, _Watching)
-        with suppress(RuntimeError):  # the server has ended
-            self._loop.call_soon_threadsafe(studio.hear, as_data(record))
+        with suppress(RuntimeError):  # the view has been left
+            self._loop.call_soon_threadsafe(self._watched.hear, as_data(record))
 
     def wait(self) -> None:
         """Serve until the last page has been closed, or Ctrl-C."""
@@ -384,35 +382,8 @@ class LiveView:
         with suppress(KeyboardInterrupt):
             while self._thread.is_alive() and time.monotonic() - last < _GONE:
                 time.sleep(_PAUSE)
-                if self._server.studio.pages:
+                if self.pages:
                     last = time.monotonic()
-
-    def _serve(self) -> None:
-        try:
-            asyncio.run(self._served())
-        except BaseException as error:
-            if not self._ready.done():
-                self._ready.set_exception(error)
-
-    async def _served(self) -> None:
-        self._loop = asyncio.get_running_loop()
-        server = Server(_Watching(self._scenario), port=self._port)
-
-        def ready(address: str) -> None:
-            self.address = address
-            self._ready.set_result(server)
-
-        await server.serve(browser=self._browser, ready=ready)
-
-
-class _Watching(Studio):
-    """The session of a run that a program drives: it refuses requests of pages."""
-
-    def __init__(self, scenario: Scenario) -> None:
-        order = RunOrder("", scenario.source or f"{scenario.name}.yaml", seed=scenario.seed)
-        super().__init__(order, scenario.catalogue)
-        self.run = watched = WatchedRun(order, self.tell, trace=None)
-        self.hear = watched.hear
 
     async def take(self, _: Mapping[str, Any]) -> None:
         raise UsageError("this page watches: the program that called the mission drives the run")

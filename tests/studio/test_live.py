@@ -18,9 +18,8 @@ from safenav.report.page.html import LiveRun, encoded
 from safenav.run.checked import check_trace
 from safenav.run.reading import run_of
 from safenav.studio import live
-from safenav.studio.live import StudioRun
+from safenav.studio.live import StudioRun, WatchedRun
 from safenav.studio.process import RunOrder
-from safenav.studio.server import WatchedRun
 from safenav.trace.file import read_bytes
 from safenav.trace.records import Resolved
 from studio.serving import MINUTES, SCENARIOS, Page, Served, opened, visit
