@@ -49,15 +49,15 @@ class Line:
 class Objective(Line):
     """``targets``: for each its regions, none for formulas; ``formulas``: of ``ltl`` and
     ``always``, None if there are none. ``settles``: the robot stays at its ``last`` target, where
-    each tick is a round; ``single``: from its first arrival on, ``ends``: after it has met each
-    target once. ``strict``: it leaves a target immediately, and touches none out of turn."""
+    each tick is a round, if it ``ends`` after it has met each target once.
+    ``strict``: it leaves a target immediately, and touches none out of turn."""
 
     targets: list[frozenset[int]]
 
     def __init__(self, kind: str, **fields: Any) -> None:
         super().__init__(kind=kind, **fields)
-        self.single, self.ends, self.strict = kind == "hold", kind == "once", kind == "patrol"
-        self.settles, self.covers = self.single or self.ends, kind == "cover"
+        self.ends, self.strict, self.covers = kind == "once", kind == "patrol", kind == "cover"
+        self.settles = self.ends or kind == "hold"
         self.in_turn = self.strict or self.ends or kind == "visit"
 
     def __eq__(self, other: object) -> bool:
@@ -83,214 +83,169 @@ class WrongError(Exception):
     """A value has another type than its field."""
 
 
-Read = Callable[[Any], Any]
+def _require(holds: object, problem: str) -> None:
+    if not holds:
+        raise WrongError(problem)
 
 
-def _of(*types: type) -> Read:
-    def read(value: Any) -> Any:
-        if type(value) not in types:
-            raise WrongError(f"must be {' or '.join(one.__name__ for one in types)}")
+Fields = list[tuple[str, bool, str]]  # each with its name, whether it may be absent, and its type
+
+
+def _fields(text: str) -> Fields:
+    """Return the fields of a text, each as ``name:type`` (a text if there is none), with ``?`` if
+    it may be absent."""
+    words = (word.partition(":") for word in text.split())
+    return [(name.rstrip("?"), name.endswith("?"), kind or "str") for name, _, kind in words]
+
+
+def read(kind: str, value: Any) -> Any:
+    """Return a value of a type: one of the tables below, one of several words (``a|b``), or, for a
+    type ``x``, a list (``x*``), a set (``x!``) or an object of them by name (``x~``)."""
+    if kind in VALUES:
+        types, least = VALUES[kind]
+        if type(value) not in types or (least is not None and value < least):
+            names = " or ".join(one.__name__ for one in types)
+            raise WrongError(f"must be {names}" + f" of at least {least}" * (least is not None))
         return value
-
-    return read
-
-
-def _count(value: Any) -> int:
-    if type(value) is not int or value < 0:
-        raise WrongError("must be a whole number of at least 0")
+    if kind in MADE:
+        return MADE[kind](value)
+    if kind in OBJECTS:
+        return read_object(OBJECTS[kind], value)
+    if kind in TUPLES:
+        kinds = TUPLES[kind]
+        _require(isinstance(value, list) and len(value) == len(kinds), "has another length")
+        return tuple(map(read, kinds, value))
+    end, inner = kind[-1], kind[:-1]
+    if end == "~":
+        _require(isinstance(value, dict), "must be an object")
+        return {name: read(inner, one) for name, one in value.items()}
+    if end in "*!":
+        _require(isinstance(value, list), "must be a list")
+        return (tuple if end == "*" else frozenset)([read(inner, one) for one in value])
+    words = (*HEADINGS, None) if kind == "heading" else kind.split("|")
+    if value not in words:
+        raise WrongError(f"must be one of {', '.join(map(str, words))}")
     return value
 
 
-def _list(read: Read, made: Callable[[Iterable[Any]], Any] = tuple) -> Read:
-    def each(value: Any) -> Any:
-        if not isinstance(value, list):
-            raise WrongError("must be a list")
-        return made([read(one) for one in value])
-
-    return each
-
-
-def _by_name(read: Read) -> Read:
-    def each(value: Any) -> dict[str, Any]:
-        if not isinstance(value, dict):
-            raise WrongError("must be an object")
-        return {name: read(one) for name, one in value.items()}
-
-    return each
+def read_object(fields: Fields, value: Any) -> Line:
+    """Return the fields of an object. Raises WrongError."""
+    _require(isinstance(value, dict), "must be an object")
+    line = Line()
+    for name, may, kind in fields:
+        if name in value and not (may and value[name] is None):
+            try:
+                line.__dict__["start" if name == "from" else name] = read(kind, value[name])
+            except WrongError as error:
+                raise WrongError(f"`{name}` {error}") from None
+        else:
+            _require(may, f"has no `{name}`")
+    return line
 
 
-def _pair(*reads: Read) -> Read:
-    def each(value: Any) -> Any:
-        if not isinstance(value, list) or len(value) != len(reads):
-            raise WrongError(f"must be a list of {len(reads)} values")
-        return tuple(read(one) for read, one in zip(reads, value, strict=True))
-
-    return each
-
-
-def _word(*words: str | None) -> Read:
-    def read(value: Any) -> Any:
-        if value not in words:
-            raise WrongError(f"must be one of {', '.join(map(str, words))}")
-        return value
-
-    return read
-
-
-_INT, _STR, _BOOL = _of(int), _of(str), _of(bool)
-_HEADING = _word(*HEADINGS, None)
-READS: dict[str, Read] = {
-    **{"int": _INT, "str": _STR, "bool": _BOOL, "number": _of(int, float), "count": _count},
-    **{"heading": _HEADING, "truth": _of(bool, type(None)), "least": _of(int, type(None))},
-    **{"place": _pair(_INT, _HEADING), "span": _pair(_count, _count), "mark": _pair(_INT, _STR)},
-    "order": _pair(_STR, _count, _STR, _count),
-    "known": lambda one: read_of("int" if type(one) is int else "int*")(one),
-    "at": lambda one: read_of("self|neighbours" if type(one) is str else "int!")(one),
-}
-"""The types of values."""
-
-
-def read_of(kind: str) -> Read:
-    """Return the reader of a type: one of ``READS``, one of several words (``a|b``), or, for a type
-    ``x``, a list (``x*``), a set (``x!``) or an object of them by name (``x~``)."""
-    if kind[-1] in "*!~":
-        inner = read_of(kind[:-1])
-        return _by_name(inner) if kind[-1] == "~" else _list(inner, _MADE[kind[-1]])
-    return _word(*kind.split("|")) if "|" in kind else READS[kind]
-
-
-_MADE: dict[str, Callable[[Iterable[Any]], Any]] = {"*": tuple, "!": frozenset}
-
-
-def _object(text: str) -> Read:
-    """Read an object with these fields, each as ``name:type``, with ``?`` if it may be absent."""
-    words = [word.partition(":") for word in text.split()]
-    fields = [
-        (name.rstrip("?"), name.endswith("?"), read_of(kind or "str")) for name, _, kind in words
-    ]
-
-    def read(value: Any) -> Line:
-        if not isinstance(value, dict):
-            raise WrongError("must be an object")
-        line = Line()
-        for name, may, each in fields:
-            if name in value and not (may and value[name] is None):
-                try:
-                    line.__dict__["start" if name == "from" else name] = each(value[name])
-                except WrongError as error:
-                    raise WrongError(f"`{name}` {error}") from None
-            elif not may:
-                raise WrongError(f"has no `{name}`")
-        return line
-
-    return read
-
-
-def _memory(value: Any) -> Any:
-    kinds = _by_name(lambda kind: kind if kind == "bool" else _pair(_INT, _INT)(kind))(value)
-    if any(kind != "bool" and kind[0] > kind[1] for kind in kinds.values()):
-        raise WrongError("has an empty range")
-    return kinds
-
-
-READS["memory"] = _memory
-_ltl = _object("memory?:memory inputs?:str* init?:str* safety?:str* liveness?:str*")
+def _memory(value: Any) -> dict[str, Any]:
+    kinds = read("any~", value)
+    for name, kind in kinds.items():
+        kinds[name] = kind if kind == "bool" else read("range", kind)
+        _require(kind == "bool" or kind[0] <= kind[1], "has an empty range")
+    return dict(kinds)
 
 
 def _objective(value: Any) -> Objective:
-    rest = dict(_by_name(lambda inner: inner)(value))
+    rest = read("any~", value)
     form, avoid, always = (rest.pop(key, None) for key in ("form", "avoid", "always"))
-    if len(rest) != 1:
-        raise WrongError("must have one kind")
+    _require(len(rest) == 1, "must have one kind")
     ((kind, body),) = rest.items()
-    if kind not in ("patrol", "visit", "cover", "hold", "once", "ltl"):
-        raise WrongError(f"has the unknown kind {kind}")
-    targets, always = list[frozenset[int]](), _list(_STR)(always or [])
+    read("patrol|visit|cover|hold|once|ltl", kind)
+    avoid, always, targets = read("int!", avoid or []), read("str*", always or []), []
     if kind == "ltl":
-        body = vars(_ltl(body or {}))
+        body = vars(read("ltl", body or {}))
     else:
-        listed = [body] if kind == "hold" else _list(lambda one: one, list)(body)
-        targets = [read_of("int!")(one if isinstance(one, list) else [one]) for one in listed]
-        if not targets or not all(targets):
-            raise WrongError("must have targets")
-    rules = read_of("int!")(avoid or []), always
-    asks = kind == "ltl" or always
-    formulas = Formulas(body if kind == "ltl" else {}, always) if asks else None
-    data = json.dumps([[sorted(one) for one in targets] or body, sorted(rules[0]), rules[1]])
-    about = {"targets": targets, "avoid": rules[0], "always": always, "data": data}
-    about["literal"] = form == "literal"
-    liveness = formulas.count if formulas and kind == "ltl" else len(targets)
-    return Objective(kind=kind, formulas=formulas, count=liveness, **about)
-
-
-READS["objective"] = _objective
-_facing = _object("region:int heading?:count")
+        listed = [body] if kind == "hold" else read("any*", body)
+        targets = [read("int!", one if isinstance(one, list) else [one]) for one in listed]
+        _require(targets and all(targets), "must have targets")
+    ltl = kind == "ltl"
+    formulas = Formulas(body if ltl else {}, always) if ltl or always else None
+    data = json.dumps([[sorted(one) for one in targets] or body, sorted(avoid), always])
+    about = {"targets": targets, "avoid": avoid, "always": always, "data": data}
+    count = formulas.count if formulas and ltl else len(targets)
+    return Objective(kind, formulas=formulas, count=count, literal=form == "literal", **about)
 
 
 def _pose(value: Any) -> tuple[int, str | None]:
-    pose = _facing(value)
-    if pose.heading is not None and pose.heading >= len(HEADINGS):
-        raise WrongError("has an unknown heading")
-    return pose.region, None if pose.heading is None else HEADINGS[pose.heading]
-
-
-READS |= {"pose": _pose, "when": _pair(_STR, _objective)}
-READS["battery"] = _object("capacity:count start:count move:count stay:number charge:count")
-READS["model"] = _object(
-    "name mobility:free|heading layer capabilities:str! vision?:number timing:count"
-    " battery?:battery"
-)
-_member = _object(
-    "name model:model start:pose objective:objective avoids?:str! within?:count when:when*"
-)
-READS["need"] = _object("action at:at robots:count together:bool same:bool")
-_kind = _object("name action resolve_at:at blocks?:str! listed:need* resolve_within?:count")
+    pose, headings = read("facing", value), dict(enumerate(HEADINGS))
+    _require(pose.heading is None or pose.heading in headings, "has an unknown heading")
+    return pose.region, headings.get(pose.heading)
 
 
 def _robot(value: Any) -> Line:
     """Return a robot with the fields of its model."""
-    robot = _member(value)
+    robot = read("member", value)
     return Line(**vars(robot.model) | vars(robot))
 
 
 def _type(value: Any) -> Line:
     """Return a type of obstacles with all its ``needs``."""
-    kind, one = _kind(value), {"robots": 1, "together": False, "same": False}
+    kind, one = read("kind", value), {"robots": 1, "together": False, "same": False}
     needs = kind.listed or [Line(action=kind.action, at=kind.resolve_at, **one)]
     return Line(**vars(kind), needs=needs)
 
 
-READS |= {"robot": _robot, "type": _type, "flat": lambda value: _type(value).name}
-_hidden = _object(
-    "type:type region:int traversable?:bool appears?:count goes?:count resolve_within?:count"
-    " ordered:bool number:count"
-)
-
-
 def _obstacle(value: Any) -> Line:
     """Return an obstacle with its ``name``."""
-    one = _hidden(value)
+    one = read("hidden", value)
     number = f"#{one.number}" if one.number > 1 else ""
     return Line(**vars(one), name=f"{one.type.name}@{one.region}{number}")
 
 
-READS["obstacle"] = _obstacle
-for _name, _text in {
-    "change": "at:count robot objective?:objective active?:bool within?:count",
-    "zone": "robots:str! regions:int!",
-    "input": "name spans:span* again:bool*",
-    "map": "rows:count cols:count walls:int! names:int~ areas:int!~",
-    "signal": "request:bool wait:bool assigned:int",
-    "command": "places:int! from:place! memory?:int~",
-    "until": "rounds:count by?:count",
-    "limits": "ticks:count seconds?:number",
-    "proof": "robots:str* memory?:int~~",
-    "scenario": "map:map robots:robot* obstacles:obstacle* until:until limits:limits"
-    " clock:lockstep|live seed:int coordination:resynthesis|assignable changes:change*"
-    " never_together:zone* resolve_within?:count late:go_on|stop chargers:int! flat?:flat"
-    " inputs:input*",
-}.items():
-    READS[_name] = _object(_text)
+VALUES: dict[str, tuple[tuple[type, ...], int | None]] = {
+    **{"int": ((int,), None), "str": ((str,), None), "bool": ((bool,), None)},
+    **{"number": ((int, float), None), "count": ((int,), 0)},
+    **{"truth": ((bool, type(None)), None), "least": ((int, type(None)), None)},
+}
+"""Types of values of JSON, each with its least value."""
+TUPLES = {
+    **{"place": ("int", "heading"), "span": ("count", "count"), "range": ("int", "int")},
+    **{"mark": ("int", "str"), "order": ("str", "count", "str", "count")},
+    "when": ("str", "objective"),
+}
+MADE: dict[str, Callable[[Any], Any]] = {
+    "known": lambda value: read("int" if type(value) is int else "int*", value),
+    "at": lambda value: read("self|neighbours" if type(value) is str else "int!", value),
+    "flat": lambda value: _type(value).name,
+    "any": lambda value: value,
+    **{"memory": _memory, "objective": _objective, "pose": _pose, "robot": _robot},
+    **{"type": _type, "obstacle": _obstacle},
+}
+OBJECTS = {
+    kind: _fields(text)
+    for kind, text in {
+        "ltl": "memory?:memory inputs?:str* init?:str* safety?:str* liveness?:str*",
+        "facing": "region:int heading?:count",
+        "battery": "capacity:count start:count move:count stay:number charge:count",
+        "model": "name mobility:free|heading layer capabilities:str! vision?:number timing:count"
+        " battery?:battery",
+        "member": "name model:model start:pose objective:objective avoids?:str! within?:count"
+        " when:when*",
+        "need": "action at:at robots:count together:bool same:bool",
+        "kind": "name action resolve_at:at blocks?:str! listed:need* resolve_within?:count",
+        "hidden": "type:type region:int traversable?:bool appears?:count goes?:count"
+        " resolve_within?:count ordered:bool number:count",
+        "change": "at:count robot objective?:objective active?:bool within?:count",
+        "zone": "robots:str! regions:int!",
+        "input": "name spans:span* again:bool*",
+        "map": "rows:count cols:count walls:int! names:int~ areas:int!~",
+        "signal": "request:bool wait:bool assigned:int",
+        "command": "places:int! from:place! memory?:int~",
+        "until": "rounds:count by?:count",
+        "limits": "ticks:count seconds?:number",
+        "proof": "robots:str* memory?:int~~",
+        "scenario": "map:map robots:robot* obstacles:obstacle* until:until limits:limits"
+        " clock:lockstep|live seed:int coordination:resynthesis|assignable changes:change*"
+        " never_together:zone* resolve_within?:count late:go_on|stop chargers:int! flat?:flat"
+        " inputs:input*",
+    }.items()
+}
 _MOVED = "robot from:int to:int heading:heading"
 _CAUSE = "cause:scenario|world|user|input|battery"
 _ENDS = (
@@ -301,7 +256,7 @@ _AVERTED = "operator_needed|assumption_violated|search_limit|time_limit"
 _ENDED = "completed|unrealizable|tick_limit|late|interrupted|error"
 _BY, _RESULT = "strategy|backtrack|plan|stay", "arrived|elsewhere|blocked|failed|lost"
 KINDS = {
-    kind: _object(text)
+    kind: _fields(f"tick{'?' * (kind == 'header')}:count t?:number {text}")
     for kind, text in {
         "header": "trace:int scenario:scenario world:simulated|external cells?:int!*",
         "move": f"{_MOVED} toward?:int by?:{_BY} result?:{_RESULT} signal?:signal",
@@ -360,42 +315,43 @@ class Reader:
     def lines(self, texts: Iterable[str | bytes]) -> Iterator[Line]:
         """Yield the lines that are judged. Raises NotATraceError."""
         for text in texts:
-            if self.cut_off:
-                raise NotATraceError(f"line {self.read} is not JSON")
             self.read += 1
-            line = self._line(text) if text.strip() else None
+            try:
+                line = self._line(text)
+            except (WrongError, UnreadError, RecursionError) as error:
+                raise NotATraceError(f"line {self.read}: {error}") from None
             if line is not None:
                 yield line
         if not self._robots:
             raise NotATraceError("there is no header, or no robot in it")
 
     def _line(self, text: str | bytes) -> Line | None:
-        self.require(len(text) <= MOST_BYTES, f"longer than {MOST_BYTES} bytes")
+        _require(not self.cut_off, "follows a line that is not JSON")
+        _require(len(text) <= MOST_BYTES, f"longer than {MOST_BYTES} bytes")
+        if not text.strip():
+            return None
         try:
             data = read_json(text)
         except ValueError as error:
+            ends = text[-1:] in ("\n", b"\n")
+            _require(self._robots and not ends, f"not JSON: {error}")
             self.cut_off = True
-            self.require(self._robots and not _ends(text), f"not JSON: {error}")
             return None
         kind = data.get("type") if isinstance(data, dict) else None
         if not isinstance(kind, str):
-            raise NotATraceError(f"line {self.read}: not an object with a `type`")
-        first = not self._robots
-        self.require(first == (kind == "header"), "the header must be the first line, and no other")
+            raise WrongError("not an object with a `type`")
+        header = kind == "header"
+        _require(
+            header is not bool(self._robots), "the header must be the first line, and no other"
+        )
         for flaw in flaws(data, kind):
-            self.require(False, flaw)
-        wrong = note_flaw(data, kind, fact=kind in KINDS)
-        self.require(not wrong, wrong)
+            raise WrongError(flaw)
+        flaw = note_flaw(data, kind, fact=kind in KINDS)
+        _require(not flaw, flaw)
         if kind not in KINDS or kind == "checkpoint":  # a state of earlier lines, for `resume`
             return None
-        tick, t = data.get("tick", 0 if first else None), data.get("t")
-        self.require(type(tick) is int and tick >= 0, "`tick` must be a number of at least 0")
-        self.require(t is None or type(t) in (int, float), "`t` must be a number")
-        try:
-            line: Line = KINDS[kind](data)
-        except (WrongError, UnreadError, RecursionError) as error:
-            self.require(False, str(error))
-        line.kind, line.tick, line.t, line.number = kind, tick, t, self.read
+        line = read_object(KINDS[kind], data)
+        line.kind, line.number, line.tick = kind, self.read, line.tick or 0
         if kind == "synthesis":
             about = {key: data[key] for key in sorted(data) if key not in PASSING}
             line.__dict__["text"] = json.dumps(about)
@@ -404,30 +360,25 @@ class Reader:
 
     def _names(self, line: Line) -> None:
         """Require that all robots and obstacles that the line names are known."""
+        robots = {*(line.robots or ()), *(line.objectives or ()), *(line.unrealizable or ())}
         if line.kind == "header":
-            self.require(line.trace == VERSION, f"version {line.trace}; expected {VERSION}")
-            names = [data.name for data in line.scenario.robots]
-            self._robots, robots = {*names}, {change.robot for change in line.scenario.changes}
-            self.require(len(names) == len(self._robots), "two robots have one name")
-            self._obstacles = {one.name for one in line.scenario.obstacles}
-            robots = robots.union(*(data.avoids or () for data in line.scenario.robots))
-            robots = robots.union(*(zone.robots for zone in line.scenario.never_together))
+            _require(line.trace == VERSION, f"version {line.trace}; expected {VERSION}")
+            h = line.scenario
+            self._robots, self._obstacles = (
+                {r.name for r in h.robots},
+                {o.name for o in h.obstacles},
+            )
+            _require(len(h.robots) == len(self._robots), "two robots have one name")
+            robots = robots.union({change.robot for change in h.changes})
+            robots = robots.union(*(data.avoids or () for data in h.robots))
+            robots = robots.union(*(zone.robots for zone in h.never_together))
         elif line.kind == "discovered":
-            robots, name = set[str](), line.obstacle.name
-            self.require(name not in self._obstacles | self._robots, f"{name} is known already")
+            name = line.obstacle.name
+            _require(name not in self._obstacles | self._robots, f"{name} is known already")
             self._obstacles.add(name)
         else:
-            robots = {*(line.robots or ()), *(line.objectives or ()), *(line.unrealizable or ())}
             robots |= {line.robot} if line.robot is not None else set()
             name = line.obstacle
-            self.require(name is None or name in self._obstacles, f"no obstacle {name}")
+            _require(name is None or name in self._obstacles, f"no obstacle {name}")
         strangers = robots - self._robots
-        self.require(not strangers, f"no robot {', '.join(sorted(strangers))}")
-
-    def require(self, holds: object, problem: str) -> None:
-        if not holds:
-            raise NotATraceError(f"line {self.read}: {problem}")
-
-
-def _ends(text: str | bytes) -> bool:
-    return text.endswith("\n") if isinstance(text, str) else text.endswith(b"\n")
+        _require(not strangers, f"no robot {', '.join(sorted(strangers))}")

@@ -55,7 +55,7 @@ def test_the_judge_reads_every_fact_that_can_be_recorded(seed: int) -> None:
     """Its words are those of the records."""
     for record in examples(seed):
         if record.type in lines.KINDS:
-            lines.KINDS[record.type](json.loads(json_line(as_data(record))))
+            lines.read_object(lines.KINDS[record.type], json.loads(json_line(as_data(record))))
 
 
 @pytest.mark.parametrize("name", NAMES)
