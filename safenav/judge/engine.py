@@ -9,23 +9,22 @@ from dataclasses import dataclass, field
 from safenav.judge.ends import counts
 from safenav.judge.lines import Line, Reader
 from safenav.judge.rules import RULES, NotJudged, Rule, charge_after
-from safenav.judge.state import Obstacle, Progress, Robot, State, agrees, begins
+from safenav.judge.state import Obstacle, Progress, Robot, State
 
 BATTERY = "battery"
 
 
 def after(e: Line, s: State) -> None:
     """Let a line take effect."""
-    if e.tick > s.tick or s.last.kind == "header":
+    if e.tick > s.tick:
         _begin_tick(e.tick, s)
-    s.tick, s.time, s.last = e.tick, s.time if e.t is None else e.t, e
-    robot = s.robots.get(e.robot) if e.robot is not None else None
-    known = isinstance(e.obstacle, str)
-    obstacle = s.obstacles[e.obstacle] if known else None
-    if robot is not None:
-        _robot(e, robot, s)
-    if obstacle is not None:
-        _obstacle(e, obstacle, s)
+    s.tick, s.time = e.tick, s.time if e.t is None else e.t
+    by_hand = e.cause in ("user", "world") and e.kind != "order"
+    s.hands += bool(by_hand or e.user or e.kind == "operator")
+    if e.robot is not None:
+        _robot(e, s.robots[e.robot], s)
+    if isinstance(e.obstacle, str):
+        _obstacle(e, s.obstacles[e.obstacle], s)
     match e.kind:
         case "discovered":
             s.add(e.obstacle)
@@ -34,19 +33,14 @@ def after(e: Line, s: State) -> None:
         case "inputs":
             s.inputs |= e.values
             s.by_user |= {*(e.user or ())}
-            s.hands += bool(e.user)
         case "push" | "pop":
             for name, objective in e.objectives.items():
                 s.robots[name].given = objective
-        case "deadline" if e.verdict == "excused":
+        case "deadline" if e.verdict in ("excused", "late"):
             s.dues.pop(e.of, None)
-        case "deadline" if e.verdict == "late" and e.of not in s.missed:
-            s.missed.append(e.of)
-            s.dues.pop(e.of, None)
+            s.missed |= {e.of} if e.verdict == "late" else set()
         case "waiting":
-            s.waiting, s.lost_before = e, dict(s.unrealizable)
-        case "operator":
-            s.hands += 1
+            s.lost_before = dict(s.unrealizable)
         case "outcome":
             s.ended = e.outcome
 
@@ -55,9 +49,7 @@ def _begin_tick(tick: int, s: State) -> None:
     s.found.clear()
     s.entering.clear()
     s.unrealizable.clear()
-    for of in s.overdue(tick):
-        if of not in s.missed:
-            s.missed.append(of)
+    s.missed.update(s.overdue(tick))
     s.dues = {of: due for of, due in s.dues.items() if due >= tick}
     for robot in s.robots.values():
         clock = robot.clock
@@ -66,6 +58,7 @@ def _begin_tick(tick: int, s: State) -> None:
 
 
 def _robot(e: Line, robot: Robot, s: State) -> None:
+    s.changes = [one for one in s.changes if not s.applies(one, e)]
     match e.kind:
         case "move" | "depart" | "arrive":
             _moved(e, robot, s)
@@ -95,14 +88,10 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
             robot.clock.within, robot.clock.begun = e.within, e.tick
             robot.clock.before = robot.clock.over = False
             robot.clock.away = not robot.given.serves(robot.own)
-            robot.memories = begins(robot)
-            s.hands += e.cause == "user"
-            s.changes = [one for one in s.changes if not _applies(one, e, s)]
+            robot.follow()
             _stands(e, robot, s)
         case "service":
             robot.out = not e.active
-            s.hands += e.cause in ("user", "world")
-            s.changes = [one for one in s.changes if not _applies(one, e, s)]
             if e.active:
                 s.barred = {pair for pair in s.barred if pair[0] != robot.name}
                 robot.clock.restart(e.tick)
@@ -117,29 +106,13 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
                 robot.given = e.objective
                 if e.objective == robot.own and e.memory:
                     robot.first = next(iter(e.memory.values()))
-                _remember(e, robot)
+                formulas = robot.own.formulas
+                if robot.memories is not None and e.memory and e.objective.kind == "ltl":
+                    robot.memories = formulas.remembering(e.memory) if formulas else None
         case "told":
             robot.given = e.objective
         case "assumption":
             s.assumptions += 1
-
-
-def _applies(change: Line, e: Line, s: State) -> bool:
-    """Return whether a line applies a change of the scenario."""
-    if change.robot != e.robot or change.at > s.now(e) or e.cause != "scenario":
-        return False
-    return bool(
-        change.active is e.active if e.kind == "service" else change.objective == e.objective
-    )
-
-
-def _remember(e: Line, robot: Robot) -> None:
-    """Take the memory with which a new strategy begins."""
-    formulas = robot.own.formulas
-    if robot.memories is None or formulas is None or not e.memory or e.objective.kind != "ltl":
-        return
-    rows = enumerate(formulas.values)
-    robot.memories = {k for k, row in rows if agrees(formulas.names, row, e.memory)}
 
 
 def _moved(e: Line, robot: Robot, s: State) -> None:
@@ -266,7 +239,6 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
             one.begin()
             s.orders.discard(one.name)
             s.dues.pop(one.name, None)
-            s.hands += e.cause in ("user", "world")
             listed = [each for each in s.coming if each.name == one.name]
             if listed and e.cause != "user":
                 s.coming.remove(listed[0])
@@ -277,7 +249,6 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
                 one.known = True
         case "gone":
             one.there = one.known = one.shut = False
-            s.hands += e.cause in ("user", "world")
             s.dues.pop(one.name, None)
             for robot in s.robots.values() if one.type.startswith("lost_") else ():
                 if one.type == f"lost_{robot.name}":
@@ -299,7 +270,6 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
                 _restart_rounds(e.tick, s)
         case "truth":
             one.truth = e.traversable
-            s.hands += e.cause == "user"
         case "blocked":
             one.shut = one.known = True
             s.dues.pop(one.name, None)

@@ -167,6 +167,12 @@ class Formulas:
         rows = ((i, self._row(pose, pose, row, row)) for i, row in every)
         return [i for i, at in rows if all(holds(at) for holds in self._init)]
 
+    def remembering(self, stated: Mapping[str, int]) -> set[int]:
+        """Return the memories with some stated values."""
+        rows = (zip(self.names, row, strict=False) for row in self.values)
+        agree = (all(stated.get(name, value) == value for name, value in row) for row in rows)
+        return {number for number, agrees in enumerate(agree) if agrees}
+
     def _steps(self, before: Pose, after: Pose) -> list[tuple[int, int, frozenset[int]]]:
         """Return the steps that safety allows: the memories before and after, and the goals met."""
         found = []

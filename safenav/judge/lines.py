@@ -33,6 +33,7 @@ class Line:
     tick: int
     t: float | None
     number: int
+    step: Any
 
     def __init__(self, **fields: Any) -> None:
         self.__dict__.update(fields)

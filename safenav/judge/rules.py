@@ -314,11 +314,7 @@ def changes(e: Line, s: State) -> Iterator[str]:
         if unknown := e.values.keys() - s.inputs.keys():
             yield f"there is no input {', '.join(sorted(unknown))}"
         return
-    if e.cause == "scenario":
-        for one in s.changes:
-            same = one.active is e.active if e.kind == "service" else one.objective == e.objective
-            if one.robot == e.robot and same and one.at <= s.now(e):
-                return
+    if e.cause == "scenario" and not any(s.applies(one, e) for one in s.changes):
         yield f"the scenario lists no such change of {e.robot} at {s.now(e):g}"
     elif e.kind == "objective" and e.cause == "input" and e.objective != _by_inputs(e.robot, s):
         yield f"the inputs do not give {e.robot} that objective"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import takewhile
 from typing import Any, NamedTuple
@@ -95,6 +95,14 @@ class Robot:
     def faces(self) -> bool:
         """Return whether it has a heading."""
         return bool(self.data.mobility == "heading")
+
+    def follow(self) -> None:
+        """Begin to follow the memories of its formulas, if they have any that can be followed."""
+        formulas = self.own.formulas
+        if formulas is None or not formulas.whole or self.own.kind != "ltl" or not formulas.names:
+            self.memories = None
+        else:
+            self.memories = {*formulas.begins(self.pose)}
 
     def charge_at(self, t: float, chargers: Iterable[int]) -> float:
         """Return its charge at a second of a live run."""
@@ -231,7 +239,7 @@ class State:
         self.live, self.external = h.clock == "live", header.world == "external"
         self.world = World(h.map.rows, h.map.cols, h.map.walls)
         self.cells: tuple[frozenset[int], ...] = header.cells or ()
-        self.tick, self.time, self.last = 0, 0.0, header
+        self.tick, self.time = 0, 0.0
         self.robots = {data.name: self._robot(data) for data in h.robots}
         self.names = [*self.robots]
         self.obstacles: dict[str, Obstacle] = {}
@@ -245,12 +253,11 @@ class State:
         self.by_user: set[str] = set()
         self.by = None if self.live else h.until.by
         self.dues = {} if self.by is None else {"mission": self.by}
-        self.missed: list[str] = []
+        self.missed: set[str] = set()
         self.orders: set[str] = set()
         self.flat: dict[str, str] = {}  # obstacles at robots whose charge is used up
         self.found: set[str] = set()  # untraversable obstacles of this tick
         self.entering: list[tuple[str, str, int]] = []
-        self.waiting: Line | None = None
         self.left: dict[int, float] = {}  # live: when a robot left a region last
         self.moves = self.strays = self.hands = 0
         self.assumptions = 0
@@ -259,7 +266,6 @@ class State:
         self.barred: set[tuple[str, str]] = set()  # robots whose actions on an obstacle failed
         self.spec_memory: dict[tuple[str, str], dict[str, int]] = {}
         self.ended: str | None = None
-        self._step: tuple[Line | None, Any] = None, None
         self.rivals = {
             name: [one for one in self.names if one != name and self._conflict(name, one)]
             for name in self.names
@@ -275,7 +281,7 @@ class State:
         clock = Clock(None if self.live else data.within)
         robot = Robot(data.name, data, pose, frozenset([region]), own, own, progress, clock, pose)
         robot.charge = float(data.battery.start) if data.battery else None
-        robot.memories = begins(robot)
+        robot.follow()
         return robot
 
     def add(self, data: Line) -> None:
@@ -322,12 +328,12 @@ class State:
 
     def step(self, e: Line) -> Step:
         """Return the step of a ``move``, ``depart`` or ``arrive`` line (kept for the next rule)."""
-        if self._step[0] is not e:
-            self._step = e, self._step_of(e)
-        step: Step = self._step[1]
+        if e.step is None:
+            e.step = self._step(e)
+        step: Step = e.step
         return step
 
-    def _step_of(self, e: Line) -> Step:
+    def _step(self, e: Line) -> Step:
         robot, strays = self.robots[e.robot], e.result not in (None, "arrived")
         if e.kind == "depart":
             return Step(e.start, e.start, robot.pose[1], e.to, frozenset([e.start, e.to]), False)
@@ -381,6 +387,13 @@ class State:
         """Return the time of a line: its tick, or its second in a live run."""
         return float(e.tick if e.t is None or not self.live else e.t)
 
+    def applies(self, change: Line, e: Line) -> bool:
+        """Return whether a line applies a change of the scenario."""
+        if change.robot != e.robot or e.cause != "scenario" or change.at > self.now(e):
+            return False
+        what = "active" if e.kind == "service" else "objective"
+        return bool(getattr(change, what) == getattr(e, what))
+
     def has_deadline(self, of: str) -> bool:
         """Return whether the scenario sets a deadline for the mission, a robot's rounds or an
         obstacle."""
@@ -401,15 +414,3 @@ class State:
 
     def show(self, region: int) -> str:
         return self.world.show(region)
-
-
-def begins(robot: Robot) -> set[int] | None:
-    """Return the memories with which a robot begins its formulas; None if they are not followed."""
-    formulas = robot.own.formulas
-    if formulas is None or not formulas.whole or robot.own.kind != "ltl" or not formulas.names:
-        return None
-    return {*formulas.begins(robot.pose)}
-
-
-def agrees(names: list[str], row: tuple[int, ...], stated: Mapping[str, int]) -> bool:
-    return all(stated.get(name, value) == value for name, value in zip(names, row, strict=True))

@@ -12,7 +12,7 @@ from safenav.judge.formulas import Pose
 from safenav.judge.lines import Line
 from safenav.judge.proofs.closures import Case, able_now, is_hopeless, team_closure
 from safenav.judge.rules import NotJudged
-from safenav.judge.state import Rest, Robot, State, agrees
+from safenav.judge.state import Rest, Robot, State
 from safenav.judge.world import Poses
 
 PER_JOINT_STATE, PER_SERVED_STATE = 5, 50
@@ -320,9 +320,7 @@ def _lost_problems(e: Line, case: Case) -> Iterator[str]:
     """Yield why no robot has lost its objective forever: alone, and without any obstacle that may
     yet be resolved, each can continue."""
     s = case.state
-    stated = {**s.unrealizable, **(e.unrealizable or {})}
-    if s.waiting is not None:
-        stated = {**s.lost_before, **stated}
+    stated = {**s.lost_before, **s.unrealizable, **(e.unrealizable or {})}
     if not all(_continues(s.robots[n], case, s.spec_memory.get((n, stated[n]))) for n in stated):
         return
     for name in stated:
@@ -358,8 +356,8 @@ def _continues(robot: Robot, case: Case, memory: Mapping[str, int] | None) -> bo
             here = frozenset(p for p in here if _comes_back(name, p, case))
         return bool(here)
     if own.kind == "ltl" and formulas is not None and memory is not None:
-        rows = [k for k, r in enumerate(formulas.values) if agrees(formulas.names, r, memory)]
-        rows = rows if memory or not formulas.names else formulas.begins(pose)
+        begins = formulas.names and not memory
+        rows = formulas.begins(pose) if begins else formulas.remembering(memory)
         cases = (Case(s, memory={name: row}) for row in rows)
         return any(each.can_continue(name, each.start[name], ()) for each in cases)
     if own.literal and own.strict and memory and not robot.out:
@@ -401,5 +399,4 @@ def _memory(name: str, stated: Mapping[str, int], s: State) -> int | None:
     possible = robot.memories
     if robot.bound is not None:
         possible = formulas.after(possible, robot.pose, s.destination(name))
-    rows = (k for k in possible if agrees(formulas.names, formulas.values[k], {**stated}))
-    return next(rows, None)
+    return min(possible & formulas.remembering(stated), default=None)
