@@ -21,14 +21,15 @@ from safenav.explain.explanation import (
     Values,
     why_words,
 )
-from safenav.report.terminal.story import MapPicture, Marker, draw
+from safenav.report.terminal.story import BARRED, TARGET, draw, signs_of
 from safenav.review.postmortem import Missing, Postmortem
-from safenav.run.values import labels
+from safenav.run.reading import run_of
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Word, describe
 from safenav.solve.reasons import need_words
 from safenav.spec.specification import Constraint, Owner
 from safenav.spec.task import asked_of
+from safenav.trace.file import unstarted
 from safenav.trace.words import counted, listed, obstacle_words, regions_words, seconds_words
 from safenav.world.map import Heading, Region, RegionMap
 
@@ -236,18 +237,12 @@ def _inputs_words(inputs: Sequence[tuple[str, int]], world: RegionMap) -> str:
 
 def _picture(found: Explanation, scenario: Scenario) -> list[str]:
     """Return the map with the robots at the start, their targets, and avoided regions."""
-    names = labels([robot.name for robot in scenario.robots])
-    markers = [Marker(names[r.name], r.start.region, r.start.heading) for r in scenario.robots]
-    targets = frozenset[Region]().union(*found.task.targets)
-    avoided = dict.fromkeys(found.task.objective.avoid, "avoided")
-    wanted = MapPicture(markers, barred=avoided, targets=targets)
-    lines = draw(scenario.map, wanted)
-    legend = ", ".join(f"{letter} {name}" for name, letter in names.items())
-    if targets:
-        legend += ", o target"
-    if avoided:
-        legend += ", XX avoided"
-    return [*lines, legend]
+    robots = run_of(unstarted(scenario)).robots
+    targets, avoided = frozenset[Region]().union(*found.task.targets), found.task.objective.avoid
+    signs = dict.fromkeys(targets, TARGET) | dict.fromkeys(avoided, BARRED) | signs_of(robots)
+    legend = [f"{track.look.letters} {track.name}" for track in robots]
+    legend += ["o target"] * bool(targets) + ["XX avoided"] * bool(avoided)
+    return [*draw(scenario.map, signs), ", ".join(legend)]
 
 
 def _indented(lines: Iterator[str] | Sequence[str]) -> Iterator[str]:

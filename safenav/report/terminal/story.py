@@ -10,17 +10,17 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import zip_longest
 
 import click
-from msgspec import Struct, field
 
 from safenav.errors import Outcome
 from safenav.report.terminal.layout import folded
-from safenav.run.reading import Line, RunReader
+from safenav.run.reading import Line, RunReader, run_of
 from safenav.run.run import Run
-from safenav.run.values import Event, ObstacleStatus, StoryKind, SynthesisOutcome, labels
+from safenav.run.tracks import RobotTrack
+from safenav.run.values import Event, ObstacleStatus, StoryKind, SynthesisOutcome
 from safenav.run.wording import synthesis_words
 from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.objective import describe, target_regions
@@ -56,15 +56,14 @@ class Story:
         width: int | None = None,
     ) -> None:
         self._write, self._maps, self._width = echo, maps, width
-        names = [robot.name for robot in scenario.robots]
-        self._letters = labels(names)
-        self._colours = {n: _COLOURS[i % len(_COLOURS)] for i, n in enumerate(names)}
+        robots = enumerate(scenario.robots)
+        self._colours = {robot.name: _COLOURS[i % len(_COLOURS)] for i, robot in robots}
         self._reader = RunReader(unstarted(scenario).header, RegionMap.label)
         self._told = 0
         self._syntheses: list[Event] = []
         self._in_rounds = False
         self._stamp = ""
-        self._drawn: tuple[object, ...] | None = None
+        self._drawn: tuple[list[str], list[str]] | None = None
 
     @property
     def _run(self) -> Run:
@@ -89,7 +88,7 @@ class Story:
         for track in run.robots:
             doing = run.doing(track, track.objectives.now)
             start = f"{track.name} ({track.model}) from {run.map.stance(*track.pose)}"
-            self._echo(f"  {self._letters[track.name]:2} {start}: {doing}", indent=7)
+            self._echo(f"  {track.look.letters:2} {start}: {doing}", indent=7)
         self._map()
 
     def _event(self, event: Event) -> None:
@@ -161,20 +160,21 @@ class Story:
         run = self._run
         if not self._maps or (self._drawn and run.map.size > LARGE):
             return
-        closed, barred = dict[Region, str](), dict[Region, str]()
-        for hidden in run.closed(run.last + 1):
-            there = barred if hidden.status.now is ObstacleStatus.BLOCKED else closed
-            there[hidden.region] = hidden.label(run.map)
-        scene = ([track.pose for track in run.robots], closed, barred)
-        if scene == self._drawn:
-            return
-        self._drawn = scene
-        markers = [Marker(self._letters[track.name], *track.pose) for track in run.robots]
         objectives = (track.objectives[0][1] for track in run.robots)
-        targets = frozenset[Region]().union(*map(target_regions, objectives))
-        picture = MapPicture(markers, closed, barred, targets)
+        signs = dict.fromkeys(frozenset[Region]().union(*map(target_regions, objectives)), TARGET)
+        target = [f"{TARGET} target of an objective"] * bool(signs)
+        known = []
+        for hidden in run.closed(run.last + 1):
+            barred = hidden.status.now is ObstacleStatus.BLOCKED
+            signs[hidden.region] = BARRED if barred else CLOSED
+            words = f"{hidden.label(run.map)}{', blocked' * barred}"
+            known.append(f"{signs[hidden.region]} {words}")
+        rows = draw(run.map, signs | signs_of(run.robots))
+        legend = [*self._robots(), *_shared(run.robots), *known, *target]
+        if (rows, legend) == self._drawn:
+            return
+        self._drawn = rows, legend
         self._write("")
-        rows, legend = draw(run.map, picture), [*self._robots(), *marks(picture)]
         longest = max(map(len, legend))
         beside = self._width is None or 14 + len(rows[0]) + longest <= self._width
         for line, note in zip_longest(rows, legend if beside else (), fillvalue=""):
@@ -185,7 +185,7 @@ class Story:
 
     def _robots(self) -> list[str]:
         return [
-            f"{self._letters[t.name]:2} {t.name} at {self._run.map.stance(*t.pose)}"
+            f"{t.look.letters:2} {t.name} at {self._run.map.stance(*t.pose)}"
             for t in self._run.robots
         ]
 
@@ -220,78 +220,49 @@ def syntheses_words(found: Sequence[SynthesisOutcome]) -> str | None:
 
 
 ARROWS = {Heading.NORTH: "^", Heading.EAST: ">", Heading.SOUTH: "v", Heading.WEST: "<"}
-WALL = "██"
-FREE = " ·"
+WALL, FREE, TARGET, CLOSED, BARRED = "██", " ·", " o", "▒▒", "XX"
 
 
-class Marker(Struct, frozen=True):
-    """A robot to draw: its label of one or two characters, its region, and its heading (shown
-    beside a label of one character)."""
-
-    letter: str
-    region: Region
-    heading: Heading | None = None
+def signs_of(robots: Iterable[RobotTrack]) -> dict[Region, str]:
+    """Return the two characters of robots at their present poses: a label, with the heading if it
+    has one character; of several in one region, the last characters of two labels."""
+    return {region: _sign(here) for region, here in _by_region(robots).items()}
 
 
-class MapPicture(Struct, frozen=True):
-    """Contents of the map besides the walls. ``closed``: open obstacles by region; ``barred``:
-    permanent obstacles by region; ``targets``: regions marked faintly."""
-
-    markers: Sequence[Marker] = ()
-    closed: Mapping[Region, str] = field(default_factory=dict)
-    barred: Mapping[Region, str] = field(default_factory=dict)
-    targets: Collection[Region] = ()
-
-
-def marks(picture: MapPicture) -> list[str]:
-    """Return the meanings of the marks on the map, except those of single robots."""
-    lines = [
-        f"{_shared(here)} {' and '.join(marker.letter for marker in here)} in one region"
-        for here in _by_region(picture).values()
-        if len(here) > 1
-    ]
-    lines += [f"▒▒ {name}" for name in picture.closed.values()]
-    lines += [f"XX {name}, blocked" for name in picture.barred.values()]
-    return [*lines, " o target of an objective"] if picture.targets else lines
-
-
-def _by_region(picture: MapPicture) -> dict[Region, list[Marker]]:
-    found: dict[Region, list[Marker]] = {}
-    for marker in picture.markers:
-        found.setdefault(marker.region, []).append(marker)
+def _by_region(robots: Iterable[RobotTrack]) -> dict[Region, list[RobotTrack]]:
+    found: dict[Region, list[RobotTrack]] = {}
+    for track in robots:
+        found.setdefault(track.pose[0], []).append(track)
     return found
 
 
-def _shared(here: Sequence[Marker]) -> str:
-    """Return the two characters of robots that share a region."""
-    return "".join(marker.letter[-1] for marker in here)[:2]
+def _sign(here: Sequence[RobotTrack]) -> str:
+    letters, heading = [track.look.letters for track in here], here[0].pose[1]
+    if len(here) > 1:
+        return "".join(each[-1] for each in letters)[:2]
+    arrow = "" if heading is None else ARROWS[heading]
+    return f"{letters[0]}{arrow}"[:2] if len(letters[0]) < 2 else letters[0]
 
 
-def draw(world: RegionMap, picture: MapPicture, numbered: bool = False) -> list[str]:
-    """Return the map as lines of text, row 0 first; ``numbered``: with the numbers of regions."""
-    standing = _by_region(picture)
-    cells = [_cell(r, world, picture, standing.get(r, [])) for r in range(world.size)]
-    if numbered:
-        digits = len(str(world.size - 1))
-        for region, cell in enumerate(cells):
-            sign = cell.replace("·", " ")
-            cells[region] = "█" * (digits + 4) if cell == WALL else f"{sign} {region:<{digits}} "
+def _shared(robots: Iterable[RobotTrack]) -> Iterator[str]:
+    for here in _by_region(robots).values():
+        if len(here) > 1:
+            letters = " and ".join(track.look.letters for track in here)
+            yield f"{_sign(here)} {letters} in one region"
+
+
+def draw(world: RegionMap, signs: Mapping[Region, str], numbered: bool = False) -> list[str]:
+    """Return the map as lines of text, row 0 first; ``signs``: two characters of regions with
+    something in them; ``numbered``: with the numbers of regions."""
+    cells = []
+    digits = len(str(world.size - 1))
+    for region in range(world.size):
+        sign = f"{signs.get(region, WALL if region in world.walls else FREE):2}"
+        if numbered:
+            blank = sign.replace("·", " ")
+            sign = "█" * (digits + 4) if sign == WALL else f"{blank} {region:<{digits}} "
+        cells.append(sign)
     return ["".join(cells[i : i + world.cols]) for i in range(0, world.size, world.cols)]
-
-
-def _cell(region: Region, world: RegionMap, picture: MapPicture, here: list[Marker]) -> str:
-    if len(here) == 1:
-        heading, sign = here[0].heading, here[0].letter
-        return sign if len(sign) == 2 else sign + (ARROWS[heading] if heading is not None else " ")
-    if here:
-        return _shared(here)
-    if region in world.walls:
-        return WALL
-    if region in picture.barred:
-        return "XX"
-    if region in picture.closed:
-        return "▒▒"
-    return " o" if region in picture.targets else FREE
 
 
 def scenario_text(scenario: Scenario, width: int) -> list[str]:
@@ -299,20 +270,18 @@ def scenario_text(scenario: Scenario, width: int) -> list[str]:
     its marks.
 
     Free regions show their numbers if the map then fits into ``width`` characters."""
-    world, sign = scenario.map, labels([robot.name for robot in scenario.robots])
-    picture = MapPicture(
-        [Marker(sign[r.name], r.start.region, r.start.heading) for r in scenario.robots],
-        closed={obstacle.region: obstacle.name for obstacle in scenario.obstacles},
-        targets=frozenset().union(*(target_regions(r.objective) for r in scenario.robots)),
-    )
+    world, robots = scenario.map, run_of(unstarted(scenario)).robots
+    targets = frozenset[Region]().union(*(target_regions(r.objective) for r in scenario.robots))
+    signs = dict.fromkeys(targets, TARGET)
+    signs |= {obstacle.region: CLOSED for obstacle in scenario.obstacles} | signs_of(robots)
     numbered = world.cols * (len(str(world.size - 1)) + 4) + _beside(world) <= width
-    lines = [scenario.name, "", *_with_axes(draw(world, picture, numbered), world), ""]
-    for robot in scenario.robots:
-        pose = world.stance(robot.start.region, robot.start.heading)
-        doing = describe(robot.objective, world.word)
-        lines.append(f"  {sign[robot.name]:2} {robot.name} ({robot.model.name}) at {pose}: {doing}")
+    lines = [scenario.name, "", *_with_axes(draw(world, signs, numbered), world), ""]
+    for track in robots:
+        doing = describe(track.objectives.now, world.word) if track.objectives.now else ""
+        where = f"{track.name} ({track.model}) at {world.stance(*track.pose)}"
+        lines.append(f"  {track.look.letters:2} {where}: {doing}")
     lines += _obstacles(scenario)
-    lines += ["  o  target of an objective"] * bool(picture.targets)
+    lines += ["  o  target of an objective"] * bool(targets)
     lines += ["  a wider terminal shows region numbers"] * (not numbered)
     return lines + _exclusions(scenario) + _names(world)
 
