@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import signal
 import tempfile
-from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, ExitStack, closing, contextmanager
 from functools import partial
 from pathlib import Path
 from shlex import quote
@@ -28,6 +28,8 @@ from safenav.scenario.reading.loader import load_scenario
 from safenav.trace.file import Listener, TraceWriter, as_data, read_trace
 
 if TYPE_CHECKING:
+    from safenav.fleet.world import FleetWorld
+    from safenav.motion.file import Motion
     from safenav.runtime.run.checkpoint import Resumption
     from safenav.trace.file import Trace
 
@@ -90,7 +92,7 @@ def run(
     plan = plan if clock is None else replace(plan, clock=Clock(clock))
     plan = plan if seed is None else replace(plan, seed=seed)
     plan = _limited(plan, max_ticks, time_limit)
-    return _simulated(plan, Files(scenario, trace, html, motion, as_json, maps), operator)
+    return _executed(plan, Files(scenario, trace, html, motion, as_json, maps), operator)
 
 
 RESUME_EPILOG = """\b
@@ -125,7 +127,7 @@ def resume(
         raise UsageError(f"{trace}: real robots have run it; safenav drive --resume continues it")
     plan = _limited(before.scenario, max_ticks, time_limit)
     files = Files(trace, own, html, motion, as_json, maps)
-    return _simulated(plan, files, operator, _continued(before, plan))
+    return _executed(plan, files, operator, _continued(before, plan))
 
 
 def _limited(plan: Scenario, ticks: int | None, seconds: float | None) -> Scenario:
@@ -150,56 +152,6 @@ def _continued(trace: Trace, plan: Scenario) -> Resumption:
             where = f"in {robot.start.region}, the lines before it in {track.regions[-1]}"
             raise UsageError(f"{trace.source}: a checkpoint has {robot.name} {where}")
     return begun
-
-
-def _simulated(
-    plan: Scenario, files: Files, operator: bool, begun: Resumption | None = None
-) -> int:
-    """Run a scenario in its own world; return the exit code. ``begun``: the run that it
-    continues."""
-    _check_movable(plan, files.motion)
-    operator = attended(operator, plan, files.as_json)
-    unmet: Sequence[str] = ()
-    with _recorded(plan, files) as recording:
-        mission = Mission(
-            plan,
-            default_synthesizer(plan),
-            listeners=recording.listeners,
-            progress=WaitingLine(),
-            attended=operator,
-            begun=begun,
-            checkpoints=True,
-        )
-        _carry_out(mission, operator)
-        if recording.trace is not None and (files.html or files.motion):
-            played = read_trace(recording.trace)
-            if files.html is not None:
-                from safenav.report.page.html import page_of_trace
-
-                write_out(files.html, page_of_trace(played, recording.trace.name))
-            if files.motion is not None:
-                unmet = _write_motion(played, files.motion)
-    return _reported(mission, recording.ledger, files, unmet, advice=begun is None)
-
-
-def _check_movable(plan: Scenario, motion: Path | None) -> None:
-    """Refuse what has no motion before a robot moves, not when the file is written."""
-    if motion is not None:
-        from safenav.motion.making import check_movable
-
-        check_movable(plan)
-
-
-def _write_motion(played: Trace, motion: Path) -> list[str]:
-    """Write the motion of a run; return a message for each requirement that is not satisfied."""
-    from safenav.motion.check.requirements import MotionRecording, judged, requirements_of
-    from safenav.motion.file import text_of
-    from safenav.motion.making import motion_of
-
-    made = motion_of(played)
-    write_out(motion, text_of(made))
-    found = judged(MotionRecording(made, played), requirements_of(played))
-    return [one.complaint for one in found if one.complaint]
 
 
 DRIVE_EPILOG = """\b
@@ -272,50 +224,32 @@ def drive(
     sizes = (*oversized(plan), *imprecise(plan, tolerances))
     for warning in (*plan.map.notes, *sizes, *unserved(plan, stations)):
         warn(warning)
-    _check_movable(plan, motion)
-    operator = attended(operator, plan, as_json)
+    moves = None if motion is None else DriveRecording()
+
+    @contextmanager
+    def connected() -> Iterator[FleetWorld]:
+        begins = plan if first is None else first.standing(plan)
+        with closing(fleet_world(begins, stations, moves)) as world:
+            world.open(patience)
+            yield world
+
+    def moved(played: Trace, mission: Mission, world: FleetWorld) -> Motion:
+        from safenav.fleet.driven import driven_motion
+
+        return driven_motion(played, world, stations.stations, mission.began)
+
+    plan = replace(plan, failures=stations.failures)
     files = Files(scenario, trace, None, motion, as_json, maps)
-    with ExitStack() as stack:
-        view = None
-        if live:
-            from safenav.studio.server import LiveView
+    if not live:
+        return _executed(plan, files, operator, first, None if rehearse else connected, moved)
+    from safenav.studio.server import LiveView
 
-            view = stack.enter_context(LiveView(plan))
-            click.echo(f"live: {view.address}", err=True)
-        with _recorded(plan, files) as recording:
-            listeners = [*recording.listeners]
-            if view is not None:
-                listeners.append(view)
-            plan = replace(plan, failures=stations.failures)
-            world, moves = None, None if motion is None else DriveRecording()
-            with ExitStack() as connection:
-                if not rehearse:
-                    begins = plan if first is None else first.standing(plan)
-                    world = fleet_world(begins, stations, moves)
-                    connection.callback(world.close)
-                    world.open(patience)
-                    listeners.append(world.observe)
-                mission = Mission(
-                    plan,
-                    default_synthesizer(plan),
-                    world=world,
-                    listeners=listeners,
-                    attended=operator,
-                    begun=first,
-                    checkpoints=True,
-                )
-                _carry_out(mission, operator)
-            if motion is not None and world is not None and recording.trace is not None:
-                from safenav.fleet.driven import driven_motion
-                from safenav.motion.file import text_of
-
-                played = read_trace(recording.trace)
-                moved = driven_motion(played, world, stations.stations, mission.began)
-                write_out(motion, text_of(moved))
-        status = _reported(mission, recording.ledger, files)
-        if view is not None:
-            signal.signal(signal.SIGINT, signal.default_int_handler)
-            view.wait()
+    with LiveView(plan) as view:
+        click.echo(f"live: {view.address}", err=True)
+        drives = None if rehearse else connected
+        status = _executed(plan, files, operator, first, drives, moved, [view])
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        view.wait()
     return status
 
 
@@ -340,24 +274,29 @@ class Files(Struct, frozen=True):
         return [f"{name} -" for name, file in named.items() if file == PRINTED]
 
 
-class RunListeners(Struct, frozen=True):
-    """Listeners of a run. ``trace``: the file of its trace, if a file is made from it."""
+def _executed(
+    plan: Scenario,
+    files: Files,
+    operator: bool,
+    begun: Resumption | None = None,
+    connected: Callable[[], AbstractContextManager[FleetWorld]] | None = None,
+    moved: Callable[[Trace, Mission, FleetWorld], Motion] | None = None,
+    views: Sequence[Listener] = (),
+) -> int:
+    """Run a scenario, write and print what happens; return the exit code. ``begun``: the run that
+    it continues; ``connected``: to real robots, whose motion is as ``moved``. Raises UsageError if
+    several outputs would be printed."""
+    if files.motion is not None:  # refuse what has no motion before a robot moves
+        from safenav.motion.making import check_movable
 
-    ledger: Ledger
-    listeners: list[Listener]
-    trace: Path | None
-
-
-@contextmanager
-def _recorded(plan: Scenario, files: Files) -> Iterator[RunListeners]:
-    """Write the trace of a run, and print what happens. Raises UsageError if several outputs would
-    be printed."""
-    ledger = Ledger()
+        check_movable(plan)
+    operator = attended(operator, plan, files.as_json)
     if len(whole := ["--json"] * files.as_json + files.printed) > 1:
         both = " and ".join(whole[:2])
         raise UsageError(f"{both} both print to standard output: give one of them")
+    ledger, unmet = Ledger(), list[str]()
     with ExitStack() as stack:
-        listeners: list[Listener] = [ledger]
+        listeners: list[Listener] = [ledger, *views]
         trace = files.trace
         if trace == PRINTED:
             listeners.append(lambda line: click.echo(json_line(as_data(line)), nl=False))
@@ -365,15 +304,54 @@ def _recorded(plan: Scenario, files: Files) -> Iterator[RunListeners]:
         if trace is None and (files.html is not None or files.motion is not None):
             folder = stack.enter_context(tempfile.TemporaryDirectory())
             trace = Path(folder, f"{files.scenario.stem}.jsonl")
-        if trace is not None:
-            listeners.append(stack.enter_context(TraceWriter(trace)))
-        if not files.as_json:
-            from safenav.report.terminal.layout import terminal_width
-            from safenav.report.terminal.story import Story
+        with ExitStack() as running:
+            if trace is not None:
+                listeners.append(running.enter_context(TraceWriter(trace)))
+            if not files.as_json:
+                from safenav.report.terminal.layout import terminal_width
+                from safenav.report.terminal.story import Story
 
-            echo = partial(click.echo, err=bool(files.printed))
-            listeners.append(Story(plan, echo, files.maps, terminal_width()))
-        yield RunListeners(ledger, listeners, trace)
+                echo = partial(click.echo, err=bool(files.printed))
+                listeners.append(Story(plan, echo, files.maps, terminal_width()))
+            world = None
+            if connected is not None:
+                world = running.enter_context(connected())
+                listeners.append(world.observe)
+            mission = Mission(
+                plan,
+                default_synthesizer(plan),
+                world=world,
+                listeners=listeners,
+                progress=WaitingLine(),
+                attended=operator,
+                begun=begun,
+                checkpoints=True,
+            )
+            _carry_out(mission, operator)
+        if trace is not None and files.html is not None:
+            from safenav.report.page.html import page_of_trace
+
+            write_out(files.html, page_of_trace(read_trace(trace), trace.name))
+        if trace is not None and files.motion is not None:
+            from safenav.motion.file import text_of
+            from safenav.motion.making import motion_of
+
+            played = read_trace(trace)
+            if world is None or moved is None:
+                made = motion_of(played)
+                unmet = _unmet(made, played)
+            else:
+                made = moved(played, mission, world)
+            write_out(files.motion, text_of(made))
+    return _reported(mission, ledger, files, unmet, advice=begun is None)
+
+
+def _unmet(motion: Motion, played: Trace) -> list[str]:
+    """Return a message for each requirement that the motion of a run does not satisfy."""
+    from safenav.motion.check.requirements import MotionRecording, judged, requirements_of
+
+    found = judged(MotionRecording(motion, played), requirements_of(played))
+    return [one.complaint for one in found if one.complaint]
 
 
 def _carry_out(mission: Mission, operator: bool) -> None:
