@@ -8,6 +8,7 @@ import ast
 import json
 import re
 from contextlib import suppress
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -113,6 +114,28 @@ def test_loader_and_schema_agree_on_a_mistake(key: str, value: Any) -> None:
             if told := disagreement(scenario if whole is VALIDATOR else data, found, whole):
                 wrong[name] = told
     assert wrong == {}
+
+
+SIZES = {"rows": 7, "cols": 13, "share": 0.5, "resolution": 0.4, "origin": [0, 1]}
+
+
+@pytest.mark.parametrize(
+    ("form", "start"),
+    [
+        ({"grid": ["...."]}, 1),
+        ({"image": "rooms.png"}, 14),
+        ({"ros": "office.yaml"}, 14),
+        ({"movingai": "rooms.map"}, 14),
+        ({"grid": ["...."], "image": "rooms.png"}, 1),
+    ],
+)
+def test_loader_and_schema_agree_on_the_keys_of_a_map(form: dict[str, Any], start: int) -> None:
+    robot = {"model": "quadcopter", "start": start, "objective": {"hold": start}}
+    for chosen in product((False, True), repeat=len(SIZES)):
+        given = {key: SIZES[key] for key, is_chosen in zip(SIZES, chosen, strict=True) if is_chosen}
+        data = {"safenav": 1, "map": {**form, **given}, "robots": {"ann": robot}}
+        told = judged(json.dumps(data), str(ROOT / "tests/maps/scenario.yaml"))
+        assert VALIDATOR.is_valid(data) == (not told), (data, told)
 
 
 def test_the_schema_refuses_a_helper_of_an_obstacle_without_a_place() -> None:

@@ -245,8 +245,12 @@ class _Builder:
         if not isinstance(key, Scalar):
             self.flaws.append((key.place, "a key is a list or a mapping", "keys are words"))
         elif not isinstance(key.value, str):
-            shown = key.text or "(nothing)"
-            self.flaws.append((key.place, f"the key {shown} is not a word", _KEYS))
+            shown, hint = key.text or "(nothing)", _KEYS
+            if isinstance(node, Scalar) and isinstance(node.value, str):
+                hint = f"the word comes first: {clipped(node.text)}: {shown}"
+            elif isinstance(node, Scalar) and node.value is not None:
+                hint = f"keys are words; a list needs brackets: [{shown}]"
+            self.flaws.append((key.place, f"the key {shown} is not a word", hint))
         elif key.value in entries:
             hint = f"it is already in line {entries[key.value][0].place.line}"
             self.flaws.append((key.place, f"duplicate key '{clipped(key.value)}'", hint))
