@@ -38,7 +38,8 @@ from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
 from safenav.trace.file import Trace, TraceWriter, read_bytes
 from safenav.trace.records import Synthesis
-from safenav.verify.verification import Measure, NoMeasureError, first_failure, measure
+from safenav.verify.automaton import Measure, NoMeasureError, measure
+from safenav.verify.verification import first_failure
 
 
 class Kept(Struct, frozen=True):

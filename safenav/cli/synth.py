@@ -46,14 +46,8 @@ from safenav.synthesis.slugs import (
 )
 from safenav.synthesis.strategy import Strategy, bit_names, to_dot, to_graphml
 from safenav.trace.words import shortened
-from safenav.verify.verification import (
-    counterstrategy_measures,
-    first_failure,
-    lost_opening,
-    strategy_measures,
-    verify_counterstrategy,
-    verify_strategy,
-)
+from safenav.verify import verification
+from safenav.verify.verification import first_failure, lost_opening
 
 FILES = options.Output(folder=True, printed=True)
 SYNTH_EPILOG = """\b
@@ -210,9 +204,7 @@ def _end_of_specification(
     strategy = one.shown.strategy
     if measures is not None:
         assert strategy is not None
-        made = (strategy_measures if one.realizable else counterstrategy_measures)(
-            one.spec, strategy
-        )
+        made = verification.measures(one.spec, strategy, not one.realizable)
         write_out(measures, json_line(made))
     if one.realizable:
         assert strategy is not None
@@ -335,7 +327,7 @@ def verify(
             flaw = f"the strategy is not JSON: {json_flaw(error)}"
         hint = "it must be the explicit strategy of this specification, as JSON"
         raise InputError([Diagnostic(strategy, 0, 0, flaw, hint)]) from error
-    found = (verify_counterstrategy if counterstrategy else verify_strategy)(spec, automaton)
+    found = verification.verify(spec, automaton, counterstrategy)
     if as_json:
         print_json({"ok": found.ok, **data_of(found)})
     elif found.ok:

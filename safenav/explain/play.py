@@ -8,10 +8,9 @@ play repeats."""
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from enum import StrEnum
-from itertools import islice
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -23,8 +22,8 @@ from safenav.spec.specification import Constraint, Origin, Owner, Section, Speci
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.strategy import Strategy
-from safenav.verify.automaton import Automaton, clauses, cyclic_parts
-from safenav.verify.completions import Clause, Completions, Row, Slot
+from safenav.verify.automaton import Automaton, clauses, cyclic_parts, openings, rounds
+from safenav.verify.completions import Clause
 from safenav.verify.verification import counterstrategy_starts
 
 BUDGET_SECONDS = 60.0
@@ -160,7 +159,7 @@ class _Arena:
     ) -> None:
         self._strategy = strategy
         self._automaton = automaton = Automaton(core, strategy, starts)
-        self._goals = automaton.clauses(Section.SYS_LIVENESS)
+        self._goals = clauses(core, Section.SYS_LIVENESS)
         self._first = clauses(whole, Section.SYS_INIT)
         self._inputs = [variable.name for variable in core.owned(Owner.INPUT)]
         wrong = 0
@@ -218,30 +217,19 @@ class _Arena:
 
     def pressure(self, node: int) -> tuple[tuple[str, int], ...]:
         """Return next inputs that the assumptions allow and that leave the system no output."""
-        found = self._automaton
-        assumed, promised = found.clauses(Section.ENV_TRANS), found.clauses(Section.SYS_TRANS)
-        inputs = Completions(found.current, found.next_inputs, assumed)
-        outputs = Completions((*found.current, *found.next_inputs), found.next_outputs, promised)
-        now = found.values[node]
-        row = _without_output(inputs.each(now), outputs, now)
+        inputs, outputs = rounds(self._automaton.spec)
+        row = inputs.unanswered(outputs, self._automaton.values[node], MOST_INPUTS)
         return tuple(zip(self._inputs, row or (), strict=False))
-
-
-def _without_output(rows: Iterable[Row], outputs: Completions, now: Row = ()) -> Row | None:
-    """Return the first of some inputs that no output completes."""
-    few = islice(rows, MOST_INPUTS)
-    return next((row for row in few if next(outputs.each((*now, *row)), None) is None), None)
 
 
 def _refused(spec: Specification) -> tuple[tuple[str, int], ...]:
     """Return initial inputs that the assumptions allow and that leave the system no output, as far
     as the guarantees mention them."""
-    inputs, outputs = ([Slot(v, False) for v in spec.owned(owner)] for owner in Owner)
+    inputs, outputs = openings(spec)
+    row = inputs.unanswered(outputs, most=MOST_INPUTS)
     promised = clauses(spec, Section.SYS_INIT)
-    rows = Completions((), inputs, clauses(spec, Section.ENV_INIT)).each(())
-    row = _without_output(rows, Completions(inputs, outputs, promised))
     mentioned = {name for clause in promised for name, _ in clause.places}
-    names = [slot.variable.name for slot in inputs]
+    names = [variable.name for variable in spec.owned(Owner.INPUT)]
     return tuple((n, v) for n, v in zip(names, row or (), strict=False) if n in mentioned)
 
 
@@ -308,7 +296,7 @@ def vacuities(strategy: Strategy) -> tuple[Vacuity, ...]:
         steps = _origins(spec, Section.ENV_TRANS)
         found.append(Vacuity(Cause.DEAD_END, automaton.path(stuck[0]), steps))
     parts = cyclic_parts(automaton.edges)
-    fair = automaton.clauses(Section.ENV_LIVENESS)
+    fair = clauses(spec, Section.ENV_LIVENESS)
     lacking = _lacking(automaton, parts, len(fair))
     good = {node for node, part in parts.items() if not lacking[part]}
     hopeless = _cut_off(automaton, good | set(stuck))
@@ -332,7 +320,7 @@ def _lacking(automaton: Automaton, parts: dict[int, int], count: int) -> dict[in
     """Return for each strongly connected part the assumptions that no transition within it
     meets."""
     lacking = {part: set(range(count)) for part in set(parts.values())}
-    formulas = [clause.formula for clause in automaton.clauses(Section.ENV_LIVENESS)]
+    formulas = [clause.formula for clause in clauses(automaton.spec, Section.ENV_LIVENESS)]
     for k, unmet in enumerate(automaton.violated(formulas)):
         missing = automaton.edges.flags(unmet)
         for index, (source, target) in enumerate(automaton.edges):

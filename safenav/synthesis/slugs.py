@@ -132,10 +132,10 @@ is killed."""
 _MOST_STATES = 200_000
 """Limit of a strategy by safenav's own binary. Those of single robots have tens to thousands."""
 
-Verifier = Callable[[Specification, Strategy, bool, Callable[[], None]], str | None]
+Verifier = Callable[[Specification, Strategy, bool], str | None]
 """Check of an automaton against its specification (the flag: it is a counterstrategy). Returns its
-error in words, or None. It calls the last argument regularly, which raises to end the check. A
-parameter, so that this package and the check are independent of each other."""
+error in words, or None. A parameter, so that this package and the check are independent of each
+other."""
 
 
 class Synthesizer:
@@ -206,7 +206,7 @@ class Synthesizer:
             job = Job(index, spec, spec.to_structuredslugs(), kind)
             self.cache.keep_text(job.sha256, job.text)
             begun = time.monotonic()
-            if (remembered := self._remembered(job, report)) is None:
+            if (remembered := self._remembered(job)) is None:
                 jobs.append(job)
                 continue
             results[index] = remembered
@@ -250,7 +250,7 @@ class Synthesizer:
                 del running[job.index]
                 if isinstance(finished, BaseException):
                     raise finished
-                results[job.index] = result = self._result(job, finished, report)
+                results[job.index] = result = self._result(job, finished)
                 report(SynthesisProgress(job.index, result.robot, result.seconds, result))
         finally:
             crew.dismiss()
@@ -295,7 +295,7 @@ class Synthesizer:
             )
         return own
 
-    def _remembered(self, job: Job, report: Listener) -> SynthesisResult | None:
+    def _remembered(self, job: Job) -> SynthesisResult | None:
         """Return the cached result, if it exists and passes every check of a fresh one."""
         if self.cache.directory is None:
             return None
@@ -303,12 +303,12 @@ class Synthesizer:
         if (entry := self.cache.load(key)) is None:
             return None
         try:
-            return self._checked(job, entry, report, cached=True)
+            return self._checked(job, entry, cached=True)
         except SynthesizerError:
             self.cache.drop(key)
             return None
 
-    def _result(self, job: Job, finished: Finished, report: Listener) -> SynthesisResult:
+    def _result(self, job: Job, finished: Finished) -> SynthesisResult:
         robot = job.spec.robot
         if finished.status == ExitStatus.RESOURCE_LIMIT and _TOO_MANY_NODES in finished.stderr:
             raise ResourceLimitError(
@@ -319,7 +319,7 @@ class Synthesizer:
         automaton = job.kind in PRINTED and verdict is PRINTED[job.kind][0]
         entry = CacheEntry(verdict, finished.seconds, finished.stdout if automaton else None)
         try:
-            result = self._checked(job, entry, report, cached=False, detail=finished.explanation)
+            result = self._checked(job, entry, cached=False, detail=finished.explanation)
         except SynthesizerError as error:
             problem = f"gave a wrong result: {error}"
             raise failure(problem, finished, self.binary, robot) from error
@@ -328,7 +328,7 @@ class Synthesizer:
         return result
 
     def _checked(
-        self, job: Job, entry: CacheEntry, report: Listener, *, cached: bool, detail: str = ""
+        self, job: Job, entry: CacheEntry, *, cached: bool, detail: str = ""
     ) -> SynthesisResult:
         """Return the result with its automaton. Raises SynthesizerError if that is malformed or
         fails verification."""
@@ -337,7 +337,7 @@ class Synthesizer:
         checked = strategy is not None and self.verifier is not None
         if strategy is not None and self.verifier is not None:
             counter = job.kind is RequestKind.COUNTERSTRATEGY
-            wrong = self.verifier(job.spec, strategy, counter, _heard_by(report, job))
+            wrong = self.verifier(job.spec, strategy, counter)
             if wrong is not None:
                 raise SynthesizerError(f"the strategy is wrong: {wrong}")
         return SynthesisResult(
@@ -355,20 +355,6 @@ class Synthesizer:
 
     def _key(self, job: Job) -> str:
         return key_of(job.text, self.binary.digest, (job.kind, *job.options))
-
-
-def _heard_by(report: Listener, job: Job) -> Callable[[], None]:
-    """Return a function that reports that a job still runs, at most once per heartbeat."""
-    begun = last = time.monotonic()
-
-    def alive() -> None:
-        nonlocal last
-        now = time.monotonic()
-        if now - last >= _HEARTBEAT_SECONDS:
-            last = now
-            report(SynthesisProgress(job.index, job.spec.robot, now - begun))
-
-    return alive
 
 
 _RESULT = re.compile(rb"^RESULT: Specification is (realizable|unrealizable)\b", re.MULTILINE)

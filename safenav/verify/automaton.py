@@ -1,4 +1,4 @@
-"""An automaton and its specification, prepared for both kinds of check.
+"""An automaton and its specification: its reachable nodes and edges, and its cycles.
 
 Only the nodes reachable from the given start nodes are visited, in breadth-first order, so the
 first fault found is also one of the nearest.
@@ -6,13 +6,11 @@ first fault found is also one of the nearest.
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from enum import StrEnum
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property, lru_cache
 from itertools import chain, compress, repeat
-
-from msgspec import Struct
+from operator import not_
+from typing import Any
 
 from safenav.components import components, path_to, shortest_paths
 from safenav.data import cached_method
@@ -20,244 +18,22 @@ from safenav.errors import Diagnostic, InputError
 from safenav.formula.parser import FormulaError, parse
 from safenav.formula.syntax import Formula
 from safenav.spec.specification import Constraint, Owner, Section, Specification
-from safenav.synthesis.strategy import Field, Strategy, in_words
-from safenav.verify.completions import Clause, Evaluator, Row, Slot, Vector, add, first_row
-
-
-class Fault(StrEnum):
-    """Defects of an automaton; the value is the wording."""
-
-    NO_START = "no node to start from"
-    RANGE = "a value outside its range"
-    FORBIDDEN_INPUT = "a next input that the assumptions exclude"
-    SEVERAL_INPUTS = "the environment does not choose one next input"
-    MISSING_SUCCESSOR = "no successor for an allowed move of the other player"
-    SEVERAL_SUCCESSORS = "two successors for the same move of the other player"
-    BROKEN_GUARANTEE = "a transition that breaks a guarantee"
-    STARVED_GOAL = "a cycle that meets all assumptions, but not this goal"
-    STARVED_ASSUMPTION = "a cycle on which the environment does not meet this assumption"
-    GOALS_MET = "a cycle on which the system meets all its goals"
-
-
-class Failure(Struct, frozen=True):
-    """A fault, and a path to it.
-
-    ``node``: its node, None if it concerns no node; ``state``: that node in words. ``successor``:
-    the other end of a wrong transition. ``constraint``: the violated constraint, with its origin.
-    ``path``: a shortest one from an initial node to ``node``. ``cycle``: nodes of a closed walk
-    from ``node``, for faults of liveness. ``detail``: the move in question.
-    """
-
-    fault: Fault
-    node: int | None = None
-    successor: int | None = None
-    constraint: Constraint | None = None
-    path: tuple[int, ...] = ()
-    cycle: tuple[int, ...] = ()
-    state: str = ""
-    detail: str = ""
-
-    @property
-    def lines(self) -> list[str]:
-        """The fault, and the constraint that it breaks with its origin."""
-        where = "" if self.node is None else f" at node {self.node} ({self.state})"
-        found = [f"{self.fault.value}{where}", *([self.detail] if self.detail else [])]
-        if self.constraint is not None:
-            found.append(f"constraint: [{self.constraint.section}] {self.constraint.formula}")
-            found.append(f"from: {self.constraint.origin}")
-        return found
-
-
-class Verification(Struct, frozen=True):
-    """Result of a check. ``failures``: the shallowest one of each kind and constraint; ``nodes``,
-    ``edges``: how many were reached and checked. ``vacuous``: no initial state satisfies the
-    assumptions, so the strategy guarantees nothing."""
-
-    failures: tuple[Failure, ...]
-    nodes: int
-    edges: int
-    vacuous: bool = False
-
-    @property
-    def ok(self) -> bool:
-        return not self.failures
-
+from safenav.synthesis.strategy import Strategy
+from safenav.verify.completions import (
+    Clause,
+    Completions,
+    Evaluator,
+    Row,
+    Slot,
+    Vector,
+    add,
+    flags,
+)
 
 _BLOCK_EDGES = 1 << 16
 _DIGITS = bytes.maketrans(b"\x00\x01", b"01")
 
 _parse = lru_cache(maxsize=1 << 15)(parse)
-
-Alive = Callable[[], None]
-
-
-def quiet() -> None:
-    """Ignore a check's report that it is still running."""
-
-
-Against = list[tuple[Clause, int]]
-"""Clauses, each with the plane of the edges that do not satisfy it."""
-_OF_MOVES = (Section.ENV_TRANS, Section.SYS_TRANS, Section.ENV_LIVENESS, Section.SYS_LIVENESS)
-
-
-class Automaton:
-    """The part of ``strategy`` that is reachable from ``starts``. ``alive`` is called regularly
-    during long computations; it may raise."""
-
-    def __init__(
-        self,
-        spec: Specification,
-        strategy: Strategy,
-        starts: Sequence[int],
-        alive: Alive = quiet,
-    ) -> None:
-        self.alive = alive
-        self.spec = spec
-        self.strategy = strategy
-        self.starts = tuple(starts)
-        self.current = tuple(Slot(v, False) for v in spec.variables)
-        self.next_inputs = tuple(Slot(v, True) for v in spec.owned(Owner.INPUT))
-        self.next_outputs = tuple(Slot(v, True) for v in spec.owned(Owner.OUTPUT))
-        self._before = shortest_paths(self.starts, strategy.transitions.__getitem__)
-        self.nodes = list(self._before)
-        self.edges = Edges(self.nodes, strategy.transitions)
-
-    def clauses(self, section: Section) -> list[Clause]:
-        return clauses(self.spec, section)
-
-    def places(self, owner: Owner) -> list[Slot]:
-        """Return the inputs or the outputs now."""
-        return [place for place in self.current if place.variable.owner is owner]
-
-    def begun(self, owner: Owner) -> set[Row]:
-        """Return the inputs or the outputs with which it may begin."""
-        return {self.parts(owner)[node] for node in self.starts}
-
-    def against(self) -> list[Against]:
-        """Return the clauses of ENV_TRANS, SYS_TRANS, ENV_LIVENESS and SYS_LIVENESS, each with the
-        plane of the edges that do not satisfy it."""
-        parts = [self.clauses(section) for section in _OF_MOVES]
-        planes = iter(self.violated([clause.formula for part in parts for clause in part]))
-        return [[(clause, next(planes)) for clause in part] for part in parts]
-
-    def edge_failures(self, assumed: Against, promised: Against) -> Iterator[Failure]:
-        """Yield the first edge that violates each assumption or guarantee on transitions."""
-        faults = ((Fault.FORBIDDEN_INPUT, assumed), (Fault.BROKEN_GUARANTEE, promised))
-        for fault, against in faults:
-            for clause, wrong in against:
-                if wrong:
-                    source, target = self.edges[first_row(wrong)]
-                    yield self.failure(fault, source, successor=target, clause=clause)
-
-    def cycle_failures(
-        self, fault: Fault, allowed: int, unmet: Sequence[int], clause: Clause | None = None
-    ) -> Iterator[Failure]:
-        """Yield a cycle of the ``allowed`` edges on which each condition is met (see
-        ``fair_cycle``), if there is one."""
-        self.alive()
-        cycle = fair_cycle(self.edges, allowed, unmet)
-        if cycle is not None:
-            yield self.failure(fault, cycle[0], clause=clause, cycle=cycle)
-
-    @cached_property
-    def values(self) -> dict[int, Row]:
-        """All variables of each node, in the specification's order."""
-        fields = [self._fields[variable.name] for variable in self.spec.variables]
-        states = self.strategy.states
-        return {n: tuple([field.decode(states[n]) for field in fields]) for n in self.nodes}
-
-    @cached_method
-    def parts(self, owner: Owner) -> dict[int, Row]:
-        """Return the inputs or the outputs of each node, in the specification's order."""
-        own = [k for k, v in enumerate(self.spec.variables) if v.owner is owner]
-        return {node: tuple([row[k] for k in own]) for node, row in self.values.items()}
-
-    def violated(self, formulas: Sequence[Formula]) -> list[int]:
-        """Return for each formula the plane of the edges that violate it."""
-        found = [0] * len(formulas)
-        for start in range(0, len(self.edges), _BLOCK_EDGES):
-            self.alive()
-            evaluator = self._evaluator(slice(start, start + _BLOCK_EDGES))
-            for k, formula in enumerate(formulas):
-                wrong = evaluator.everywhere ^ evaluator.holds(formula)
-                if wrong:
-                    found[k] |= wrong << start
-        return found
-
-    def range_failures(self) -> Iterator[Failure]:
-        """Yield the first value outside its range, for each integer variable."""
-        for k, place in enumerate(self.current):
-            allowed = place.variable.range
-            pairs = ((node, row[k]) for node, row in self.values.items())
-            if wrong := next((pair for pair in pairs if pair[1] not in allowed), None):
-                detail = f"{place.variable.declaration}, found {wrong[1]}"
-                yield self.failure(Fault.RANGE, wrong[0], detail=detail)
-
-    def failure(
-        self,
-        fault: Fault,
-        node: int,
-        *,
-        successor: int | None = None,
-        clause: Clause | None = None,
-        cycle: tuple[int, ...] = (),
-        detail: str = "",
-    ) -> Failure:
-        return Failure(
-            fault=fault,
-            node=node,
-            successor=successor,
-            constraint=clause.constraint if clause else None,
-            path=self.path(node),
-            cycle=cycle,
-            state=self.in_words(node),
-            detail=detail or ("" if successor is None else f"to {self.in_words(successor)}"),
-        )
-
-    def path(self, node: int) -> tuple[int, ...]:
-        """Return a shortest path from a start node."""
-        return path_to(node, self._before)
-
-    def in_words(self, node: int) -> str:
-        values = self.strategy.values(node)
-        words = [in_words(self.strategy, values, o) for o in (Owner.OUTPUT, Owner.INPUT)]
-        return " ".join(filter(None, words))
-
-    def move_in_words(self, places: Sequence[Slot], row: Row) -> str:
-        """Return a valuation of inputs or of outputs in words."""
-        if not places:
-            return "nothing to choose"
-        values = {p.variable.name: v for p, v in zip(places, row, strict=True)}
-        return in_words(self.strategy, values, places[0].variable.owner)
-
-    def _evaluator(self, block: slice) -> Evaluator:
-        """Return the evaluator of formulas on some of the edges."""
-        width = len(self.strategy.states[0])
-        sources, targets = self.edges.sources[block], self.edges.targets[block]
-        ends = [b"".join(map(self._digits.__getitem__, end)) for end in (sources, targets)]
-
-        def lookup(name: str, primed: bool) -> Vector:
-            field = self._fields[name]
-            digits = ends[primed]
-            last = len(digits) - width
-            # The digits of one column from the last edge to the first, read as a number.
-            raw = [int(digits[last + column :: -width], 2) for column in field.columns]
-            if field.variable.bounds is None:
-                return raw
-            return add(raw, evaluator.constant(field.base))
-
-        evaluator = Evaluator(len(sources), lookup)
-        return evaluator
-
-    @cached_property
-    def _fields(self) -> dict[str, Field]:
-        return {field.variable.name: field for field in self.strategy.fields}
-
-    @cached_property
-    def _digits(self) -> dict[int, bytes]:
-        """The state of each node as text, a digit for each bit."""
-        states = self.strategy.states
-        return {node: bytes(states[node]).translate(_DIGITS) for node in self.nodes}
 
 
 def clauses(spec: Specification, section: Section) -> list[Clause]:
@@ -287,9 +63,99 @@ def _unreadable(constraint: Constraint, column: int, found: str, hint: str) -> I
     return InputError([Diagnostic(place, 1, column, found, hint)])
 
 
-Edge = tuple[int, int]
+def openings(spec: Specification) -> tuple[Completions, Completions]:
+    """Return the initial inputs that the assumptions allow, and the outputs that the guarantees
+    then allow."""
+    inputs, outputs = ([Slot(variable, False) for variable in spec.owned(o)] for o in Owner)
+    assumed, promised = clauses(spec, Section.ENV_INIT), clauses(spec, Section.SYS_INIT)
+    return Completions((), inputs, assumed), Completions(inputs, outputs, promised)
 
-_BITS = bytes.maketrans(b"01", b"\x00\x01")
+
+def rounds(spec: Specification) -> tuple[Completions, Completions]:
+    """Return the next inputs in a state that the assumptions allow, and the next outputs that the
+    guarantees then allow."""
+    now = [Slot(variable, False) for variable in spec.variables]
+    inputs, outputs = ([Slot(variable, True) for variable in spec.owned(o)] for o in Owner)
+    assumed, promised = clauses(spec, Section.ENV_TRANS), clauses(spec, Section.SYS_TRANS)
+    return Completions(now, inputs, assumed), Completions([*now, *inputs], outputs, promised)
+
+
+Edge = tuple[int, int]
+Against = list[tuple[Clause, int]]
+"""Clauses, each with the plane of the edges that do not satisfy it."""
+_OF_MOVES = (Section.ENV_TRANS, Section.SYS_TRANS, Section.ENV_LIVENESS, Section.SYS_LIVENESS)
+
+
+class Automaton:
+    """The part of ``strategy`` that is reachable from ``starts``."""
+
+    def __init__(self, spec: Specification, strategy: Strategy, starts: Sequence[int]) -> None:
+        self.spec, self.strategy, self.starts = spec, strategy, tuple(starts)
+        self._before = shortest_paths(self.starts, strategy.transitions.__getitem__)
+        self.nodes = list(self._before)
+        self.edges = Edges(self.nodes, strategy.transitions)
+        self._fields = {field.variable.name: field for field in strategy.fields}
+
+    @cached_property
+    def against(self) -> list[Against]:
+        """The clauses of ENV_TRANS, SYS_TRANS, ENV_LIVENESS and SYS_LIVENESS, each with the plane
+        of the edges that do not satisfy it."""
+        parts = [clauses(self.spec, section) for section in _OF_MOVES]
+        planes = iter(self.violated([clause.formula for part in parts for clause in part]))
+        return [[(clause, next(planes)) for clause in part] for part in parts]
+
+    @cached_property
+    def values(self) -> dict[int, Row]:
+        """All variables of each node, in the specification's order."""
+        fields = [self._fields[variable.name] for variable in self.spec.variables]
+        states = self.strategy.states
+        return {n: tuple([field.decode(states[n]) for field in fields]) for n in self.nodes}
+
+    @cached_method
+    def parts(self, owner: Owner) -> dict[int, Row]:
+        """Return the inputs or the outputs of each node, in the specification's order."""
+        own = [k for k, v in enumerate(self.spec.variables) if v.owner is owner]
+        return {node: tuple([row[k] for k in own]) for node, row in self.values.items()}
+
+    def violated(self, formulas: Sequence[Formula]) -> list[int]:
+        """Return for each formula the plane of the edges that violate it."""
+        found = [0] * len(formulas)
+        for start in range(0, len(self.edges), _BLOCK_EDGES):
+            evaluator = self._evaluator(slice(start, start + _BLOCK_EDGES))
+            for k, formula in enumerate(formulas):
+                wrong = evaluator.everywhere ^ evaluator.holds(formula)
+                if wrong:
+                    found[k] |= wrong << start
+        return found
+
+    def path(self, node: int) -> tuple[int, ...]:
+        """Return a shortest path from a start node."""
+        return path_to(node, self._before)
+
+    def _evaluator(self, block: slice) -> Evaluator:
+        """Return the evaluator of formulas on some of the edges."""
+        width = len(self.strategy.states[0])
+        sources, targets = self.edges.sources[block], self.edges.targets[block]
+        ends = [b"".join(map(self._digits.__getitem__, end)) for end in (sources, targets)]
+
+        def lookup(name: str, primed: bool) -> Vector:
+            field = self._fields[name]
+            digits = ends[primed]
+            last = len(digits) - width
+            # The digits of one column from the last edge to the first, read as a number.
+            raw = [int(digits[last + column :: -width], 2) for column in field.columns]
+            if field.variable.bounds is None:
+                return raw
+            return add(raw, evaluator.constant(field.base))
+
+        evaluator = Evaluator(len(sources), lookup)
+        return evaluator
+
+    @cached_property
+    def _digits(self) -> dict[int, bytes]:
+        """The state of each node as text, a digit for each bit."""
+        states = self.strategy.states
+        return {node: bytes(states[node]).translate(_DIGITS) for node in self.nodes}
 
 
 class Edges:
@@ -302,6 +168,7 @@ class Edges:
         lengths = map(len, self._successors)
         self.sources = list(chain.from_iterable(map(repeat, nodes, lengths)))
         self.targets = list(chain.from_iterable(self._successors))
+        self.ends = self.sources, self.targets
 
     def __len__(self) -> int:
         return len(self.targets)
@@ -321,19 +188,66 @@ class Edges:
 
     def flags(self, plane: int) -> bytes:
         """Return for each edge 1 if it is in the set, else 0."""
-        return f"{plane:0{len(self)}b}".encode().translate(_BITS)[::-1]
+        return flags(plane, len(self))
+
+
+class NoMeasureError(ValueError):
+    """No measure exists: the nodes of a ``cycle`` starve the goal and meet every excuse."""
+
+    def __init__(self, cycle: tuple[int, ...]) -> None:
+        super().__init__(f"node {cycle[0]} lies on a cycle that starves the goal")
+        self.cycle = cycle
+
+
+Measure = dict[str, list[Any]]
+"""Number (``n``) and assumption (``a``) of each node."""
+
+
+def measure(
+    size: int,
+    edges: tuple[Sequence[int], Sequence[int]],
+    met: Sequence[int],
+    excuses: Sequence[Sequence[int]],
+) -> Measure:
+    """Return the measure of a goal.
+
+    ``size``: number of nodes. ``edges``: the node before each edge, and the node after it. ``met``,
+    and each of ``excuses`` (assumptions; for a counterstrategy, goals): for each edge, whether it
+    is met there. Raises NoMeasureError, with the first cycle, if no measure exists.
+    """
+    sources, targets = edges
+    missing: list[list[int]] = [[] for _ in range(size)]
+    for edge in compress(range(len(met)), map(not_, met)):
+        missing[sources[edge]].append(edge)
+    numbers, component, wrong = [0] * size, [-1] * size, list[list[int]]()
+    assumptions: list[int | None] = [None] * size
+    parts = components([[targets[edge] for edge in out] for out in missing])
+    for label, members in enumerate(parts):
+        for node in members:
+            component[node] = label
+        inside, depth = [], 0
+        for edge in chain.from_iterable(missing[node] for node in members):
+            if component[targets[edge]] == label:
+                inside.append(edge)
+            else:
+                depth = max(depth, numbers[targets[edge]] + 1)
+        unmet = (k for k, flags in enumerate(excuses) if not any(flags[edge] for edge in inside))
+        excuse = next(unmet, None) if inside else None
+        if inside and excuse is None:
+            wrong.append(sorted(inside))
+        for node in members:
+            numbers[node], assumptions[node] = depth, excuse
+    if wrong:
+        first = min(wrong)
+        taken = [next(edge for edge in first if flags[edge]) for flags in excuses]
+        ends = [[(sources[edge], targets[edge]) for edge in some] for some in (first, taken)]
+        raise NoMeasureError(closed_walk(*ends))
+    return {"n": numbers, "a": assumptions}
 
 
 def cyclic_parts(edges: Iterable[Edge]) -> dict[int, int]:
     """Return the nodes that lie on a cycle of ``edges``, each with the number of its component."""
     successors = _successors(edges)
-    indegree = Counter(chain.from_iterable(successors.values()))
-    ready = [node for node in successors if node not in indegree]
-    while ready:  # no cycle leads there; usually removes all nodes, cheaply
-        for target in successors.pop(ready.pop(), ()):
-            indegree[target] -= 1
-            if not indegree[target]:
-                ready.append(target)
     nodes = list(successors)
     index = {node: place for place, node in enumerate(nodes)}
     graph = [[index[target] for target in successors[node] if target in index] for node in nodes]
@@ -364,24 +278,3 @@ def closed_walk(edges: Iterable[Edge], required: Sequence[Edge]) -> tuple[int, .
         paths = shortest_paths(walk[-1:], lambda node: successors.get(node, ()))
         walk += (*path_to(source, paths)[1:], target)
     return tuple(walk[:-2])
-
-
-def fair_cycle(edges: Edges, allowed: int, unmet: Sequence[int]) -> tuple[int, ...] | None:
-    """Return a closed walk over the ``allowed`` edges on which each condition is met by some edge;
-    None if there is none. ``unmet``: for each condition, the edges that do not meet it. All these
-    sets are planes (``Evaluator``)."""
-    rows = [*compress(range(len(edges)), edges.flags(allowed))]
-    parts = cyclic_parts(edges[row] for row in rows)
-    inside: dict[int, list[int]] = {}
-    for row in rows:
-        part = parts.get(edges.sources[row])
-        if part is not None and part == parts.get(edges.targets[row]):
-            inside.setdefault(part, []).append(row)
-    met = [edges.flags(((1 << len(edges)) - 1) ^ plane) for plane in unmet] if inside else []
-    for walked in inside.values():
-        required = [next((row for row in walked if flags[row]), None) for flags in met]
-        if None not in required:
-            return closed_walk(
-                [edges[row] for row in walked], [edges[row] for row in required if row is not None]
-            )
-    return None

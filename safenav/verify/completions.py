@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache, cached_property, reduce
-from itertools import product
+from itertools import compress, islice, product
 from math import prod
 from operator import and_, itemgetter, or_, xor
 
@@ -119,6 +119,16 @@ def first_row(plane: int) -> int:
     return (plane & -plane).bit_length() - 1
 
 
+_BITS = bytes.maketrans(b"01", b"\x00\x01")
+
+
+def flags(plane: int, count: int) -> bytes:
+    """Return for each of so many rows 1 if it is in a plane, else 0."""
+    return f"{plane:0{count}b}".encode().translate(_BITS)[::-1][:count]
+
+
+_SOME = 256
+"""Rows whose completions are counted together."""
 _JOINT_DOMAIN = 1 << 12
 _BLOCK_BITS = 1 << 22
 _MOST_ROWS = 1 << 20
@@ -165,66 +175,71 @@ class Completions:
         self, known: Sequence[Slot], unknown: Sequence[Slot], clauses: Sequence[Clause]
     ) -> None:
         self._known, self._unknown, self._clauses = known, unknown, clauses
+        free = {place.key for place in unknown}
+        self._settled = [clause for clause in clauses if not clause.places & free]
+        tied = [clause for clause in clauses if clause.places & free]
+        self._parts = [*_components(unknown, tied)]
 
     def count(self, rows: Sequence[Row]) -> list[int]:
         """Return the number of completions of each row.
 
         Raises ResourceLimitError if the constraints connect too many unknowns.
         """
-        index = {place.key: i for i, place in enumerate(self._known)}
-        return _count(rows, index, self._unknown, self._clauses)
+        totals = dict(zip(rows, _masks(rows, self._known, (), self._settled), strict=True))
+        some = [row for row, allowed in totals.items() if allowed]
+        for places, tied in self._parts:
+            for row, count in zip(some, _counts(some, self._known, places, tied), strict=True):
+                totals[row] *= count
+        return [totals[row] for row in rows]
 
-    def each(self, row: Row) -> Iterator[Row]:
-        """Yield the completions of one row in ascending order."""
-        values: tuple[dict[str, int | bool], dict[str, int | bool]] = ({}, {})
-        for place, value in zip(self._known, row, strict=True):
-            values[place.primed][place.variable.name] = value
-        known = {place.key for place in self._known}
-        due: list[list[syntax.Predicate]] = []
-        if not all(c.holds(*values) for c in self._clauses if c.places <= known):
-            return
-        for place in self._unknown:
-            known.add(place.key)
-            ready = [c for c in self._clauses if place.key in c.places and c.places <= known]
-            due.append([clause.holds for clause in ready])
-        yield from _backtrack(self._unknown, due, values, ())
+    def each(self, row: Row, decisive: frozenset[Key] | None = None) -> Iterator[Row]:
+        """Yield the completions of one row in ascending order; of those that agree in all of the
+        ``decisive`` places and all before, the first. Raises as ``count``."""
+        return (longer[len(row) :] for longer in self._longer([row], decisive))
+
+    def _longer(self, rows: Sequence[Row], decisive: frozenset[Key] | None) -> Iterator[Row]:
+        """Yield completed rows. Each value is followed only if the rest can be completed."""
+        ranges = [place.variable.range for place in self._unknown]
+        if decisive is not None and decisive.isdisjoint(place.key for place in self._unknown):
+            for row in rows:
+                yield from islice(self._longer([row], None), 1)
+        elif (domain := prod(map(len, ranges))) <= _JOINT_DOMAIN:
+            masks = _masks(rows, self._known, self._unknown, self._clauses)
+            for row, mask in zip(rows, masks, strict=True):
+                for values in compress(product(*ranges), flags(mask, domain)):
+                    yield row + values
+        else:
+            longer = ((*row, value) for row in rows for value in ranges[0])
+            while some := list(islice(longer, _SOME)):
+                alive = list(compress(some, self._rest.count(some)))
+                yield from self._rest._longer(alive, decisive)
+
+    @cached_property
+    def _rest(self) -> Completions:
+        """The completions of rows with a value of the first unknown place."""
+        first, *others = self._unknown
+        return Completions((*self._known, first), others, self._clauses)
+
+    def unanswered(
+        self, answers: Completions, row: Row = (), most: int | None = None
+    ) -> Row | None:
+        """Return a completion of a row that has no completion by ``answers``, if there is one among
+        ``most`` that differ in what these refer to."""
+        read = frozenset[Key]().union(*(clause.places for clause in answers._clauses))
+        first = sorted(self._unknown, key=lambda place: place.key not in read)
+        order = [first.index(place) for place in self._unknown]
+        found = islice(Completions(self._known, first, self._clauses).each(row, read), most)
+        while some := [tuple([each[k] for k in order]) for each in islice(found, _SOME)]:
+            counts = answers.count([(*row, *each) for each in some])
+            if 0 in counts:
+                return some[counts.index(0)]
+        return None
 
 
-def _backtrack(
-    unknown: Sequence[Slot],
-    due: Sequence[Sequence[syntax.Predicate]],
-    values: tuple[dict[str, int | bool], dict[str, int | bool]],
-    chosen: Row,
-) -> Iterator[Row]:
-    depth = len(chosen)
-    if depth == len(unknown):
-        yield chosen
-        return
-    place = unknown[depth]
-    for value in place.variable.range:
-        values[place.primed][place.variable.name] = value
-        if all(holds(*values) for holds in due[depth]):
-            yield from _backtrack(unknown, due, values, (*chosen, value))
-
-
-def _count(
-    rows: Sequence[Row],
-    index: Mapping[Key, int],
-    unknown: Sequence[Slot],
-    clauses: Sequence[Clause],
+def _counts(
+    rows: Sequence[Row], known: Sequence[Slot], part: Sequence[Slot], tied: Sequence[Clause]
 ) -> list[int]:
-    free = {place.key for place in unknown}
-    settled = [c for c in clauses if not c.places & free]
-    totals = [mask & 1 for mask in _masks(rows, index, (), settled)]
-    for part, tied in _components(unknown, [c for c in clauses if c.places & free]):
-        counts = _count_component(rows, index, part, tied)
-        totals = [total * count for total, count in zip(totals, counts, strict=True)]
-    return totals
-
-
-def _count_component(
-    rows: Sequence[Row], index: Mapping[Key, int], part: Sequence[Slot], tied: Sequence[Clause]
-) -> list[int]:
+    """Return for each row the number of valuations of connected places that satisfy the clauses."""
     domain = prod(len(place.variable.range) for place in part)
     if not tied:
         return [domain] * len(rows)
@@ -235,23 +250,17 @@ def _count_component(
             f"and constraints on it; at most {_WIDEST:,} can be verified"
         )
     if len(part) == 1 or domain <= _JOINT_DOMAIN:
-        return [mask.bit_count() for mask in _masks(rows, index, part, tied)]
-    seen = frozenset().union(*(c.places for c in tied))
-    places, keys, distinct = _projected(rows, index, seen)
+        return [mask.bit_count() for mask in _masks(rows, known, part, tied)]
+    places, keys, distinct = _projected(rows, known, tied)
     split = max(part, key=lambda place: sum(place.key in c.places for c in tied))
-    rest = [place for place in part if place is not split]
-    deeper = {key: i for i, key in enumerate((*places, split.key))}
     if len(distinct) * len(split.variable.range) > _MOST_ROWS:
         raise ResourceLimitError(
             "the strategy is too large to verify: its constraints tie too many variables together"
         )
+    rest = Completions((*places, split), [place for place in part if place is not split], tied)
+    longer = [(*key, value) for key in distinct for value in split.variable.range]
     counts = dict.fromkeys(distinct, 0)
-    extended = [(*key, value) for key in distinct for value in split.variable.range]
-    settled = [c for c in tied if not c.places & {place.key for place in rest}]
-    possible = _masks(extended, deeper, (), settled)
-    alive = [row for row, mask in zip(extended, possible, strict=True) if mask & 1]
-    later = [c for c in tied if c not in settled]
-    for row, count in zip(alive, _count(alive, deeper, rest, later), strict=True):
+    for row, count in zip(longer, rest.count(longer), strict=True):
         counts[row[:-1]] += count
     return [counts[key] for key in keys]
 
@@ -273,67 +282,59 @@ def _components(
 
 
 def _masks(
-    rows: Sequence[Row],
-    index: Mapping[Key, int],
-    part: Sequence[Slot],
-    clauses: Sequence[Clause],
+    rows: Sequence[Row], known: Sequence[Slot], part: Sequence[Slot], clauses: Sequence[Clause]
 ) -> list[int]:
     """Return for each row the valuations of ``part`` (bit d: the d-th of their product) that
     satisfy all clauses. Clauses that read the same known places are computed together."""
-    domain = prod(len(place.variable.range) for place in part)
-    masks = [(1 << domain) - 1] * len(rows)
+    valuations = list(product(*(place.variable.range for place in part)))
+    masks = [(1 << len(valuations)) - 1] * len(rows)
     free = {place.key for place in part}
-    by_support: dict[frozenset[Key], list[syntax.Formula]] = {}
+    by_support: dict[frozenset[Key], list[Clause]] = {}
     for clause in clauses:
-        by_support.setdefault(clause.places - free, []).append(clause.formula)
-    for support, formulas in by_support.items():
-        places, keys, distinct = _projected(rows, index, support)
+        by_support.setdefault(clause.places - free, []).append(clause)
+    for some in by_support.values():
+        places, keys, distinct = _projected(rows, known, some)
         allowed: dict[Row, int] = {}
-        block = max(1, _BLOCK_BITS // domain)
-        for start in range(0, len(distinct), block):
-            some = distinct[start : start + block]
-            allowed.update(zip(some, _block(some, places, part, formulas), strict=True))
+        size = max(1, _BLOCK_BITS // len(valuations))
+        for block in (distinct[k : k + size] for k in range(0, len(distinct), size)):
+            columns = {place.key: k for k, place in enumerate((*places, *part))}
+            allowed.update(zip(block, _block(block, columns, valuations, some), strict=True))
         masks = [mask & allowed[key] for mask, key in zip(masks, keys, strict=True)]
     return masks
 
 
 def _projected(
-    rows: Sequence[Row], index: Mapping[Key, int], support: frozenset[Key]
-) -> tuple[list[Key], list[Row], list[Row]]:
-    """Return the known places of ``support`` in order, their values per row, the distinct ones."""
-    places = sorted(support & index.keys(), key=index.__getitem__)
-    columns = [index[key] for key in places]
+    rows: Sequence[Row], known: Sequence[Slot], clauses: Sequence[Clause]
+) -> tuple[list[Slot], list[Row], list[Row]]:
+    """Return the known places that clauses refer to, their values in each row, the distinct
+    ones."""
+    read = frozenset[Key]().union(*(clause.places for clause in clauses))
+    columns = [column for column, place in enumerate(known) if place.key in read]
     if len(columns) > 1:
         keys = list(map(itemgetter(*columns), rows))
     else:
         keys = [tuple(row[column] for column in columns) for row in rows]
-    return places, keys, list(dict.fromkeys(keys))
+    return [known[column] for column in columns], keys, list(dict.fromkeys(keys))
 
 
 def _block(
     keys: Sequence[Row],
-    places: Sequence[Key],
-    part: Sequence[Slot],
-    formulas: Sequence[syntax.Formula],
+    columns: Mapping[Key, int],
+    valuations: Sequence[Row],
+    clauses: Sequence[Clause],
 ) -> list[int]:
-    """Evaluate on all pairs of a key and a valuation of ``part``; return a mask for each key."""
-    valuations = list(product(*(place.variable.range for place in part)))
+    """Evaluate on all pairs of a key and a valuation, whose values have these ``columns``; return a
+    mask for each key."""
     width = (len(valuations) + 7) // 8  # bytes of each key in a plane
-    unknown = {place.key: i for i, place in enumerate(part)}
-    known = {key: i for i, key in enumerate(places)}
-
     blanks = (bytes(width), b"\xff" * width)
 
     def lookup(name: str, primed: bool) -> Vector:
-        column = unknown.get((name, primed))
-        if column is None:
-            values = [key[known[name, primed]] for key in keys]
-        else:
-            values = [valuation[column] for valuation in valuations]
+        column = columns[name, primed] - len(keys[0])
+        values = [row[column] for row in (keys if column < 0 else valuations)]
         planes = []
         for bit in range(max(1, max(values).bit_length())):
             bits = [value >> bit & 1 for value in values]
-            if column is None:
+            if column < 0:
                 plane = b"".join([blanks[one] for one in bits])
             else:
                 packed = sum(one << i for i, one in enumerate(bits))
@@ -342,9 +343,7 @@ def _block(
         return planes
 
     evaluator = Evaluator(len(keys) * width * 8, lookup)
-    result = evaluator.everywhere
-    for formula in formulas:
-        result &= evaluator.holds(formula)
+    result = reduce(and_, (evaluator.holds(clause.formula) for clause in clauses))
     data = result.to_bytes(len(keys) * width, "little")
     inside = (1 << len(valuations)) - 1
     return [

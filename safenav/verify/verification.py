@@ -23,17 +23,100 @@ proof that a specification is unrealizable if
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence, Set
-from itertools import islice
+from enum import StrEnum
+from functools import reduce
+from operator import or_
 from typing import Any
 
-from safenav.components import components
-from safenav.spec.specification import Constraint, Owner, Section, Specification
-from safenav.synthesis.strategy import Strategy
-from safenav.verify.automaton import Alive, Automaton, Failure, Fault, Verification, clauses, quiet
-from safenav.verify.completions import Clause, Completions, Row, Slot
+from msgspec import Struct
 
-_SOME = 256
+from safenav.spec.specification import Constraint, Owner, Section, Specification
+from safenav.synthesis.strategy import Strategy, in_words
+from safenav.verify.automaton import Automaton, NoMeasureError, clauses, measure, openings, rounds
+from safenav.verify.completions import Clause, Completions, Row, first_row
+
+
+class Fault(StrEnum):
+    """Defects of an automaton; the value is the wording."""
+
+    NO_START = "no node to start from"
+    RANGE = "a value outside its range"
+    FORBIDDEN_INPUT = "a next input that the assumptions exclude"
+    SEVERAL_INPUTS = "the environment does not choose one next input"
+    MISSING_SUCCESSOR = "no successor for an allowed move of the other player"
+    SEVERAL_SUCCESSORS = "two successors for the same move of the other player"
+    BROKEN_GUARANTEE = "a transition that breaks a guarantee"
+    STARVED_GOAL = "a cycle that meets all assumptions, but not this goal"
+    STARVED_ASSUMPTION = "a cycle on which the environment does not meet this assumption"
+    GOALS_MET = "a cycle on which the system meets all its goals"
+
+
+class Failure(Struct, frozen=True):
+    """A fault, and a path to it.
+
+    ``node``: its node, None if it concerns no node; ``state``: that node in words. ``successor``:
+    the other end of a wrong transition. ``constraint``: the violated constraint, with its origin.
+    ``path``: a shortest one from an initial node to ``node``. ``cycle``: nodes of a closed walk
+    from ``node``, for faults of liveness. ``detail``: the move in question.
+    """
+
+    fault: Fault
+    node: int | None = None
+    successor: int | None = None
+    constraint: Constraint | None = None
+    path: tuple[int, ...] = ()
+    cycle: tuple[int, ...] = ()
+    state: str = ""
+    detail: str = ""
+
+    @property
+    def lines(self) -> list[str]:
+        """The fault, and the constraint that it breaks with its origin."""
+        where = "" if self.node is None else f" at node {self.node} ({self.state})"
+        found = [f"{self.fault.value}{where}", *([self.detail] if self.detail else [])]
+        if self.constraint is not None:
+            found.append(f"constraint: [{self.constraint.section}] {self.constraint.formula}")
+            found.append(f"from: {self.constraint.origin}")
+        return found
+
+
+class Verification(Struct, frozen=True):
+    """Result of a check. ``failures``: the shallowest one of each kind and constraint; ``nodes``,
+    ``edges``: how many were reached and checked. ``vacuous``: no initial state satisfies the
+    assumptions, so the strategy guarantees nothing."""
+
+    failures: tuple[Failure, ...]
+    nodes: int
+    edges: int
+    vacuous: bool = False
+
+    @property
+    def ok(self) -> bool:
+        return not self.failures
+
+
+def verify(spec: Specification, automaton: Strategy, counter: bool = False) -> Verification:
+    """Check a strategy of the system, or a ``counter``strategy: the proof that there is none.
+
+    Raises InputError if the specification cannot be read, ResourceLimitError if its
+    assumptions tie so many inputs together that they cannot be counted.
+    """
+    starts = counterstrategy_starts(spec, automaton) if counter else automaton.initial()
+    found = Automaton(spec, automaton, starts)
+    failures = tuple(_failures(found, counter))
+    vacuous = not counter and not openings(spec)[0].count([()])[0]
+    return Verification(failures, len(found.nodes), len(found.edges), vacuous)
+
+
+def first_failure(spec: Specification, automaton: Strategy, counter: bool = False) -> str | None:
+    """Return the first defect of an automaton, in words; None if it satisfies the specification.
+
+    A synthesizer takes this as its ``verifier``. Raises as ``verify`` does.
+    """
+    failures = verify(spec, automaton, counter).failures
+    return next(("\n    ".join(failure.lines) for failure in failures), None)
 
 
 def counterstrategy_starts(spec: Specification, counterstrategy: Strategy) -> tuple[int, ...]:
@@ -50,322 +133,201 @@ def counterstrategy_starts(spec: Specification, counterstrategy: Strategy) -> tu
     return counterstrategy.leading(begins)
 
 
-def counterstrategy_failures(automaton: Automaton) -> Iterator[Failure]:
-    """Yield all faults of a counterstrategy with known initial states."""
-    yield from _opening_failures(automaton)
-    yield from automaton.range_failures()
-    assumed, promised, fair, goals = automaton.against()
-    yield from automaton.edge_failures(assumed, promised)
-    yield from _answer_failures(automaton, [c for c, _ in assumed], [c for c, _ in promised])
-    for clause, unmet in fair:
-        yield from automaton.cycle_failures(Fault.STARVED_ASSUMPTION, unmet, (), clause)
-    every = (1 << len(automaton.edges)) - 1
-    yield from automaton.cycle_failures(Fault.GOALS_MET, every, [unmet for _, unmet in goals])
-
-
 def lost_opening(spec: Specification) -> Row | None:
     """Return initial inputs that ENV_INIT allows and that leave no output, if there are any: a
     counterstrategy that wins with them has no node."""
-    inputs, outputs = (
-        [Slot(variable, False) for variable in spec.owned(owner)]
-        for owner in (Owner.INPUT, Owner.OUTPUT)
-    )
-    answers = Completions(inputs, outputs, clauses(spec, Section.SYS_INIT))
-    openings = Completions((), inputs, clauses(spec, Section.ENV_INIT))
-    return _unanswered(openings, answers, ())
+    inputs, outputs = openings(spec)
+    return inputs.unanswered(outputs)
 
 
-def _unanswered(moves: Completions, answers: Completions, known: Row) -> Row | None:
-    """Return the first move from known values that has no answer, if there is one."""
-    found = moves.each(known)
-    while some := list(islice(found, _SOME)):
-        counts = answers.count([(*known, *row) for row in some])
-        if 0 in counts:
-            return some[counts.index(0)]
-    return None
+_OF_EDGES = (Fault.FORBIDDEN_INPUT, Fault.BROKEN_GUARANTEE)
 
 
-def _opening_failures(automaton: Automaton) -> Iterator[Failure]:
-    inputs, outputs = automaton.places(Owner.INPUT), automaton.places(Owner.OUTPUT)
-    if not automaton.starts:  # then the system must be unable to answer some initial input
-        if lost_opening(automaton.spec) is None:
-            detail = f"of the counterstrategy for {automaton.spec.robot}"
-            yield Failure(Fault.NO_START, detail=detail)
+def _failures(automaton: Automaton, counter: bool) -> Iterator[Failure]:
+    yield from _start_failures(automaton, counter)
+    for k, variable in enumerate(automaton.spec.variables):
+        pairs = ((node, row[k]) for node, row in automaton.values.items())
+        if wrong := next((pair for pair in pairs if pair[1] not in variable.range), None):
+            detail = f"{variable.declaration}, found {wrong[1]}"
+            yield _failure(automaton, Fault.RANGE, wrong[0], detail=detail)
+    for fault, against in zip(_OF_EDGES, automaton.against, strict=False):
+        for clause, edges in against:
+            if edges:
+                source, target = automaton.edges[first_row(edges)]
+                detail = f"to {_node_in_words(automaton, target)}"
+                yield _failure(automaton, fault, source, clause, target, detail=detail)
+    yield from (_answer_failures if counter else _input_failures)(automaton)
+    size, ends = len(automaton.strategy.states), automaton.edges.ends
+    for starved, about, met, excuses in obligations(automaton, counter):
+        try:
+            measure(size, ends, met, excuses)
+        except NoMeasureError as error:
+            yield _failure(automaton, starved, error.cycle[0], about, cycle=error.cycle)
+
+
+def _failure(
+    automaton: Automaton,
+    fault: Fault,
+    node: int,
+    clause: Clause | None = None,
+    successor: int | None = None,
+    cycle: tuple[int, ...] = (),
+    detail: str = "",
+) -> Failure:
+    constraint, path = clause.constraint if clause else None, automaton.path(node)
+    state = _node_in_words(automaton, node)
+    return Failure(fault, node, successor, constraint, path, cycle, state, detail)
+
+
+def _node_in_words(automaton: Automaton, node: int) -> str:
+    strategy, values = automaton.strategy, automaton.strategy.values(node)
+    words = [in_words(strategy, values, owner) for owner in (Owner.OUTPUT, Owner.INPUT)]
+    return " ".join(filter(None, words))
+
+
+def _move_in_words(automaton: Automaton, owner: Owner, row: Row) -> str:
+    """Return a valuation of inputs or of outputs in words."""
+    names = [variable.name for variable in automaton.spec.owned(owner)]
+    values = dict(zip(names, row, strict=True))
+    return in_words(automaton.strategy, values, owner) or "nothing to choose"
+
+
+def _start_failures(automaton: Automaton, counter: bool) -> Iterator[Failure]:
+    """Yield a missing start. Each initial input of the environment needs a node that satisfies both
+    INITs; the input of a counterstrategy, one for each output, unless it leaves no output."""
+    spec, strategy, starts = automaton.spec, automaton.strategy, automaton.starts
+    inputs, outputs = openings(spec)
+    if counter and not starts:
+        if lost_opening(spec) is None:
+            yield Failure(Fault.NO_START, detail=f"of the counterstrategy for {spec.robot}")
         return
-    answers = Completions(inputs, outputs, automaton.clauses(Section.SYS_INIT))
-    chosen = automaton.parts(Owner.INPUT)[automaton.starts[0]]
-    missing = _missing(answers, chosen, automaton.begun(Owner.OUTPUT))
+    owner, row, possible = Owner.INPUT, Row(), inputs
+    if counter:
+        owner, row, possible = Owner.OUTPUT, automaton.parts(owner)[starts[0]], outputs
+    parts = automaton.parts(owner)
+    missing = _missing(possible, row, {parts[node] for node in starts})
     if missing is not None:
-        detail = f"for the initial output {automaton.move_in_words(outputs, missing)}"
-        yield Failure(Fault.NO_START, detail=detail)
+        words = f"for the initial {owner.lower()} {_move_in_words(automaton, owner, missing)}"
+        first = strategy.values(0) if strategy.states and not starts else {}
+        both = (*clauses(spec, Section.ENV_INIT), *clauses(spec, Section.SYS_INIT))
+        why = (each.constraint for each in both if first and not each.holds(first, None))
+        yield Failure(Fault.NO_START, constraint=next(why, None), detail=words if missing else "")
 
 
-def _missing(completions: Completions, row: Row, there: Set[Row]) -> Row | None:
+def _missing(
+    possible: Completions, row: Row, there: Set[Row], count: int | None = None
+) -> Row | None:
     """Return a completion of a row that is not ``there``, if one of them is missing. Counting
     usually suffices: all that is there is a completion, or another fault."""
-    if completions.count([row])[0] == len(there):
+    if (possible.count([row])[0] if count is None else count) == len(there):
         return None
-    return next((each for each in completions.each(row) if each not in there), None)
+    return next((each for each in possible.each(row) if each not in there), None)
 
 
-def _answer_failures(
-    automaton: Automaton, assumed: Sequence[Clause], promised: Sequence[Clause]
-) -> Iterator[Failure]:
+def _input_failures(automaton: Automaton) -> Iterator[Failure]:
+    """Yield the faults of the successors of a strategy: one for each next input."""
+    banned = automaton.edges.flags(reduce(or_, (edges for _, edges in automaton.against[0]), 0))
+    moves = [
+        (node, automaton.values[node], [t for k, t in enumerate(targets, first) if not banned[k]])
+        for node, targets, first in automaton.edges.by_node()
+    ]
+    yield from _move_failures(automaton, Owner.INPUT, rounds(automaton.spec)[0], moves)
+
+
+def _answer_failures(automaton: Automaton) -> Iterator[Failure]:
     """Yield the faults of the successors of a counterstrategy: each node has one next input, and
     each possible reply of the system to it once; or some next input leaves it no reply."""
-    choices = Completions(automaton.current, automaton.next_inputs, assumed)
-    known = (*automaton.current, *automaton.next_inputs)
-    answers = Completions(known, automaton.next_outputs, promised)
+    choices, answers = rounds(automaton.spec)
     inputs, moves, ends = automaton.parts(Owner.INPUT), [], []
-    for node in automaton.nodes:
-        targets = automaton.strategy.transitions[node]
+    several: int | None = None
+    for node, targets, _ in automaton.edges.by_node():
         chosen = {inputs[target] for target in targets}
         if len(chosen) == 1:
             moves.append((node, (*automaton.values[node], *chosen.pop()), targets))
-        else:
-            ends.append((node, chosen))
-    if several := [node for node, chosen in ends if chosen]:
-        yield automaton.failure(Fault.SEVERAL_INPUTS, several[0])
+        elif not chosen:
+            ends.append(node)
+        elif several is None:
+            several = node
+            yield _failure(automaton, Fault.SEVERAL_INPUTS, node)
     yield from _move_failures(automaton, Owner.OUTPUT, answers, moves)
-    for node in (node for node, chosen in ends if not chosen):
-        if _unanswered(choices, answers, automaton.values[node]) is None:
+    for node in ends:
+        if choices.unanswered(answers, automaton.values[node]) is None:
             detail = "expected a successor for each next input, found none"
-            yield automaton.failure(Fault.MISSING_SUCCESSOR, node, detail=detail)
+            yield _failure(automaton, Fault.MISSING_SUCCESSOR, node, detail=detail)
             return
 
 
 def _move_failures(
     automaton: Automaton,
     owner: Owner,
-    completions: Completions,
+    possible: Completions,
     moves: Sequence[tuple[int, Row, Sequence[int]]],
 ) -> Iterator[Failure]:
     """Yield the first node with two successors for one move of the other player, and the first
     without one for an allowed move. ``moves``: nodes, their known values, and their successors."""
-    reported: set[Fault] = set()
-    parts, places = automaton.parts(owner), [Slot(v, True) for v in automaton.spec.owned(owner)]
-    counts = completions.count([row for _, row, _ in moves])
-    for (node, row, targets), count in zip(moves, counts, strict=True):
-        there = {parts[target] for target in targets}
-        wrong = dict[Fault, Row | None]()
-        if len(there) < len(targets):
-            seen = [parts[target] for target in targets]
-            twice = next(one for k, one in enumerate(seen) if one in seen[:k])
-            wrong[Fault.SEVERAL_SUCCESSORS] = twice
-        if len(there) != count and Fault.MISSING_SUCCESSOR not in reported:
-            missing = (each for each in completions.each(row) if each not in there)
-            wrong[Fault.MISSING_SUCCESSOR] = next(missing, None)
-        for fault, move in wrong.items():
-            if move is not None and fault not in reported:
-                reported.add(fault)
-                detail = f"for {automaton.move_in_words(places, move)}"
-                yield automaton.failure(fault, node, detail=detail)
-
-
-def verify_strategy(spec: Specification, strategy: Strategy, alive: Alive = quiet) -> Verification:
-    """Check a strategy of the system. ``alive`` is called now and then; it may raise.
-
-    Raises InputError if the specification cannot be read, ResourceLimitError if its
-    assumptions tie so many inputs together that they cannot be counted.
-    """
-    automaton = Automaton(spec, strategy, strategy.initial(), alive)
-    failures = tuple(_strategy_failures(automaton))
-    vacuous = not _starts(automaton).count([()])[0]
-    return Verification(failures, len(automaton.nodes), len(automaton.edges), vacuous)
-
-
-def verify_counterstrategy(
-    spec: Specification, counterstrategy: Strategy, alive: Alive = quiet
-) -> Verification:
-    """Check a strategy of the environment: the proof that no strategy of the system exists.
-    Arguments and errors as in ``verify_strategy``."""
-    starts = counterstrategy_starts(spec, counterstrategy)
-    automaton = Automaton(spec, counterstrategy, starts, alive)
-    failures = tuple(counterstrategy_failures(automaton))
-    return Verification(failures, len(automaton.nodes), len(automaton.edges))
-
-
-def first_failure(
-    spec: Specification,
-    automaton: Strategy,
-    is_counterstrategy: bool = False,
-    alive: Alive = quiet,
-) -> str | None:
-    """Return the first defect of an automaton, in words; None if it satisfies the specification.
-
-    A synthesizer takes this as its ``verifier``. Raises as ``verify_strategy`` does.
-    """
-    check = verify_counterstrategy if is_counterstrategy else verify_strategy
-    return next(("\n    ".join(f.lines) for f in check(spec, automaton, alive).failures), None)
-
-
-def _strategy_failures(automaton: Automaton) -> Iterator[Failure]:
-    yield from _start_failures(automaton)
-    yield from automaton.range_failures()
-    assumed, promised, fair, goals = automaton.against()
-    yield from automaton.edge_failures(assumed, promised)
-    forbidden = 0
-    for _, wrong in assumed:
-        forbidden |= wrong
-    banned = automaton.edges.flags(forbidden)
-    completions = Completions(
-        automaton.current, automaton.next_inputs, [clause for clause, _ in assumed]
+    parts = automaton.parts(owner)
+    rows = [[parts[target] for target in targets] for _, _, targets in moves]
+    counts = possible.count([row for _, row, _ in moves])
+    twice = (next((r for r, n in Counter(each).items() if n > 1), None) for each in rows)
+    missing = (
+        _missing(possible, row, {*there}, count)
+        for (_, row, _), there, count in zip(moves, rows, counts, strict=True)
     )
-    moves = [
-        (node, automaton.values[node], [t for k, t in enumerate(targets, first) if not banned[k]])
-        for node, targets, first in automaton.edges.by_node()
-    ]
-    yield from _move_failures(automaton, Owner.INPUT, completions, moves)
-    unfair = [unmet for _, unmet in fair]
-    for clause, missing in goals:
-        yield from automaton.cycle_failures(Fault.STARVED_GOAL, missing, unfair, clause)
+    for fault, wrong in ((Fault.SEVERAL_SUCCESSORS, twice), (Fault.MISSING_SUCCESSOR, missing)):
+        for (node, _, _), move in zip(moves, wrong, strict=True):
+            if move is not None:
+                detail = f"for {_move_in_words(automaton, owner, move)}"
+                yield _failure(automaton, fault, node, detail=detail)
+                break
 
 
-def _start_failures(automaton: Automaton) -> Iterator[Failure]:
-    """Yield a missing start: each initial input of the environment needs a node that satisfies both
-    INITs."""
-    missing = _missing(_starts(automaton), (), automaton.begun(Owner.INPUT))
-    if missing is not None:
-        places = automaton.places(Owner.INPUT)
-        detail = f"for the initial input {automaton.move_in_words(places, missing)}"
-        why = _why_no_start(automaton)
-        yield Failure(Fault.NO_START, constraint=why, detail=detail if places else "")
+Obligation = tuple[Fault, Clause | None, bytes, list[bytes]]
+"""What each infinite path meets infinitely often, unless it misses one of the excuses from some
+point on: the fault if not, the clause, and for each edge whether it and each excuse is met."""
 
 
-def _starts(automaton: Automaton) -> Completions:
-    """Return the completions of the empty row: the initial inputs that the assumptions allow."""
-    return Completions((), automaton.places(Owner.INPUT), automaton.clauses(Section.ENV_INIT))
-
-
-def _why_no_start(automaton: Automaton) -> Constraint | None:
-    """Return the constraint that the automaton's first node violates, if the automaton has no
-    start."""
-    if automaton.starts or not len(automaton.strategy.states):
-        return None
-    values = automaton.strategy.values(0)
-    initial = (*automaton.clauses(Section.ENV_INIT), *automaton.clauses(Section.SYS_INIT))
-    return next((c.constraint for c in initial if not c.holds(values, None)), None)
-
-
-class NoMeasureError(ValueError):
-    """No measure exists: a run starves the goal although it meets every assumption."""
-
-
-Measure = dict[str, list[Any]]
-"""Number (``n``) and assumption (``a``) of each node."""
-
-
-def strategy_measures(spec: Specification, strategy: Strategy) -> dict[str, Any]:
-    """Return the measures of a strategy that satisfies the specification: one for each goal.
-
-    Raises NoMeasureError if it starves a goal."""
-    automaton = Automaton(spec, strategy, range(len(strategy.states)))
-    *_, fair, goals = _met(automaton)
-    return {"of": "strategy", "measures": [_measure(automaton, goal, fair) for goal in goals]}
-
-
-def counterstrategy_measures(spec: Specification, strategy: Strategy) -> dict[str, Any]:
-    """Return the measures of a counterstrategy that defeats the specification: one for each
-    assumption, which each path meets infinitely often, and one whose excuses are the goals, not all
-    of which a path meets infinitely often. ``start``: the initial inputs; ``chosen``: the next
-    inputs of each node.
-
-    Raises NoMeasureError if it does not defeat the specification."""
-    automaton = Automaton(spec, strategy, counterstrategy_starts(spec, strategy))
-    *_, fair, goals = _met(automaton)
-    measures = [_measure(automaton, met, []) for met in fair]
-    measures.append(_measure(automaton, bytes(len(automaton.edges)), goals))
-    chosen = list(_choices(automaton))
-    return {
-        "of": "counterstrategy",
-        "start": _opening(automaton),
-        "chosen": chosen,
-        "measures": measures,
-    }
-
-
-def _met(automaton: Automaton) -> list[list[bytes]]:
-    """Return for each clause of ENV_TRANS, SYS_TRANS, ENV_LIVENESS and SYS_LIVENESS the edges on
-    which it is met."""
+def obligations(automaton: Automaton, counter: bool) -> list[Obligation]:
+    """Return the goals of a strategy, excused by the assumptions; of a counterstrategy the
+    assumptions, and nothing at all, excused by the goals."""
     every = (1 << len(automaton.edges)) - 1
-    return [
-        [automaton.edges.flags(every ^ unmet) for _, unmet in part] for part in automaton.against()
-    ]
-
-
-def _measure(automaton: Automaton, met: bytes, excuses: Sequence[bytes]) -> Measure:
-    ends = automaton.edges.sources, automaton.edges.targets
-    return measure(len(automaton.strategy.states), ends, met, excuses)
-
-
-def _choices(automaton: Automaton) -> Iterator[Row]:
-    """Yield the next inputs that the environment chooses in each node: those of the successors, or
-    inputs to which the system has no answer. None are needed in a node that is not reachable."""
-    choices = Completions(
-        automaton.current, automaton.next_inputs, automaton.clauses(Section.ENV_TRANS)
+    fair, goals = (
+        [(clause, automaton.edges.flags(every ^ unmet)) for clause, unmet in part]
+        for part in automaton.against[2:]
     )
-    known = (*automaton.current, *automaton.next_inputs)
-    answers = Completions(known, automaton.next_outputs, automaton.clauses(Section.SYS_TRANS))
-    inputs = automaton.parts(Owner.INPUT)
-    for node, targets in enumerate(automaton.strategy.transitions):
-        if node not in inputs:
-            yield ()
-        elif targets:
-            yield inputs[targets[0]]
-        else:
-            found = _unanswered(choices, answers, automaton.values[node])
-            if found is None:
-                raise NoMeasureError("the system has an answer to each input")
-            yield found
+    if counter:
+        never = bytes(len(automaton.edges))
+        last: Obligation = (Fault.GOALS_MET, None, never, [met for _, met in goals])
+        return [*((Fault.STARVED_ASSUMPTION, *each, []) for each in fair), last]
+    return [(Fault.STARVED_GOAL, *each, [met for _, met in fair]) for each in goals]
 
 
-def _opening(automaton: Automaton) -> Row:
-    """Return the initial inputs of the environment."""
-    if automaton.starts:
-        return automaton.parts(Owner.INPUT)[automaton.starts[0]]
-    found = lost_opening(automaton.spec)
-    if found is None:
-        raise NoMeasureError("the system has an output for each initial input")
-    return found
+def measures(spec: Specification, automaton: Strategy, counter: bool) -> dict[str, Any]:
+    """Return the measures of a strategy that satisfies the specification, one for each goal; or of
+    a ``counter``strategy that defeats it: one for each assumption, which each path meets infinitely
+    often, and one whose excuses are the goals, not all of which a path meets infinitely often.
+    ``start``: its initial inputs; ``chosen``: the next inputs of each node.
+
+    Raises NoMeasureError if it is neither, ValueError if a counterstrategy lacks a choice."""
+    size = len(automaton.states)
+    starts = counterstrategy_starts(spec, automaton) if counter else range(size)
+    found = Automaton(spec, automaton, starts)
+    wanted = obligations(found, counter)
+    each = [measure(size, found.edges.ends, met, excuses) for *_, met, excuses in wanted]
+    if not counter:
+        return {"of": "strategy", "measures": each}
+    inputs = found.parts(Owner.INPUT)
+    start = inputs[starts[0]] if starts else lost_opening(spec)
+    chosen = [_choice(found, node) if node in inputs else () for node in range(size)]
+    if start is None or None in chosen:
+        raise ValueError("the system has an answer to each input")
+    return {"of": "counterstrategy", "start": start, "chosen": chosen, "measures": each}
 
 
-def measure(
-    size: int,
-    edges: tuple[Sequence[int], Sequence[int]],
-    met: Sequence[int],
-    excuses: Sequence[Sequence[int]],
-) -> Measure:
-    """Return the measure of a goal.
-
-    ``size``: number of nodes. ``edges``: the node before each edge, and the node after it. ``met``,
-    and each of ``excuses`` (assumptions; for a counterstrategy, goals): for each edge, whether it
-    is met there. Raises NoMeasureError if no measure exists.
-    """
-    missing: list[list[tuple[int, int]]] = [[] for _ in range(size)]
-    for edge, (source, target) in enumerate(zip(*edges, strict=True)):
-        if not met[edge]:
-            missing[source].append((target, edge))
-    numbers = [0] * size
-    assumptions: list[int | None] = [None] * size
-    component = [-1] * size
-    for label, members in enumerate(components([[t for t, _ in out] for out in missing])):
-        for node in members:
-            component[node] = label
-        inside, depth = [], 0
-        for node in members:
-            for target, edge in missing[node]:
-                if component[target] == label:
-                    inside.append(edge)
-                else:
-                    depth = max(depth, numbers[target] + 1)
-        excuse = None
-        if inside:
-            excuse = next(
-                (k for k, e in enumerate(excuses) if not any(e[edge] for edge in inside)), None
-            )
-            if excuse is None:
-                raise NoMeasureError(f"node {members[0]} lies on a cycle that starves the goal")
-        for node in members:
-            numbers[node] = depth
-            assumptions[node] = excuse
-    return {"n": numbers, "a": assumptions}
+def _choice(automaton: Automaton, node: int) -> Row | None:
+    """Return the next inputs that the environment chooses in a node: those of the successors, or
+    inputs to which the system has no answer."""
+    targets = automaton.strategy.transitions[node]
+    if targets:
+        return automaton.parts(Owner.INPUT)[targets[0]]
+    choices, answers = rounds(automaton.spec)
+    return choices.unanswered(answers, automaton.values[node])

@@ -6,7 +6,7 @@ import pytest
 
 from safenav.components import components
 from safenav.judge.bundle import strategies as checker
-from safenav.verify.verification import NoMeasureError, measure
+from safenav.verify.automaton import NoMeasureError, measure
 
 FALLS = "the measure does not decrease from node"
 UNKNOWN = "a negative value or names an unknown assumption"

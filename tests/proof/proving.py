@@ -18,14 +18,12 @@ from safenav.errors import SafenavError
 from safenav.judge.bundle.strategies import check_measure
 from safenav.spec.specification import Section, read_specification
 from safenav.synthesis.strategy import Strategy
-from safenav.verify.automaton import Automaton
+from safenav.verify.automaton import Automaton, NoMeasureError
 from safenav.verify.verification import (
-    NoMeasureError,
-    _met,
-    counterstrategy_measures,
     counterstrategy_starts,
     first_failure,
-    strategy_measures,
+    measures,
+    obligations,
 )
 
 ROOT = Path(__file__).parents[2]
@@ -79,15 +77,10 @@ class Case:
             every = range(len(strategy.states))
             begin = counterstrategy_starts(spec, strategy) if self.counter else every
             automaton = Automaton(spec, strategy, begin)
-            count = len(automaton.edges)
-            fair, goals = ([part[:count] for part in parts] for parts in _met(automaton)[2:])
-            edges = automaton.edges.sources, automaton.edges.targets
-            wanted = [(goal, fair) for goal in goals]
-            if self.counter:
-                never = bytes(count)
-                wanted = [*((met, []) for met in fair), (never, goals)]
-            for (met, excuses), each in zip(wanted, self.measures["measures"], strict=True):
-                check_measure(edges, "a goal", [*met], [[*e] for e in excuses], each)
+            wanted = obligations(automaton, self.counter)
+            for (*_, met, excuses), each in zip(wanted, self.measures["measures"], strict=True):
+                goal, allowed = [bool(one) for one in met], [[*e] for e in excuses]
+                check_measure(automaton.edges.ends, "a goal", goal, allowed, each)
         except Exception as reason:  # as check.py does: a file is not as documented
             return str(reason) or repr(reason)
         return ""
@@ -108,8 +101,7 @@ class Case:
 def case_of(name: str, text: str, document: Any, *, counter: bool = False) -> Case:
     """Add the measures. Raises NoMeasureError or SafenavError if there are none."""
     spec, data = read_specification(text, "file", "robot"), json.dumps(document).encode()
-    made = counterstrategy_measures if counter else strategy_measures
-    return Case(name, text, document, made(spec, Strategy.parse(data, spec)))
+    return Case(name, text, document, measures(spec, Strategy.parse(data, spec), counter))
 
 
 def with_measures(name: str, text: str, document: Any) -> Case:

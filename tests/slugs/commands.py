@@ -36,4 +36,4 @@ def failure(file: Path, automaton: Path, *, counter: bool = False) -> str | None
     """What safenav's verifier, which shares no code with slugs, finds wrong with an automaton."""
     specification = load_specification(file)
     strategy = Strategy.parse(automaton.read_bytes(), specification)
-    return first_failure(specification, strategy, counter, lambda: None)
+    return first_failure(specification, strategy, counter)

@@ -20,7 +20,7 @@ from safenav.spec.specification import Constraint, Owner
 from safenav.spec.task import Task
 from safenav.synthesis.strategy import Strategy, in_words
 from safenav.trace.words import counted
-from safenav.verify.automaton import Failure
+from safenav.verify.verification import Failure
 
 _SHOWN = 24
 _LONGEST = 160
