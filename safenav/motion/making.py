@@ -203,8 +203,6 @@ class _Schedule:
         self._departs: dict[str, records.Depart] = {}
         """The steps in progress."""
         self._acts = {act.command: act for act, _ in trace.acts}
-        self._due: set[str] = set()
-        """Robots that have acted in their own region, and must resume from there."""
 
     def take(self, record: records.Record) -> None:
         match record:
@@ -242,7 +240,7 @@ class _Schedule:
         short = depart.command in self._short
         step = Crossing(depart.tick, depart.from_, depart.to, heading, short)
         mover = self._movers[depart.robot]
-        self._rest(mover, step.tick, time_of(depart))
+        self._lines += self._rest(mover, step.tick, time_of(depart))
         if end is not None and (left := end - _time_after(mover, step)) > SLACK:
             self._lines += mover.halt(step.tick)
             left = end - _time_after(mover, step)
@@ -251,42 +249,62 @@ class _Schedule:
         return mover.time
 
     def _act(self, act: records.Act, acted: records.ActionEnd) -> None:
-        """Carry out the actions of a command, once its robots face the first obstacle."""
+        """Carry out the actions of a command one after the other, as soon as the robots of each are
+        at rest and face its obstacle; the last one until the end of the command."""
         actions = self._actions.get(acted.command, [])
         idle = self._movers.keys() - self._departs.keys()
         unasked = sorted(idle & {name for one in actions for name in one.robots} - {*act.robots})
         team = {name: self._movers[name] for name in (*act.robots, *unasked)}
         tick, begin, end = acted.tick, time_of(act), time_of(acted)
+        for left, one in zip(range(len(actions), 0, -1), actions, strict=True):
+            group = [mover for name, mover in team.items() if name in one.robots]
+            for mover in group:
+                self._lines += self._faced(mover, tick, one.region, begin, end)
+            ready = max(mover.time for mover in group)
+            until = end
+            if left > 1:
+                seconds = max(mover.values["action_seconds"] for mover in group)
+                until = ready + min(seconds, (end - ready) / left)
+            for mover in group:
+                self._lines += action_lines([one], [mover.robot], tick, ready, until)
+                self._lines += mover.wait(tick, until)
+                mover.due = mover.due or one.region == mover.region
+            begin = until
         for name, mover in team.items():
-            near = bool(actions) and actions[0].region == mover.region
-            self._rest(mover, tick, begin, stays=near and begin < mover.time + SLACK)
-            self._lines += mover.halt(tick)
+            if not any(name in one.robots for one in actions):
+                self._lines += [*self._rest(mover, tick, begin), *mover.halt(tick)]
             if mover.time > end + SLACK:
-                late = (
-                    f"{name} acts until {end:.2f} s, but comes to rest only at {mover.time:.2f} s"
-                )
-                raise self._refused(acted, late)
-            turned = copy(mover)
-            lines = [piece for one in actions[:1] for piece in turned.face(tick, one.region)]
-            if turned.time <= end:  # else it has no time to turn
-                self._lines += lines
-                vars(mover).update(vars(turned))
-        ready = max(mover.time for mover in team.values())
-        self._lines += action_lines(actions, team, tick, ready, end)
-        for name, mover in team.items():
-            if any(name in one.robots and one.region == mover.region for one in actions):
-                self._due.add(name)
+                late = f"{name} acts until {end:.2f} s, but comes to rest only at "
+                raise self._refused(acted, f"{late}{mover.time:.2f} s")
             self._lines += mover.wait(tick, end)
 
-    def _rest(self, mover: Mover, tick: int, until: float, *, stays: bool = False) -> None:
+    def _faced(
+        self, mover: Mover, tick: int, region: int, begin: float, end: float
+    ) -> list[file.Moving]:
+        """Come to rest and face a region by ``end``. If there is too little time, do not turn; if
+        there is none, stay where the robot has acted."""
+        near = region == mover.region and begin < mover.time + SLACK
+        for stays, towards in ((near, region), (near, mover.region), (True, mover.region)):
+            ready = copy(mover)
+            lines = self._rest(ready, tick, begin, stays=stays)
+            lines += [*ready.halt(tick), *ready.face(tick, towards)]
+            if ready.time <= end:
+                break
+        vars(mover).update(vars(ready))
+        return lines
+
+    def _rest(
+        self, mover: Mover, tick: int, until: float, *, stays: bool = False
+    ) -> list[file.Moving]:
         """Rest until then: in the centre of the region, unless the robot ``stays`` where it has
         acted."""
-        if mover.robot in self._due and not stays:
-            self._due.discard(mover.robot)
-            self._lines += mover.resume(tick)
+        lines: list[file.Moving] = []
+        if mover.due and not stays:
+            mover.due = False
+            lines += mover.resume(tick)
         if until > mover.time + SLACK:
-            self._lines += mover.halt(tick)
-            self._lines += mover.wait(tick, until)
+            lines += [*mover.halt(tick), *mover.wait(tick, until)]
+        return lines
 
     def _refused(self, record: records.Record, found: str, hint: str = "") -> InputError:
         return InputError([Diagnostic(self._trace.source, record.line, 1, found, hint)])
@@ -299,8 +317,7 @@ class _Schedule:
         tick = max((getattr(line, "tick", 0) for line in self._lines), default=0)
         movers = self._movers.values()
         for mover in movers:
-            self._rest(mover, tick, 0.0)
-            self._lines += mover.halt(tick)
+            self._lines += [*self._rest(mover, tick, 0.0), *mover.halt(tick)]
         until = max([end_of(self._trace), *(mover.time for mover in movers)]) or STANDING
         for mover in movers:
             self._lines += mover.wait(tick, until)

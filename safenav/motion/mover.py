@@ -38,7 +38,8 @@ class Crossing(Struct, frozen=True):
 
 class Mover(ABC):
     """A robot in motion, first at rest in a region. ``values``: the parameters of its motion by
-    name (safenav.pace.robot); ``time``: the end of its motion so far, in seconds."""
+    name (safenav.pace.robot); ``time``: the end of its motion so far, in seconds; ``due``: it has
+    acted in its own region, and is to resume from there."""
 
     def __init__(
         self,
@@ -50,6 +51,7 @@ class Mover(ABC):
     ) -> None:
         self.robot, self.floor, self.values = robot, floor, values
         self.region, self.heading, self.time = region, heading, 0.0
+        self.due = False
 
     @abstractmethod
     def move(self, crossing: Crossing) -> list[Moving]:

@@ -130,6 +130,22 @@ def test_a_robot_that_opens_a_door_by_entering_acts_in_front_of_it() -> None:
     assert x == pytest.approx([2 * 2.7 + 0.25 + 0.05] * 2)
 
 
+@pytest.mark.parametrize("clock", ["lockstep", "live"])
+@pytest.mark.parametrize("kind", ["disc", "rover"])
+def test_a_robot_acts_on_one_thing_after_the_other(kind: str, clock: str) -> None:
+    """On two in front of the centre of its region, then from there on one beside it. With a clock
+    it did all in front of it, and had no time for its next step: the run was refused."""
+    text = beside(__file__, "scenarios/tidying.yaml").replace("speed:", f"motion: {kind}, speed:")
+    trace = read_bytes(played(f"{text}clock: {clock}\n"))
+    made = motion_of(trace)
+    assert check_motion(made, trace) == []
+    acts = made.of(Action)
+    assert [act.obstacle for act in acts] == ["door@7", "parcel@7", "rubble@8"]
+    x, _ = columns_at(made, "cart", np.array([(act.t0 + act.t1) / 2 for act in acts]), False).place
+    assert x == pytest.approx([5.7, 5.7, 6.75])
+    assert [act.t1 - act.t0 for act in acts] == pytest.approx([2.0] * 3)
+
+
 CLOSING = """\
 safenav: 1
 map: {grid: ["#########", "#...#...#", "#.......#", "#...#...#", "#########"]}
