@@ -137,6 +137,16 @@ def test_a_crate_is_lifted_by_two_robots_at_once() -> None:
     assert not physics.standing
 
 
+@pytest.mark.parametrize(("truth", "word"), [("true", "done"), ("false", "untraversable")])
+def test_a_robot_senses_whether_a_region_is_traversable(truth: str, word: str) -> None:
+    physics, places = hall(f"[{{type: uncertainty, region: 10, traversable: {truth}}}]")
+    assert gone(physics, places, "quad", 11) == "succeeded"
+    assert physics.noticed("quad")[10] == "uncertainty@10"
+    physics.perform("quad", "sense")
+    assert ended(physics, "quad", "acted") == word
+    assert physics.noticed("quad")[10] is None
+
+
 def test_there_is_nothing_to_do_about_an_obstacle_that_has_disappeared() -> None:
     physics = yard(replace(CRATE, goes=1))
     physics.perform("left", "lift")
