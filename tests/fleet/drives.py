@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Iterable, Mapping
 from functools import cache
 from pathlib import Path
 
@@ -10,14 +11,14 @@ from msgspec.structs import replace
 
 from once import beside
 from safenav.fleet.driven import driven_motion
-from safenav.fleet.file import load_fleet
+from safenav.fleet.file import Station, load_fleet
 from safenav.fleet.transport import DriveRecording
-from safenav.fleet.world import fleet_world
+from safenav.fleet.world import FleetWorld, fleet_world
 from safenav.motion.check.examination import Finding
 from safenav.motion.check.verdict import check_motion
 from safenav.motion.file import Motion, parsed, text_of
 from safenav.runtime.run.mission import Mission
-from safenav.scenario.model import Clock
+from safenav.scenario.model import Clock, Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.file import Listener, Trace, TraceWriter, read_bytes
 
@@ -42,16 +43,26 @@ def driven(
             name: replace(station, follow=None) if name in goals else station
             for name, station in given.stations.items()
         }
-        given = replace(given, stations=stations)
-        world = fleet_world(plan, given, DriveRecording())
-        try:
-            world.open()
-            with TraceWriter(path) as writer:
-                mission = Mission(plan, world=world, listeners=[*listeners, writer, world.observe])
-                mission.run()
-        finally:
-            world.close()
-        content = path.read_bytes()
+        world = fleet_world(plan, replace(given, stations=stations), DriveRecording())
+        return drive_in(world, plan, stations, path, listeners)
+
+
+def drive_in(
+    world: FleetWorld,
+    plan: Scenario,
+    stations: Mapping[str, Station],
+    path: Path,
+    listeners: Iterable[Listener] = (),
+) -> Drive:
+    """A drive in a world that records it; ``path``: its trace."""
+    try:
+        world.open()
+        with TraceWriter(path) as writer:
+            mission = Mission(plan, world=world, listeners=[*listeners, writer, world.observe])
+            mission.run()
+    finally:
+        world.close()
+    content = path.read_bytes()
     trace = read_bytes(content, "made.jsonl")
     made = driven_motion(trace, world, stations, mission.began)
     return Drive(content, trace, parsed(text_of(made).encode(), "made.motion.jsonl"))

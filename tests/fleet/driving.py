@@ -33,22 +33,15 @@ robots:
 """
 PACE = {"simulation": 1000.0, "ros2": 50.0}
 """Times that simulated time goes faster: in one process as fast as it can."""
-STREAMED = "streamed"
-OFF = 0.9
-"""Metres by which a robot may be off a stream: on a busy machine odometry comes a second late. It
-is still in the regions of its step."""
-YARD = beside(__file__, "scenarios/streamed.yaml")
 ALARMED = "alarmed"
 HALL = beside(__file__, "scenarios/alarmed.yaml")
-TEXTS = {STREAMED: YARD, ALARMED: HALL}
 
 
 class Lab:
     """A scenario without its obstacles, a fleet file that has them, and the processes of robots."""
 
     def __init__(self, case: str, transport: str, folder: Path, faults: dict[str, str]) -> None:
-        streams = case == STREAMED
-        text = TEXTS.get(case) or (ROOT / "scenarios" / f"{case}.yaml").read_text()
+        text = HALL if case == ALARMED else (ROOT / "scenarios" / f"{case}.yaml").read_text()
         obstacles: list[str] = []
         if listed := re.search(r"obstacles:\n((?:  .*\n)+)", text):
             obstacles = re.findall(r"^  - (.*)$", listed[1], re.MULTILINE)
@@ -61,7 +54,7 @@ class Lab:
         self.scenario.write_text(text)
         self.transport = transport
         self.domain = 20 + os.getpid() % 200
-        pace = 1.0 if streams else PACE[transport]
+        pace = PACE[transport]
         fast = 1.0 if transport == "simulation" else pace
         given = {
             "transport": transport,
@@ -71,7 +64,6 @@ class Lab:
             "speed": 0.45 * fast,
         }
         follow = "follow: {}, " if transport == "simulation" else ""
-        follow = f"follow: {{tolerance: {OFF}}}, " if streams else follow
         inputs = "inputs: {alarm: /building/alarm}\n" if case == ALARMED else ""
         defaults = "defaults: {" + follow
         fleet = FLEET.format(**given).replace("defaults: {", defaults)
@@ -90,7 +82,7 @@ class Lab:
             self.start("fleet/lab.py", self.scenario, self.fleet, pace)
             for name in ("quad", "digit"):
                 robot = f"{name}+{faults[name]}" if name in faults else name
-                self.start("fleet/ros2_robots.py", self.domain, robot + "+follow" * streams)
+                self.start("fleet/ros2_robots.py", self.domain, robot)
             self.physics = lab_at(int(port := self.says(0)))
             for robots in self.processes[1:]:
                 assert robots.stdin is not None

@@ -11,9 +11,7 @@ from pathlib import Path
 from typing import Any
 
 KEY = b"lab"
-COMMANDS = ("send", "follow", "stop", "perform", "state", "scan", "noticed", "step")
-SILENT = 0.5
-"""Seconds without a message after which a robot that follows stops."""
+COMMANDS = ("send", "stop", "perform", "state", "scan", "noticed", "step")
 PART = 0.1
 """Simulated seconds between two looks at the clock where time goes faster: two milliseconds."""
 IDLE = 5
@@ -74,21 +72,6 @@ def lab_at(port: int) -> Any:
     return access.lab()  # type: ignore[attr-defined]
 
 
-def follow(lab: Any, name: str, frames: list[Any]) -> None:
-    """From now on, let a robot without feet follow references 0.05 s apart."""
-    import numpy as np
-
-    from safenav.fleet.setpoints import PERIOD, Setpoints
-
-    rows = [
-        (t.x, t.y, t.z, v.x, v.y, v.z, a.x, a.y, a.z, 2 * np.arctan2(q.z, q.w))
-        for t, q, v, a in ((f.translation, f.rotation, v, a) for f, v, a in frames)
-    ]
-    table = np.array(rows)
-    table[:, 9] = np.unwrap(table[:, 9])
-    lab.follow(name, Setpoints(lab.log()["now"], PERIOD, table))
-
-
 def ends() -> threading.Event:
     """Set when standard input ends."""
     end = threading.Event()
@@ -112,15 +95,15 @@ def main(scenario: Path, fleet: Path, pace: float) -> None:
     while not end.is_set() and not lab.moving():  # at the pace of a clock until then
         lab.step(0.02)
         end.wait(0.02)
-    due, part = time.monotonic(), PART if pace > 1 else 0.02
+    due = time.monotonic()
     while not end.is_set():
         if (ahead := due - time.monotonic()) > 0:
             end.wait(ahead)
         else:
             time.sleep(0)  # others get the lock
-        lab.step(part)
+        lab.step(PART)
         slower = 1 if lab.moving() else IDLE
-        due = max(due, time.monotonic()) + slower * part / pace
+        due = max(due, time.monotonic()) + slower * PART / pace
 
 
 if __name__ == "__main__":

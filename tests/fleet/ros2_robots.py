@@ -14,7 +14,7 @@ import time
 from collections import deque
 from typing import Any
 
-from fleet.lab import SILENT, ends, follow, lab_at
+from fleet.lab import ends, lab_at
 from safenav.fleet.ros2 import node as ros
 from safenav.fleet.ros2.node import LATCHED, RELIABLE, SENSOR, SERVICE, Participant
 
@@ -59,19 +59,8 @@ class Server:
         node.listen(f"rq{action}/get_resultRequest", ros.ResultRequest, self.asked, SERVICE)
         node.listen(f"rq{action}/cancel_goalRequest", ros.CancelRequest, self.cancelled, SERVICE)
         self.alarm = node.writer("rt/building/alarm", ros.Bool, RELIABLE)
-        self.heard = math.inf
-        if "follow" in faults:
-            node.listen(f"rt{space}/reference", ros.Trajectory, self.followed, RELIABLE)
         for word in ("push", "sense"):
             self.serve(node, space, word)
-
-    def followed(self, part: Any) -> None:
-        self.heard = time.monotonic()
-        frames = [
-            (p.transforms[0], p.velocities[0].linear, p.accelerations[0].linear)
-            for p in part.points
-        ]
-        follow(self.lab, self.name, frames)
 
     def serve(self, node: Participant, space: str, word: str) -> None:
         reply = node.writer(f"rr{space}/{word}Reply", ros.TriggerReply, SERVICE)
@@ -125,9 +114,6 @@ class Server:
         self.lab.stop(self.name)
 
     def publish(self) -> None:
-        if time.monotonic() - self.heard > SILENT:
-            self.lab.stop(self.name)
-            self.heard = math.inf
         with self.lock:
             robot = self.lab.state(self.name)
             goal, acting = self.goal, self.acting

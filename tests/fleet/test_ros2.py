@@ -1,23 +1,38 @@
 """What the messages of ROS 2 mean, and what its transport refuses."""
 
-from math import cos, inf, nan, pi, sin
+import os
+from collections.abc import Callable
+from functools import partial
+from math import atan2, cos, inf, nan, pi, sin
+from pathlib import Path
+from threading import Condition
 from types import SimpleNamespace as Message
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 
 pytest.importorskip("cyclonedds", reason="the ROS 2 transport needs the extra 'ros2'")
 pytest.importorskip("numpy", reason="references need the extra 'motion'")
 
 import numpy
 
+from fleet.drives import drive_in
+from once import beside
 from safenav.errors import UsageError
-from safenav.fleet.file import Network
+from safenav.fleet.file import FollowUse, Network, Station
+from safenav.fleet.following import mover_of, resting_place
+from safenav.fleet.ros2 import node
 from safenav.fleet.ros2 import transport as streams
 from safenav.fleet.ros2.node import Client, Participant, Taking
 from safenav.fleet.setpoints import PERIOD, Setpoints
-from safenav.fleet.transport import Located, Scanned
+from safenav.fleet.transport import DriveRecording, Located, Places, Scanned
+from safenav.fleet.world import FleetWorld
+from safenav.motion.check.execution import trackings
 from safenav.motion.file import Foothold
+from safenav.run.checked import check_trace
+from safenav.scenario.model import Clock
+from safenav.scenario.reading.loader import load_scenario_text
 
 
 def odometry(w: float, x: float, y: float, z: float, east: float = 1.0) -> Message:
@@ -90,8 +105,8 @@ def test_a_server_of_other_middleware_gets_no_request(guid: str, other: str) -> 
         get_matched_subscription_data=lambda _: Message(participant_key=key),
         write=written.append,
     )
-    node = Message(client=1, listen=lambda *_: None, writer=lambda *_: writer)
-    client = Client(node, "/push", lambda **fields: fields, object)
+    peer: Any = Message(client=1, listen=lambda *_: None, writer=lambda *_: writer)
+    client = Client(peer, "/push", lambda **fields: fields, object)
     client.call(print)
     assert (client.foreign, client.connected, len(written)) == (other, not other, int(not other))
 
@@ -134,6 +149,91 @@ def test_steps_describe_both_feet_from_each_landing_on() -> None:
     assert found[0][1] == (left, right)
     assert found[1][1] == ((1.6, 0.2, 0.0, 0.2), right)
     assert found[2][1] == ((1.6, 0.2, 0.0, 0.2), (2.0, -0.2, 0.0, 0.3))
+
+
+class Ideal(streams.Ros2Transport):
+    """The transport, and robots on its network that are where the last message of their stream has
+    them. Time passes while the run waits, once each robot has got its stream of that time, and its
+    odometry has come back: no machine is too slow."""
+
+    def __init__(self, network: Network, stations: dict[str, Station], places: Any) -> None:
+        super().__init__(network, stations, {})
+        self.time, self.places, self.changed = 0.0, places, Condition()
+        self.located, self.streamed = (dict.fromkeys(places, -1.0) for _ in range(2))
+        self.feet: list[Any] = []
+
+    def now(self) -> float:
+        return self.time
+
+    def open(self, post: Callable[[Any], None]) -> None:
+        def posted(message: Any) -> None:
+            post(message)
+            self.changes(self.located, message.robot, message.stamp)
+
+        super().open(posted)
+        for name in self.places:
+            take = partial(self.follow_to, name)
+            self._node.listen(f"rt/{name}/reference", node.Trajectory, take, node.RELIABLE)
+        take = self.feet.append
+        self._node.listen("rt/digit/reference_steps", node.Trajectory, take, node.RELIABLE)
+        self.odometry = {
+            name: self._node.writer(f"rt/{name}/odom", node.Odometry, node.RELIABLE)
+            for name in self.places
+        }
+
+    def changes(self, what: dict[str, float], name: str, stamp: float) -> None:
+        with self.changed:
+            what[name] = max(what[name], stamp)
+            self.changed.notify()
+
+    def follow_to(self, name: str, part: Any) -> None:
+        at = part.points[0].transforms[0]
+        place, turn = at.translation, at.rotation
+        self.places[name] = place.x, place.y, 2 * atan2(turn.z, turn.w)
+        self.changes(self.streamed, name, streams.seconds_of(part.header.stamp))
+
+    def step(self) -> None:
+        header = node.MessageHeader(streams._whole(node.Time, self.time), "map")
+        for name, (x, y, yaw) in self.places.items():
+            turn = node.Quaternion(0.0, 0.0, *streams.facing(yaw))
+            pose = node.PlacedPose(node.Point(x, y, 0.0), turn)
+            body = node.PoseWithCovariance(pose)
+            self.odometry[name].write(node.Odometry(header, "base_link", body))
+        self.waits(self.located, self.places)
+        self.time += PERIOD
+        self.waits(self.streamed, self._streams._references)
+
+    def waits(self, what: dict[str, float], names: Any) -> None:
+        with self.changed:
+            there = self.changed.wait_for(
+                lambda: all(what[name] > self.time - PERIOD / 2 for name in names), timeout=300
+            )
+            assert there, (what, self.time)
+
+
+def test_robots_follow_their_streams_until_these_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A walker and a flyer, one step each; a robot that has arrived still gets its stream."""
+    text = beside(__file__, "scenarios/streamed.yaml")
+    plan = replace(load_scenario_text(text, "yard.yaml"), clock=Clock.LIVE)
+    stations = {name: Station(f"/{name}", follow=FollowUse()) for name in ("quad", "digit")}
+    places = Places(plan.map, plan.map.frame)
+    rests = {r.name: resting_place(mover_of(r, places), places) for r in plan.robots}
+    robots = Ideal(Network(domain=20 + os.getpid() % 200), stations, rests)
+    monkeypatch.setattr(streams, "time", Message(monotonic=robots.now, time=robots.now))
+    monkeypatch.setattr(streams, "PERIOD", 0.002)  # it looks at the clock so often
+    world = FleetWorld(plan, stations, robots, DriveRecording())
+    drive = drive_in(world, plan, stations, tmp_path / "trace.jsonl")
+    assert drive.trace.outcome is not None and drive.trace.outcome.outcome == "completed"
+    assert drive.judged() == [] and check_trace(drive.lines).findings == ()
+    tracked = trackings(drive.motion, drive.trace)
+    assert [0 < each.off < 0.1 for each in tracked] == [True, True]
+    regions = [places.region(*robots.places[name][:2]) for name in ("quad", "digit")]
+    assert regions == [8, 14]
+    assert min(robots.streamed.values()) > robots.time - 2 * PERIOD
+    assert {*robots.feet[0].joint_names} == {"left_foot", "right_foot"}
+    assert robots._node is None  # closed: no stream any longer
 
 
 def test_messages_of_a_reader_that_has_left_are_ignored() -> None:
