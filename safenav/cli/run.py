@@ -325,7 +325,7 @@ def _executed(
                 progress=WaitingLine(),
                 attended=operator,
                 begun=begun,
-                checkpoints=True,
+                checkpoints=files.trace is not None,
             )
             _carry_out(mission, operator)
         if trace is not None and files.html is not None:

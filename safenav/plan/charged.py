@@ -13,7 +13,7 @@ from heapq import heappop, heappush
 from itertools import combinations, count, cycle, islice, pairwise, product
 
 from safenav.data import cached_method
-from safenav.plan.order import linear, plan_of
+from safenav.plan.order import plan_of
 from safenav.plan.search import (
     FARTHEST,
     FIRST_BUDGET,
@@ -336,7 +336,7 @@ def _needed_at_end(floor: Floor, last: Joint, i: int) -> float:
 def _plan(floor: Floor, states: Sequence[Joint], begun: float) -> Plan:
     """The plan of these states, in which robots leave chargers with the charge and in the tick that
     were planned."""
-    plan = plan_of(floor, linear(floor, states[0], [joint.poses for joint in states]))
+    plan = plan_of(floor, states[0], [joint.poses for joint in states])
     ways, at, tick = [[*way] for way in plan.ways], [0] * len(plan.ways), 0
     for before, joint in pairwise(states):
         moving = [i for i in floor.robots if before.poses[i] != joint.poses[i]]

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import pairwise
 
 from safenav.team.apply import will_count
 from safenav.team.floor import Floor, Joint, floor_now, restarted, stages_of
@@ -21,52 +20,52 @@ _NONE: frozenset[int] = frozenset()
 EARLY = 1e-5
 
 
-def linear(floor: Floor, first: Joint, moves: Sequence[tuple[int, ...]]) -> list[Joint]:
-    """The states when robots go to these joint poses one at a time: who leaves a region first."""
-    found, size, members = [first], floor.team.size, floor.team.members
+Ticks = Sequence[tuple[int, ...]]
+"""Joint poses, one after the other."""
+
+
+def _linear(floor: Floor, joint: Joint, ticks: Ticks) -> Iterator[tuple[int, Joint, Joint]]:
+    """The steps when robots go to these joint poses one at a time, who leaves a region first: the
+    robot, and the states before and after its step."""
+    size, members = floor.team.size, floor.team.members
     there: dict[int, list[int]] = defaultdict(list)
-    for i, pose in enumerate(first.poses):
+    for i, pose in enumerate(joint.poses):
         there[pose % size].append(i)
-    for poses in moves:
-        left = [i for i in floor.robots if poses[i] != found[-1].poses[i]]
+    for poses in ticks:
+        left = [i for i in floor.robots if poses[i] != joint.poses[i]]
         while left:
             waiting = []
             for i in left:
                 region, rivals = poses[i] % size, members[i].rivals
-                shut = floor.shut(i, found[-1].poses) >> region & 1
-                if shut or any(j in rivals for j in there[region]):
+                shut = floor.shut(i, joint.poses) >> region & 1
+                if shut or not rivals.isdisjoint(there[region]):
                     waiting.append(i)
                     continue
-                there[found[-1].poses[i] % size].remove(i)
+                there[joint.poses[i] % size].remove(i)
                 there[region].append(i)
-                found.append(floor.after(found[-1], i, poses[i]))
+                before, joint = joint, floor.after(joint, i, poses[i])
+                yield i, before, joint
             assert len(waiting) < len(left), "robots do not rotate"
             left = waiting
-    return found
 
 
-def _mover(before: Joint, joint: Joint) -> int:
-    pairs = zip(before.poses, joint.poses, strict=True)
-    return next(i for i, (p, q) in enumerate(pairs) if p != q)
-
-
-def plan_of(floor: Floor, states: Sequence[Joint]) -> Plan:
-    """The plan with these states, in each of which one robot has moved."""
+def plan_of(floor: Floor, first: Joint, ticks: Ticks) -> Plan:
+    """The plan in which robots go to these joint poses."""
     size, robots, crowds = floor.team.size, floor.robots, floor.team.crowds
-    ways = {i: [Waypoint(states[0].poses[i])] for i in robots}
+    ways = {i: [Waypoint(first.poses[i])] for i in robots}
     # By region: a robot, and its place after it.
     stays: dict[int, list[list[int]]] = defaultdict(list)
     present = {i: [i, 0] for i in robots}
     owed: dict[int, set[tuple[int, int]]] = {i: set() for i in robots}  # before it leaves its place
     for i in robots:
-        stays[states[0].poses[i] % size].append(present[i])
+        stays[first.poses[i] % size].append(present[i])
     for i in robots:  # what robots under way resolve when they arrive may make it count
-        member, counts = floor.team.members[i], states[0].counts[i]
+        member, counts = floor.team.members[i], first.counts[i]
         if member.pursuit.in_turn or counts != restarted(member, Count(*counts))[:2]:
-            owed[i] |= _whole(floor, _over(floor, states[0]))
-    zones = [_Zone(floor, zone, states[0]) for zone in floor.team.zones]
-    for before, joint in pairwise(states):
-        i, over = _mover(before, joint), _over(floor, before)
+            owed[i] |= _whole(floor, _over(floor, first))
+    zones = [_Zone(floor, zone, first) for zone in floor.team.zones]
+    for i, before, joint in _linear(floor, first, ticks):
+        over = _over(floor, before)
         region, rivals = joint.poses[i] % size, floor.team.members[i].rivals
         latest = _latest(stays[region], rivals, crowds[i])
         for zone in zones:
@@ -81,7 +80,7 @@ def plan_of(floor: Floor, states: Sequence[Joint]) -> Plan:
         if joint.stages != before.stages:
             for j, what in _because(floor, before, joint):
                 owed[j].add(what)
-    every = tuple(tuple(ways.get(i, ())) for i in range(len(states[0].poses)))
+    every = tuple(tuple(ways.get(i, ())) for i in range(len(first.poses)))
     return Plan(every, frozenset(floor.gates))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
-from safenav.plan.order import linear, plan_of, preview
+from safenav.plan.order import plan_of, preview
 from safenav.team.floor import Floor, Joint
 from safenav.team.state import Plan
 from safenav.world.poses import Mask, bits, region_mask
@@ -48,8 +48,7 @@ def _shortened(
 ) -> tuple[list[Joint] | None, Plan]:
     shown = _shown(floor, states[0], [joint.poses for joint in states])
     if shown is None or not floor.completed(shown[0][-1], served):
-        ticks = [joint.poses for joint in states]
-        return None, plan_of(floor, linear(floor, states[0], ticks))
+        return None, plan_of(floor, states[0], [joint.poses for joint in states])
     best, plan = shown
     for _ in range(REPEATS if len(floor.robots) <= MANY else REPEATS // 2):
         order = sorted(floor.robots, key=lambda i: -_arrival(best, i))
@@ -113,7 +112,7 @@ def _shown(
     floor: Floor, first: Joint, ticks: Sequence[tuple[int, ...]]
 ) -> tuple[list[Joint], Plan] | None:
     """The plan with these joint poses, and the joint state after each tick of its execution."""
-    plan = plan_of(floor, linear(floor, first, ticks))
+    plan = plan_of(floor, first, ticks)
     shown = preview(floor, plan, first)
     return None if shown is None else (shown, plan)
 

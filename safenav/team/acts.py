@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterator, Sequence
 
 from safenav.scenario.model import OPERATOR_ACTION, FailedMoves, Obstacle, ObstacleType, Robot
 from safenav.team import state as now
-from safenav.team.floor import acting_floor, barred, reserved
+from safenav.team.floor import acting_floor, barred, is_reserved
 from safenav.team.state import Is, State
 from safenav.team.team import Team, introduced
 from safenav.world.map import Region
@@ -22,7 +22,7 @@ def acts_on(
     """Return what a robot changes by acting where it stands: obstacles with their new stages.
     ``at``: the region of each robot (None: it cannot take part); ``among``: the obstacles that
     count (None: all that are known)."""
-    if at[i] is None or not team.members[i].robot.capabilities:
+    if at[i] is None or not team.members[i].robot.capabilities or (among is not None and not among):
         return ()
     floor = acting_floor(team, state, among)
     if not floor.gates:
@@ -58,7 +58,7 @@ def consequences(
     i, robot = event.robot, team.members[event.robot].robot
     if not isinstance(event, now.Lost):
         here, place = before.robots[i].pose % team.size, event.pose % team.size
-        if place != here and reserved(team, before, i) >> place & 1 and before.robots[i].active:
+        if place != here and is_reserved(team, before, i, place) and before.robots[i].active:
             yield now.Served(i, False, FAILURE)
             return
         if isinstance(event, now.Elsewhere):

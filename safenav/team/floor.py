@@ -467,25 +467,21 @@ def standing(team: Team, state: State, *, moving: bool) -> list[int | None]:
     return [r.pose % team.size if c else None for r, c in zip(state.robots, can, strict=True)]
 
 
-def occupied(team: Team, state: State, among: Iterable[int] | None = None) -> Mask:
-    """The regions of some robots: two while they are on their way."""
-    who = range(len(state.robots)) if among is None else among
-    found, size, robots = 0, team.size, state.robots
-    for i in who:
-        robot = robots[i]
-        found |= 1 << robot.pose % size
-        if robot.to is not None:
-            found |= 1 << robot.to % size
-    return found
+def occupied(team: Team, state: State) -> frozenset[int]:
+    """The regions of all robots: two while they are on their way."""
+    size = team.size
+    return frozenset(p % size for robot in state.robots for p in (robot.pose, robot.next))
 
 
-def reserved(team: Team, state: State, i: int) -> Mask:
-    """The regions that a robot must not enter now: those of its rivals, and zones with others."""
-    member, size = team.members[i], team.size
-    found = occupied(team, state, member.rivals)
-    if member.zones:
-        found |= member.shut([1 << r.pose % size | 1 << r.next % size for r in state.robots])
-    return found
+def is_reserved(team: Team, state: State, i: int, region: int) -> bool:
+    """Whether a robot must not enter a region now: a rival is there, or others are in a zone."""
+    member, size, robots = team.members[i], team.size, state.robots
+    for j in member.rivals:
+        other = robots[j]
+        if other.pose % size == region or (other.to is not None and other.to % size == region):
+            return True
+    zones = [1 << r.pose % size | 1 << r.next % size for r in robots] if member.zones else []
+    return bool(member.shut(zones) >> region & 1)
 
 
 def barred(team: Team, state: State) -> frozenset[tuple[int, int]]:

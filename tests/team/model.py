@@ -151,7 +151,7 @@ def _possible(team: Team, state: State) -> list[now.Arrived | now.Departed]:
             events.append(now.Arrived(i))
         elif (pose := next_step(team, state, i)) is not None:
             assert pose % team.size not in closed(team, state, i)
-            if not floors.reserved(team, state, i) >> pose % team.size & 1:
+            if not floors.is_reserved(team, state, i, pose % team.size):
                 events.append(now.Departed(i, pose, "plan", due=1))
     return events
 

@@ -302,8 +302,9 @@ def _planned(
     helps = (control.roles[i].helps for i in team.lone)
     helped = frozenset(k for k in helps if k is not None)
     starves = starving(team, state) and not is_complete(team, state, control)
-    acts = any(state.robots[i].acting is not None for i in team.sharing)
-    ends = state.plan is None or (at_end(state, team.sharing) and not acts)
+    ends = state.plan is None or (
+        at_end(state, team.sharing) and all(state.robots[i].acting is None for i in team.sharing)
+    )
     if not starves and not ends and not stuck(team, state, helped):
         return None
     sharing = driven(team, state)
@@ -345,10 +346,11 @@ def _planned(
 
 def _out_of_service(team: Team, state: State, control: Control) -> End | None:
     """The end if only robots out of service have not met their objectives."""
-    robots = [*enumerate(state.robots)]
-    if control.found.served or all(r.active for _, r in robots) or any(r.acting for _, r in robots):
+    robots, out = state.robots, [i for i, r in enumerate(state.robots) if not r.active]
+    if control.found.served or not out or any(r.acting for r in robots):
         return None
-    left = [i for i, _ in robots if not (done(team, state, i) and stands(team, state, i))]
+    every = range(len(robots))
+    left = [i for i in every if not (done(team, state, i) and stands(team, state, i))]
     if not left or any(state.robots[i].active or charged(team, state, i) for i in left):
         return None
     return _without(team, state, left)

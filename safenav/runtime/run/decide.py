@@ -14,7 +14,7 @@ from safenav.runtime.control.strategies import commanded, heard
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.objective import ruled
 from safenav.spec.specification import Section
-from safenav.team.floor import barred, reserved
+from safenav.team.floor import barred, is_reserved
 from safenav.team.state import Is, State, Values
 from safenav.team.team import Team
 
@@ -53,14 +53,14 @@ def propose(team: Team, state: State, control: Control, i: int) -> Proposal:
     if behind is not None:
         steps = team.members[i].graph.steps(stay.pose)
         back = next((pose for pose in steps if pose % team.size == behind), stay.pose)
-        free = not reserved(team, state, i) >> behind & 1
+        free = not is_reserved(team, state, i, behind)
         return Proposal(back, "backtrack") if free else stay
     if not team.members[i].planned:
         return next(iter(_successors(team, state, control, i)), stay)
     pose = next_step(team, state, i)
     if pose is None or not _is_kept(team, state, i, pose):
         return stay
-    if reserved(team, state, i) >> pose % team.size & 1:
+    if is_reserved(team, state, i, pose % team.size):
         return stay
     return Proposal(pose, "plan")
 

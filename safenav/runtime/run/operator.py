@@ -25,7 +25,7 @@ from safenav.scenario.objective import Objective
 from safenav.scenario.reachability import Reachability
 from safenav.team import state as now
 from safenav.team.acts import number, stands_for
-from safenav.team.floor import reserved
+from safenav.team.floor import is_reserved
 from safenav.team.state import Is
 from safenav.team.team import Team
 from safenav.trace import records
@@ -257,7 +257,7 @@ class Operator:
         if (member.robot.model.mobility is Mobility.HEADING) is (pose.heading is None):
             reason = "needs a heading" if pose.heading is None else "has no heading"
             raise UsageError(f"{name} {reason}")
-        if reserved(run.team, run.state, i) >> region & 1:
+        if is_reserved(run.team, run.state, i, region):
             raise UsageError(f"another robot is in region {region}, or in a zone with it")
         away = {each.name for each in self.asked if each.kind in ("resolved", "open")}
         for k in _known(run):

@@ -41,7 +41,6 @@ from safenav.team.floor import occupied, standing
 from safenav.team.state import State
 from safenav.team.team import Team
 from safenav.trace.vocabulary import ActResult
-from safenav.world.poses import bits
 
 SLOWEST = 20.0
 """Seconds per tick of the limit, for a simulated live run without a limit in seconds."""
@@ -138,8 +137,7 @@ class World:
                 yield now.Served(i, True, "battery")
         yield from self.operator.events(run)
         yield from self._heard(run)
-        regions = set(bits(occupied(run.team, run.state)))
-        for change in commands.changes(regions):
+        for change in commands.changes(occupied(run.team, run.state)):
             yield from self._changed(run, change)
         while commands.dropped:
             dropped, why = commands.dropped.pop(0)

@@ -93,7 +93,8 @@ class SimulatedWorld:
         i, team = self._number[robot.name], self._team
         stages = self._changes(i)
         over = tuple((k, self._truths[k]) for k, stage in stages if resolved(team, k, stage))
-        self._state = apply(team, self._state, now.Acted(i, stages, over))
+        if stages:
+            self._state = apply(team, self._state, now.Acted(i, stages, over))
         ended = {k for k, _ in over}
         parts = ((team.obstacles[k].source, s) for k, s in stages if k not in ended)
         self._parts[i] = tuple(parts)
