@@ -1,4 +1,4 @@
-/* sources 71906361335716647cbf6e8806af539db124185e96783c9ede5b791478bfeadb */
+/* sources c3196611501b9c9fa439475eae6aef4415fa9d96aa1771941f343f7bf31aa190 */
 /* Contains @codemirror/view:
 MIT License
 

@@ -1,7 +1,7 @@
 /** The region under the pointer, or at the cursor of the arrow keys where a hand draws. */
 
 import type { ComponentChildren } from "preact";
-import { useLayoutEffect, useRef, useState } from "preact/hooks";
+import { useLayoutEffect, useRef } from "preact/hooks";
 import { heard } from "../panels/shell";
 import { placeOf, regionAt, useRedraw } from "../run/run";
 import { type Camera, CELL } from "./camera";
@@ -28,6 +28,13 @@ const STEPS: Record<string, [dx: number, dy: number]> = {
   ArrowRight: [1, 0],
 };
 
+type Place = [x: number, y: number];
+
+function placeIn(room: HTMLElement, event: MouseEvent): Place {
+  const box = room.getBoundingClientRect();
+  return [event.clientX - box.left, event.clientY - box.top];
+}
+
 interface CursorArgs {
   room: { current: HTMLElement | null };
   camera: Camera;
@@ -38,38 +45,25 @@ interface CursorArgs {
   hand: Hand | undefined;
 }
 
-/** `pointed`: the region under the pointer or at the cursor, -1 if there is none; `read` updates it. */
+/** `pointed`: the region under the pointer or at the cursor, -1 if there is none. */
 export function useCursor({ room, camera, cols, rows, first, hand }: CursorArgs) {
-  const [hovered, hover] = useState(-1);
   const redraw = useRedraw();
+  const pointer = useRef<Place | null>(null);
   const latest = useRef(-1); // quick keys come before the page is drawn again
   const at = latest.current;
+  const under = (): number => (pointer.current === null ? -1 : regionAt({ cols, rows }, ...camera.at(...pointer.current)));
   const put = (region: number): void => {
     if (latest.current !== region) redraw();
     latest.current = region;
   };
-  const [read, setRead] = useState<() => void>(() => () => undefined);
   useLayoutEffect(() => {
-    const element = room.current!;
-    let pointer: { x: number; y: number } | null = null;
-    const look = (): void => {
-      if (pointer === null) return hover(-1);
-      const box = element.getBoundingClientRect();
-      const [x, y] = camera.at(pointer.x - box.left, pointer.y - box.top);
-      hover(regionAt({ cols, rows }, x, y));
+    const moved = (event: PointerEvent | null): void => {
+      const before = under();
+      pointer.current = event && placeIn(room.current!, event);
+      if (under() !== before) redraw();
+      if (event) put(-1);
     };
-    const moved = (event: PointerEvent): void => {
-      pointer = { x: event.clientX, y: event.clientY };
-      put(-1);
-      look();
-    };
-    const left = (): void => {
-      pointer = null;
-      look();
-    };
-    const stops = [heard(element, { pointermove: moved, pointerleave: left }), camera.onChange(look)];
-    setRead(() => look);
-    return () => stops.forEach((stop) => stop());
+    return heard(room.current!, { pointermove: (event: PointerEvent) => moved(event), pointerleave: () => moved(null) });
   }, [camera, cols, rows]);
 
   const keyed = (event: KeyboardEvent): void => {
@@ -78,7 +72,7 @@ export function useCursor({ room, camera, cols, rows, first, hand }: CursorArgs)
     if (!step && event.key !== "Enter") return;
     event.preventDefault();
     event.stopPropagation();
-    if (latest.current < 0) return go(hovered >= 0 ? hovered : first);
+    if (latest.current < 0) return go(under() >= 0 ? under() : first);
     const [col, row] = placeOf({ cols }, latest.current);
     const middle = (x: number, y: number): [number, number] => [x + 0.5, y + 0.5];
     if (!step) {
@@ -103,8 +97,7 @@ export function useCursor({ room, camera, cols, rows, first, hand }: CursorArgs)
   const [col, row] = placeOf({ cols }, at);
   const mark = at >= 0 && <rect {...INK.cursor} x={col * CELL + 1} y={row * CELL + 1} width={CELL - 2} height={CELL - 2} />;
   return {
-    pointed: at >= 0 ? at : hovered,
-    read,
+    pointed: at >= 0 ? at : under(),
     mark,
     keys: hand && {
       tabIndex: 0,
@@ -116,16 +109,11 @@ export function useCursor({ room, camera, cols, rows, first, hand }: CursorArgs)
   };
 }
 
-type Place = [x: number, y: number];
-
 /** A hand takes the drags whose press it accepts; others move the map, and a press without a drag is a click. */
 export function listenToPointers(room: HTMLElement, camera: Camera, hand: () => Hand | undefined, clicked: (x: number, y: number) => void): () => void {
   let pressed: "hand" | "map" | null = null;
   let [before, travelled]: [Place, number] = [[0, 0], 0];
-  const place = (event: MouseEvent): Place => {
-    const box = room.getBoundingClientRect();
-    return [event.clientX - box.left, event.clientY - box.top];
-  };
+  const place = (event: MouseEvent): Place => placeIn(room, event);
   const down = (event: PointerEvent): void => {
     if (event.button !== 0 || !event.isPrimary) return;
     [before, travelled] = [place(event), 0];

@@ -45,7 +45,6 @@ export function MapView({ run, player, camera, tick, viewer, spoken = -1, hand }
   const { cols, rows } = run;
   const first = run.robots[0]?.path[0] ?? cols + 1;
   const cursor = useCursor({ room, camera, cols, rows, first, hand }); // hears before the hand does
-  useLayoutEffect(cursor.read, [tick, cursor.read]); // a followed robot moves the map
   useLayoutEffect(() => {
     const element = room.current!;
     const attach = (): void =>
