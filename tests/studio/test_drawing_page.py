@@ -113,7 +113,7 @@ def test_case_study_1_is_drawn_run_changed_and_undone(board: Board, tmp_path: Pa
     browser.wait(lambda: browser.all(".clock"), lacks="the run, which the page showed before")
     board.fast()
     browser.button("Run").click()
-    browser.wait(lambda: browser.all(".badge.good"))
+    browser.wait(lambda: browser.one(".badge").text == "completed")
     trace = read_bytes(board.saved("trace"))
     assert check_trace(trace).findings == ()
     (appeared,) = (record for record in trace.records if isinstance(record, Appeared))

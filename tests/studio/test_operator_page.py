@@ -64,7 +64,7 @@ def test_a_user_orders_work_and_sets_an_input(browser: Browser, tmp_path: Path) 
         browser.one('[role="switch"][aria-label="alarm"]').click()
         board.fast()
         browser.one('[aria-label="Run"]').click()
-        browser.wait(lambda: browser.all(".badge.good"))
+        browser.wait(lambda: browser.one(".badge").text == "completed")
         trace = read_bytes(board.saved("trace"))
     assert check_trace(trace).findings == ()
     assert [r.values["alarm"] for r in trace.records if isinstance(r, Inputs)] == [True, False]

@@ -1,4 +1,4 @@
-/* sources c3196611501b9c9fa439475eae6aef4415fa9d96aa1771941f343f7bf31aa190 */
+/* sources 8dabb33f27984e896aa04a185a80c3616f92a3affa934e09e1dc1cfdbd200dd5 */
 /* Contains three:
 The MIT License
 

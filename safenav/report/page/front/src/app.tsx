@@ -67,7 +67,7 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
       <Header
         help={help}
         name={run.name}
-        state={extras.title ?? (run.ending ? <OutcomeBadge {...run.ending} /> : <p class="badge cut">cut off</p>)}
+        state={extras.title ?? (run.ending ? <OutcomeBadge {...run.ending} /> : <p class="badge quiet">cut off</p>)}
         keys={withKeys(KEYS, extras.keys ?? [])}
         about={
           <>
@@ -116,7 +116,7 @@ export function App({ run, player, stage, extras = {} }: AppProps) {
 /** How a run ended. */
 export function OutcomeBadge({ outcome, explanation }: Pick<Ending, "outcome" | "explanation">) {
   return (
-    <p class={`badge ${outcome === "completed" ? "good" : "bad"}`} title={explanation}>
+    <p class="badge" style={{ color: `var(--${outcome === "completed" ? "resolved" : "found"})` }} title={explanation}>
       {outcome.replace(/_/g, " ")}
     </p>
   );

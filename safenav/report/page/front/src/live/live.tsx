@@ -377,10 +377,10 @@ export function LiveView({ run, player, wire, palette, watches, bar, saving }: L
 
 function Badge({ player, run }: { player: LivePlayer; run: Run }) {
   const { phase, outcome, failure, busy } = player.state;
-  if (failure !== null) return <p class="badge bad" title={failure}>failed: {failure.split("\n")[0]}</p>;
+  if (failure !== null) return <p class="badge" style={{ color: "var(--found)" }} title={failure}>failed: {failure.split("\n")[0]}</p>;
   if (outcome !== null) return <OutcomeBadge outcome={outcome} explanation={run.ending?.explanation ?? ""} />;
-  if (waitsFor(run) !== null) return <p class="badge bad">waits for an operator</p>;
-  return <p class="badge cut">{busy ? "thinking" : phase}</p>;
+  if (waitsFor(run) !== null) return <p class="badge" style={{ color: "var(--found)" }}>waits for an operator</p>;
+  return <p class="badge quiet">{busy ? "thinking" : phase}</p>;
 }
 
 /** Downloads of the run so far. */

@@ -88,8 +88,8 @@ export function RobotSign({ robot, size = 26 }: { robot: Robot; size?: number })
 export function Likeness({ shape }: { shape: string }) {
   if (!shape) return null;
   return (
-    <svg class="likeness" viewBox="-1.1 -1.1 2.2 2.2" aria-hidden="true">
-      <path d={shape} fill-rule="evenodd" />
+    <svg class="sign" width="17" height="17" viewBox="-1.1 -1.1 2.2 2.2" aria-hidden="true">
+      <path d={shape} fill="currentColor" fill-rule="evenodd" />
     </svg>
   );
 }

@@ -46,14 +46,14 @@ export function Robots({ run, tick, eye }: RobotsProps) {
               <div>
                 <p>
                   <b>{robot.name}</b>{" "}
-                  <Likeness shape={robot.shape} />
-                  <span class="quiet model">{robot.model}</span>
+                  <Likeness shape={robot.shape} />{" "}
+                  <span class="quiet model">{robot.model}</span>{" "}
                   {charge !== null && (
                     <span class="quiet charge" title="Charge of its battery">
-                      <meter min={0} max={100} low={20} value={charge} /> {charge} %
+                      <meter style={{ width: "28px" }} min={0} max={100} low={20} value={charge} /> {charge} %
                     </span>
                   )}
-                  {role && <span class={`badge ${role[0]}`}>{role[1]}</span>}
+                  {role && <span class="badge" style={{ color: `var(--${role[0] === "helps" ? "stack" : "requested"})` }}>{role[1]}</span>}
                 </p>
                 <p class="objective">
                   {words}

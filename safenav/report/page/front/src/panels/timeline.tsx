@@ -302,6 +302,8 @@ export function Axis({ last, width }: { last: number; width: number }) {
 }
 
 const HEIGHT = 22;
+/** Colours of curves. */
+const VERDICTS = { satisfied: "resolved", violated: "found", undecided: "quiet" };
 
 /** The robustness of each requirement over time; below its line it is violated. */
 export function Curves({ run, end }: { run: Run; end: number }) {
@@ -309,7 +311,7 @@ export function Curves({ run, end }: { run: Run; end: number }) {
   return (
     <ol class="curves">
       {run.curves.map((curve) => (
-        <li key={curve.name} class={curve.verdict} title={curve.told} data-requirement={curve.name}>
+        <li key={curve.name} style={{ color: `var(--${VERDICTS[curve.verdict]})` }} title={curve.told} data-requirement={curve.name}>
           <Plot curve={curve} end={end} />
           <span>
             {curve.name}: {curve.verdict}

@@ -178,8 +178,7 @@ export interface Drawn {
 export function Tools({ doc, drawing, pen, setPen }: Drawn) {
   const tool = (key: string, pressed: boolean, words: string, next: Pen, hint: string, shape = "") => (
     <button type="button" key={key} class={`pen ${key.split(" ")[0]}`} aria-pressed={pressed} title={hint} onClick={() => setPen(next)}>
-      <Likeness shape={shape} />
-      {words}
+      <Likeness shape={shape} /> {words}
     </button>
   );
   return (
@@ -337,7 +336,7 @@ export function Problems({ problems, verdicts, robots, go, choose, say }: Proble
               <span class="tick">{problem.line || ""}</span>
               <span>
                 {problem.found}
-                {problem.hint && <small class="quiet">{problem.hint}</small>}
+                {problem.hint && <div class="quiet">{problem.hint}</div>}
               </span>
             </button>
           </li>
@@ -345,6 +344,7 @@ export function Problems({ problems, verdicts, robots, go, choose, say }: Proble
         {judged.map((verdict) => (
           <li class={`verdict ${verdict.verdict}`} data-robot={verdict.robot} data-verdict={verdict.verdict}>
             <button type="button" class="event" onClick={() => choose({ robot: verdict.robot })}>
+              <span style={{ color: `var(--${verdict.verdict === "realizable" ? "resolved" : "found"})` }}>●</span>
               <b>{verdict.robot}</b>
               <span>{verdict.verdict === "realizable" ? `realizable${verdict.allows ? ` (${verdict.allows})` : ""}` : verdict.because}</span>
             </button>
