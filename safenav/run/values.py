@@ -277,20 +277,12 @@ def _candidates(name: str, names: Sequence[str]) -> list[str]:
     """Return possible labels of a name, the best first."""
     initial = name[:1].upper()
     rivals = [other for other in names if other != name and other[:1].upper() == initial]
-    if not rivals:
-        return [initial, *(initial + sign for sign in _SIGNS)]
-    found = []
-    numbered = _NUMBERED.fullmatch(name)
-    if numbered and numbered[1]:
-        number = numbered[2]
-        found.append(number if len(number) == 2 else initial + number)
-    elif all(_NUMBERED.fullmatch(other) for other in rivals):
+    numbered, found = _NUMBERED.fullmatch(name), []
+    if rivals and numbered and numbered[1]:
+        found.append(numbered[2] if len(numbered[2]) == 2 else initial + numbered[2])
+    elif all(map(_NUMBERED.fullmatch, rivals)):
         found.append(initial)
-    distinct = (
-        letter
-        for place, letter in enumerate(name)
-        if place and all(letter != other[place : place + 1] for other in rivals)
-    )
-    found += [initial + letter.lower() for letter in distinct if letter.isalnum()]
-    found += [initial + letter.lower() for letter in name[1:] if letter.isalnum()]
-    return found + [initial + sign for sign in _SIGNS]
+    others = [*enumerate(name)][1:]
+    telling = [c for at, c in others if all(c != other[at : at + 1] for other in rivals)]
+    rest = (*telling, *name[1:], *_SIGNS)
+    return found + [initial + letter.lower() for letter in rest if letter.isalnum()]
