@@ -81,12 +81,11 @@ def file_name(name: str, digest: str) -> str:
 
 class Conditions(Struct, frozen=True):
     """Settings of each case's run. ``seconds``: wall-clock limit of one case. ``certify``: the
-    folder for the bundle of each run (docs/certify.md), or None. ``traced``: keep the traces
-    of failures. ``directory``: the one to which paths in scenarios are relative."""
+    folder for the bundle of each run (docs/certify.md), or None. ``directory``: the one to which
+    paths in scenarios are relative."""
 
     seconds: float = 600.0
     certify: str | None = None
-    traced: bool = False
     directory: str = field(default_factory=lambda: str(Path.cwd()))
 
 

@@ -10,7 +10,9 @@ from __future__ import annotations
 import contextlib
 import importlib
 import uuid
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from queue import Empty, SimpleQueue
 from typing import Any
 
@@ -29,12 +31,13 @@ class Pool:
         self.batch = uuid.uuid4().hex
         self.conditions = conditions
         self._threads = ThreadPoolExecutor(jobs)
+        self._submit: Callable[..., Any] = self._threads.submit
         self._cases: dict[Any, Case] = {}
         self._done = SimpleQueue[Any]()
 
     def submit(self, case: Case) -> None:
         """Queue a case; return immediately."""
-        future = self._begin(case)
+        future = self._submit(run_case, self.batch, case, self.conditions)
         self._cases[future] = case
         future.add_done_callback(self._done.put)
 
@@ -50,7 +53,7 @@ class Pool:
         return [(case, *self._ended(future, case)) for future, case in cases]
 
     def running(self) -> list[tuple[str, float]]:
-        """Return the names of running cases, as far as known, with their seconds so far."""
+        """Return the names of the cases that run on this machine, with their seconds so far."""
         return running(self.batch)
 
     def close(self) -> None:
@@ -58,9 +61,6 @@ class Pool:
         self._threads.shutdown(wait=False, cancel_futures=True)
         leave(self.batch)
         self._threads.shutdown()
-
-    def _begin(self, case: Case) -> Any:
-        return self._threads.submit(run_case, self.batch, case, self.conditions)
 
     def _ended(self, future: Any, case: Case) -> tuple[Result, bytes]:
         del case
@@ -90,15 +90,12 @@ class DaskCluster(Pool):
             self._client = dask.Client(address, timeout=_CONNECT_SECONDS, set_as_default=False)
         except (OSError, ValueError, TypeError) as error:
             raise UsageError(f"no Dask cluster answers at {address}: {error}") from error
+        self._submit = partial(self._client.submit, pure=False)
         try:
             self._check_versions()
         except SafenavError:
             self._client.close()
             raise
-
-    def running(self) -> list[tuple[str, float]]:
-        """Return an empty list: querying the cluster would cost more than the answer is worth."""
-        return []
 
     def close(self) -> None:
         if self._client.status == "closed":
@@ -108,9 +105,6 @@ class DaskCluster(Pool):
             self._client.run(leave, self.batch)
         self._cases.clear()
         self._client.close()
-
-    def _begin(self, case: Case) -> Any:
-        return self._client.submit(run_case, self.batch, case, self.conditions, pure=False)
 
     def _ended(self, future: Any, case: Case) -> tuple[Result, bytes]:
         try:

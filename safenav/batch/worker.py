@@ -49,7 +49,7 @@ _ended: set[str] = set()
 
 
 def run_case(batch: str, case: Case, conditions: Conditions) -> tuple[Result, bytes]:
-    """Return the result of a case, and its trace if that is wanted and the case failed.
+    """Return the result of a case, and its trace if the case failed.
 
     Raises SafenavError if no process can be started here, or if the batch has ended here.
     """
@@ -64,8 +64,8 @@ def run_case(batch: str, case: Case, conditions: Conditions) -> tuple[Result, by
         with tempfile.TemporaryDirectory(prefix="safenav-") as folder:
             trace = Path(folder) / "trace.jsonl"
             result = worker.run(case, conditions, trace)
-            kept = conditions.traced and trace.exists() and not result.passed
-            return result, trace.read_bytes() if kept else b""
+            failed = trace.exists() and not result.passed
+            return result, trace.read_bytes() if failed else b""
     except BaseException:
         worker.end()
         raise
@@ -117,10 +117,7 @@ class Worker:
                 pass_fds=[theirs.fileno()],
                 start_new_session=True,
             )
-
-    @property
-    def pid(self) -> int:
-        return self._process.pid
+        self.pid = self._process.pid
 
     @property
     def alive(self) -> bool:

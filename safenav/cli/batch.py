@@ -84,7 +84,7 @@ def batch(
     found = find_cases(paths)
     _report_skipped(found)
     bundles = None if certify is None else str(certify.resolve())
-    conditions = Conditions(time_limit, bundles, out is not None)
+    conditions = Conditions(time_limit, bundles)
     with ExitStack() as stack:
         pool = DaskCluster(dask, conditions) if dask else Pool(jobs or _processors(), conditions)
         stack.callback(pool.close)

@@ -104,7 +104,7 @@ def test_no_case_begins_in_a_batch_that_has_ended(write: Write, slugs: SlugsLog)
     (case,) = find_cases(["a.yaml"]).cases
     leave("interrupted")
     with pytest.raises(SafenavError, match="the batch has ended"):
-        run_case("interrupted", case, Conditions(600.0, None, False))
+        run_case("interrupted", case, Conditions())
     assert not slugs.pids
 
 
@@ -115,7 +115,7 @@ def test_a_process_that_is_ended_during_a_synthesis_ends_in_order(
     write("a.yaml", "sleeper")
     (case,) = find_cases(["a.yaml"]).cases
     with ThreadPoolExecutor(1) as threads:
-        running = threads.submit(run_case, "ended", case, Conditions(600.0, None, False))
+        running = threads.submit(run_case, "ended", case, Conditions())
         while not slugs.pids:
             time.sleep(0.01)
         stat = Path(f"/proc/{slugs.pids[0]}/stat").read_text()
