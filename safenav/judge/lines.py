@@ -50,8 +50,8 @@ class Line:
 class Objective(Line):
     """``targets``: for each its regions, none for formulas; ``formulas``: of ``ltl`` and
     ``always``, None if there are none. ``settles``: the robot stays at its ``last`` target, where
-    each tick is a round, if it ``ends`` after it has met each target once.
-    ``strict``: it leaves a target immediately, and touches none out of turn."""
+    each tick is a round, if it ``ends`` after it has met each target once. ``strict``: it leaves a
+    target immediately, and touches none out of turn; ``ordered``: one target is the next."""
 
     targets: list[frozenset[int]]
 
@@ -60,6 +60,7 @@ class Objective(Line):
         self.ends, self.strict, self.covers = kind == "once", kind == "patrol", kind == "cover"
         self.settles = self.ends or kind == "hold"
         self.in_turn = self.strict or self.ends or kind == "visit"
+        self.ordered = self.in_turn or self.settles
 
     def __eq__(self, other: object) -> bool:
         keys = ("kind", "data", "literal")

@@ -185,7 +185,7 @@ def mission(bound: Bound, tick: int) -> int:
     wanted = s.scenario.until.rounds
     for name, robot in s.robots.items():
         own, start = robot.own, robot.pose[0]
-        if not (own.settles or own.in_turn):
+        if not own.ordered:
             continue
         choices = [*_left(robot, wanted)]
         if not tick:  # a target on which it starts may count; each tick at the last is a round
@@ -209,7 +209,7 @@ def lost_problems(e: Line, s: State) -> Iterator[str]:
         least = mission(bound, e.tick)
     elif e.of in s.robots:
         robot = s.robots[e.of]
-        if not (robot.own.settles or robot.own.in_turn):
+        if not robot.own.ordered:
             yield f"the rounds of {e.of} have no order, and so no bound"
             return
         if robot.clock.within is None or robot.clock.begun + robot.clock.within != e.due:

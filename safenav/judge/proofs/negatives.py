@@ -9,7 +9,7 @@ from itertools import product
 from typing import Any, NamedTuple
 
 from safenav.judge.formulas import Pose
-from safenav.judge.lines import Line
+from safenav.judge.lines import Line, Objective
 from safenav.judge.proofs.closures import Case, able_now, is_hopeless, team_closure
 from safenav.judge.rules import NotJudged
 from safenav.judge.state import Rest, Robot, State
@@ -23,59 +23,10 @@ Left = tuple[int, int]
 rounds left, and a bit mask of the targets met in this one."""
 
 
-class Goals(NamedTuple):
-    """The goals of a robot. ``settles``: the mission ends only while it is at the last,
-    ``ends``: it also meets each once; ``either``: after a resolution, either may be
-    first."""
-
-    targets: list[Poses]
-    in_order: bool
-    settles: bool
-    ends: bool
-    starts: list[Left]
-    either: bool
-
-
 class _State(NamedTuple):
     poses: tuple[Any, ...]
     left: tuple[Left, ...]
     opened: tuple[Rest, ...]
-
-
-def goals_of(name: str, case: Case) -> Goals:
-    """Return the goals that a robot has still to meet."""
-    robot, s = case.state.robots[name], case.state
-    if name in case.out:
-        return Goals([frozenset([case.at[name]])], True, False, False, [(0, 0)], False)
-    own, progress, wanted = robot.own, robot.progress, case.state.scenario.until.rounds
-    steps, count = case.state.world.graph(robot.faces), robot.own.count
-    targets = [frozenset(pose for pose in steps if pose[0] in target) for target in own.targets]
-    if own.kind == "ltl":
-        targets = case.aims[name]
-    ends, rounds = own.ends, progress.rounds(own, s.tick)
-    either = own.strict and not own.literal and count == 2
-    if ends:
-        first = min(progress.ahead, count - 1)
-        starts = [((count - first) * (not progress.ended(own)), first)]
-    elif own.settles:
-        starts = [(int(rounds < 1), 0)]
-    elif own.in_turn:
-        left, turn = max(wanted * count - progress.goals, 0), progress.turn or 0
-        free = own.strict and not own.literal and not progress.goals
-        firsts = [turn]
-        if own.literal and progress.turn is None:  # with the target on which it starts
-            firsts += [k for k in range(1, count) if case.at[name] in targets[k]]
-        starts = [(left, k) for k in (range(count) if free else firsts)]
-        starts = [(left, EITHER)] if free and either else starts
-    else:
-        met = progress.seen if own.covers else _partly(progress.counts)
-        starts = [(max(wanted - rounds, 0), sum(1 << k for k in met))]
-    ordered = own.in_turn or own.settles
-    return Goals(targets, ordered, own.settles, ends, starts, either)
-
-
-def _partly(counts: tuple[int, ...]) -> list[int]:
-    return [k for k, n in enumerate(counts) if n > min(counts)]
 
 
 class Enumeration:
@@ -85,7 +36,8 @@ class Enumeration:
         self, case: Case, robots: list[str], opened: Iterable[Rest], cost: int = PER_JOINT_STATE
     ) -> None:
         self.case, self.robots, self.opened, self.cost = case, robots, tuple(opened), cost
-        self.goals = [goals_of(name, case) for name in robots]
+        self.owns = [case.state.robots[name].own for name in robots]
+        self.targets = [self._targets(name) for name in robots]
         self._acted, self._walls = cache(self._act), cache(case.walls)
         self._live = cache(self._is_live)
 
@@ -113,8 +65,40 @@ class Enumeration:
 
     def _starts(self) -> Iterator[_State]:
         poses = tuple(self.case.at[name] for name in self.robots)
-        for left in product(*(own.starts for own in self.goals)):
+        for left in product(*map(self._begins, self.robots, self.targets)):
             yield self._settled(_State(poses, left, self.opened))
+
+    def _targets(self, name: str) -> list[Poses]:
+        """Return the poses of each target of a robot; none if it is out of service."""
+        robot = self.case.state.robots[name]
+        if name in self.case.out or robot.own.kind == "ltl":
+            return [] if name in self.case.out else self.case.aims[name]
+        poses = self.case.world.graph(robot.faces)
+        return [frozenset(pose for pose in poses if pose[0] in each) for each in robot.own.targets]
+
+    def _begins(self, name: str, targets: list[Poses]) -> list[Left]:
+        """Return the goals that a robot may have left."""
+        robot, wanted = self.case.state.robots[name], self.case.state.scenario.until.rounds
+        own, progress, count = robot.own, robot.progress, len(targets)
+        rounds = progress.rounds(own, self.case.state.tick)
+        if not targets:
+            return [(0, 0)]
+        if own.ends:
+            first = min(progress.ahead, count - 1)
+            return [((count - first) * (not progress.ended(own)), first)]
+        if own.settles:
+            return [(int(rounds < 1), 0)]
+        if not own.ordered:
+            least = min(progress.counts)
+            partly = (k for k, n in enumerate(progress.counts) if n > least)
+            met = progress.seen if own.covers else partly
+            return [(max(wanted - rounds, 0), sum(1 << k for k in met))]
+        left, firsts = max(wanted * count - progress.goals, 0), [progress.turn or 0]
+        if own.strict and not own.literal and not progress.goals:
+            firsts = [EITHER] if count == 2 else [*range(count)]
+        elif own.literal and progress.turn is None:  # with the target on which it starts
+            firsts += [k for k in range(1, count) if self.case.at[name] in targets[k]]
+        return [(left, k) for k in firsts]
 
     def _successors(self, state: _State) -> Iterator[_State]:
         s, at = self.case.state, dict(zip(self.robots, state.poses, strict=True))
@@ -135,10 +119,11 @@ class Enumeration:
         and can continue forever."""
         if any(goals for goals, _ in state.left):
             return False
-        each = zip(self.robots, self.goals, state.poses, strict=True)
+        each = zip(self.robots, self.owns, self.targets, state.poses, strict=True)
         return all(
-            (not own.settles or pose in own.targets[-1]) and self._live(name, pose, state.opened)
-            for name, own, pose in each
+            (not (own.settles and targets) or pose in targets[-1])
+            and self._live(name, pose, state.opened)
+            for name, own, targets, pose in each
         )
 
     def _is_live(self, name: str, pose: Any, opened: tuple[Rest, ...]) -> bool:
@@ -155,12 +140,13 @@ class Enumeration:
         flat = self.case.state.scenario.flat
         restarts = any(not one.left and one.order[0] != flat for one in after)
         opened = tuple(one for one in after if one.left)
-        if moved is not None and not restarts:
-            met = _met(self.goals[moved], state.poses[moved], left[moved])
-            return _State(state.poses, (*left[:moved], met, *left[moved + 1 :]), opened)
         if restarts:
-            left = tuple(map(self._anew, self.goals, left))
-        return _State(state.poses, tuple(map(_met, self.goals, state.poses, left)), opened)
+            left = tuple(map(self._anew, self.owns, self.targets, left))
+        robots = range(len(left)) if restarts or moved is None else [moved]
+        now = [*left]
+        for k in robots:
+            now[k] = _met(self.owns[k], self.targets[k], state.poses[k], left[k])
+        return _State(state.poses, tuple(now), opened)
 
     def _act(self, opened: tuple[Rest, ...], places: tuple[int, ...]) -> tuple[Rest, ...]:
         """Return the obstacles after all actions. Loads are taken last, in their order, by robots
@@ -172,16 +158,18 @@ class Enumeration:
             after[k] = _performed(after[k], at, self.case.full(one for one in after if one.left))
         return tuple(after)
 
-    def _anew(self, own: Goals, left: Left) -> Left:
+    def _anew(self, own: Objective, targets: list[Poses], left: Left) -> Left:
         """Return the remaining goals after a resolution: rounds restart, the order is kept."""
-        rounds, count = self.case.state.scenario.until.rounds, len(own.targets)
+        rounds, count = self.case.state.scenario.until.rounds, len(targets)
+        if not targets:
+            return left
         if own.ends:
             return count - left[1], left[1]
         if own.settles:
             return 1, 0
-        if not own.in_order:
+        if not own.ordered:
             return rounds, 0
-        return rounds * count, EITHER if own.either else left[1]
+        return rounds * count, EITHER if own.strict and not own.literal and count == 2 else left[1]
 
 
 def _performed(one: Rest, at: dict[str, int], full: frozenset[str] | None) -> Rest:
@@ -201,21 +189,24 @@ def _performed(one: Rest, at: dict[str, int], full: frozenset[str] | None) -> Re
     return one
 
 
-def _met(own: Goals, pose: Any, left: Left) -> Left:
+def _met(own: Objective, targets: list[Poses], pose: Any, left: Left) -> Left:
+    """Return the remaining goals of a robot after it was in a pose."""
     goals, covered = left  # in order: the next goal
-    count = len(own.targets)
-    if goals and all(pose in target for target in own.targets):  # it meets all rounds here
+    count = len(targets)
+    if not goals:
+        return left if own.ordered else (0, 0)
+    if all(pose in target for target in targets):  # it meets all rounds here
         after = max(covered, 0) + goals
         then = min(after, count - 1) if own.ends else after % count
-        return 0, then if own.in_order else 0
-    if own.in_order:
+        return 0, then if own.ordered else 0
+    if own.ordered:
         if covered == EITHER:
-            covered = next((k for k, t in enumerate(own.targets) if pose in t), EITHER)
-        while goals and covered != EITHER and pose in own.targets[covered]:
+            covered = next((k for k, t in enumerate(targets) if pose in t), EITHER)
+        while goals and covered != EITHER and pose in targets[covered]:
             last = own.ends and covered == count - 1
             goals, covered = goals - 1, covered if last else (covered + 1) % count
         return goals, covered
-    here = sum(1 << k for k, target in enumerate(own.targets) if pose in target)
+    here = sum(1 << k for k, target in enumerate(targets) if pose in target)
     while goals:
         covered |= here
         if covered != (1 << count) - 1:
