@@ -18,7 +18,7 @@ from safenav.explain.investigation import explain
 from safenav.explain.repair import nearest, offered, with_robots, without_walls, without_words
 from safenav.review.foresight import Foresight, foresee
 from safenav.runtime.run.mission import Mission, RunResult, first_results, uninterrupted
-from safenav.scenario.model import Obstacle, Robot, RobotModel, Scenario
+from safenav.scenario.model import Obstacle, Robot, RobotModel, Scenario, actions_of
 from safenav.scenario.objective import Target, staying, written
 from safenav.scenario.yaml.document import flow
 from safenav.solve.reasons import Hindrance, Shortfall
@@ -52,7 +52,7 @@ def missing_actions(
     known = tuple(models)
     for obstacle in _needed(scenario, seen, encountered):
         for number, need in enumerate(obstacle.needs):
-            skills = obstacle.type.actions(number)
+            skills = actions_of(obstacle.needs, number)
             able = tuple(robot.name for robot in scenario.robots if skills <= robot.capabilities)
             if len(able) >= need.robots or any(
                 skills < {*key} and obstacle in other.obstacles for key, other in found.items()

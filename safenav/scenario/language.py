@@ -7,9 +7,16 @@ docs/scenario.md explains each key.
 
 from typing import Annotated, Any, ClassVar, Literal
 
-from safenav.errors import Outcome
 from safenav.scenario import values
-from safenav.scenario.model import Clock, Coordination, LatePolicy, Limits, Until
+from safenav.scenario.model import (
+    Clock,
+    Coordination,
+    Expect,
+    KnownRobot,
+    LatePolicy,
+    Limits,
+    Until,
+)
 from safenav.scenario.objective import EXAMPLE, KINDS, STAYING, kinds_that
 from safenav.scenario.yaml.document import Scalar, one_of
 from safenav.scenario.yaml.keys import Beside, Item, Key, Never, OneOf, key, version
@@ -281,10 +288,10 @@ class RobotKeys(Item, frozen=True):
         "While it waits for help; not 'ltl'. Default: it stays."
     )
     vision: float | Literal["unlimited"] | None = _VISION
-    avoids: tuple[values.Robot, ...] | None = key(
+    avoids: tuple[KnownRobot, ...] | None = key(
         "Robots whose regions it must not enter. Default: those of its layer."
     )
-    tracks: tuple[values.Robot, ...] = key(
+    tracks: tuple[KnownRobot, ...] = key(
         "Robots that its specification models, by beliefs.", default=()
     )
     when: dict[values.InputOn, ObjectiveKeys] | None = key(
@@ -298,7 +305,7 @@ class ExclusionKeys(Item, frozen=True):
     one: ClassVar = "an entry of never_together"
     label: ClassVar = "of never_together"
     example: ClassVar = "{robots: [quad, digit], in: [47]}"
-    robots: tuple[values.Robot, ...] | None = key(
+    robots: tuple[KnownRobot, ...] | None = key(
         "At least two robots.",
         "name two robots or more, for example 'robots: [quad, digit]'",
         entries=2,
@@ -374,31 +381,9 @@ class ChangeKeys(Item, frozen=True):
         ),
     )
     at_: int | None = key("The tick at which it applies.", "for example 'at: 12'", least=1)
-    robot: values.Robot | None = key("", "the name of a robot of the team")
+    robot: KnownRobot | None = key("", "the name of a robot of the team")
     objective: ObjectiveKeys | None = key("Its objective from then on; not 'ltl'.")
     service: Literal["out", "back"] | None = key("out: it stops; back: it continues.")
-
-
-class ExpectKeys(Item, frozen=True):
-    """The expected result of a run; only the keys that are given are checked."""
-
-    example: ClassVar = "{outcome: completed}"
-    outcome: Outcome | None = key("The outcome of the run.", without=(Outcome.ERROR,))
-    late: tuple[values.Subject, ...] | None = key(
-        "Exactly the missed deadlines: robots, obstacles, mission. Default: none."
-    )
-    resolved: tuple[values.ObstacleName, ...] | None = key(
-        "Exactly the obstacles that are resolved."
-    )
-    blocked: tuple[values.ObstacleName, ...] | None = key(
-        "Exactly the obstacles that become permanent."
-    )
-    helpers: dict[values.ObstacleName, values.Robot] | None = key("The helper of each obstacle.")
-    ticks: int | None = key("At most this many ticks (lockstep).", least=1)
-    rounds: Annotated[int, Key(least=1)] | dict[values.Robot, int] | None = key(
-        "At least this many rounds, as in 'until': of every robot, or {quad: 3}.",
-        expected="a whole number, or one for each robot",
-    )
 
 
 class ScenarioKeys(Item, frozen=True):
@@ -458,7 +443,7 @@ class ScenarioKeys(Item, frozen=True):
     requirements: values.Requirements | None = key(
         "Formulas over the motion, such as always(distance(a, b) >= 1); they may have names."
     )
-    expect: ExpectKeys | None = None
+    expect: Expect | None = None
     catalogue: CatalogueKeys | str | None = key(
         "Models and types of its own, in place or as the path of a file.",
         expected="a mapping (key: value), or the path of a file",

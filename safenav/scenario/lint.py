@@ -12,7 +12,7 @@ from math import floor
 from typing import Any
 
 from safenav.pace.robot import least_side
-from safenav.scenario.model import Obstacle, Robot, Scenario
+from safenav.scenario.model import Obstacle, Robot, Scenario, actions_of
 from safenav.scenario.reachability import room_words, without_room
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.yaml.findings import closest
@@ -101,7 +101,7 @@ def _unable(obstacle: Obstacle, scenario: Scenario) -> Iterator[str]:
     known = {action for robot in scenario.robots for action in robot.capabilities}
     what = f"{obstacle.type.name}@{scenario.map.word(obstacle.region)}"
     for number, need in enumerate(obstacle.needs):
-        skills = obstacle.type.actions(number)
+        skills = actions_of(obstacle.needs, number)
         able = [robot.name for robot in scenario.robots if skills <= robot.capabilities]
         if len(able) >= need.robots or (need.action in known and not skills <= known):
             continue  # in the second case, the need whose action is missing is reported
@@ -142,7 +142,7 @@ def _meant(word: str, known: Collection[str]) -> str:
 
 def _misnamed(scenario: Scenario) -> Iterator[str]:
     """Layers that are probably slips: those who are alone on one avoid no robot."""
-    layers = built_in().layers
+    layers = {model.layer for model in built_in().robots.values()}
     for model in dict.fromkeys(robot.model for robot in scenario.robots):
         slip = model.layer.isalpha() and model.layer not in layers
         for meant in closest(model.layer, layers, _SLIP) if slip else ():

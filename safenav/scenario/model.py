@@ -140,27 +140,48 @@ class Limits(Struct, frozen=True):
     ] = None
 
 
+KnownRobot = Annotated[str, Key(by="robot")]
+ObstacleName = Annotated[
+    str, Key("An obstacle: type@region.", by="obstacle", schema={"pattern": "^(?:.+@.+)$"})
+]
+Subject = Annotated[str, Key(by="subject")]
+"""A robot, an obstacle, or the mission: what can have a deadline."""
+Rounds = Annotated[int, Key(least=1)] | dict[KnownRobot, int]
+
+
 class Expect(Struct, frozen=True):
-    """The expected result of a run of the scenario; None means: not checked.
+    """The expected result of a run; only the keys that are given are checked."""
 
-    ``resolved`` and ``blocked`` name obstacles (``door@47``) as sets; ``helpers`` maps an
-    obstacle to its helper; ``ticks`` is an upper bound; ``rounds``: the least number of each robot;
-    ``late``: the robots, obstacles and ``mission`` that miss a deadline, as a set.
-    """
-
-    outcome: Outcome | None = None
-    resolved: frozenset[str] | None = None
-    blocked: frozenset[str] | None = None
-    helpers: Mapping[str, str] | None = None
-    ticks: int | None = None
-    rounds: Mapping[str, int] | None = None
-    late: frozenset[str] | None = None
+    example: ClassVar[str] = "{outcome: completed}"
+    outcome: Annotated[Outcome | None, Key("The outcome of the run.", without=(Outcome.ERROR,))] = (
+        None
+    )
+    late: Annotated[
+        frozenset[Subject] | None,
+        Key("Exactly the missed deadlines: robots, obstacles, mission. Default: none."),
+    ] = None
+    resolved: Annotated[
+        frozenset[ObstacleName] | None, Key("Exactly the obstacles that are resolved.")
+    ] = None
+    blocked: Annotated[
+        frozenset[ObstacleName] | None, Key("Exactly the obstacles that become permanent.")
+    ] = None
+    helpers: Annotated[
+        dict[ObstacleName, KnownRobot] | None, Key("The helper of each obstacle.")
+    ] = None
+    ticks: Annotated[int | None, Key("At most this many ticks (lockstep).", least=1)] = None
+    rounds: Annotated[
+        dict[str, int] | None,
+        Key(
+            "At least this many rounds, as in 'until': of every robot, or {quad: 3}.",
+            form=Rounds,
+            by="rounds",
+        ),
+    ] = None
 
 
 Charge = Annotated[int, Meta(ge=0, le=1_000_000)]
 SomeCharge = Annotated[int, Meta(ge=1, le=1_000_000)]
-
-
 DECIMALS = 6
 """Decimals of a charge."""
 
@@ -240,12 +261,8 @@ class Robot(Struct, frozen=True):
     def conflicts(self, other: Robot) -> bool:
         """Return whether these two robots must never share a region. It suffices that one of them
         requires it: each assumes what the other guarantees."""
-        return self._avoids(other) or other._avoids(self)
-
-    def _avoids(self, other: Robot) -> bool:
-        if self.avoids is None:
-            return self.model.layer == other.model.layer
-        return other.name in self.avoids
+        share, pairs = self.model.layer == other.model.layer, ((self, other), (other, self))
+        return any(share if a.avoids is None else b.name in a.avoids for a, b in pairs)
 
 
 class ResolveAt(StrEnum):
@@ -309,10 +326,6 @@ class ObstacleType(Struct, frozen=True):
         """The needs that resolve it, in order."""
         return self.listed or (Need(self.action, at=self.resolve_at),)
 
-    def actions(self, number: int) -> frozenset[str]:
-        """Return the actions for need ``number`` and the needs that the same robot fulfils next."""
-        return actions_of(self.needs, number)
-
 
 OPERATOR_ACTION = "operator"
 """The action of an obstacle that stands for a failure; no robot has it."""
@@ -329,10 +342,6 @@ class Catalogue(Struct, frozen=True):
     robots: Mapping[str, RobotModel] = field(default_factory=dict)
     obstacles: Mapping[str, ObstacleType] = field(default_factory=dict)
     sources: Mapping[str, str] = field(default_factory=dict)
-
-    @property
-    def layers(self) -> frozenset[str]:
-        return frozenset(model.layer for model in self.robots.values())
 
 
 class Obstacle(Struct, frozen=True):
@@ -377,9 +386,7 @@ class Obstacle(Struct, frozen=True):
         """Return whether this robot alone resolves the obstacle by entering its region: ``need`` is
         the last need, takes one robot, and has the region in its S_r."""
         last = self.needs[-1]
-        inside = last.at == ResolveAt.SELF or (
-            isinstance(last.at, frozenset) and self.region in last.at
-        )
+        inside = last.at == ResolveAt.SELF or self.region in last.places
         only = need == len(self.needs) - 1 and last.robots == 1 and not last.same
         return only and inside and last.action in robot.capabilities
 

@@ -119,14 +119,7 @@ Where = Annotated[
 
 Model = Annotated[RobotModel, Key(form=str, by="model")]
 Type = Annotated[ObstacleType, Key(form=str, by="type")]
-Robot = Annotated[str, Key(by="robot")]
 InputOn = Annotated[str, Key(by="input")]
-_OBSTACLE = matching(".+@.+")
-ObstacleName = Annotated[
-    str, Key("An obstacle: type@region.", by="obstacle", schema={"pattern": _OBSTACLE["pattern"]})
-]
-Subject = Annotated[str, Key(by="subject")]
-"""A robot, an obstacle, or the mission: what can have a deadline."""
 
 
 def _ascending(value: Any, node: Node, what: str, findings: Findings) -> Any:

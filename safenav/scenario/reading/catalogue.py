@@ -193,7 +193,7 @@ def _needs(items: Sequence[language.NeedKeys], reading: Reading) -> tuple[Need, 
 
 
 def _blocks(item: language.TypeKeys, known: Catalogue, reading: Reading) -> frozenset[str] | None:
-    words = {*known.layers, *known.robots, *reading.named}
+    words = {*(model.layer for model in known.robots.values()), *known.robots, *reading.named}
     # A separate catalogue may name any robot, and an unreadable model may have any layer.
     checked = reading.named and not reading.broken
     for word in item.blocks or ():

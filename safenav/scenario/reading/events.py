@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from safenav.formula.parser import FormulaError
 from safenav.scenario import language, values
-from safenav.scenario.model import Expect, Input, Obstacle, ObstacleType, RobotChange
+from safenav.scenario.model import Input, Obstacle, ObstacleType, RobotChange
 from safenav.scenario.objective import Ltl, Objective, kinds_that
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.reading.robots import misses_targets, resolve_objective
@@ -176,18 +176,6 @@ def _spans(value: Raw | None, findings: Findings) -> tuple[tuple[int, int], ...]
             wrong_type(part, value.what, "a tick or a range of ticks", findings, hint)
         found.append((first, last))
     return tuple(found)
-
-
-def resolve_expect(item: language.ExpectKeys | None, reading: Reading) -> Expect:
-    """Return the expected result."""
-    if item is None:
-        return Expect()
-    rounds = item.rounds
-    if isinstance(rounds, int):
-        rounds = dict.fromkeys(reading.named, rounds)
-    sets = (item.resolved, item.blocked, item.late if reading.named else None)
-    resolved, blocked, late = (None if names is None else frozenset(names) for names in sets)
-    return Expect(item.outcome, resolved, blocked, item.helpers, item.ticks, rounds, late)
 
 
 _WHAT = "requirements"

@@ -19,10 +19,12 @@ from safenav.scenario.model import (
     Catalogue,
     Clock,
     Coordination,
+    Expect,
     ObstacleType,
     Robot,
     RobotChange,
     Scenario,
+    actions_of,
 )
 from safenav.scenario.objective import Ltl, kinds_that
 from safenav.scenario.reachability import Reachability
@@ -191,7 +193,7 @@ def _scenario(root: Node, reading: Reading) -> Scenario | None:
         limits=item.limits,
         seed=item.seed,
         coordination=item.coordination,
-        expect=events.resolve_expect(item.expect, reading),
+        expect=item.expect or Expect(),
         source=reading.file,
         tiles=item.partition.tiles if isinstance(item.partition, language.TileKeys) else None,
         changes=changes,
@@ -281,7 +283,7 @@ def check_deadlines(scenario: Scenario, item: Mapping | None, findings: Findings
     for obstacle, node in listed:
         limit = scenario.limit_of(obstacle)
         for number, need in enumerate(obstacle.needs if limit is not None else ()):
-            actions = obstacle.type.actions(number)
+            actions = actions_of(obstacle.needs, number)
             able = sum(actions <= robot.capabilities for robot in scenario.robots)
             if able < need.robots:
                 found = f"{obstacle.name} must be resolved within {limit} ticks, but "

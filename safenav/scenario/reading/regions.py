@@ -22,13 +22,14 @@ from safenav.scenario.model import (
     ResolveAt,
     Robot,
     RobotModel,
+    Rounds,
     name_parts,
 )
 from safenav.scenario.objective import Target
 from safenav.scenario.values import AnyOf, RectangleKeys
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped, items_of, plain
 from safenav.scenario.yaml.findings import Findings, ReadableFolder, wrong_type
-from safenav.scenario.yaml.keys import Raw
+from safenav.scenario.yaml.keys import Key, Raw
 from safenav.scenario.yaml.typed import read
 from safenav.world.map import MAX_REGIONS, Region, RegionMap
 
@@ -186,7 +187,7 @@ class Reading(Findings):
     def _known(
         self, node: Node, what: str, found: str, known: Names[str, T], hint: str = ""
     ) -> T | None:
-        word: Scalar | None = read(Scalar, node, what, self)
+        word: Scalar | None = read(Scalar, node, what, self, Key(why=hint))
         if word is None:
             return None
         if word.text not in known and self.broken.isdisjoint((word.text, "*")):
@@ -203,6 +204,12 @@ class Reading(Findings):
         if isinstance(node, Scalar) and node.value in (*self.named, MISSION):
             return node.text
         return self.obstacle(node, what) if self.named else None
+
+    def rounds(self, node: Node, what: str) -> dict[str, int] | None:
+        """Return the rounds of each robot, from those of every robot or one by one."""
+        expected = Key(expected="a whole number, or one for each robot")
+        found: int | dict[str, int] | None = read(Rounds, node, what, self, expected)
+        return dict.fromkeys(self.named, found) if isinstance(found, int) else found
 
     def reports_position(self, node: Node | None, what: str) -> bool:
         """Report two numbers in a list of regions that are probably a row and a column, and return

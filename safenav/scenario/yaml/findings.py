@@ -260,6 +260,7 @@ _ALSO_CALLED = {
         ("skills abilities", ("capabilities",)),
         ("diameter", ("size",)),
         ("max_speed velocity", ("speed",)),
+        ("deadline", ("within", "resolve_within", "by")),
     )
     for word in words.split()
 }

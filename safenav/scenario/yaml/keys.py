@@ -295,7 +295,7 @@ def schema(annotation: Any, definitions: dict[str, Any], key: Key | None = None)
     if origin in (Union, types.UnionType):
         choices = [schema(a, definitions, key) for a in arguments if a is not types.NoneType]
         return choices[0] if len(choices) == 1 else {"anyOf": choices}
-    if origin is tuple and arguments[-1] is Ellipsis:
+    if origin is frozenset or (origin is tuple and arguments[-1] is Ellipsis):
         few = {"minItems": key.entries} if key.entries else {}
         return {"type": "array", **few, "items": schema(arguments[0], definitions)}
     if origin is tuple:

@@ -73,6 +73,9 @@ def read(
         if arguments[-1] is Ellipsis:
             return _list(arguments[0], node, what, findings, key)
         return _pair(arguments, node, what, findings, key)
+    if origin is frozenset:
+        items = _list(arguments[0], node, what, findings, key)
+        return None if items is None else frozenset(items)
     if origin is dict:
         return _mapping(arguments, node, what, findings, key)
     if origin is Literal:
@@ -252,9 +255,9 @@ def _fits(annotation: Any, node: Node) -> bool:
     origin = get_origin(annotation)
     if origin is Annotated:
         return _fits(get_args(annotation)[0], node)
-    if origin is tuple:
+    if origin in (tuple, frozenset):
         arguments = get_args(annotation)
-        any_length = arguments[-1] is Ellipsis
+        any_length = origin is frozenset or arguments[-1] is Ellipsis
         return isinstance(node, Sequence) and (any_length or len(node.items) == len(arguments))
     if origin is dict:
         return isinstance(node, document.Mapping)
@@ -309,9 +312,9 @@ def _integer(node: Node, what: str, findings: Findings, key: Key) -> Any:
     return None if limits else value
 
 
-def _text(node: Node, what: str, findings: Findings, _: Key) -> Any:
+def _text(node: Node, what: str, findings: Findings, key: Key) -> Any:
     if not isinstance(node, Scalar) or not isinstance(node.value, str):
-        wrong_type(node, what, "a text", findings)
+        wrong_type(node, what, "a text", findings, key.why)
         return None
     if not node.value.strip():
         findings.add(node, f"{what} is empty")
