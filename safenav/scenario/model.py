@@ -153,9 +153,10 @@ class Expect(Struct, frozen=True):
     """The expected result of a run; only the keys that are given are checked."""
 
     example: ClassVar[str] = "{outcome: completed}"
-    outcome: Annotated[Outcome | None, Key("The outcome of the run.", without=(Outcome.ERROR,))] = (
-        None
-    )
+    outcome: Annotated[
+        Outcome | None,
+        Key("The outcome of the run.", without=(Outcome.ERROR,)),
+    ] = None
     late: Annotated[
         frozenset[Subject] | None,
         Key("Exactly the missed deadlines: robots, obstacles, mission. Default: none."),

@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterable, Mapping
 from enum import IntEnum
 from functools import cached_property, lru_cache
 from math import cos, sin
-from typing import Annotated
+from typing import Annotated, Any
 
 from msgspec import Meta, Struct, field
 
@@ -110,31 +110,13 @@ class RegionMap(Struct, frozen=True, dict=True):
         return hash((self.rows, self.cols, self.walls))
 
     @classmethod
-    def from_grid(
-        cls,
-        lines: Iterable[str],
-        names: Mapping[str, Region] | None = None,
-        areas: Mapping[str, Iterable[Region]] | None = None,
-    ) -> RegionMap:
-        """Read rows of ``#`` (wall) and ``.`` (free), all of one length.
-
-        Raises ValueError for an empty or ragged grid and for other characters.
-        """
+    def from_grid(cls, lines: Iterable[str], **fields: Any) -> RegionMap:
+        """Return the map of rows of ``#`` (wall) and ``.`` (free), all of one length. ``fields``:
+        others of the map."""
         rows = list(lines)
-        if not rows or not rows[0]:
-            raise ValueError("the grid is empty")
         cols = len(rows[0])
-        walls = set()
-        for r, line in enumerate(rows):
-            if len(line) != cols:
-                raise ValueError(f"row {r} has {len(line)} characters, row 0 has {cols}")
-            for c, char in enumerate(line):
-                if char not in (WALL, FREE):
-                    raise ValueError(f"row {r}, column {c}: {char!r} is neither '#' nor '.'")
-                if char == WALL:
-                    walls.add(r * cols + c)
-        sets = {name: frozenset(regions) for name, regions in (areas or {}).items()}
-        return cls(len(rows), cols, frozenset(walls), dict(names or {}), areas=sets)
+        walls = (region for region, sign in enumerate("".join(rows)) if sign == WALL)
+        return cls(len(rows), cols, frozenset(walls), **fields)
 
     @property
     def placement(self) -> tuple[float, float, float]:

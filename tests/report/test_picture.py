@@ -80,6 +80,6 @@ def test_figures_can_be_read(name: str) -> None:
 
 def test_the_name_of_a_narrow_area_stays_inside_it() -> None:
     area = frozenset({7, 12, 17})
-    world = RegionMap.from_grid(["#####", *["#...#"] * 3, "#####"], {}, {"laboratory": area})
+    world = RegionMap.from_grid(["#####", *["#...#"] * 3, "#####"], areas={"laboratory": area})
     (name,) = placed_names(world, 48)
     assert {*name.regions} <= area

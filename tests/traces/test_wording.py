@@ -9,7 +9,7 @@ from safenav.trace.records import KINDS
 from safenav.world.map import RegionMap
 from traces.examples import examples
 
-MAP = RegionMap.from_grid(["." * 99], {"gate": 46, "dock": 47})
+MAP = RegionMap.from_grid(["." * 99], names={"gate": 46, "dock": 47})
 SILENT = {"header", "move", "hold", "backtrack", "belief", "checkpoint", "discovered"}
 """What happens in every tick, or belongs to another line's sentence."""
 
