@@ -32,7 +32,6 @@ from safenav.judge.rules import Rule
 from safenav.judge.state import State
 from safenav.runtime.run.mission import Mission, default_synthesizer, uninterrupted
 from safenav.scenario.reading.loader import load_scenario_text, scenario_text
-from safenav.spec.assignable import may_leave
 from safenav.spec.specification import read_specification
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
@@ -153,10 +152,8 @@ def files_of_run(
     """Return all files except the page and the manifest."""
 
     def counters(spec: str, robot: str) -> Iterator[bytes]:
-        """By the rules of the scenario robots may leave permanently; the specification may not let
-        them. So the counterstrategy must defeat that as well."""
-        wider = may_leave(read_specification(kept.texts[spec], robot=robot))
-        answer = synthesizer.counterstrategy(wider)
+        text = kept.texts[spec]
+        answer = synthesizer.counterstrategy(read_specification(text, robot=robot))
         if answer.strategy_json is not None and answer.verdict is Verdict.UNREALIZABLE:
             yield answer.strategy_json
 
@@ -238,7 +235,7 @@ def proofs_of(
     try:
         judge(trace.splitlines(keepends=True), [Rule("proofs", ("synthesis",), prove, "")])
     except BundleTooLargeError as error:
-        raise ResourceLimitError(f"a strategy is too large to be certified: {error}") from error
+        raise ResourceLimitError(f"no bundle: {error}") from error
     except NotATraceError as error:
         raise NotCertifiedError(str(error)) from error
     return found
@@ -250,7 +247,7 @@ def _proof(
     try:
         if e.verdict == "realizable" and e.node is not None and not s.rivals[e.robot]:
             task = Task(json.loads(strategies[e.strategy]), e, s)
-            return {"measures": _measures(task, task.graph.reach(task.begin(e.node)))}
+            return {"measures": _measures(task, task.graph.reach([e.node]))}
         for automaton in counters(e.spec, e.robot) if e.verdict == "unrealizable" else ():
             try:
                 return counter_proof(json.loads(automaton), e, s)

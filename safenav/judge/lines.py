@@ -237,8 +237,6 @@ OBJECTS = {
         "zone": "robots:str! regions:int!",
         "input": "name spans:span* again:bool*",
         "map": "rows:count cols:count walls:int! names:int~ areas:int!~",
-        "signal": "request:bool wait:bool assigned:int",
-        "command": "places:int! from:place! memory?:int~",
         "until": "rounds:count by?:count",
         "limits": "ticks:count seconds?:number",
         "proof": "robots:str* memory?:int~~",
@@ -261,16 +259,15 @@ KINDS = {
     kind: _fields(f"tick{'?' * (kind == 'header')}:count t?:number {text}")
     for kind, text in {
         "header": "trace:int scenario:scenario world:simulated|external cells?:int!*",
-        "move": f"{_MOVED} toward?:int by?:{_BY} result?:{_RESULT} signal?:signal",
-        "depart": f"{_MOVED} by:{_BY} node?:count signal?:signal",
-        "hold": "robot signal:signal",
+        "move": f"{_MOVED} toward?:int by?:{_BY} result?:{_RESULT}",
+        "depart": f"{_MOVED} by:{_BY} node?:count",
         "arrive": f"robot at:int heading:heading result:{_RESULT} regions?:int!",
         "act": "robot robots:str* obstacles:str*",
         "acted": "robot results:done|untraversable|failed|nothing~ reason? barred?:str*",
         "synthesis": "robot verdict:realizable|unrealizable|timeout|out_of_memory spec node?:count"
         " objective:objective memory?:int~ places?:int! strategy? region?:int heading?:heading"
         " form?:literal|other_memory|alternation closed?:mark* knowledge?:known~ beliefs?:int!*~"
-        " neutral?:int places_from?:command* sight_closed?:int! inputs?:bool~ forbidden?:place!",
+        " sight_closed?:int! inputs?:bool~ forbidden?:place!",
         "plan": "robots:place*~ orders:order*",
         "plan_end": "reason:reached|violation|changed",
         "told": "robot objective:objective",

@@ -29,7 +29,6 @@ from safenav.spec.specification import (
     Origin,
     Owner,
     Section,
-    Specification,
     Variable,
     among,
 )
@@ -311,13 +310,6 @@ def guarantees(task: Task, world: RegionMap) -> Iterator[Constraint]:
         yield Constraint(Section.SYS_TRANS, formula, home)
     go = _origin("it reaches the assigned region")
     yield Constraint(Section.SYS_LIVENESS, "request' & !wait' -> region' = assigned'", go)
-
-
-def may_leave(spec: Specification) -> Specification:
-    """Return a specification (compiled, or read from its text) without the guarantees that the
-    robot can return: those about the assigned region. The scenario does not require them."""
-    guarantees_of = [c for c in spec.constraints if c.section is Section.SYS_TRANS]
-    return spec.without(c for c in guarantees_of if "assigned'" in c.formula)
 
 
 def _in(part: Part, task: Task, mark: str = "") -> str:

@@ -25,7 +25,7 @@ VERSION = 4
 """The version of the format; there is no other."""
 
 
-class TickLine(Struct, frozen=True, rename=vocabulary.RENAMED):
+class TickLine(Struct, frozen=True, rename={"from_": "from"}):
     """``tick``: 0 before the first move; in a live run the number of the pass."""
 
     tick: Count
@@ -84,8 +84,7 @@ class Synthesis(Record, frozen=True, tag="synthesis"):
     or rule; ``knowledge``: robots whose positions are inputs -> the initial region, or the cells
     that may hold it; ``beliefs``: robot -> lists of cells, value N + i of its input stands for the
     i-th (N regions); ``sight_closed``: regions that block the view; ``places`` that may be
-    assigned, ``neutral``: the input without a request, ``places_from``: places that may be assigned
-    only from some poses; ``forbidden``: poses from which the team could not continue; ``form`` of
+    assigned; ``forbidden``: poses from which the team could not continue; ``form`` of
     the objective, and what it ``allows``.
     """
 
@@ -110,8 +109,6 @@ class Synthesis(Record, frozen=True, tag="synthesis"):
     beliefs: Mapping[str, tuple[tuple[Count, ...], ...]] | None = None
     sight_closed: tuple[Region, ...] | None = None
     places: tuple[Region, ...] | None = None
-    neutral: int | None = None
-    places_from: tuple[vocabulary.PlacesFrom, ...] | None = None
     forbidden: tuple[Place, ...] | None = None
     form: vocabulary.Form | None = None
     allows: str | None = None
@@ -120,7 +117,7 @@ class Synthesis(Record, frozen=True, tag="synthesis"):
 class Move(Record, frozen=True, tag="move"):
     """One for each robot and tick. ``heading``: after the move. ``toward``: while a step takes
     several ticks, the region to which the robot is in transit and which it also occupies. ``by``:
-    what decided the move (null in transit). ``signal``: on the first move after it changed.
+    what decided the move (null in transit).
     ``result``: if the step ended elsewhere than commanded."""
 
     robot: str
@@ -129,7 +126,6 @@ class Move(Record, frozen=True, tag="move"):
     heading: Heading | None
     toward: Region | None = None
     by: vocabulary.MovedBy | None = None
-    signal: vocabulary.Signal | None = None
     result: vocabulary.MoveEnd | None = None
 
 
@@ -144,7 +140,6 @@ class Depart(Record, frozen=True, tag="depart"):
     heading: Heading | None
     by: vocabulary.MovedBy
     node: Count | None = None
-    signal: vocabulary.Signal | None = None
     seconds: Seconds | None = None
 
 
@@ -181,13 +176,6 @@ class ActionEnd(Record, frozen=True, tag="acted"):
     results: Mapping[str, vocabulary.ActResult]
     barred: tuple[str, ...] | None = None
     reason: str | None = None
-
-
-class Held(Record, frozen=True, tag="hold"):
-    """Live: an assignable robot stays where it is, from now on with this ``signal``."""
-
-    robot: str
-    signal: vocabulary.Signal
 
 
 class Late(Note, frozen=True, tag="late"):

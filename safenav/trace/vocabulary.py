@@ -7,8 +7,6 @@ from enum import StrEnum
 
 from msgspec import Struct
 
-from safenav.data import Place, Region
-
 
 class Reason(StrEnum):
     """Reason for a synthesis."""
@@ -136,28 +134,6 @@ class AvertedEnd(StrEnum):
     ASSUMPTION_VIOLATED = "assumption_violated"
     SEARCH_LIMIT = "search_limit"
     TIME_LIMIT = "time_limit"
-
-
-RENAMED = {"from_": "from"}
-"""Fields whose JSON name is a word of Python."""
-
-
-class PlacesFrom(Struct, frozen=True, rename=RENAMED):
-    """Regions that a robot can be sent to from some places only: from ``from_``, while it remembers
-    ``memory``, and from those of other entries of the same ``places``."""
-
-    places: tuple[Region, ...]
-    from_: tuple[Place, ...]
-    memory: Mapping[str, int] | None = None
-
-
-class Signal(Struct, frozen=True):
-    """The command inputs of an assignable strategy: a request to go to ``assigned``, or to ``wait``
-    (``assigned`` then has no meaning)."""
-
-    request: bool
-    assigned: int
-    wait: bool
 
 
 class Proof(Struct, frozen=True):

@@ -123,7 +123,7 @@ _BITS = bytes.maketrans(b"01", b"\x00\x01")
 
 
 def flags(plane: int, count: int) -> bytes:
-    """Return for each of so many rows 1 if it is in a plane, else 0."""
+    """Return 1 for each of this many rows that is in a plane, else 0."""
     return f"{plane:0{count}b}".encode().translate(_BITS)[::-1][:count]
 
 

@@ -282,8 +282,8 @@ def _move_failures(
 
 
 Obligation = tuple[Fault, Clause | None, bytes, list[bytes]]
-"""What each infinite path meets infinitely often, unless it misses one of the excuses from some
-point on: the fault if not, the clause, and for each edge whether it and each excuse is met."""
+"""A goal that each infinite path meets infinitely often, unless it misses one of the excuses from
+some point on: the fault if not, the clause, and for each edge whether it and each excuse is met."""
 
 
 def obligations(automaton: Automaton, counter: bool) -> list[Obligation]:

@@ -43,13 +43,10 @@ TEXTS: dict[str, str] = from_yaml(Path(__file__).with_name("scenarios.yaml").rea
 
 @cache
 def shipped(name: str) -> Path:
-    """The bundle of a scenario of ``scenarios.yaml`` or of a shipped one; ``hello, assignable`` is
-    hello with assignable goals."""
+    """The bundle of a scenario of ``scenarios.yaml`` or of a shipped one."""
     if name in TEXTS:
         return bundle_at(name.replace(" ", "_"), f"name: {name}\n{TEXTS[name]}")
-    name, _, assignable = name.partition(", ")
-    text = (SCENARIOS / f"{name}.yaml").read_text()
-    return bundle_at(Path(name).name, text + "coordination: assignable\n" * bool(assignable))
+    return bundle_at(Path(name).name, (SCENARIOS / f"{name}.yaml").read_text())
 
 
 def files_of(bundle: Path) -> Files:

@@ -63,7 +63,6 @@ class Circumstances:
 
     closed: tuple[int, ...] = ()
     memory: Memory = NO_MEMORY
-    assignable: bool = False
 
 
 ORDINARY = Circumstances()
@@ -85,7 +84,6 @@ def task_of(scenario: Scenario, about: Circumstances = ORDINARY) -> Task:
         memory=about.memory,
         blocked=tuple(Known(r, names[r], "it is there") for r in about.closed),
         observed=observed,
-        assignable=about.assignable,
         inputs=tuple((each, False) for each in scenario.inputs),
         partition=None if scenario.partition is None else Partition(scenario.partition),
         live=scenario.clock is Clock.LIVE,

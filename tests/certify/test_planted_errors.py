@@ -45,7 +45,7 @@ def test_a_planted_error_is_caught(name: str, tmp_path: Path) -> None:
     grid = DATA["grids"][error.get("grid", "open")]
     scenario = scenario_of(grid, error["robots"], error.get("more", ""))
     given = error.get("about", {})
-    about = Circumstances(tuple(given.get("closed", ())), assignable="assignable" in given)
+    about = Circumstances(tuple(given.get("closed", ())))
     if "memory" in given:
         about = Circumstances(memory=Memory(given["memory"]))
     if (right := str((grid, error["robots"], error.get("more"), given))) not in ACCEPTED:

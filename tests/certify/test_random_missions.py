@@ -41,6 +41,7 @@ def test_the_run_of_a_random_mission_is_certified(
     seed: int, made: str, tmp_path: Path, played: Callable[[], None]
 ) -> None:
     scenario = tmp_path / "mission.yaml"
-    scenario.write_text(json.dumps(loads(MADE[made], seed)[0]))
+    mission = {**loads(MADE[made], seed)[0], "coordination": "resynthesis"}
+    scenario.write_text(json.dumps(mission))
     assert certified(scenario, tmp_path / "bundle")
     played()

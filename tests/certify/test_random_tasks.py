@@ -83,7 +83,7 @@ def random_circumstances(source: Random, scenario: Scenario) -> Circumstances:
     hidden = scenario.obstacles[0].region
     taken = {other.start.region for other in scenario.robots}
     closed = (hidden,) if source.random() < 0.4 and hidden not in taken else ()
-    return Circumstances(closed, memory, source.random() < 0.2)
+    return Circumstances(closed, memory)
 
 
 @pytest.mark.parametrize("seed", range(FIRST, FIRST + COUNT))

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from graphlib import CycleError, TopologicalSorter
 from itertools import chain, combinations, pairwise
 from typing import Any
 
-from safenav.judge.bundle.strategies import TOLD, RefusedError, Task, formed, require
+from safenav.judge.bundle.strategies import RefusedError, Task, formed, require
 from safenav.judge.formulas import Pose
 from safenav.judge.lines import Line, Objective
 from safenav.judge.rules import STEPS, Rule
@@ -137,12 +137,11 @@ def proof_file(e: Line) -> str:
 @dataclass
 class Drive:
     """A robot's strategy, and the ``nodes`` in which it may be; ``known``: what it knows of other
-    robots; ``signal``: its commands."""
+    robots."""
 
     task: Task
     nodes: set[int]
     known: dict[str, int]
-    signal: dict[str, int] = field(default_factory=dict)
 
     def at(self, pose: Pose) -> set[int]:
         """Return the nodes with a pose. From each the strategy keeps its guarantees."""
@@ -150,7 +149,7 @@ class Drive:
 
     def look(self, s: State) -> tuple[int, ...]:
         """Return the inputs of the strategy now."""
-        seen = self.task.others.look(s, self.known) | self.signal
+        seen = self.task.others.look(s, self.known)
         seen |= {name: int(s.inputs[name]) for name in self.task.heard}
         return tuple(seen[name] for name in self.task.graph.names)
 
@@ -168,14 +167,6 @@ class Drive:
             more = {n for n in self.task.graph.next[node] if self.task.poses[n] == pose} - found
             found, left = found | more, [*left, *more]
         return found
-
-    def alike(self) -> set[int]:
-        """Return the reached nodes with the same values as some of these: a robot with assignable
-        goals may continue from any of them."""
-        graph, there = self.task.graph, {*self.nodes}
-        there |= set[int]().union(*(self.at(self.task.poses[node]) for node in self.nodes))
-        same = {tuple(graph.values(node, graph.columns).values()) for node in self.nodes}
-        return {n for n in there if tuple(graph.values(n, graph.columns).values()) in same}
 
 
 class Evidence:
@@ -198,7 +189,7 @@ class Evidence:
         kinds = {
             self.keeps: ("synthesis",),
             self.apart: ("plan", "plan_end"),
-            self.follows: (*STEPS, "hold", "objective", "operator", "service", "assumption"),
+            self.follows: (*STEPS, "objective", "operator", "service", "assumption"),
             self.concludes: ("blocked", "deadline", "outcome", "waiting"),
         }
         return [
@@ -261,10 +252,7 @@ class Evidence:
             self.claim("keeps", e, f"The strategy of {text} {what}.", path, proof)
         task = self.tasks[proof]
         self._fits(task, e, s)
-        before = self.drives.get(e.robot)
-        signal = before.signal if before and task.told else {}
-        idle = dict(zip(TOLD, (0, 0, e.neutral), strict=True)) if task.told else {}
-        self.drives[e.robot] = Drive(task, {e.node}, {**task.others.first}, signal or idle)
+        self.drives[e.robot] = Drive(task, {e.node}, {**task.others.first})
 
     def _fits(self, task: Task, e: Line, s: State) -> None:
         """Refuse unless the circumstances of a synthesis are those of the run."""
@@ -314,8 +302,6 @@ class Evidence:
         """Each step follows a strategy or a plan; otherwise the robot stays, or backs up from an
         obstacle."""
         drive = self.drives.get(e.robot)
-        if e.signal is not None and drive is not None:
-            drive.signal = {name: int(getattr(e.signal, name)) for name in TOLD}
         if e.kind in ("move", "depart"):
             self._step(e, s, drive)
         elif drive is None:
@@ -364,8 +350,6 @@ class Evidence:
         elif by != "strategy" and not goes:
             fits = (nodes | self._kept(drive, s) | (fits if by == "backtrack" else set())) & there
         elif by == "strategy":
-            if not fits and drive.task.told:
-                fits = {n for n in drive.after(drive.alike(), row) if drive.task.poses[n] == after}
             fits = {n for n in fits if e.node in (None, n)}
             goals = sorted({str(drive.task.poses[n]) for n in answers})
             require(fits, f"{e.robot} goes to {after}, but its strategy goes to {goals}")

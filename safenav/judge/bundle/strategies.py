@@ -163,7 +163,6 @@ def check_measure(edges: Edges, what: str, met: Met, excuses: list[Met], given: 
             )
 
 
-TOLD = ("request", "wait", "assigned")
 Seen = Mapping[str, int]
 Done = tuple[Pose, int, Row]  # a pose, the target that a robot remembers, and its memory
 
@@ -178,12 +177,14 @@ def formed(objective: Objective, form: str | None) -> Objective:
 
 class Task:
     """The scenario's demands on the strategy or counterstrategy (``graph``) of a ``synthesis``
-    line. ``own``, ``heard``: the memory and the inputs of its formulas; ``told``: its command
-    inputs. For each node: its pose; ``before``: the pose, the target that the robot awaits, memory
-    and inputs; ``asked``: what the next inputs depend on; ``done``: what a step leads to."""
+    line. ``own``, ``heard``: the memory and the inputs of its formulas. For each node: its pose;
+    ``before``: the pose, the target that the robot awaits, memory and inputs; ``asked``: what the
+    next inputs depend on; ``done``: what a step leads to."""
 
     def __init__(self, document: Any, e: Line, s: State) -> None:
         require(e.region is not None, "its circumstances are missing")
+        if e.places is not None:
+            raise BundleTooLargeError("goals that are assigned at run time ('assignable')")
         robot = s.robots[e.robot]
         self.line, self.world, self.faces = e, s.world, robot.faces
         self.others, self.objective = Others(e, s), formed(e.objective, e.form)
@@ -194,9 +195,8 @@ class Task:
         self.heard: list[str] = formulas.inputs if formulas and names else []
         self.own = names[: len(names) - len(self.heard)]
         self.memory: Mapping[str, int] = e.memory or {}
-        self.told = TOLD if e.places is not None else ()
         others = [*self.others.names.values()]
-        inputs = [*self.told, *others, *self.heard]
+        inputs = [*others, *self.heard]
         self.graph = graph = Strategy(document, inputs)
         known = ["region", "heading"] if self.faces else ["region"]
         missing = {*known, *names} - {*graph.columns}
@@ -212,7 +212,7 @@ class Task:
             awaited = [self._awaited(*each) for each in zip(last, self.poses, strict=True)]
         self.before = [*zip(self.poses, awaited, own, graph.rows(self.heard), strict=True)]
         self.done = [*zip(self.poses, last, own, strict=True)]
-        self.deciding = [*self.told, *self.own, *others]
+        self.deciding = [*self.own, *others]
         self.asked = [*zip(self.poses, graph.rows(self.deciding), strict=True)]
         self.closed = {region for region, _ in e.closed or ()}
         every = HEADINGS if self.faces else (None,)
@@ -220,9 +220,7 @@ class Task:
         self.forbidden = {(r, h) for r, one in given for h in ((one,) if one else every)}
         heard = {name: int(on) for name, on in (e.inputs or {}).items()}
         self.given = self.others.values | {name: heard[name] for name in self.heard}
-        idle = {"assigned": e.neutral} if self.told else {}
-        first = dict.fromkeys(inputs, 0) | self.given | idle
-        self.opening = tuple(first[name] for name in inputs)
+        self.opening = tuple(self.given[name] for name in inputs)
         self.expected, self.legal = cache(self._expected), cache(self._legal)
         self.keeps, self.assumed = cache(self._keeps), cache(self._assumed)
         self.goals_met = cache(self._goals_met)
@@ -238,32 +236,18 @@ class Task:
         return dict(zip(self.graph.names, row, strict=True))
 
     def _expected(self, asked: tuple[Pose, Row]) -> set[Row]:
-        """Return the possible next inputs from a pose, given commands, memory and knowledge."""
-        (pose, row), groups = asked, list[Collection[Row]]()  # independent groups of inputs
+        """Return the possible next inputs from a pose, given memory and knowledge."""
+        pose, row = asked
         values = dict(zip(self.deciding, row, strict=True))
-        if self.told:
-            again = values["request"] and not values["wait"]
-            places: Iterable[int] = {values["assigned"]} if again else self.line.places
-            sent = [(1, 0, place) for place in places if self._is_sent(pose, values, place)]
-            idle = [(*command, self.line.neutral) for command in ((0, 0), (0, 1), (1, 1))]
-            groups.append([*sent, *idle])
-        groups += self.others.expected(pose[0], values)
-        groups += [[(0,), (1,)] for _ in self.heard]
-        return {tuple(chain(*rows)) for rows in product(*groups)}
+        known = self.others.expected(pose[0], values)
+        return {*product(*known, *([(0, 1)] * len(self.heard)))}
 
-    def _is_sent(self, pose: Pose, values: Mapping[str, int], place: int) -> bool:
-        """Return whether the robot may be commanded to a region from a pose with its memory."""
-        ways = [way for way in self.line.places_from or () if place in way.places]
-        here = [way for way in ways if pose in way.start or (pose[0], None) in way.start]
-        return not ways or any((way.memory or {}).items() <= values.items() for way in here)
-
-    def _legal(self, pose: Pose, awaited: int, row: Row) -> set[Pose]:
-        """Return the poses that a robot may go to from a pose after an observation."""
-        seen, own = self._seen(row), self.objective
+    def _legal(self, pose: Pose, awaited: int) -> set[Pose]:
+        """Return the poses that a robot may go to from a pose."""
+        own = self.objective
         due = not own.in_turn or awaited == len(own.targets) - 1
-        held = own.settles and due and pose[0] in own.last and not seen.get("request")
-        stays = held or seen.get("wait")
-        moves = {pose} if stays else {pose, *self.world.steps(self.faces, pose)}
+        held = own.settles and due and pose[0] in own.last
+        moves = {pose} if held else {pose, *self.world.steps(self.faces, pose)}
         left = {pose[0]} & {self.pose[0]}  # its start, if closed: it never returns
         shut = {*(self.closed - left)}
         if own.strict:  # none of the targets whose turn it is not
@@ -278,7 +262,7 @@ class Task:
     def allows(self, node: int, target: int) -> bool:
         """Return whether the scenario allows an edge."""
         (pose, awaited, own, heard), (after, last, new) = self.before[node], self.done[target]
-        if last != awaited or after not in self.legal(pose, awaited, self.graph.inputs[target]):
+        if last != awaited or after not in self.legal(pose, awaited):
             return False
         return self.keeps((pose, own + heard), (after, new + self.before[target][3]))
 
@@ -296,7 +280,7 @@ class Task:
         now = tuple(seen[name] for name in self.heard)
         return {
             (after, awaited, new)
-            for after, new in product(self.legal(pose, awaited, row), memories)
+            for after, new in product(self.legal(pose, awaited), memories)
             if self.keeps((pose, own + heard), (after, new + now))
         }
 
@@ -318,17 +302,8 @@ class Task:
         nodes = (node for node in range(graph.count) if graph.inputs[node] == row)
         return [node for node in nodes if self.done[node] in possible]
 
-    def begin(self, start: int) -> list[int]:
-        """Return the initial nodes; with assignable goals also those with another command."""
-        given, graph = {n: v for n, v in self.given.items() if n not in self.told}, self.graph
-        alike = (
-            n for n in range(graph.count if self.told else 0) if self.done[n] == self.done[start]
-        )
-        return [start, *(node for node in alike if graph.values(node, given) == given)]
-
     def met(self, edges: Edges) -> tuple[list[Met], list[Met]]:
-        """Return for each goal, and for each assumption, the edges on which it is met. The robot's
-        own goals may wait while it is commanded to a region."""
+        """Return for each goal, and for each assumption, the edges on which it is met."""
         graph, targets = self.graph, self.objective.targets
         steps = [*zip(*edges, strict=True)]
         if self.in_turn:
@@ -340,12 +315,6 @@ class Task:
         if self.objective.kind == "ltl" and self.formulas:
             each = [self.goals_met(self.before[a], self.before[b]) for a, b in steps]
             goals = [[met[k] for met in each] for k in range(self.formulas.count)]
-        if self.told:
-            request, wait, place = (graph.columns[name] for name in TOLD)
-            sent = [request[after] == 1 for _, after in steps]
-            goals = [[s or good for s, good in zip(sent, met, strict=True)] for met in goals]
-            here = (wait[b] == 1 or place[b] == self.poses[b][0] for _, b in steps)
-            goals.append([not s or there for s, there in zip(sent, here, strict=True)])
         held = [self.assumed(graph.inputs[b]) for _, b in steps]
         return goals, [list(each) for each in zip(*held, strict=True)]
 
@@ -355,12 +324,9 @@ class Task:
         return [] if self.formulas is None else self.formulas.holds("liveness", *given)
 
     def _assumed(self, row: Row) -> list[bool]:
-        """Return for each assumption whether it is met at a step. While the robot is
-        commanded to wait (assumed to end), no assumption is met."""
-        seen, found = self._seen(row), [True] if self.told else []
-        for name in self.heard:
-            found += [seen[name] == value for value in self.again[name]]
-        return [held and not seen.get("wait") for held in found]
+        """Return for each assumption whether it is met at a step."""
+        seen = self._seen(row)
+        return [seen[name] == value for name in self.heard for value in self.again[name]]
 
     def check_keeps(self, start: int, measures: Any) -> None:
         """Refuse unless every run of the strategy from a node keeps the scenario's demands."""
@@ -375,7 +341,7 @@ class Task:
         given = self.graph.values(start, known)
         require(given == known, f"its initial values are {given}, not {known}")
         require(self.done[start] in self.openings(), "its initial state violates the objective")
-        nodes = self.graph.reach(self.begin(start))
+        nodes = self.graph.reach([start])
         check_strategy(self, nodes, measures)
         for node in nodes:
             self.of_pose.setdefault(self.poses[node], set()).add(node)
@@ -433,10 +399,9 @@ class Others:
         hidden = [k for k, cell in enumerate(self.cells) if cell & (reach - seen)]
         return seen | ({self.number(name, hidden)} if seen != reach else set())
 
-    def expected(self, region: int, values: Seen) -> Iterable[Collection[Row]]:
-        """Yield the possible next values of each input."""
-        for name, key in self.names.items():
-            yield [(value,) for value in self.after(name, region, values[key])]
+    def expected(self, region: int, values: Seen) -> list[set[int]]:
+        """Return the possible next values of each input."""
+        return [self.after(name, region, values[key]) for name, key in self.names.items()]
 
     def look(self, s: State, known: dict[str, int]) -> dict[str, int]:
         """Return the inputs of a robot now, and update what is ``known``."""

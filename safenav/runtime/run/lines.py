@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection
 from safenav.data import Place
 from safenav.plan.order import surely
 from safenav.runtime.control.strategies import Controller
-from safenav.spec.assignable import AssignableRegions, assignable_regions, neutral
+from safenav.spec.assignable import assignable_regions
 from safenav.spec.belief import models
 from safenav.spec.compile import assumption_names
 from safenav.spec.task import Task
@@ -16,7 +16,7 @@ from safenav.team import state as now
 from safenav.team.floor import driven
 from safenav.team.state import State
 from safenav.team.team import Team
-from safenav.trace import records, vocabulary
+from safenav.trace import records
 from safenav.trace.vocabulary import MovedBy, MoveEnd, PlanEndReason, Reason
 from safenav.world.map import RegionMap
 from safenav.world.poses import Pose
@@ -25,11 +25,10 @@ Emit = Callable[[records.Record], None]
 
 
 class _Lines:
-    """The part of both clocks: the commands of assignable robots, as last recorded."""
+    """The part of both clocks."""
 
     def __init__(self, team: Team, emit: Emit) -> None:
         self._team, self._emit = team, emit
-        self._told: dict[int, vocabulary.Signal] = {}
 
     def continued(self, tick: int, i: int, state: State) -> None:
         """A command says nothing until it ends."""
@@ -37,16 +36,8 @@ class _Lines:
     def resume(self, line: records.Record) -> None:
         """A tick depends on no earlier line."""
 
-    def _signal(self, i: int, values: now.Values | None) -> vocabulary.Signal | None:
-        """The command with which a robot moves or stays; None if it was recorded before."""
-        found = dict(values or ())
-        if "request" not in found:
-            return None
-        signal = vocabulary.Signal(bool(found["request"]), found["assigned"], bool(found["wait"]))
-        if self._told.get(i) == signal:
-            return None
-        self._told[i] = signal
-        return signal
+    def stayed(self, tick: int, event: now.Stayed, state: State) -> None:
+        """A robot that stays has no command."""
 
 
 class TickLines(_Lines):
@@ -54,8 +45,8 @@ class TickLines(_Lines):
 
     def departed(self, tick: int, event: now.Departed, before: State) -> None:
         if event.due is not None:
-            start, signal = before.robots[event.robot].pose, event.values
-            self._move(tick, event.robot, start, start, event.pose, event.by, signal=signal)
+            start = before.robots[event.robot].pose
+            self._move(tick, event.robot, start, start, event.pose, event.by)
 
     def continued(self, tick: int, i: int, state: State) -> None:
         robot = state.robots[i]
@@ -65,12 +56,11 @@ class TickLines(_Lines):
     def ended(self, tick: int, i: int, before: State, after: State, end: now.Ended) -> None:
         strayed = None if isinstance(end, now.Arrived) else MoveEnd.ELSEWHERE
         was = before.robots[i]
-        signal = after.robots[i].values
-        self._move(tick, i, was.pose, after.robots[i].pose, None, was.by, strayed, signal)
+        self._move(tick, i, was.pose, after.robots[i].pose, None, was.by, strayed)
 
     def stayed(self, tick: int, event: now.Stayed, state: State) -> None:
         pose = state.robots[event.robot].pose
-        self._move(tick, event.robot, pose, pose, None, event.by, signal=event.values)
+        self._move(tick, event.robot, pose, pose, None, event.by)
 
     def _move(
         self,
@@ -81,20 +71,17 @@ class TickLines(_Lines):
         toward: int | None,
         by: str | None,
         result: MoveEnd | None = None,
-        signal: now.Values | None = None,
     ) -> None:
         size, graph = self._team.size, self._team.members[i].graph
         origin = None if by is None else MovedBy(by)
         goes = None if toward is None else toward % size
         place = start % size, *graph.pose(pose).place
         name = self._team.members[i].name
-        told = self._signal(i, signal)
-        self._emit(records.Move(tick, name, *place, goes, origin, signal=told, result=result))
+        self._emit(records.Move(tick, name, *place, goes, origin, result))
 
 
 class CommandLines(_Lines):
-    """Live: a line when a command is given and one when it ends; a ``hold`` line when a robot
-    stays by another signal."""
+    """Live: a line when a command is given and one when it ends."""
 
     def __init__(self, team: Team, emit: Emit) -> None:
         super().__init__(team, emit)
@@ -107,8 +94,7 @@ class CommandLines(_Lines):
         node = event.node if event.by == "strategy" else None
         seconds = None if event.seconds is None else round(event.seconds, 3)
         who, by = (tick, event.command, member.name), MovedBy(event.by)
-        signal = self._signal(i, event.values)
-        self._emit(records.Depart(*who, *way, by, node, signal=signal, seconds=seconds))
+        self._emit(records.Depart(*who, *way, by, node, seconds))
 
     def ended(
         self,
@@ -137,11 +123,6 @@ class CommandLines(_Lines):
         if isinstance(line, records.Depart | records.Act):
             numbers = {member.name: i for i, member in enumerate(self._team.members)}
             self._commands[numbers.get(line.robot, -1)] = line.command
-
-    def stayed(self, tick: int, event: now.Stayed, state: State) -> None:  # noqa: ARG002
-        signal = self._signal(event.robot, event.values)
-        if signal is not None:
-            self._emit(records.Held(tick, self._team.members[event.robot].name, signal))
 
 
 class PlanLines:
@@ -226,21 +207,10 @@ def synthesis_line(
         or None,
         sight_closed=tuple(sorted(task.closed)) if task.observed else None,
         places=None if possible is None else tuple(sorted(possible.places)),
-        neutral=None if possible is None else neutral(possible),
-        places_from=None if possible is None else _places_from(possible),
         forbidden=_ordered(task.forbidden) or None,
         form=found.form,
         allows=found.allows(world.word),
     )
-
-
-def _places_from(possible: AssignableRegions) -> tuple[vocabulary.PlacesFrom, ...] | None:
-    found = (
-        vocabulary.PlacesFrom(tuple(sorted(part.regions)), _ordered(poses), dict(memory) or None)
-        for part in possible.parts
-        for memory, poses in part.poses().items()
-    )
-    return tuple(found) or None
 
 
 def _ordered(poses: Collection[Pose]) -> tuple[Place, ...]:
