@@ -84,6 +84,8 @@ def export(
         raise UsageError("two outputs are of the same kind; give one of them")
     if not report and stem is None and written is None and not files:
         raise UsageError("no output: give -o FILE, --motion FILE, --csv STEM or --report")
+    if str(stem) == "-":
+        raise UsageError("--csv writes several files: give it the beginning of their names")
     computed = motion is None and (report or written is not None)
     unread = {} if computed else {"track": "--motion"}
     options.refuse(unread | ({} if ".npz" in files else {"rate": "-o FILE.npz"}))

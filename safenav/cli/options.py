@@ -124,6 +124,7 @@ class Output(click.ParamType[Path]):
     ) -> Path:
         path = Path(value)
         if str(path) == "-" and self._printed:
+            _claim(path, param, ctx, writes=True)
             return path
         strict = self._folder or bool(self._endings)
         known = self._exact or path.suffix.lower() in KINDS
@@ -148,11 +149,18 @@ def _claim(
     path: Path, param: click.Parameter | None, ctx: click.Context | None, *, writes: bool
 ) -> None:
     """Raises UsageError if another parameter names the same file, and one of both is an output."""
+    printed = writes and str(path) == "-"
     special = str(path) == "-" or (path.exists() and not path.is_file())
-    if special or param is None or ctx is None:
+    if (special and not printed) or param is None or ctx is None:
         return
     claims: dict[Path, tuple[click.Parameter, bool]] = ctx.meta.setdefault(__name__, {})
-    other, written = claims.setdefault(Path(os.path.realpath(path)), (param, writes))
+    name = path if printed else Path(os.path.realpath(path))
+    other, written = claims.setdefault(name, (param, writes))
+    if other is not param and printed:
+        both = " and ".join(
+            _words(each) + " -" * (each.name != "as_json") for each in (other, param)
+        )
+        raise UsageError(f"{both} both print to standard output: give one of them")
     if other is not param and (writes or written):
         one, kept = map(_words, (param, other) if writes else (other, param))
         raise UsageError(f"{one} {path} would overwrite {kept}; give another file")
@@ -160,6 +168,13 @@ def _claim(
 
 def _words(param: click.Parameter) -> str:
     return max(param.opts, key=len) if isinstance(param, click.Option) else f"the {param.name}"
+
+
+def _printing(ctx: click.Context, param: click.Parameter, value: bool) -> bool:
+    """Note that a flag prints to standard output."""
+    if value:
+        _claim(Path("-"), param, ctx, writes=True)
+    return value
 
 
 INPUT = _Input(path_type=Path)
@@ -175,7 +190,7 @@ HERTZ = FiniteRange("hz", 0.1, 10_000)
 """Samples per second."""
 
 InputFile = Annotated[Path, argument(INPUT)]
-AsJson = Annotated[bool, flag("--json", "Print the result as JSON.")]
+AsJson = Annotated[bool, flag("--json", "Print the result as JSON.", callback=_printing)]
 Cols = Annotated[int | None, option("--cols", COUNT, "Columns of a map file.", metavar="N")]
 Html = Annotated[
     Path | None, option("--html", Output(".html"), "Write the replay as one HTML page.")

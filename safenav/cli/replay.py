@@ -78,6 +78,8 @@ def replay(
 ) -> int:
     """Replay TRACE, which `safenav run --trace` wrote: as one HTML file that needs no network
     (the default), as a picture of one moment, or as an animated GIF."""
+    if output is None and str(trace) == "-":
+        raise UsageError("a trace from standard input has no name: add -o FILE")
     output = output or trace.with_suffix(".3d.html" if solid else ".html")
     form = output.suffix.lower() or (".html" if at is None else ".svg")
     for name, endings in _READ_BY.items():
@@ -204,6 +206,8 @@ def draw(
         plan = load_scenario(scenario)
     else:
         plan = Scenario(scenario.name, load_map(scenario, Division(rows, cols, side, share)), ())
+    if output is None or output.suffix.lower() != ".png":
+        options.refuse({"width": "-o FILE in .png"})
     for note in plan.map.notes:
         warn(note)
     if output is None:

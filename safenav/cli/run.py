@@ -268,10 +268,9 @@ class Files(Struct, frozen=True):
     maps: bool = True
 
     @property
-    def printed(self) -> list[str]:
-        """The options by which the run prints a file, which leaves no room for its story."""
-        named = {"--trace": self.trace, "--html": self.html, "--motion": self.motion}
-        return [f"{name} -" for name, file in named.items() if file == PRINTED]
+    def printed(self) -> bool:
+        """Whether the run prints a file, which leaves no room for its story."""
+        return PRINTED in (self.trace, self.html, self.motion)
 
 
 def _executed(
@@ -284,16 +283,12 @@ def _executed(
     views: Sequence[Listener] = (),
 ) -> int:
     """Run a scenario, write and print what happens; return the exit code. ``begun``: the run that
-    it continues; ``connected``: to real robots, whose motion is as ``moved``. Raises UsageError if
-    several outputs would be printed."""
+    it continues; ``connected``: to real robots, whose motion is as ``moved``."""
     if files.motion is not None:  # refuse what has no motion before a robot moves
         from safenav.motion.making import check_movable
 
         check_movable(plan)
     operator = attended(operator, plan, files.as_json)
-    if len(whole := ["--json"] * files.as_json + files.printed) > 1:
-        both = " and ".join(whole[:2])
-        raise UsageError(f"{both} both print to standard output: give one of them")
     ledger, unmet = Ledger(), list[str]()
     with ExitStack() as stack:
         listeners: list[Listener] = [ledger, *views]
@@ -311,7 +306,7 @@ def _executed(
                 from safenav.report.terminal.layout import terminal_width
                 from safenav.report.terminal.story import Story
 
-                echo = partial(click.echo, err=bool(files.printed))
+                echo = partial(click.echo, err=files.printed)
                 listeners.append(Story(plan, echo, files.maps, terminal_width()))
             world = None
             if connected is not None:

@@ -136,8 +136,6 @@ def synth(
 ) -> int:
     """Synthesize the controllers for the start of SCENARIO and print their size. SCENARIO may be a
     specification of your own, in slugsin or structured slugs."""
-    if as_json and str(output) == "-":
-        raise UsageError("--json and -o - both print to standard output: give one of them")
     if is_specification(scenario):
         options.refuse(dict.fromkeys(("robot", "avoiding"), "scenarios"))
         one = _of_specification(scenario)

@@ -255,7 +255,7 @@ class ProgressLine(StatusLine):
             self.show(_state(report), report.seconds)
         elif not arrived.passed:
             self.clear()
-            reason = arrived.reasons[0].removeprefix(f"{arrived.name}:") if arrived.reasons else ""
+            reason = "".join(arrived.reasons[:1]).removeprefix(f"{arrived.name}:").strip()
             verdict = click.style(arrived.verdict.value, fg="red")
             echo_folded([f"{verdict} {printable(f'{arrived.name}: {reason}')}"], err=True)
 
