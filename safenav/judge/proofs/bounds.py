@@ -201,26 +201,22 @@ def mission(bound: Bound, tick: int) -> int:
 
 
 def lost_problems(e: Line, s: State) -> Iterator[str]:
-    """Yield why a deadline may still be met."""
-    bound = Bound(s, e.tick)
+    """Yield why a deadline of the scenario may still be met. Raises TooLargeError."""
+    bound, due = Bound(s, e.tick), e.due
     if e.of == "mission":
-        if s.dues.get(e.of, s.by) != e.due:
-            yield f"the mission is not due in tick {e.due}"
-        least = mission(bound, e.tick)
+        due, least = s.dues.get(e.of, s.by), mission(bound, e.tick)
     elif e.of in s.robots:
-        robot = s.robots[e.of]
+        robot, clock = s.robots[e.of], s.robots[e.of].clock
         if not robot.own.ordered:
             yield f"the rounds of {e.of} have no order, and so no bound"
             return
-        if robot.clock.within is None or robot.clock.begun + robot.clock.within != e.due:
-            yield f"no round of {e.of} is due in tick {e.due}"
+        due = clock.begun + (clock.within or 0)
         done = robot.progress.rounds(robot.own, e.tick) if robot.own.in_turn else 0
         least = min(bound.round(e.of, one) for one in _left(robot, done + 1))
-    elif e.of in s.obstacles:
-        least = bound.resolution(e.of)
     else:
-        yield f"there is no deadline of {e.of}"
-        return
+        least = bound.resolution(e.of)
+    if due != e.due:
+        yield f"{e.of} is not due in tick {e.due}"
     if least <= e.due:
         yield f"{e.of} is called lost, but may be in time in tick {least}"
     elif e.earliest is not None and e.earliest > least:
@@ -228,28 +224,25 @@ def lost_problems(e: Line, s: State) -> Iterator[str]:
 
 
 def refused_problems(e: Line, s: State) -> Iterator[str]:
-    """Yield why a deadline or a charge that is refused at the start may suffice."""
+    """Yield why a deadline or a charge that is refused at the start may suffice. Raises
+    TooLargeError."""
     for of, stated in e.refused.items():
         name = of.removesuffix(".battery")
-        if of == "mission" and s.by is not None:
-            least, most = mission(Bound(s, 0), 0), s.by
-        elif name not in s.robots:
-            yield f"there is no deadline of {of}"
+        robot, most = s.robots.get(name), s.by if of == "mission" else None
+        if robot is not None:
+            charged = robot.charge is not None and robot.own.ordered
+            most = robot.clock.within if name == of else int(robot.charge or 0) if charged else None
+        if most is None:
+            yield f"{of} has no deadline, or no charge for targets in turn"
             continue
-        elif s.robots[name].own.formulas and not s.robots[name].own.formulas.whole:
+        if robot is None:
+            least = mission(Bound(s, 0), 0)
+        elif robot.own.formulas and not robot.own.formulas.whole:
             yield NotJudged(f"whether {of} is too small: formulas with many memories")
             continue
-        elif name != of:
-            robot = s.robots[name]
-            if robot.charge is None:
-                yield f"{name} has no battery"
-                continue
-            least, most = charge_needed(robot, s), int(robot.charge)
         else:
-            least, most = least_within(s, name), s.robots[name].clock.within
-        if most is None:
-            yield f"{of} has no deadline"
-        elif least <= most:
+            least = least_within(s, name) if name == of else charge_needed(robot, s)
+        if least <= most:
             yield f"{of} is refused, but {most} suffices: the least is {least}"
         elif stated is not None and stated != least:
             yield f"{of} is refused with a least value of {stated}; it is {least}"
