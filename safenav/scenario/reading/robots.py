@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from msgspec.structs import replace
@@ -33,9 +33,6 @@ from safenav.scenario.yaml.typed import read, sequence
 from safenav.world.map import HEADINGS, Heading, Region, RegionMap
 from safenav.world.poses import Mobility, Pose
 
-Standing = tuple[Robot, Node | None, Node | None]
-"""A robot that holds its start region, and the nodes of its start and ``tracks``."""
-
 
 def resolve_robots(
     team: Mapping[Scalar, language.RobotKeys] | None, node: Node | None, reading: Reading
@@ -43,16 +40,18 @@ def resolve_robots(
     """Add the readable robots to ``reading``; errors in the others are reported."""
     if team == {} and not entries_of(node):
         reading.add(node, "there are no robots", "a scenario has at least one")
-    standing: list[Standing] = []
+    standing: dict[str, Robot] = {}
     robots = [_robot(key.text, item, standing, reading) for key, item in (team or {}).items()]
-    _check_starts(standing, reading)
-    _check_timing(standing, reading)
+    for key, item in (team or {}).items():
+        _check_timing(key.text, item, standing, reading)
     reading.team = tuple(robot for robot in robots if robot is not None)
 
 
 def _robot(
-    name: str, item: language.RobotKeys, standing: list[Standing], reading: Reading
+    name: str, item: language.RobotKeys, standing: dict[str, Robot], reading: Reading
 ) -> Robot | None:
+    """Return a robot; None after an error. ``standing``: those before it and, then, it itself at
+    their starts, whatever their objectives."""
     before, model, start = len(reading), item.model, item.start
     if item.vision is not None:
         model = model and replace(model, vision=vision_of(item.vision))
@@ -65,7 +64,8 @@ def _robot(
     if start is not None and model is not None:
         at = staying(frozenset({start}))
         there = Robot(name, model, Pose(start), at, avoids, tracks)
-        standing.append((there, item.at("start"), item.at("tracks")))
+        _check_start(there, item.at("start"), standing.values(), reading)
+        standing[name] = there
     mobility = model.mobility if model else None
     objective = resolve_objective(item.objective, mobility, reading)
     waiting = _while_waiting(item, objective, mobility, reading)
@@ -127,32 +127,29 @@ def _heading(
     return HEADINGS[item.heading] if item.heading else None
 
 
-def _check_starts(standing: Collection[Standing], reading: Reading) -> None:
-    """Report robots in conflict that start in the same region."""
-    there: dict[int, list[Standing]] = {}
-    for each in standing:
-        there.setdefault(each[0].start.region, []).append(each)
-    for crowd in there.values():
-        for number, (second, node, _) in enumerate(crowd):
-            others = (robot for robot, *_ in crowd[:number])
-            first = next(filter(second.conflicts, others), None)
-            if first is not None:
-                region = second.start.region
-                found = f"'start' of {second.name}: {first.name} also starts in region {region}"
-                reading.add(node, found, _why_apart(first, second))
+def _check_start(
+    robot: Robot, node: Node | None, others: Iterable[Robot], reading: Reading
+) -> None:
+    """Report a robot that starts in the region of another one with which it is in conflict."""
+    region = robot.start.region
+    for other in others:
+        if other.start.region == region and robot.conflicts(other):
+            found = f"'start' of {robot.name}: {other.name} also starts in region {region}"
+            reading.add(node, found, _why_apart(other, robot))
+            return
 
 
-def _check_timing(standing: Collection[Standing], reading: Reading) -> None:
+def _check_timing(
+    name: str, item: language.RobotKeys, standing: Mapping[str, Robot], reading: Reading
+) -> None:
     """Report beliefs where steps take several ticks: the assumptions about the other robots would
     be false."""
-    team = {robot.name: robot for robot, *_ in standing}
-    for robot, _, node in standing:
-        involved = sorted({robot.name, *robot.tracks} & team.keys()) if robot.tracks else ()
-        slow = [name for name in involved if team[name].model.timing > 1]
-        if slow:
-            what = f"'tracks' of {clipped(robot.name)}: beliefs require one-tick steps"
-            found = f"{what}; those of {clipped(slow[0])} take longer"
-            reading.add(node, found, "leave out 'tracks', or the 'timing' of the model")
+    involved = sorted({name, *item.tracks} & standing.keys()) if item.tracks else ()
+    slow = [other for other in involved if standing[other].model.timing > 1]
+    if slow:
+        what = f"'tracks' of {clipped(name)}: beliefs require one-tick steps"
+        found = f"{what}; those of {clipped(slow[0])} take longer"
+        reading.add(item.at("tracks"), found, "leave out 'tracks', or the 'timing' of the model")
 
 
 def _why_apart(one: Robot, other: Robot) -> str:
