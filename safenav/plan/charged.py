@@ -75,14 +75,24 @@ class ChargedSearch(Search):
         }
         self._best: dict[object, list[Charges]] = {}
         self._effects: dict[object, dict[tuple[int, ...], Effect]] = {}
+        # Where nothing is left to do, robots charge, half of what they can have when they are back.
+        self._spare: dict[int, float] = {}
+        for i, energy in self.energies.items() if super().goal(start) else ():
+            if energy.battery.stay and not energy.charging(start.poses[i]):
+                need = self._need(start, i)
+                self._spare[i] = max(0.0, (energy.battery.capacity - 2 * need) / 2)
+
+    def _need(self, joint: Joint, i: int) -> float:
+        energy, allowed = self.energies[i], self.floor.allowed(i, joint.stages)
+        return energy.need(allowed, joint.poses[i], energy.turn(joint.counts[i][0]))
 
     def goal(self, joint: Joint) -> bool:
         return super().goal(joint) and all(self._lasts(joint))
 
     def _lasts(self, joint: Joint) -> Iterator[bool]:
         for i, energy in self.energies.items() if self.how[0] else ():
-            allowed, turn = self.floor.allowed(i, joint.stages), energy.turn(joint.counts[i][0])
-            yield joint.charges[i] >= energy.need(allowed, joint.poses[i], turn)
+            spare = 0 if energy.charging(joint.poses[i]) else self._spare.get(i, 0)
+            yield joint.charges[i] >= self._need(joint, i) + spare
 
     def run(self) -> Answer:
         """The plan with the fewest ticks of several."""
@@ -284,7 +294,8 @@ class ChargedSearch(Search):
         if not goal:
             return energy.home(allowed)
         turn = energy.turn(joint.counts[i][0] + own)
-        return energy.aim(allowed, goal, turn, (joint.poses[i], joint.charges[i]), self.how)
+        charge = joint.charges[i] - self._spare.get(i, 0)
+        return energy.aim(allowed, goal, turn, (joint.poses[i], charge), self.how)
 
 
 def _duration(floor: Floor, before: Joint, joint: Joint) -> int:
@@ -310,19 +321,28 @@ def charged_plan(parts: Sequence[Part], begun: float) -> Plan | None:
     plans = [_plan(*part, begun) for part in parts]
     ways = zip(*(plan.ways for plan in plans), strict=True)
     joined = tuple(next(filter(None, each), ()) for each in ways)
-    return Plan(joined, plans[0].foreseen, begun + 1 + most)
+    charges = [0.0] * len(joined)
+    for (floor, states), own in zip(parts, ticks, strict=True):
+        for i in floor.robots:
+            charges[i] = states[-1].charges[i] - _waiting(floor, states[-1], i, most - own)
+    return Plan(joined, plans[0].foreseen, tuple(charges))
 
 
 def _waits(floor: Floor, states: Sequence[Joint], ticks: int) -> bool:
     """Whether robots keep what they need for so many ticks after their plan."""
     last = states[-1]
     for i in floor.robots:
-        energy, pose = floor.team.members[i].energy, last.poses[i]
-        if energy is not None and not energy.charging(pose):
-            left = last.charges[i] - ticks * energy.battery.stay
-            if left < _needed_at_end(floor, last, i):
-                return False
+        used = _waiting(floor, last, i, ticks)
+        if used and last.charges[i] - used < _needed_at_end(floor, last, i):
+            return False
     return True
+
+
+def _waiting(floor: Floor, last: Joint, i: int, ticks: int) -> float:
+    """The charge that a robot uses while it waits at its end."""
+    energy = floor.team.members[i].energy
+    off = energy is not None and not energy.charging(last.poses[i])
+    return ticks * energy.battery.stay if energy is not None and off else 0
 
 
 def _needed_at_end(floor: Floor, last: Joint, i: int) -> float:
@@ -346,6 +366,9 @@ def _plan(floor: Floor, states: Sequence[Joint], begun: float) -> Plan:
             if energy is not None and energy.charging(before.poses[i]):
                 charge, due = before.charges[i], begun + 1 + tick
                 ways[i][at[i]] = ways[i][at[i]]._replace(charge=charge, tick=due)
+            elif energy is not None:
+                charge = joint.charges[i] + energy.battery.move
+                ways[i][at[i]] = ways[i][at[i]]._replace(charge=charge)
         tick += _duration(floor, before, joint)
     batteries = {i: e.battery for i in floor.robots if (e := floor.team.members[i].energy)}
     for i in () if any(each.stay for each in batteries.values()) else batteries:

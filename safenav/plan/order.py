@@ -25,28 +25,12 @@ Ticks = Sequence[tuple[int, ...]]
 
 
 def _linear(floor: Floor, joint: Joint, ticks: Ticks) -> Iterator[tuple[int, Joint, Joint]]:
-    """The steps when robots go to these joint poses one at a time, who leaves a region first: the
-    robot, and the states before and after its step."""
-    size, members = floor.team.size, floor.team.members
-    there: dict[int, list[int]] = defaultdict(list)
-    for i, pose in enumerate(joint.poses):
-        there[pose % size].append(i)
+    """The steps when robots go to these joint poses one at a time: the robot, and the states before
+    and after its step."""
     for poses in ticks:
-        left = [i for i in floor.robots if poses[i] != joint.poses[i]]
-        while left:
-            waiting = []
-            for i in left:
-                region, rivals = poses[i] % size, members[i].rivals
-                shut = floor.shut(i, joint.poses) >> region & 1
-                if shut or not rivals.isdisjoint(there[region]):
-                    waiting.append(i)
-                    continue
-                there[joint.poses[i] % size].remove(i)
-                there[region].append(i)
-                before, joint = joint, floor.after(joint, i, poses[i])
-                yield i, before, joint
-            assert len(waiting) < len(left), "robots do not rotate"
-            left = waiting
+        for i, after in floor.sequence(joint, poses):
+            yield i, joint, after
+            joint = after
 
 
 def plan_of(floor: Floor, first: Joint, ticks: Ticks) -> Plan:
@@ -186,14 +170,19 @@ def is_charging(team: Team, state: State, i: int, waypoint: Waypoint) -> bool:
 
 
 def starving(team: Team, state: State) -> bool:
-    """Whether a robot that waits off the chargers has to go to one now, since its plan is late."""
-    until = None if state.plan is None else state.plan.until
-    for i in team.charged if until is not None and state.time > until else ():
+    """Whether a robot that waits off the chargers has to go to one now, since it has less charge
+    than its plan foresees, or that has ended."""
+    plan = state.plan
+    if plan is None or not plan.charges:
+        return False
+    for i in team.charged:
         spare, robot = _spare(team, state, i), state.robots[i]
         ready = spare is not None and robot.idle and robot.active
         if spare is None or not ready or next_step(team, state, i) is not None:
             continue
-        if -_slack(team, i) <= spare <= EARLY:  # it still reaches a charger
+        way = plan.ways[i][robot.at + 1 : robot.at + 2]
+        late = robot.charge < (way[0].charge if way else plan.charges[i])
+        if late and -_slack(team, i) <= spare <= EARLY:  # it still reaches a charger
             return True
     return False
 

@@ -215,9 +215,34 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     def moved(self, joint: Joint, poses: tuple[int, ...], who: Iterable[int]) -> Joint:
         """The joint state after robots ``who`` have gone to their ``poses``: all act, and goals
-        count."""
+        count. Those that arrive before a resolution count before it."""
         moved = [i for i in who if poses[i] != joint.poses[i]]
-        return self._settled(poses, joint.counts, joint.stages, who, moved)
+        after = self._settled(poses, joint.counts, joint.stages, who, moved)
+        if len(moved) > 1 and self._restarts(joint.stages, after.stages):
+            *_, (_, after) = self.sequence(joint, poses)
+        return after
+
+    def sequence(self, joint: Joint, poses: tuple[int, ...]) -> Iterator[tuple[int, Joint]]:
+        """The robots that go to their poses one at a time, who leaves a region first, each with the
+        state after its step."""
+        size, left = self.team.size, [i for i in self.robots if poses[i] != joint.poses[i]]
+        there: dict[int, set[int]] = {}
+        for i in self.robots if left else ():
+            there.setdefault(joint.poses[i] % size, set()).add(i)
+        while left:
+            waiting = []
+            for i in left:
+                region, rivals = poses[i] % size, self.team.members[i].rivals
+                shut = self.shut(i, joint.poses) >> region & 1
+                if shut or not rivals.isdisjoint(there.get(region, ())):
+                    waiting.append(i)
+                    continue
+                there[joint.poses[i] % size].remove(i)
+                there.setdefault(region, set()).add(i)
+                joint = self.after(joint, i, poses[i])
+                yield i, joint
+            assert len(waiting) < len(left), "robots do not rotate"
+            left = waiting
 
     def after(self, joint: Joint, i: int, pose: int) -> Joint:
         poses = joint.poses

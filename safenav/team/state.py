@@ -130,8 +130,8 @@ class Waypoint(NamedTuple):
     """A place of a plan: the pose, and what a robot waits for before it steps there: ``after``
     (robot, place): that other robot has arrived there; ``needs``: these needs of obstacles are met
     (obstacle, how many); ``progress``: its count (memory and met), if exactly the obstacles
-    ``over`` are: the plan counts immediately what staying meets; ``charge``, ``tick``: on a charger
-    it waits for that charge, and until that tick."""
+    ``over`` are: the plan counts immediately what staying meets; ``charge``: what it has then; on a
+    charger it waits for that, and until ``tick``."""
 
     pose: int
     after: tuple[tuple[int, int], ...] = ()
@@ -144,12 +144,12 @@ class Waypoint(NamedTuple):
 
 class Plan(Struct, frozen=True):
     """A joint plan in execution: the way of each robot (its present place first; others: empty).
-    ``foreseen``: the obstacles that it knows; ``until``: the tick by which it
-    ends, if the charges suffice for it."""
+    ``foreseen``: the obstacles that it knows; ``charges``: those of all robots at its end, if they
+    suffice for it."""
 
     ways: tuple[tuple[Waypoint, ...], ...]
     foreseen: frozenset[int]
-    until: float | None = None
+    charges: tuple[float, ...] = ()
 
 
 class State(Struct, frozen=True):

@@ -198,6 +198,8 @@ def _judge(data: Mapping[str, Any], played: Played, world: FaultyWorld | None) -
     outcome, explanation = lines[-1]["outcome"], lines[-1].get("explanation")
     if outcome in LIMITS and not played.kept_away and not (world and played.walk.unreliable()):
         played.found.append(f"{outcome}: {explanation}")
+    if world is None and not played.given:
+        played.found += _broken_promises(lines)
     if world is None and any(line["type"] == "assumption" for line in lines):
         played.found.append("a simulated robot breaks an assumption of another one")
     try:
@@ -215,6 +217,20 @@ def _judge(data: Mapping[str, Any], played: Played, world: FaultyWorld | None) -
         said = judge_outcome(mission, Replay(mission, lines), lines[-1])
     played.undecided = said == "?"
     played.found += [said] if said not in ("", "?") else []
+
+
+def _broken_promises(lines: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Plans that the robots have followed to their end, whereupon they need another one although
+    nothing else has happened: a plan completes the mission, or all that it serves."""
+    ended, found = False, list[str]()
+    for line in lines:
+        if line["type"] == "plan_end":
+            ended = line["reason"] == "reached"
+        elif line["type"] == "plan" and ended:
+            found.append(f"plan: it ends in tick {line['tick']} without what it promises")
+        elif line["type"] not in ("move", "depart", "arrive", "goal", "hold"):
+            ended = ended and bool(line.get("note"))
+    return found[:1]
 
 
 def _walk(data: Mapping[str, Any], log: Any, given: Words) -> Walk:

@@ -6,7 +6,7 @@ from random import Random
 from typing import Any
 
 from support.boards import ACTIONS, Data, Draft, corridor, open_floor, rooms, scattered
-from support.mixed import formula_mission, mixed_mission, tracked_mission
+from support.mixed import formula_mission, hall_mission, mixed_mission, tracked_mission
 
 OBJECTIVES = ("patrol", "visit", "visit", "cover", "cover", "hold")
 
@@ -193,6 +193,7 @@ PARKING = Family(
 """Robots that end at their last targets, where they may be in each other's way."""
 MIXED: dict[str, Callable[[int], Data]] = {
     "mixed": mixed_mission,
+    "halls": hall_mission,
     "tracked": tracked_mission,
     "spoken": formula_mission,
 }

@@ -6,18 +6,19 @@ from __future__ import annotations
 from random import Random
 from typing import Any
 
-from support.boards import Data, framed, free_in
+from support.boards import Data, framed, free_in, rooms
 
 CAPABILITIES = ("clear", "lift", "look", "push")
 FEATURES = ("zones", "inputs", "orders", "loads", "changes", "avoids", "waiting", "later")
 
 
-def mixed_mission(seed: int, *, live: bool = False) -> Data:
-    """A scenario as data; the loader refuses about half, mostly for unreachable targets."""
+def mixed_mission(seed: int, *, live: bool = False, scale: int = 1) -> Data:
+    """A scenario as data; the loader refuses about half, mostly for unreachable targets. ``scale``:
+    of a hall with rooms, its distances and times."""
     random = Random(seed)
-    grid, free = _floor(random)
+    grid, free = _floor(random) if scale == 1 else _hall(random)
     features = set(random.sample(FEATURES, random.choice([0, 1, 2, 3])))
-    count = min(random.choice([1, 2, 2, 2, 3]), len(free) - 2)
+    count = min(random.choice([1, 2, 2, 2, 3]) + (scale > 1), len(free) - 2)
     starts = random.sample(free, count)
     layers = random.choice([["ground"], ["ground"], ["ground", "air"]])
     models: Data = {}
@@ -36,21 +37,23 @@ def mixed_mission(seed: int, *, live: bool = False) -> Data:
         "map": {"grid": grid},
         "catalogue": {"robots": models, "obstacles": types},
         "robots": robots,
-        "obstacles": _obstacles(random, [r for r in free if r not in starts], types, features),
+        "obstacles": _obstacles(
+            random, [r for r in free if r not in starts], types, features, scale
+        ),
         "until": {"rounds": random.choice([1, 1, 2])},
-        "limits": {"ticks": 300, "synthesis_seconds": 20},
+        "limits": {"ticks": 300 * scale, "synthesis_seconds": 20},
         "seed": seed,
     }
     if live:
         data["clock"] = "live"
     if random.random() < 0.15:
         data["coordination"] = "assignable"
-    _add_work(random, free, data, features)
-    _add_people(random, free, data, features)
+    _add_work(random, free, data, features, scale)
+    _add_people(random, free, data, features, scale)
     if random.random() < 0.4:
-        _add_batteries(random, free, data)
+        _add_batteries(random, free, data, scale)
     if random.random() < 0.3:
-        _add_promises(random, data)
+        _add_promises(random, data, scale)
     return data
 
 
@@ -60,6 +63,11 @@ def _floor(random: Random) -> tuple[list[str], list[int]]:
         grid = framed(["".join(random.choices("#.", [1, 5], k=cols)) for _ in range(rows)])
         if len(free := free_in(grid)) >= 4:
             return grid, free
+
+
+def _hall(random: Random) -> tuple[list[str], list[int]]:
+    grid = rooms(random, random.randint(1, 2), 2, random.randint(3, 4), random.randint(4, 6))
+    return grid, free_in(grid)
 
 
 def _model(random: Random, layers: list[str]) -> Data:
@@ -115,7 +123,9 @@ def _type(random: Random, free: list[int]) -> Data:
     return made if blocks is None else {**made, "blocks": blocks}
 
 
-def _obstacles(random: Random, places: list[int], types: Data, features: set[str]) -> list[Data]:
+def _obstacles(
+    random: Random, places: list[int], types: Data, features: set[str], scale: int
+) -> list[Data]:
     found = []
     for k, region in enumerate(random.sample(places, min(len(places), random.choice([0, 1, 2])))):
         types[f"t{k}"] = _type(random, places if len(places) > 1 else [*places, *places])
@@ -123,12 +133,12 @@ def _obstacles(random: Random, places: list[int], types: Data, features: set[str
         if types[f"t{k}"].get("has_truth"):
             obstacle["traversable"] = random.random() < 0.5
         if "later" in features and random.random() < 0.5:
-            obstacle["from"] = random.randint(2, 12)
+            obstacle["from"] = random.randint(2, 12) * scale
         found.append(obstacle)
     return found
 
 
-def _add_work(random: Random, free: list[int], data: Data, features: set[str]) -> None:
+def _add_work(random: Random, free: list[int], data: Data, features: set[str], scale: int) -> None:
     if not features & {"orders", "loads"}:
         return
     data["orders"] = []
@@ -138,10 +148,12 @@ def _add_work(random: Random, free: list[int], data: Data, features: set[str]) -
         done = {"action": random.choice(CAPABILITIES), "at": [one]}
         needs = [*fetched] if "loads" in features else [done]
         data["catalogue"]["obstacles"][f"p{k}"] = {"needs": needs, "blocks": []}
-        data["orders"].append({"at": random.randint(1, 8), "type": f"p{k}", "region": one})
+        data["orders"].append({"at": random.randint(1, 8) * scale, "type": f"p{k}", "region": one})
 
 
-def _add_people(random: Random, free: list[int], data: Data, features: set[str]) -> None:
+def _add_people(
+    random: Random, free: list[int], data: Data, features: set[str], scale: int
+) -> None:
     """What others decide, and who may be where."""
     robots, places = data["robots"], random.sample(free, 2)
     names = sorted(robots)
@@ -149,7 +161,7 @@ def _add_people(random: Random, free: list[int], data: Data, features: set[str])
         data["inputs"] = {"alarm": {"at": [random.choice(["3-9", "5", "2-4"])]}}
         robots["r0"]["when"] = {"alarm": {"visit": places}}
     elif "changes" in features:
-        at = random.randint(1, 10)
+        at = random.randint(1, 10) * scale
         data["changes"] = [{"at": at, "robot": "r0", "objective": {"cover": places}}]
         if random.random() < 0.3:
             data["changes"] += [
@@ -164,11 +176,11 @@ def _add_people(random: Random, free: list[int], data: Data, features: set[str])
         data["never_together"] = [{"robots": names[:2], "in": random.sample(free, 3)}]
 
 
-def _add_batteries(random: Random, free: list[int], data: Data) -> None:
+def _add_batteries(random: Random, free: list[int], data: Data, scale: int) -> None:
     for model in data["catalogue"]["robots"].values():
         if random.random() < 0.6:
             model["battery"] = {
-                "capacity": random.randint(6, 24),
+                "capacity": random.randint(6, 24) * scale,
                 "charge": random.choice([1, 3]),
                 "stay": random.choice([0, 0, 0, 1]),
             }
@@ -185,13 +197,18 @@ def _add_batteries(random: Random, free: list[int], data: Data) -> None:
         data["flat"] = "empty"
 
 
-def _add_promises(random: Random, data: Data) -> None:
+def _add_promises(random: Random, data: Data, scale: int) -> None:
     if random.random() < 0.5:
-        data["until"]["by"] = random.randint(5, 40)
+        data["until"]["by"] = random.randint(5, 40) * scale
         data["late"] = random.choice(["go_on", "stop"])
     for obstacle in data["obstacles"]:
         if random.random() < 0.5:
-            obstacle["resolve_within"] = random.randint(3, 20)
+            obstacle["resolve_within"] = random.randint(3, 20) * scale
+
+
+def hall_mission(seed: int) -> Data:
+    """A mixed mission of the size of a small building."""
+    return mixed_mission(seed, scale=5)
 
 
 def tracked_mission(seed: int) -> Data:

@@ -301,7 +301,11 @@ def _planned(
         return None
     helps = (control.roles[i].helps for i in team.lone)
     helped = frozenset(k for k in helps if k is not None)
-    starves = starving(team, state) and not is_complete(team, state, control)
+    ordered = any(
+        o.ordered and each.state is now.Is.AWAY
+        for o, each in zip(team.obstacles, state.obstacles, strict=True)
+    )
+    starves = starving(team, state) and (ordered or not is_complete(team, state, control))
     ends = state.plan is None or (
         at_end(state, team.sharing) and all(state.robots[i].acting is None for i in team.sharing)
     )
@@ -313,14 +317,17 @@ def _planned(
     floor = floor_now(team, state)
     joint, served = joint_now(state, floor), control.found.served
     open_ = {floor.gates[g] for g in served}
-    if state.plan is not None and not starves and open_ and open_ <= state.plan.foreseen & helped:
+    leaves = state.plan is not None and all(len(state.plan.ways[i]) < 2 for i in sharing)
+    for_others = open_ if leaves else helped
+    foreseen = frozenset[int]() if state.plan is None else state.plan.foreseen
+    if not starves and open_ & helped and open_ <= foreseen & for_others:
         return None  # robots with strategies are still to resolve them
-    if open_ <= helped and floor.completed(joint, frozenset(), sharing):
+    if not starves and open_ <= helped and floor.completed(joint, frozenset(), sharing):
         return None  # nothing is left to do but for others
     duties = control.found.duties
     helping = {d.g: tuple(i for i in duties if duties[i].g == d.g) for d in duties.values()}
     floor = replace(floor, helping=tuple(helping.items())) if helping else floor
-    if state.plan is not None and all(len(state.plan.ways[i]) < 2 for i in sharing):
+    if leaves:
         # The plan left all to robots with strategies: only their chosen helpers act.
         others = [(i, role) for i, role in enumerate(control.roles) if i not in sharing]
         only = {(i, k) for i, role in others for k in floor.gates if role.helps != k}
