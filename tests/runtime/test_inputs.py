@@ -7,22 +7,16 @@ import json
 import os
 import random
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import pytest
-from click.testing import CliRunner
 
 import oracle
 from certify.making import certified
-from once import beside
 from runtime.facts import case
-from runtime.played import begin, completed, end, play
+from runtime.played import completed, play
 from runtime.worlds import Bare, Driven
-from safenav.cli.check import check as command
-from safenav.errors import UsageError
 from safenav.runtime.run.mission import default_synthesizer, first_results
-from safenav.scenario.objective import Hold
 from safenav.scenario.reading.loader import load_scenario_text
 
 WANTED = int(os.environ.get("SAFENAV_FUZZ", "6"))
@@ -144,10 +138,6 @@ def test_a_world_determines_inputs_without_a_schedule() -> None:
     assert told == [(6, True), (9, False)]
 
 
-GREEN = beside(__file__, "scenarios/inputs_green.yaml")
-"""Nothing moves until the light is green, and while an alarm is on the run is not completed."""
-
-
 class Street(Bare):
     """A world in which both inputs change while every robot stands."""
 
@@ -156,47 +146,4 @@ class Street(Bare):
 
 
 def test_a_run_in_which_no_robot_moves_waits_for_inputs_of_its_world() -> None:
-    assert completed(GREEN, world=Street()).outcome["t"] >= 60.0
-
-
-@pytest.mark.parametrize("attended", [True, False])
-def test_a_run_in_which_no_robot_moves_waits_for_an_operator_to_set_an_input(
-    attended: bool,
-) -> None:
-    mission, run = begin(GREEN, attended=attended)
-    while mission.result is None:
-        if mission.waiting is not None and mission.still:
-            mission.intervene("input green on")
-        mission.step()
-    told = [line["outcome"] for line in run.all("waiting")]
-    expected = (["time_limit"], "completed") if attended else ([], "time_limit")
-    assert (told, run.outcome["outcome"]) == expected
-    text = (run.all("waiting") or [run.outcome])[0]["explanation"]
-    assert "no robot moves" in text and text.endswith("inputs: none on")
-    assert not run.findings
-
-
-def test_a_user_sets_inputs_during_a_run() -> None:
-    mission, run = begin(case("inputs/fire"))
-    mission.step()
-    mission.intervene("input call on")
-    mission.step()
-    assert isinstance(mission._run.team.members[0].objective, Hold)
-    with pytest.raises(UsageError, match="objective of quad: its 'when' determines it"):
-        mission.intervene("objective quad {hold: [1, 1]}")
-    with pytest.raises(UsageError, match="there is no input 'fire'"):
-        mission.intervene("input fire on")
-    mission.intervene("input call off")
-    end(mission, run)
-
-
-def test_check_warns_of_objectives_that_an_input_makes_impossible(tmp_path: Path) -> None:
-    plan = tmp_path / "plan.yaml"
-    plan.write_text(
-        'safenav: 1\nmap: {grid: ["...."]}\ninputs: {alarm: {at: 3}}\n'
-        "robots:\n  ann:\n    {model: quadcopter, start: 0, objective: {hold: 0},\n"
-        '     when: {alarm: {hold: 3, always: "region\' != 2"}}}\n'
-    )
-    told = CliRunner().invoke(command, [str(plan)])
-    assert told.exit_code == 0
-    assert "when alarm is on from the start, ann cannot hold 3" in told.output
+    assert completed(case("inputs/green"), world=Street()).outcome["t"] >= 60.0

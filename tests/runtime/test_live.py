@@ -27,7 +27,7 @@ from support.durations import Uneven
 
 SHIPPED = [
     *("case_study_2", "beam", "corridor_swap", "team_of_six"),
-    *("night_round", "parked_robot", "warehouse_orders"),
+    *("night_round", "parked_robot", "warehouse_orders", "battery_delivery"),
 ]
 
 
