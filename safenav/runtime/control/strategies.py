@@ -41,7 +41,7 @@ from safenav.team.team import Team
 from safenav.trace.vocabulary import Form
 from safenav.trace.words import obstacle_words
 from safenav.world.map import Partition, Region
-from safenav.world.poses import FAR, Mask, region_mask
+from safenav.world.poses import FAR, Mask, bits, region_mask
 
 COMMANDS = ("assigned", "request", "wait")
 """The inputs by which an assignable robot is commanded."""
@@ -345,14 +345,17 @@ def commanded(
             step = following[0]
         return False
 
+    def near(region: Region) -> tuple[int, Region]:
+        """The steps from a region to the goal."""
+        return min(field[pose] for pose in bits(graph.on({region}))), region
+
     if not 0 < field[robot.pose] < FAR:
         return steps(robot.node, None, wait=True)
     sent = before["assigned"] if before["request"] and not before["wait"] else None
     memory, pose = dict(robot.values), graph.pose(robot.pose)
     places: list[int | None] = [sent]
     if sent is None:
-        regions = (*_ahead(team, i, robot.pose, field, free), *sorted(possible.places))
-        places = [r for r in dict.fromkeys(regions) if possible.allows(pose, memory, r)]
+        places = [r for r in sorted(possible.places, key=near) if possible.allows(pose, memory, r)]
         places = [None, *places] if own else [*places, None]
     strategy = found.result.strategy
     for node in dict.fromkeys((robot.node, *strategy.nodes_with(strategy.values(robot.node)))):
@@ -368,17 +371,3 @@ def _goal(team: Team, state: State, i: int, role: Role) -> Mask:
     member, robot = team.members[i], state.robots[i]
     own = role.objective == member.objective
     return member.awaited(robot.own.memory) if own else targets_of(role.objective, member.graph)[0]
-
-
-def _ahead(team: Team, i: int, pose: int, field: list[int], free: Mask) -> Iterator[int]:
-    """The regions on a shortest path, the farthest first to which no shorter one leads for a
-    strategy that knows no obstacles."""
-    graph, found, start = team.members[i].graph, list[int](), pose
-    while 0 < field[pose] < FAR:
-        left = field[pose]
-        pose = next(q for q in graph.steps(pose) if free >> q & 1 and field[q] < left)
-        there = graph.poses_on(1 << pose % team.size)
-        steps = graph.steps_between(1 << start, there, team.members[i].floor)
-        if steps == field[start] - field[pose]:
-            found.append(pose % team.size)
-    yield from reversed(found)
