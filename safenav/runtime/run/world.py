@@ -362,15 +362,14 @@ class World:
             k, words = number(team, state, obstacle), f"{obstacle.name}: {result.value}"
             there = state.obstacles[k] if k < len(state.obstacles) else now.ObstacleNow()
             asked = there.known and there.state is not now.Is.SEEN
-            done = result in (ActResult.DONE, ActResult.UNTRAVERSABLE)
-            new = done and (obstacle.name not in self._opened or there.known)
             if result is ActResult.FAILED:
-                asked, new = k in acts, not asked and _shows(team, state, i, obstacle, there)
-            elif result is ActResult.NOTHING:  # what a sensor showed is not there
-                asked = there.known
+                tells = k in acts or (not asked and _shows(team, state, i, obstacle, there))
+            else:  # what a sensor showed may not be there
+                again = result is ActResult.NOTHING or obstacle.name in self._opened
+                tells = there.known or not again
             if asked and result is ActResult.DONE and _is_early(team, state, i, obstacle, there):
                 early.append(words)
-            elif asked or new:
+            elif tells:
                 told.append((obstacle, result))
             else:
                 echoes.append(words)
