@@ -74,6 +74,7 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             begun = _stepped(team, state, i, pose, event.values)
             plan = None if by == "backtrack" and node is None else state.plan
             begun |= {"to": pose, "due": event.due, "node": node, "by": by}
+            begun["command"] = event.command
             return replace(_robot(state, i, **begun), plan=plan)
         case now.Goes(i):
             return _robot(state, i, by="plan" if state.robots[i].by == "plan" else None)

@@ -72,19 +72,19 @@ Base = tuple[Objective, int | None, Count, Values]
 
 class RobotNow(Struct, frozen=True):
     """``to``: the pose of the step under way (it reserves both regions); ``due``: the tick in which
-    that ends (lockstep). ``objective``: the one in
-    force, with its progress ``task``; ``own``: progress with its own. ``node``: that of its
-    strategy at its next pose. ``at``: its place in the joint plan; ``by``: what decided the step
-    under way. ``acting``: the robot in whose action it takes part. ``active``: it is in service;
+    that ends (lockstep). ``objective``: the one in force, with its progress ``task``; ``own``:
+    progress with its own. ``node``: that of its strategy at its next pose. ``at``: its place in the
+    joint plan; ``by``: what decided the step under way; ``command``: the number of the last one
+    (live). ``acting``: the robot in whose action it takes part. ``active``: it is in service;
     ``failed``: the regions of the steps that failed since it arrived somewhere. ``fresh``: it has
     not counted its objective since it got it. Of formulas: ``values`` of the memory and the inputs
     at the pose of its next decision; ``came``: its pose and these values before its last turn.
     ``known``: where the robots that it tracks are: a region, or cells. ``mode``: the input that set
-    its own objective; ``base``: what it had before that. ``charge``: of its
-    battery; ``flat``: that was used up, and the robot waits for another one; ``cause``: who took
-    it out of service. ``kept``: progress with its own objective when it got another one, or at a
-    resolution since. ``behind``: the region from which it entered its own; None if it was
-    put there. ``broken``: the assumptions of its last strategy that did not hold."""
+    its own objective; ``base``: what it had before that. ``charge``: of its battery; ``flat``: that
+    was used up, and the robot waits for another one; ``cause``: who took it out of service.
+    ``kept``: progress with its own objective when it got another one, or at a resolution since.
+    ``behind``: the region from which it entered its own; None if it was put there. ``broken``: the
+    assumptions of its last strategy that did not hold."""
 
     pose: int
     objective: Objective
@@ -95,6 +95,7 @@ class RobotNow(Struct, frozen=True):
     node: int | None = None
     at: int = 0
     by: str | None = None
+    command: int = 0
     acting: int | None = None
     fresh: bool = True
     active: bool = True

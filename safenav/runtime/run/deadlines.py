@@ -1,7 +1,7 @@
 """The deadlines of a run: when each begins, and its verdict (docs/deadlines.md), a fold over
 events; deadlines that cannot be met, and charges that do not suffice, found before the start.
 
-Lines follow at the end of each turn for its events, and before each tick for missed deadlines.
+Lines follow those of each event, and the turns with new requests or other bounds.
 """
 
 from __future__ import annotations
@@ -81,7 +81,6 @@ class Ledger:
         self.seen: set[int] = set()
         self.late: list[str] = []
         self.clocks = [RoundClock() for _ in team.members]
-        self.lines: list[records.Record] = []
         self.had = self.tick = 0
 
     def kept(self) -> LedgerKept | None:
@@ -141,14 +140,9 @@ class Ledger:
         for k in sorted(k for k in self.dues if isinstance(k, int) and k not in state.requests):
             self._ended(team, k, DeadlineVerdict.EXCUSED)
         self._look(team, state)
-        for line in self.lines:
-            self.emit(line)
-        self.lines = []
         known, self.seen = self.dues.keys() | self.seen, {*state.requests}
-        fresh = dict[int, Due]()
-        for k in (k for k in state.requests if k not in known):
-            if (due := state.obstacles[k].due) is not None:
-                fresh[k] = Due(due)
+        new = ((k, state.obstacles[k].due) for k in state.requests if k not in known)
+        fresh = {k: Due(due) for k, due in new if due is not None}
         timed = any(member.robot.within is not None for member in team.members)
         timed = timed or not all(due.past for due in self.dues.values())
         if fresh or (self.had == len(team.members) and timed):
@@ -195,13 +189,12 @@ class Ledger:
             return  # the goal completes no round
         within, kept = member.robot.within, DeadlineVerdict.KEPT
         if within is not None and not clock.over:
-            due = clock.begun + within
-            self.lines.append(records.Deadline(self.tick, member.name, due, kept))
+            self._tell(member.name, clock.begun + within, kept)
         self.clocks[i] = clock.restarted(self.tick, whole)
 
     def _ended(self, team: Team, k: Of, verdict: DeadlineVerdict) -> None:
         if (due := self.dues.pop(k, None)) is not None and not due.past:
-            self.lines.append(records.Deadline(self.tick, _name(team, k), due.tick, verdict))
+            self._tell(_name(team, k), due.tick, verdict)
 
     def _foresee(self, team: Team, state: State, fresh: dict[int, Due]) -> None:
         """Begin the deadlines of new requests, and report all that can no longer be met."""

@@ -1,5 +1,5 @@
-"""Trace lines of moves, one per tick in lockstep and one per command in a live run; of joint plans;
-and that of a synthesis, with all that its specification was made from."""
+"""Trace lines of moves, of joint plans, and of a synthesis with all that its specification was made
+from."""
 
 from __future__ import annotations
 
@@ -24,105 +24,56 @@ from safenav.world.poses import Pose
 Emit = Callable[[records.Record], None]
 
 
-class _Lines:
-    """The part of both clocks."""
-
-    def __init__(self, team: Team, emit: Emit) -> None:
-        self._team, self._emit = team, emit
-
-    def continued(self, tick: int, i: int, state: State) -> None:
-        """A command says nothing until it ends."""
-
-    def resume(self, line: records.Record) -> None:
-        """A tick depends on no earlier line."""
-
-    def stayed(self, tick: int, event: now.Stayed, state: State) -> None:
-        """A robot that stays has no command."""
-
-
-class TickLines(_Lines):
-    """Lockstep: a ``move`` line for each robot in each tick."""
-
-    def departed(self, tick: int, event: now.Departed, before: State) -> None:
-        if event.due is not None:
-            start = before.robots[event.robot].pose
-            self._move(tick, event.robot, start, start, event.pose, event.by)
-
-    def continued(self, tick: int, i: int, state: State) -> None:
-        robot = state.robots[i]
-        by = robot.by if robot.by != "plan" else None
-        self._move(tick, i, robot.pose, robot.pose, robot.to, by)
-
-    def ended(self, tick: int, i: int, before: State, after: State, end: now.Ended) -> None:
-        strayed = None if isinstance(end, now.Arrived) else MoveEnd.ELSEWHERE
-        was = before.robots[i]
-        self._move(tick, i, was.pose, after.robots[i].pose, None, was.by, strayed)
-
-    def stayed(self, tick: int, event: now.Stayed, state: State) -> None:
-        pose = state.robots[event.robot].pose
-        self._move(tick, event.robot, pose, pose, None, event.by)
-
-    def _move(
-        self,
-        tick: int,
-        i: int,
-        start: int,
-        pose: int,
-        toward: int | None,
-        by: str | None,
-        result: MoveEnd | None = None,
-    ) -> None:
-        size, graph = self._team.size, self._team.members[i].graph
-        origin = None if by is None else MovedBy(by)
-        goes = None if toward is None else toward % size
-        place = start % size, *graph.pose(pose).place
-        name = self._team.members[i].name
-        self._emit(records.Move(tick, name, *place, goes, origin, result))
+def move_line(
+    team: Team, tick: int, before: State, event: now.Event, after: State
+) -> records.Record | None:
+    """Lockstep: the line of a robot's turn, in which it moves, stays or is on its way; None if it
+    has just set out, and arrives in this turn."""
+    result = None
+    match event:
+        case now.Goes(i):
+            robot = after.robots[i]
+            pose, to, by = robot.pose, robot.to, robot.by if robot.by != "plan" else None
+        case now.Departed(i, to, by, due=int()):
+            pose = before.robots[i].pose
+        case now.Stayed(i, by):
+            pose, to = after.robots[i].pose, None
+        case now.Arrived(i) | now.Elsewhere(i) | now.Failed(i) | now.Lost(i):
+            pose, to, by = after.robots[i].pose, None, before.robots[i].by
+            result = None if isinstance(event, now.Arrived) else MoveEnd.ELSEWHERE
+        case _:
+            return None
+    name, graph, size = team.members[i].name, team.members[i].graph, team.size
+    place = before.robots[i].pose % size, *graph.pose(pose).place
+    goes = None if to is None else to % size, None if by is None else MovedBy(by)
+    return records.Move(tick, name, *place, *goes, result)
 
 
-class CommandLines(_Lines):
-    """Live: a line when a command is given and one when it ends."""
-
-    def __init__(self, team: Team, emit: Emit) -> None:
-        super().__init__(team, emit)
-        self._commands: dict[int, int] = {}
-
-    def departed(self, tick: int, event: now.Departed, before: State) -> None:
-        i, member = event.robot, self._team.members[event.robot]
-        self._commands[i] = event.command
-        way = before.robots[i].pose % self._team.size, *member.graph.pose(event.pose).place
-        node = event.node if event.by == "strategy" else None
-        seconds = None if event.seconds is None else round(event.seconds, 3)
-        who, by = (tick, event.command, member.name), MovedBy(event.by)
-        self._emit(records.Depart(*who, *way, by, node, seconds))
-
-    def ended(
-        self,
-        tick: int,
-        i: int,
-        before: State,  # noqa: ARG002
-        after: State,
-        end: now.Ended,
-    ) -> None:
-        member, regions, reason = self._team.members[i], None, None
-        match end:
-            case now.Arrived(_, why):
-                result, reason = MoveEnd.ARRIVED, why or None
-            case now.Failed(_, _, why):
-                result, reason = MoveEnd.FAILED, why
-            case now.Lost(_, found, why):
-                result, regions, reason = MoveEnd.LOST, tuple(sorted(found)), why or None
-            case now.Elsewhere(_, _, blocked):
-                result = MoveEnd.BLOCKED if blocked else MoveEnd.ELSEWHERE
-        who = tick, self._commands.get(i, 0), member.name
-        place = member.graph.pose(after.robots[i].pose).place
-        self._emit(records.Arrive(*who, *place, result, reason, regions))
-
-    def resume(self, line: records.Record) -> None:
-        """Learn the last command of each robot from the lines of an interrupted run."""
-        if isinstance(line, records.Depart | records.Act):
-            numbers = {member.name: i for i, member in enumerate(self._team.members)}
-            self._commands[numbers.get(line.robot, -1)] = line.command
+def command_line(
+    team: Team, tick: int, before: State, event: now.Event, after: State
+) -> records.Record | None:
+    """Live: the line of a command to go somewhere, or of its end; None for other events."""
+    regions, reason = None, None
+    match event:
+        case now.Departed(i, pose, by, node):
+            way = before.robots[i].pose % team.size, *team.members[i].graph.pose(pose).place
+            node = node if by == "strategy" else None
+            seconds = None if event.seconds is None else round(event.seconds, 3)
+            who = tick, event.command, team.members[i].name
+            return records.Depart(*who, *way, MovedBy(by), node, seconds)
+        case now.Arrived(i, why):
+            result, reason = MoveEnd.ARRIVED, why or None
+        case now.Failed(i, _, why):
+            result, reason = MoveEnd.FAILED, why
+        case now.Lost(i, found, why):
+            result, regions, reason = MoveEnd.LOST, tuple(sorted(found)), why or None
+        case now.Elsewhere(i, _, blocked):
+            result = MoveEnd.BLOCKED if blocked else MoveEnd.ELSEWHERE
+        case _:
+            return None
+    place = team.members[i].graph.pose(after.robots[i].pose).place
+    who = tick, before.robots[i].command, team.members[i].name
+    return records.Arrive(*who, *place, result, reason, regions)
 
 
 class PlanLines:

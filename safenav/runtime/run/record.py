@@ -18,7 +18,7 @@ from safenav.runtime.control.ends import ASIDE, End, Request, lacks_of
 from safenav.runtime.control.strategies import enough
 from safenav.runtime.run.checkpoint import Memory
 from safenav.runtime.run.deadlines import Ledger
-from safenav.runtime.run.lines import CommandLines, Emit, PlanLines, TickLines, synthesis_line
+from safenav.runtime.run.lines import Emit, PlanLines, command_line, move_line, synthesis_line
 from safenav.scenario.objective import Objective
 from safenav.solve.reasons import shortfall_words
 from safenav.spec.belief import automatic
@@ -58,7 +58,7 @@ class Recorder:
         live: bool,
     ) -> None:
         self.team, self._listen, self.simulated, self.live = team, listener, simulated, live
-        self.moves = CommandLines(team, self.emit) if live else TickLines(team, self.emit)
+        self._line = command_line if live else move_line
         self.time = 0.0
         self.stack: list[Entry] = []
         self.helpers: dict[int, tuple[str, ...]] = {}
@@ -90,7 +90,6 @@ class Recorder:
         """Continue after these lines."""
         for line in lines:
             self._ends(line)
-            self.moves.resume(line)
             self._listen(line)
         self.tick, self.moved, self.time = memory.tick, memory.moved, state.time
         self.stack, self.helpers = [*memory.stack], dict(memory.helpers)
@@ -102,10 +101,12 @@ class Recorder:
             self.emit(records.PlanEnd(self.tick, PlanEndReason.CHANGED))
 
     def record(self, before: State, event: now.Event, after: State) -> None:
-        """The lines of an event."""
+        """The lines of an event, and of the deadlines that it keeps or passes."""
+        self._record(before, event, after)
+        self.ledger.happened(self.team, before, event)
+
+    def _record(self, before: State, event: now.Event, after: State) -> None:
         self.aside = {k for k in self.aside if after.obstacles[k].aside}
-        if not isinstance(event, now.Time):
-            self.ledger.happened(self.team, before, event)
         dropped = before.plan is not None and after.plan is None
         if dropped and not isinstance(event, now.Met):
             self.plan.ends(self.tick, PlanEndReason.CHANGED)
@@ -119,22 +120,21 @@ class Recorder:
             case now.Time(at):
                 self.plan.reached(self.tick, self.team, before)
                 self.time, self.tick = at, self.tick + 1 if self.live else int(at)
-                self.ledger.happened(self.team, before, event)
                 return
-            case now.Goes(i):
-                self.moves.continued(self.tick, i, after)
+            case now.Goes():
+                self._moves(before, event, after)
             case now.Departed(i, pose, by):
                 if by == "backtrack":
                     self._backtrack(i, pose)
-                self.moves.departed(self.tick, event, before)
-            case now.Arrived(i) | now.Elsewhere(i) | now.Failed(i) | now.Lost(i):
-                self.moves.ended(self.tick, i, before, after, event)
+                self._moves(before, event, after)
+            case now.Arrived() | now.Elsewhere() | now.Failed() | now.Lost():
+                self._moves(before, event, after)
                 if not self.live:
                     self.plan.reached(self.tick, self.team, after)
             case now.Stayed(i, by):
                 if by == "backtrack":
                     self._backtrack(i, after.robots[i].pose)
-                self.moves.stayed(self.tick, event, after)
+                self._moves(before, event, after)
                 if by == "backtrack" and after.plan is None:
                     self.plan.ends(self.tick, PlanEndReason.VIOLATION)
             case now.Astray(i, rules):
@@ -237,6 +237,11 @@ class Recorder:
 
     def _robot(self, i: int) -> str:
         return self.team.members[i].name
+
+    def _moves(self, before: State, event: now.Event, after: State) -> None:
+        line = self._line(self.team, self.tick, before, event, after)
+        if line is not None:
+            self.emit(line)
 
     def _backtrack(self, i: int, pose: int) -> None:
         self.emit(records.Backtrack(self.tick, self._robot(i), pose % self.team.size))
