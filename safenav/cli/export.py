@@ -1,4 +1,4 @@
-"""``safenav export``: a run as waypoints, a motion, a ROS 2 bag, tables or samples."""
+"""``safenav export``: a run as waypoints, a motion, a ROS 2 bag or samples."""
 
 from __future__ import annotations
 
@@ -10,11 +10,10 @@ import click
 from safenav.cli import options
 from safenav.cli.options import flag, option
 from safenav.errors import ExitCode, UsageError
-from safenav.files import tell, write_all, write_out, write_whole
+from safenav.files import tell, write_out, write_whole
 from safenav.motion.file import Motion
 from safenav.motion.waypoints import as_csv, as_json, frame_of, timed_waypoints, waypoints
 from safenav.report.bag import Poses, messages
-from safenav.report.tables import tables
 from safenav.run.reading import run_of
 from safenav.trace.file import Trace, read_trace
 from safenav.world.map import Frame
@@ -32,7 +31,6 @@ FILE by its ending: .csv or .json (waypoints), .npz (samples of the motion, with
 Examples:
   safenav new lab.yaml && safenav run lab.yaml --trace lab.jsonl
   safenav export lab.jsonl -o lab.csv --side 0.5
-  safenav export lab.jsonl --csv lab    # lab-moves.csv, lab-events.csv, lab-syntheses.csv
 With the extras 'motion' and 'mcap':
   safenav export lab.jsonl --motion lab.motion.jsonl --report
   safenav export lab.jsonl --motion flown.jsonl --track --report
@@ -63,9 +61,6 @@ def export(
     ],
     report: Annotated[bool, flag("--report", "Print times, distances, errors, margins.")],
     track: Annotated[bool, flag("--track", "Simulate flyers that track their references.")],
-    stem: Annotated[
-        Path | None, option("--csv", options.Output(), "Tables: STEM-*.csv.", metavar="STEM")
-    ],
     rate: Annotated[
         float, option("--rate", options.HERTZ, "Samples per second.  [100]", default=100.0)
     ],
@@ -76,16 +71,14 @@ def export(
     ],
 ) -> int:
     """Write TRACE for other programs: waypoints (where each robot is at the end of each tick, in
-    metres as in ROS), a ROS 2 bag, tables, or its motion in metres and seconds, which keeps every
-    guarantee of the run at every instant. With a motion (MOTION, or the one computed by --motion),
-    the others have its times and speeds."""
+    metres as in ROS), a ROS 2 bag, or its motion in metres and seconds, which keeps every guarantee
+    of the run at every instant. With a motion (MOTION, or the one computed by --motion), the others
+    have its times and speeds."""
     files = {".csv" if str(p) == "-" else p.suffix.lower(): p for p in outputs}
     if len(files) < len(outputs):
         raise UsageError("two outputs are of the same kind; give one of them")
-    if not report and stem is None and written is None and not files:
-        raise UsageError("no output: give -o FILE, --motion FILE, --csv STEM or --report")
-    if str(stem) == "-":
-        raise UsageError("--csv writes several files: give it the beginning of their names")
+    if not report and written is None and not files:
+        raise UsageError("no output: give -o FILE, --motion FILE or --report")
     computed = motion is None and (report or written is not None)
     unread = {} if computed else {"track": "--motion"}
     options.refuse(unread | ({} if ".npz" in files else {"rate": "-o FILE.npz"}))
@@ -109,11 +102,6 @@ def export(
         from safenav.motion.columns import report_of
 
         click.echo(report_of(moved), err=Path("-") in (written, *files.values()))
-    if stem is not None:
-        named = {f"{stem.name}-{k}.csv": text for k, text in tables(run_of(run)).items()}
-        write_all(stem.parent, named.items())
-        for name in named:
-            tell(stem.with_name(name))
     if (path := files.get(".mcap")) is not None:
         _bag(run, frame_of(run, moved.header.side if moved else side, origin), path, moved)
     if (path := files.get(".npz")) is not None:

@@ -134,7 +134,7 @@ def _schema(of: str | None) -> str:
 
 def _catalogue(file: str) -> str:
     """Return the catalogue, with the additions of a scenario or catalogue file if one is given."""
-    from safenav.report.tables import catalogue_lines
+    from safenav.report.catalogue import catalogue_lines
     from safenav.scenario.reading.catalogue import built_in
 
     found = load_catalogue(Path(file)) if file else built_in()

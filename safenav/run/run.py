@@ -32,15 +32,13 @@ TURNED_BACK = 0.4
 
 
 class RunClock(Struct, frozen=True):
-    """The time of a run: its ``unit``, its ``column`` in tables, the speed of films in units per
-    second."""
+    """The time of a run: its ``unit``, and the speed of films in units per second."""
 
     unit: str
-    column: str
     speed: float
 
 
-TICKS, SECONDS = RunClock("tick", "tick", 4.0), RunClock("second", "t", 12.0)
+TICKS, SECONDS = RunClock("tick", 4.0), RunClock("second", 12.0)
 
 
 class Run(Struct):

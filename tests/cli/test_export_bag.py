@@ -1,6 +1,5 @@
-"""A run as a ROS 2 bag, read by a reader that shares nothing with its writer; and as tables."""
+"""A run as a ROS 2 bag, read by a reader that shares nothing with its writer."""
 
-import csv
 import json
 import re
 from math import atan2
@@ -167,22 +166,3 @@ def test_robots_are_at_the_positions_of_the_motion(
                 assert found == pytest.approx(columns[f"{name}.{axis}"], abs=1e-9)
     found = safenav(*export, "--side", "0.5")
     assert found.returncode == 2 and "leave out --side" in found.stderr
-
-
-def test_tables_have_every_move_event_and_synthesis(
-    safenav: Command, trace: Path, tmp_path: Path
-) -> None:
-    assert safenav("export", trace, "--csv", "run").returncode == 0
-
-    def table(name: str) -> list[dict[str, str]]:
-        with (tmp_path / f"run-{name}.csv").open(newline="") as file:
-            return list(csv.DictReader(file))
-
-    moves = lines(trace, "move")
-    assert len(table("moves")) == len(moves) + 2, "and the start of each robot"
-    by_tick = {(int(row["tick"]), row["robot"]): row for row in table("moves")}
-    for move in moves:
-        assert int(by_tick[move["tick"], move["robot"]]["region"]) == move["to"]
-    assert len(table("syntheses")) == len(lines(trace, "synthesis"))
-    kinds = [row["kind"] for row in table("events")]
-    assert kinds.count("resolved") == 1 and kinds[-1] == "outcome"

@@ -22,7 +22,6 @@ TRACES, BUNDLES = (COUNT, COUNT * 2 // 5) if COUNT else (40, 15)
 VIEWS = (
     ("replay", "-o", "made.html"),
     ("replay", "-o", "made.svg"),
-    ("export", "--csv", "made"),
     ("export", "--side", "1", "-o", "made.csv"),
     ("export", "--motion", "made.jsonl"),
     ("resume", "--max-ticks", "50", "--trace", "made.jsonl"),
