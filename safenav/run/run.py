@@ -69,7 +69,7 @@ class Run(Struct):
     """The type of obstacle whose resolution does not restart the rounds: a flat battery."""
     _by_tick: dict[int, list[Event]] = field(default_factory=dict)
     _views: dict[tuple[float, frozenset[Region]], Visibility] = field(default_factory=dict)
-    """What can be seen from where, by radius and closed regions: it is needed for every tick."""
+    """Lines of sight by radius and closed regions: pages need them for every tick."""
 
     @property
     def last(self) -> int:

@@ -1,4 +1,4 @@
-/* sources 8dabb33f27984e896aa04a185a80c3616f92a3affa934e09e1dc1cfdbd200dd5 */
+/* sources 811169b9d96b0de39def9a50fadacf47c0871357bcb854ad73fbea4f3dec0e18 */
 /* Contains @codemirror/view:
 MIT License
 
