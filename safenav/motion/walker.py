@@ -33,8 +33,7 @@ from itertools import accumulate, pairwise
 from math import cos, pi, sin
 
 import numpy as np
-from msgspec import Struct
-from msgspec.structs import asdict, astuple, replace
+from msgspec.structs import astuple, replace
 from numpy.typing import NDArray
 
 from safenav.errors import UsageError
@@ -44,9 +43,9 @@ from safenav.motion.file import (
     Foothold,
     FootState,
     Moving,
-    Piece,
     PressurePhase,
     Segment,
+    State,
     Swing,
 )
 from safenav.motion.geometry import (
@@ -60,7 +59,7 @@ from safenav.motion.geometry import (
 )
 from safenav.motion.mover import Crossing, Mover
 from safenav.pace.gait import Apex, Gait, Stride, Walker, gait_on, starting, stopping, walking
-from safenav.pace.robot import WALKER, YAW
+from safenav.pace.robot import AT_ONCE, WALKER, YAW
 
 Array = NDArray[np.float64]
 
@@ -126,41 +125,21 @@ SNAP = 0.5
 acceleration there would be faster halfway."""
 
 
-class Primitive(Struct, frozen=True):
-    """A move in its local frame. ``start``, ``goal``: states of the mass; ``turn``: quarter turns
-    to the left; ``turning``: when the body turns; ``foot``: the stance foot at the end, 0 if it
-    stands."""
-
-    name: str
-    phases: tuple[PressurePhase, ...]
-    start: Array
-    goal: Array
-    footholds: tuple[Foothold, ...]
-    swings: tuple[Swing, ...]
-    turn: int
-    turning: tuple[float, float]
-    foot: int
-
-    @property
-    def seconds(self) -> float:
-        return sum(phase.seconds for phase in self.phases)
-
-
 @lru_cache(maxsize=512)
-def walk(gait: Gait, turn: int, foot: int) -> Primitive:
+def walk(gait: Gait, turn: int, foot: int) -> Segment:
     """Walk from walking pose to walking pose of the next region, beginning on ``foot``."""
     return _stepping(f"walk {_WORDS[turn]}", gait, walking(gait, turn, foot), turn)
 
 
 @lru_cache(maxsize=512)
-def start(gait: Gait, turn: int, foot: int) -> Primitive:
+def start(gait: Gait, turn: int, foot: int) -> Segment:
     """Start from standing pose to walking pose of the next region; of a straight start ``foot`` is
     the stance foot at the end, of a turn the arc decides."""
     return _stepping(f"start {_WORDS[turn]}", gait, starting(gait, turn, foot), turn)
 
 
 @lru_cache(maxsize=64)
-def stop(gait: Gait, foot: int) -> Primitive:
+def stop(gait: Gait, foot: int) -> Segment:
     """Stop from walking pose to standing pose: a step onto the capture point, then the feet close,
     and the mass settles between them."""
     omega, offset, length = gait.omega, gait.walker.foot, gait.length
@@ -184,16 +163,36 @@ def stop(gait: Gait, foot: int) -> Primitive:
     passing = _passing(gait, length, 0.0, 0.0, -foot)
     swings = (_landing(passing, landed), _swing(leaving, beside))
     phases = _phases(durations, nodes[knots])
-    return Primitive("stop", phases, begin, goal, footholds, swings, 0, (0.0, 0.0), 0)
+    return _local("stop", phases, footholds, swings, begin, goal)
 
 
-def stand(gait: Gait, seconds: float) -> Primitive:
+def stand(gait: Gait, seconds: float) -> Segment:
     """Stand at rest."""
     x, offset = 2 * gait.length, gait.walker.foot
     rest = np.array([x, 0.0, 0.0, 0.0])
     feet = tuple(Foothold(x, side * offset, 0.0, side, 0.0, seconds) for side in (LEFT, RIGHT))
-    phases = (PressurePhase(seconds, x, 0.0, x, 0.0),)
-    return Primitive("stand", phases, rest, rest, feet, (), 0, (0.0, 0.0), 0)
+    return _local("stand", (PressurePhase(seconds, x, 0.0, x, 0.0),), feet, (), rest, rest)
+
+
+def _local(
+    name: str,
+    phases: tuple[PressurePhase, ...],
+    feet: tuple[Foothold, ...],
+    swings: tuple[Swing, ...],
+    start: Array,
+    goal: Array,
+    turning: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0),
+) -> Segment:
+    """Return a primitive in its own frame, from time 0 on."""
+    seconds = sum(phase.seconds for phase in phases)
+    about = ("", 0, name, 0, 0, 0.0, seconds, phases, feet, swings, turning)
+    return Segment(*about, tuple(start.tolist()), tuple(goal.tolist()))
+
+
+def stance(segment: Segment) -> int:
+    """Return the foot on the ground at the end of a segment; 0 if both are."""
+    end = segment.t1 - segment.t0 - AT_ONCE
+    return sum(foot.side for foot in segment.feet if foot.up > end)
 
 
 def _phases(durations: Array, pressures: Array) -> tuple[PressurePhase, ...]:
@@ -207,7 +206,7 @@ def _phases(durations: Array, pressures: Array) -> tuple[PressurePhase, ...]:
 _WORDS = {0: "straight", LEFT: "left", RIGHT: "right"}
 
 
-def _stepping(name: str, gait: Gait, stride: Stride, turn: int) -> Primitive:
+def _stepping(name: str, gait: Gait, stride: Stride, turn: int) -> Segment:
     """Plan the steps of a stride; a standing walker first leans onto the first foot."""
     omega, offset, line = gait.omega, gait.walker.foot, stride.line
     standing = stride.lean > 0
@@ -235,7 +234,9 @@ def _stepping(name: str, gait: Gait, stride: Stride, turn: int) -> Primitive:
     nodes = placed(durations, nodes, knots, begin, goal, weights, omega)
     arc = [index for index, apex in enumerate(line) if 0 < abs(apex.yaw) < pi / 2]
     bounds = [stride.lean, *switches, stride.seconds]
-    turning = (float(bounds[arc[0]]), float(bounds[arc[-1] + 2])) if arc else (0.0, 0.0)
+    turning = (0.0, turn * pi / 2, 0.0, 0.0)
+    if arc:
+        turning = (*turning[:2], float(bounds[arc[0]]), float(bounds[arc[-1] + 2]))
     footholds = tuple(
         Foothold(x, y, apex.yaw, apex.foot, down, up)
         for apex, (x, y), down, up in zip(
@@ -246,8 +247,7 @@ def _stepping(name: str, gait: Gait, stride: Stride, turn: int) -> Primitive:
         aside = (first.x, -first.foot * offset, 0.0, -first.foot, 0.0, stride.lean)
         footholds = (Foothold(*aside), *footholds)
     swings = _swings(gait, line, footholds, stride.seconds, standing)
-    phases = _phases(durations, nodes[knots])
-    return Primitive(name, phases, begin, goal, footholds, swings, turn, turning, last.foot)
+    return _local(name, _phases(durations, nodes[knots]), footholds, swings, begin, goal, turning)
 
 
 def _swings(
@@ -355,65 +355,57 @@ class WalkerMover(Mover):
         return [self._carried_out(still, tick, self.region, self._facing, until)]
 
     def _carried_out(
-        self, primitive: Primitive, tick: int, to: int, heading: str, until: float | None = None
+        self, primitive: Segment, tick: int, to: int, heading: str, until: float | None = None
     ) -> Segment:
-        end = self.time + primitive.seconds if until is None else until
-        place = Placing(self.floor, self.region, self._facing)
-        who = Piece(self.robot, tick, primitive.name, self.region, to, self.time, end)
-        segment = place.segment(who, primitive)
-        self.region, self.heading, self.foot, self.time = to, heading, primitive.foot, end
-        return segment
+        end = self.time + primitive.t1 if until is None else until
+        placed = entered(primitive, self.floor, self.region, self._facing)
+        about = {"robot": self.robot, "tick": tick, "origin": self.region, "to": to}
+        self.region, self.heading, self.foot = to, heading, stance(primitive)
+        begin, self.time = self.time, end
+        return replace(placed, **about, t0=begin, t1=end)
 
 
-class Placing:
-    """Transform of a primitive from its local frame to the middle of the side by which a heading
-    enters a region. Points are complex numbers."""
+def entered(primitive: Segment, floor: MetricFloor, region: int, heading: str) -> Segment:
+    """Return a primitive in the frame of the map: of a walker that enters a region at the middle of
+    the side by which its heading leads there. Points are complex numbers."""
+    ahead, facing = complex(*unit_vector(heading)), YAW[heading]
+    corner = complex(*floor.centre(region)) - ahead * floor.side / 2
 
-    def __init__(self, floor: MetricFloor, region: int, heading: str) -> None:
-        self._ahead = complex(*unit_vector(heading))
-        self._corner = complex(*floor.centre(region)) - self._ahead * floor.side / 2
-        self._yaw = YAW[heading]
-
-    def segment(self, who: Piece, primitive: Primitive) -> Segment:
-        """The primitive in the frame of the map."""
-        begin, end = primitive.turning
-        return Segment(
-            **asdict(who),
-            phases=tuple(
-                PressurePhase(
-                    one.seconds, *self._point(one.x, one.y), *self._point(one.to_x, one.to_y)
-                )
-                for one in primitive.phases
-            ),
-            feet=tuple(
-                Foothold(*self._point(x, y), yaw + self._yaw, *rest)
-                for x, y, yaw, *rest in map(astuple, primitive.footholds)
-            ),
-            swings=tuple(
-                replace(swing, start=self._foot(swing.start), goal=self._foot(swing.goal))
-                for swing in primitive.swings
-            ),
-            turning=(self._yaw, self._yaw + primitive.turn * pi / 2, begin, end),
-            start=self._state(primitive.start),
-            goal=self._state(primitive.goal),
-        )
-
-    def _point(self, x: float, y: float) -> tuple[float, float]:
-        at = self._corner + self._ahead * complex(x, y)
-        return at.real, at.imag
-
-    def _turned(self, x: float, y: float) -> tuple[float, float]:
-        way = self._ahead * complex(x, y)
+    def turned(x: float, y: float) -> tuple[float, float]:
+        way = ahead * complex(x, y)
         return way.real, way.imag
 
-    def _state(self, state: Array) -> tuple[float, float, float, float]:
-        x, y, vx, vy = state.tolist()
-        return (*self._point(x, y), *self._turned(vx, vy))
+    def point(x: float, y: float) -> tuple[float, float]:
+        at = corner + ahead * complex(x, y)
+        return at.real, at.imag
 
-    def _foot(self, state: FootState) -> FootState:
+    def foot(state: FootState) -> FootState:
         x, y, yaw, vx, vy, turning, ax, ay, bending = state
-        speed, pull = (*self._turned(vx, vy), turning), (*self._turned(ax, ay), bending)
-        return (*self._point(x, y), yaw + self._yaw, *speed, *pull)
+        return *point(x, y), yaw + facing, *turned(vx, vy), turning, *turned(ax, ay), bending
+
+    def moving(state: State) -> State:
+        x, y, vx, vy = state
+        return *point(x, y), *turned(vx, vy)
+
+    before, after, begin, end = primitive.turning
+    return replace(
+        primitive,
+        phases=tuple(
+            PressurePhase(one.seconds, *point(one.x, one.y), *point(one.to_x, one.to_y))
+            for one in primitive.phases
+        ),
+        feet=tuple(
+            Foothold(*point(x, y), yaw + facing, *rest)
+            for x, y, yaw, *rest in map(astuple, primitive.feet)
+        ),
+        swings=tuple(
+            replace(swing, start=foot(swing.start), goal=foot(swing.goal))
+            for swing in primitive.swings
+        ),
+        turning=(before + facing, after + facing, begin, end),
+        start=moving(primitive.start),
+        goal=moving(primitive.goal),
+    )
 
 
 def cut_off(segment: Segment, at: float, omega: float) -> Segment:
@@ -450,8 +442,6 @@ def _cut(swing: Swing, at: float) -> Swing:
 def fault_of(gait: Gait) -> str | None:
     """The first rule that a gait breaks, in words; None if it keeps all."""
     limits = {"omega": gait.omega, "height": gait.walker.height, **BUILD}
-    place = Placing(MetricFloor(1, 1, gait.side), 0, "east")
-    found: list[str] = []
     try:
         made = [stop(gait, LEFT), walk(gait, LEFT, RIGHT)]
         for quarters in (0, LEFT, RIGHT):
@@ -461,7 +451,5 @@ def fault_of(gait: Gait) -> str | None:
             ]
     except ValueError:  # a step of an arc whose mass never gets over its foot
         return "the mass would fall back on an arc"
-    for each in made:
-        segment = place.segment(Piece("", 0, each.name, 0, 0, 0.0, each.seconds), each)
-        found += (words for _, _, words in walked(segment, limits).broken)
-    return found[0] if found else None
+    found = (words for each in made for _, _, words in walked(each, limits).broken)
+    return next(found, None)

@@ -150,8 +150,8 @@ def test_small_regions_are_refused_with_the_reason(side: float, words: str) -> N
 def test_both_feet_carry_it_long_enough_also_with_very_unequal_steps() -> None:
     gait = gait_on(1.5, Walker(0.3, 0.3, 1.0))
     for primitive in (primitives.walk(gait, way, foot) for way in (0, 1) for foot in (1, -1)):
-        carried = sum(hold.up - hold.down for hold in primitive.footholds)
-        assert 0.15 < carried / primitive.seconds - 1 < 0.25
+        carried = sum(hold.up - hold.down for hold in primitive.feet)
+        assert 0.15 < carried / primitive.t1 - 1 < 0.25
 
 
 def test_a_step_that_is_cut_off_ends_in_the_state_that_the_mass_has_then() -> None:
