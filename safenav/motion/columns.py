@@ -148,7 +148,7 @@ def _walking(segment: file.Segment, times: Array, limits: Mapping[str, object]) 
     table[:, 0:2], table[:, 2] = moved.states[:, :2], height
     table[:, 3:5] = moved.states[:, 2:]
     table[:, 6:8] = omega**2 * (moved.states[:, :2] - moved.pressures)
-    table[:, 9] = _body_yaw(segment, times)
+    table[:, 9] = body_yaw(segment, times)
     table[:, 10:12] = moved.pressures
     for side, at in ((LEFT, 12), (RIGHT, 16)):
         for foot in segment.feet:
@@ -171,7 +171,8 @@ def swing_poses(swing: file.Swing, times: Array, clearance: float) -> Array:
     return np.stack([x, y, 64 * clearance * u**3 * (1 - u) ** 3, yaw], axis=1)
 
 
-def _body_yaw(segment: file.Segment, times: Array) -> Array:
+def body_yaw(segment: file.Segment, times: Array) -> Array:
+    """Return the yaw of a walker's body, a quintic step, at times since the segment's begin."""
     before, after, begin, end = segment.turning
     if end <= begin:
         return np.full_like(times, after)
@@ -245,8 +246,8 @@ def report_of(motion: file.Motion) -> str:
         room = inf
         for piece in pieces:
             inside = (found.times >= piece.t0) & (found.times <= piece.t1)
-            box = floor.corridor(piece.origin, piece.to)
-            rims = (x - box.west, box.east - x, y - box.south, box.north - y)
+            west, south, east, north = floor.corridor(piece.origin, piece.to)
+            rims = (x - west, east - x, y - south, north - y)
             room = min(room, *(float(rim[inside].min(initial=inf)) for rim in rims))
         crossing = [p for p in (*pieces, *motion.of(file.GoalLine, name)) if p.origin != p.to]
         lines.append(

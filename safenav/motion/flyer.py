@@ -277,6 +277,5 @@ def _reference(
     times: Array = flights[0].t0 + PERIOD * np.arange(count, dtype=np.float64)
     boxes = np.zeros((count, 4))
     for flight in flights:
-        box = floor.corridor(flight.origin, flight.to, size / 2)
-        boxes[times >= flight.t0 - 1e-12] = (box.west, box.south, box.east, box.north)
+        boxes[times >= flight.t0 - 1e-12] = floor.corridor(flight.origin, flight.to, size / 2)
     return sampled(flights, times, {}), boxes

@@ -1,4 +1,4 @@
-"""Regions in metres, boxes, headings; polynomials in time, lowest power first; the
+"""Regions in metres, headings; polynomials in time, lowest power first; the
 mass of a linear inverted pendulum.
 
 The frame of a motion: x east, y north, origin at the south-western corner of the map, metres,
@@ -92,15 +92,6 @@ def path(curve: Curve, times: Array) -> Array:
     return found
 
 
-class Box(Struct, frozen=True):
-    """A rectangle along the axes, in metres."""
-
-    west: float
-    south: float
-    east: float
-    north: float
-
-
 class MetricFloor(Struct, frozen=True):
     """A map of square regions: ``side`` metres each, numbered in reading order."""
 
@@ -112,16 +103,14 @@ class MetricFloor(Struct, frozen=True):
         row, col = divmod(region, self.cols)
         return (col + 0.5) * self.side, (self.rows - row - 0.5) * self.side
 
-    def box(self, region: int) -> Box:
-        x, y = self.centre(region)
-        half = self.side / 2
-        return Box(x - half, y - half, x + half, y + half)
-
-    def corridor(self, one: int, other: int, inset: float = 0.0) -> Box:
-        """The region of a rest, or the two regions of a step; less a rim, in metres."""
-        a, b = self.box(one), self.box(other)
-        west, south = min(a.west, b.west) + inset, min(a.south, b.south) + inset
-        return Box(west, south, max(a.east, b.east) - inset, max(a.north, b.north) - inset)
+    def corridor(
+        self, one: int, other: int, inset: float = 0.0
+    ) -> tuple[float, float, float, float]:
+        """West, south, east and north of the region of a rest, or the two regions of a step; less
+        a rim, in metres."""
+        (ax, ay), (bx, by) = self.centre(one), self.centre(other)
+        half = self.side / 2 - inset
+        return min(ax, bx) - half, min(ay, by) - half, max(ax, bx) + half, max(ay, by) + half
 
     def heading(self, origin: int, to: int) -> str:
         """The heading of a step between two regions that lie side by side."""

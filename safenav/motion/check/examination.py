@@ -17,7 +17,7 @@ from safenav.errors import UsageError
 from safenav.motion import file
 from safenav.motion.check.walk import NEAR, STEP, Array, Walked, grid, shape_of, walked
 from safenav.motion.columns import sampled
-from safenav.motion.geometry import path
+from safenav.motion.geometry import MetricFloor, path
 from safenav.trace.file import Trace
 
 
@@ -59,12 +59,8 @@ class Holding(Struct, frozen=True):
     end: float
 
 
-class Grid(Struct, frozen=True):
-    """The map as the checker sees it."""
-
-    rows: int
-    cols: int
-    side: float
+class Grid(MetricFloor, frozen=True):
+    """The map, and the cells beyond it."""
 
     def place(self, region: int) -> tuple[int, int]:
         """Column from the west, row from the south."""
@@ -74,11 +70,6 @@ class Grid(Struct, frozen=True):
     def region(self, cell: tuple[int, int]) -> int:
         """The region at a place."""
         return (self.rows - 1 - cell[1]) * self.cols + cell[0]
-
-    def centre(self, region: int) -> Array:
-        """Return x and y of the centre of a region."""
-        found: Array = (np.array(self.place(region)) + 0.5) * self.side
-        return found
 
     def distance(self, points: Array, cell: tuple[int, int]) -> Array:
         """Return the distance of each point (n, 2) to a cell; 0 inside it."""

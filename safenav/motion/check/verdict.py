@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import partial
 from itertools import pairwise
-from math import cos, hypot, remainder, sin, tau
+from math import cos, dist, hypot, remainder, sin, tau
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +26,7 @@ from safenav.motion.check.examination import (
 from safenav.motion.check.execution import GOALS, check_execution
 from safenav.motion.check.order import check_order
 from safenav.motion.check.walk import NEAR
+from safenav.motion.columns import body_yaw
 from safenav.motion.file import Curve, Flight, Moving, Reset, Segment
 from safenav.motion.geometry import derivative, values
 from safenav.trace.file import Trace
@@ -190,7 +191,7 @@ def check_joins(case: Examination, robot: str) -> None:
             joined(case, before, after)
     for piece in pieces if robot not in case.driven else ():
         if isinstance(piece, Flight) and piece.origin != piece.to:
-            off = hypot(*(_end(piece, last=False)[:2] - case.grid.centre(piece.origin)))
+            off = dist(_end(piece, last=False)[:2], case.grid.centre(piece.origin))
             if off > STILL:
                 what = f"it begins a step {off:.3f} m from the centre of region {piece.origin}"
                 case.wrong(piece.t0, robot, "centre", what)
@@ -243,7 +244,8 @@ def _feet(before: Segment, after: Segment, wrong: Callable[[str], None]) -> None
     on = [swing for swing in after.swings if abs(swing.t0) < NEAR and swing.u0 > NEAR]
     if len(up) != len(on):
         wrong("a foot in the air is lost")
-    turned = remainder(_yaw(after, 0.0) - _yaw(before, lasting), tau)
+    ends = body_yaw(before, np.array([lasting])), body_yaw(after, np.zeros(1))
+    turned = remainder(float(ends[1][0] - ends[0][0]), tau)
     if abs(turned) > NEAR:
         wrong(f"its body jumps by {turned:.4f} rad")
     for one, other in zip(up, on, strict=False):
@@ -253,13 +255,6 @@ def _feet(before: Segment, after: Segment, wrong: Callable[[str], None]) -> None
         off[2] = remainder(off[2], tau)
         if one.side != other.side or max(map(abs, off[:6])) > NEAR:
             wrong("a foot in the air jumps")
-
-
-def _yaw(segment: Segment, t: float) -> float:
-    """The yaw of a walker's body: a quintic step."""
-    before, after, begin, end = segment.turning
-    u = min(1.0, max(0.0, (t - begin) / (end - begin))) if end > begin else 1.0
-    return before + (after - before) * u**3 * (10 - 15 * u + 6 * u**2)
 
 
 def _end(piece: Moving, *, last: bool) -> State:
