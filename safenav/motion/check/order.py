@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
+from msgspec import json
 
-from safenav.files import json_line
 from safenav.judge.engine import judge
 from safenav.judge.rules import RULES
 from safenav.motion import timing
@@ -58,7 +58,7 @@ def disorder(trace: Trace, serial: Sequence[timing.Dated]) -> Iterator[Finding]:
     ``serial``: the lines in their own order, in which robots move and act after the decisions."""
     live = timing.by_instants(trace)
     lines = [each for each in live.records if not isinstance(each, ELSEWHERE)]
-    texts = (json_line(as_data(each)).encode() for each in (live.header, *lines))
+    texts = (json.encode(as_data(each)) for each in (live.header, *lines))
     for found in judge(texts, [rule for rule in RULES if rule.name in JUDGED]).findings:
         robot, t = found.robot or "", lines[found.line - 2].t or 0.0
         told = found.explanation.removeprefix(f"{robot} ")
