@@ -1,7 +1,7 @@
 """``python ros2_robots.py DOMAIN ROBOT...``: robots of a lab as ROS 2 nodes, over loopback.
 
 The port of the lab is the first line of its standard input. A robot may have faults:
-``digit+doubled`` sends every reply twice, ``+late`` a tenth of a second late, ``+abort`` aborts its
+``digit+doubled`` sends every reply twice, ``+late`` 30 ms late, ``+abort`` aborts its
 third goal, ``+alarm`` raises an alarm from its first goal to its second, ``+lag`` tells what its
 lidar has seen later than its odometry, ``+tf`` sends transforms instead of odometry. Written from
 ROS 2's action design and rmw_cyclonedds' names; it ends with its standard input.
@@ -18,7 +18,7 @@ from fleet.lab import ends, lab_at
 from safenav.fleet.ros2 import node as ros
 from safenav.fleet.ros2.node import LATCHED, RELIABLE, SENSOR, SERVICE, Participant
 
-LAG = 0.15
+LAG = 0.06
 """Seconds by which scans are late: those of one region come when the robot is in the next one."""
 STATUS = {"succeeded": ros.SUCCEEDED, "aborted": ros.ABORTED, "canceled": ros.CANCELED}
 
@@ -138,7 +138,7 @@ class Server:
             told = ros.NavigateFeedback(ros.PoseStamped(header, pose))
             self.feedback.write(ros.FeedbackMessage(ros.UUID(list(goal)), told))
         if "late" in self.faults and (robot["end"] or robot["acted"]):
-            time.sleep(0.1)
+            time.sleep(0.03)
         if robot["end"] is not None:
             self.end(robot["end"])
         for reply, client, number in acting if robot["acted"] is not None else ():
