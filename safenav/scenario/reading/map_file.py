@@ -231,15 +231,16 @@ def read_ros(node: Scalar, item: MapKeys, findings: Reading) -> RegionMap | None
         return None
     blocked = occupied(image, settings)
     height, width = (pixels * settings.resolution for pixels in blocked.shape)
-    if item.at("rows") is None and item.at("resolution") is None:
+    if all(item.at(key) is None for key in ("rows", "cols", "resolution")):
         hint = (
             f"the map measures {width:g} x {height:g} m: give the size of a region, for example "
             "'resolution: 0.5' (metres), or give 'rows' and 'cols'"
         )
         findings.add(node, NO_SIZE, hint)
-    if len(findings) > before or misread(item):
+    side = item.resolution
+    if len(findings) > before or misread(item) or (side and item.rows):
         return None
-    if (side := item.resolution) is not None:
+    if side is not None:
         rows, cols = ceil(height / side), ceil(width / side)
         if rows * cols > MAX_REGIONS:
             findings.add(item.at("resolution"), *too_large(rows, cols))
