@@ -255,7 +255,7 @@ def _stepped(
     strategy there; else its memory stays, or is that of its state."""
     robot, formulas = state.robots[i], state.robots[i].objective.formulas
     if formulas is None:
-        return {} if values is None else {"values": values}
+        return {}
     if values is None:
         heard = {name: int(name in state.inputs) for name in formulas.inputs}
         kept = dict(robot.values) | heard | dict(_memory(team.members[i], pose))

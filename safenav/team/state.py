@@ -357,7 +357,6 @@ class Seen(Change, frozen=True):
     """A sensor shows an obstacle that no robot has requested to be resolved yet."""
 
     obstacle: int
-    by: int | None = None
 
 
 class Acts(Event, frozen=True):

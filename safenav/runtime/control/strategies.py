@@ -43,9 +43,6 @@ from safenav.trace.words import obstacle_words
 from safenav.world.map import Partition, Region
 from safenav.world.poses import FAR, Mask, bits, region_mask
 
-COMMANDS = ("assigned", "request", "wait")
-"""The inputs by which an assignable robot is commanded."""
-
 
 class Controller(Struct, frozen=True, eq=False):
     """A strategy for a task. ``asked``: the objective of which the task has a ``form``; ``node``:
@@ -89,11 +86,9 @@ class Controller(Struct, frozen=True, eq=False):
         return [(values["region"], values.get("heading"), n) for n, values in found]
 
     def values(self, node: int | None) -> Values | None:
-        """The values at a node of the memory of formulas, of inputs that they name, and of
-        commands."""
+        """The values at a node of the memory of formulas, and of inputs that they name."""
         objective, strategy = self.task.objective, self.result.strategy
-        commands = COMMANDS if self.task.assignable else ()
-        names = (*commands, *objective.memory, *objective.inputs)
+        names = (*objective.memory, *objective.inputs)
         if node is None or strategy is None or not names:
             return None
         found = strategy.values(node)
