@@ -158,12 +158,11 @@ def _ticks(run: Run, written: str | None) -> range:
 
 
 def _film(run: Run, path: Path, ticks: range, speed: float, width: int) -> None:
-    from safenav.report.picture.film import Film, write_gif
+    from safenav.report.picture.film import Film
 
-    film = Film(ticks.start, ticks.stop - 1, speed, width)
-    count = len(film.moments(run))
-    with click.progressbar(length=count, label="drawing", file=sys.stderr) as bar:
-        write_whole(path, lambda part: write_gif(run, part, film, lambda: bar.update(1)))
+    film = Film(run, ticks, speed, width)
+    with click.progressbar(length=len(film.moments), label="drawing", file=sys.stderr) as bar:
+        write_whole(path, lambda part: film.write_gif(part, lambda: bar.update(1)))
     tell(path)
 
 

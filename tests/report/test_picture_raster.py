@@ -9,8 +9,7 @@ import pytest
 from msgspec.structs import replace
 
 from safenav.errors import UsageError
-from safenav.report.picture import film
-from safenav.report.picture.film import Film, write_gif
+from safenav.report.picture.film import Film
 from safenav.report.picture.scene import svg_of
 from safenav.report.picture.svg import png_of
 from safenav.run.run import Run
@@ -56,9 +55,9 @@ def test_letters_missing_in_the_fonts_are_drawn_by_the_system(
 def test_a_film_rests_at_events(replays: dict[str, Run], tmp_path: Path) -> None:
     path = tmp_path / "door.gif"
     frames: list[None] = []
-    some = Film(first=9, last=13, speed=4, width=400)
-    write_gif(replays["door"], path, some, lambda: frames.append(None))
-    assert len(frames) == len(some.moments(replays["door"]))
+    some = Film(replays["door"], range(9, 14), speed=4, width=400)
+    some.write_gif(path, lambda: frames.append(None))
+    assert len(frames) == len(some.moments)
     durations = []
     with Image.open(path) as gif:
         assert gif.size[0] == 400
@@ -77,13 +76,13 @@ def test_a_film_has_the_plain_colours_of_the_picture(
 ) -> None:
     """Pillow's own palettes hold other colours, in large pictures even another white."""
     path = tmp_path / "door.gif"
-    write_gif(replays["door"], path, Film(11, 11, width=400))
+    Film(replays["door"], range(11, 12), width=400).write_gif(path)
     with Image.open(path) as gif:
         colours = {colour for _, colour in gif.convert("RGB").getcolors(256)}
     assert {_rgb(colour) for colour in ("#ffffff", BLUE, ORANGE)} <= colours
     white = Image.new("RGB", (4200, 4200), "white")
-    monkeypatch.setattr(film._Stage, "frame", lambda *_: white)
-    write_gif(replays["door"], path, Film(11, 11))
+    monkeypatch.setattr(Film, "_frame", lambda *_: white)
+    Film(replays["door"], range(11, 12)).write_gif(path)
     with Image.open(path) as gif:
         assert gif.convert("RGB").getpixel((0, 0)) == (255, 255, 255)
 
@@ -97,4 +96,4 @@ def test_a_missing_extra_is_named(
         png_of(svg)
     monkeypatch.setitem(sys.modules, "PIL", None)
     with pytest.raises(UsageError, match="pillow"):
-        write_gif(replays["door"], tmp_path / "x.gif", Film(0, 1))
+        Film(replays["door"], range(2)).write_gif(tmp_path / "x.gif")

@@ -5,10 +5,9 @@ from __future__ import annotations
 import io
 from collections import Counter
 from collections.abc import Callable, Iterable
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
-
-from msgspec import Struct
 
 from safenav.errors import UsageError, missing_package
 from safenav.report.picture.scene import svg_of
@@ -36,118 +35,105 @@ MOST_COLOURS = 1 << 18
 _CAPTIONS = _HALTS | {StoryKind.ASSUMPTION, StoryKind.OUTCOME}
 
 
-class Film(Struct, frozen=True):
-    """Options of a film of a run: first and last tick, speed, width. ``speed``: ticks per second,
-    or a multiple of the speed of the run's clock."""
+class Film:
+    """The frames of some ticks of a run. ``speed``: ticks per second, or a multiple of the speed of
+    the run's clock."""
 
-    first: int
-    last: int
-    speed: float = 4.0
-    width: int = 720
-
-    @property
-    def ticks(self) -> range:
-        return range(self.first, self.last + 1)
-
-    def moments(self, run: Run) -> list[tuple[int, float]]:
-        """Return the tick of each frame, and the elapsed part until the next tick; also each
-        moment at which the film rests."""
-        begin, pause = run.time(self.first), PAUSE * self.speed
-        count = int((run.time(self.last) - begin) / pause + 1e-9) + 1
+    def __init__(self, run: Run, ticks: range, speed: float = 4.0, width: int = 720) -> None:
+        self._run, self._ticks, self._width = run, ticks, width
+        self._halts = {e.tick for e in run.events if e.kind in _HALTS and e.tick in ticks}
+        begin, pause = run.time(ticks[0]), PAUSE * speed
+        count = int((run.time(ticks[-1]) - begin) / pause + 1e-9) + 1
         found = {run.moment(begin + pause * number) for number in range(count)}
-        halts = {(e.tick, 0.0) for e in run.events if e.kind in _HALTS and e.tick in self.ticks}
-        return sorted(found | halts | {(self.last, 0.0)})
+        found |= {(tick, 0.0) for tick in (*self._halts, ticks[-1])}
+        self.moments = sorted(found)
+        """The tick of each frame, and the elapsed part until the next tick; also each moment at
+        which the film rests."""
 
+    def write_gif(self, path: Path, progress: Callable[[], None] | None = None) -> None:
+        """Write an animated GIF; it rests at discoveries, requests and resolutions. ``progress`` is
+        called after each frame.
 
-def write_gif(run: Run, path: Path, film: Film, progress: Callable[[], None] | None = None) -> None:
-    """Write the run as an animated GIF; it rests at discoveries, requests and resolutions.
-    ``progress`` is called after each frame.
+        Raises UsageError for more than ``MOST_FRAMES`` frames, or if the extra ``pictures`` is not
+        installed."""
+        try:
+            from PIL import Image
+        except ImportError as error:
+            raise missing_package("GIF (not SVG)", "pillow", "pictures") from error
+        if (count := len(self.moments)) > MOST_FRAMES:
+            problem = f"a GIF of {count} frames is too large: at most {MOST_FRAMES}"
+            raise UsageError(
+                f"{problem}\n    choose a part of the run (--ticks 0-100), or a higher --speed"
+            )
+        colours = self._colours()
+        frames: list[Image.Image] = []
+        durations: list[int] = []
+        for tick, part, caption, milliseconds in self._captioned():
+            image = self._frame(tick, part, caption)
+            frames.append(image.quantize(palette=colours, dither=Image.Dither.NONE))
+            durations.append(milliseconds)
+            if progress is not None:
+                progress()
+        more = {"save_all": True, "append_images": frames[1:], "duration": durations, "loop": 0}
+        frames[0].save(path, "GIF", **more)
 
-    Raises UsageError for more than ``MOST_FRAMES`` frames, or if the extra ``pictures`` is not
-    installed."""
-    try:
-        from PIL import Image
-    except ImportError as error:
-        raise missing_package("GIF (not SVG)", "pillow", "pictures") from error
-    if (count := len(film.moments(run))) > MOST_FRAMES:
-        problem = f"a GIF of {count} frames is too large: at most {MOST_FRAMES}"
-        raise UsageError(
-            f"{problem}\n    choose a part of the run (--ticks 0-100), or a higher --speed"
-        )
-    stage = _Stage(run, film)
-    colours = _colours(run, film, stage)
-    frames: list[Image.Image] = []
-    durations: list[int] = []
-    for tick, part, caption, milliseconds in _captioned(run, film):
-        image = stage.frame(tick, part, caption)
-        frames.append(image.quantize(palette=colours, dither=Image.Dither.NONE))
-        durations.append(milliseconds)
-        if progress is not None:
-            progress()
-    more = {"save_all": True, "append_images": frames[1:], "duration": durations, "loop": 0}
-    frames[0].save(path, "GIF", **more)
-
-
-class _Stage:
-    """Drawer of frames; the ground, which takes most of the time of a picture, is drawn once."""
-
-    def __init__(self, run: Run, film: Film) -> None:
-        self._run, self._width = run, film.width
-        self._ground = self._drawn(svg_of(run, film.first, caption="", moment=False))
-
-    def frame(self, tick: int, part: float, caption: str) -> Image.Image:
+    def _frame(self, tick: int, part: float, caption: str) -> Image.Image:
         """Return a moment: a ``part`` of the time from ``tick`` to the next one."""
         frame = self._ground.copy()
         moment = svg_of(self._run, tick, part, caption=caption, ground=False)
         frame.alpha_composite(self._drawn(moment))
         return frame.convert("RGB")
 
+    @cached_property
+    def _ground(self) -> Image.Image:
+        """The ground, which takes most of the time of a picture: it is drawn once."""
+        return self._drawn(svg_of(self._run, self._ticks[0], caption="", moment=False))
+
     def _drawn(self, svg: str) -> Image.Image:
         from PIL import Image
 
         return Image.open(io.BytesIO(png_of(svg, self._width))).convert("RGBA")
 
+    def _captioned(self) -> Iterable[tuple[int, float, str, int]]:
+        """Yield the moments of the frames, with caption and duration in milliseconds."""
+        first, last = self._ticks[0], self._ticks[-1]
+        milliseconds = round(100 * PAUSE) * 10
+        caption, since, shown = "", first, first - 1
+        for tick, part in self.moments:
+            halt = 0
+            if tick > shown:
+                passed = range(shown + 1, tick + 1)
+                events = [event for now in passed for event in self._run.happened(now)]
+                texts = [event.text for event in events if event.kind in _CAPTIONS]
+                if texts:
+                    caption, since = ". ".join(texts) + ".", tick
+                elif tick - since > 8:
+                    caption = ""
+                halt = 1200 if any(event.kind in _HALTS for event in events) else 0
+                halt = 2500 if tick == last else halt
+                shown = tick
+            yield tick, part, caption, milliseconds + halt
 
-def _captioned(run: Run, film: Film) -> Iterable[tuple[int, float, str, int]]:
-    """Yield the moments of the frames, with caption and duration in milliseconds."""
-    milliseconds = round(100 * PAUSE) * 10
-    caption, since, shown = "", film.first, film.first - 1
-    for tick, part in film.moments(run):
-        halt = 0
-        if tick > shown:
-            events = [event for now in range(shown + 1, tick + 1) for event in run.happened(now)]
-            texts = [event.text for event in events if event.kind in _CAPTIONS]
-            if texts:
-                caption, since = ". ".join(texts) + ".", tick
-            elif tick - since > 8:
-                caption = ""
-            halt = 1200 if any(event.kind in _HALTS for event in events) else 0
-            halt = 2500 if tick == film.last else halt
-            shown = tick
-        yield tick, part, caption, milliseconds + halt
+    def _colours(self) -> Image.Image:
+        """Return the most frequent colours of some moments as a palette for all frames: plain
+        colours stay exact, and a frame holds only the pixels that changed. Pillow may confuse
+        colours that are nearer to each other than ``APART``."""
+        from PIL import Image
 
-
-def _colours(run: Run, film: Film, stage: _Stage) -> Image.Image:
-    """Return the most frequent colours of some moments as a palette for all frames: plain colours
-    stay exact, and a frame holds only the pixels that changed. Pillow may confuse colours that are
-    nearer to each other than ``APART``."""
-    from PIL import Image
-
-    halts = {e.tick for e in run.events if e.kind in _HALTS and e.tick in film.ticks}
-    ticks = sorted({film.first, film.last, *halts})
-    counts: Counter[tuple[int, int, int]] = Counter()
-    for tick in ticks[:: max(1, len(ticks) // 8)]:
-        for count, colour in stage.frame(tick, 0.0, "-").getcolors(MOST_COLOURS) or ():
-            if isinstance(colour, tuple):
-                red, green, blue = colour
-                counts[red, green, blue] += count
-    chosen: list[tuple[int, int, int]] = []
-    for (red, green, blue), _ in counts.most_common(1024):
-        if all(
-            abs(red - r) > APART or abs(green - g) > APART or abs(blue - b) > APART
-            for r, g, b in chosen
-        ):
-            chosen.append((red, green, blue))
-    palette = Image.new("P", (1, 1))
-    palette.putpalette(b"".join(map(bytes, chosen[:256])))
-    return palette
+        ticks = sorted({self._ticks[0], self._ticks[-1], *self._halts})
+        counts: Counter[tuple[int, int, int]] = Counter()
+        for tick in ticks[:: max(1, len(ticks) // 8)]:
+            for count, colour in self._frame(tick, 0.0, "-").getcolors(MOST_COLOURS) or ():
+                if isinstance(colour, tuple):
+                    red, green, blue = colour
+                    counts[red, green, blue] += count
+        chosen: list[tuple[int, int, int]] = []
+        for (red, green, blue), _ in counts.most_common(1024):
+            if all(
+                abs(red - r) > APART or abs(green - g) > APART or abs(blue - b) > APART
+                for r, g, b in chosen
+            ):
+                chosen.append((red, green, blue))
+        palette = Image.new("P", (1, 1))
+        palette.putpalette(b"".join(map(bytes, chosen[:256])))
+        return palette
