@@ -35,7 +35,7 @@ from msgspec.structs import replace
 from safenav.errors import Outcome
 from safenav.pace.robot import Pace
 from safenav.plan import ask
-from safenav.plan.order import linear, plan_of
+from safenav.plan.order import plan_of
 from safenav.report.terminal.layout import table
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.run.mission import Mission, default_synthesizer
@@ -228,7 +228,7 @@ def families(draws: int) -> dict[str, Iterable[tuple[str, int]]]:
 
 def _as_found(on: Floor, states: Sequence[Joint], *_: object) -> Plan:
     """The plan of a search, without shortening it."""
-    return plan_of(on, linear(on, states[0], [joint.poses for joint in states]))
+    return plan_of(on, states[0], [joint.poses for joint in states[1:]])
 
 
 @click.command()

@@ -61,17 +61,14 @@ def json_line(data: Any) -> str:
 
 
 def line_output() -> Callable[[Any], None]:
-    """Return a writer of JSON lines, for any thread, to the present standard output; all other
-    output then goes to standard error."""
-    from threading import Lock  # only needed in child processes
-
-    out, lock = os.fdopen(os.dup(1), "w", encoding="utf-8"), Lock()
+    """Return a writer of JSON lines to the present standard output; all other output then goes to
+    standard error."""
+    out = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
 
     def write(data: Any) -> None:
-        with lock:
-            out.write(json_line(data))
-            out.flush()
+        out.write(json_line(data))
+        out.flush()
 
     return write
 
