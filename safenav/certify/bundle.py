@@ -95,12 +95,11 @@ def make_bundle(
     trace: bytes,
     sources: Mapping[str, bytes],
     synthesizer: Synthesizer,
-    motion: bytes | None = None,
 ) -> Made:
     """Write the bundle of a run to ``target``, a folder or a name that ends in .zip.
 
     ``sources``: the scenario's YAML, map and catalogue files by name. ``synthesizer``: its cache
-    has the strategies. ``motion``: the run in metres.
+    has the strategies.
 
     Raises UsageError if the target exists, a strategy is missing or the disk is full,
     NotCertifiedError if a checker refuses the bundle, ResourceLimitError if a strategy is larger
@@ -112,15 +111,13 @@ def make_bundle(
     with _beside(target) as directory:
         folder = directory / "bundle"
         files = files_of_run(trace, sources, kept, synthesizer)
-        if motion is not None:
-            files["motion.jsonl"] = motion
         write_files(folder, files)
         verdict = check_bundle(folder)
         if verdict.verdict == "too large":
             raise ResourceLimitError(f"no bundle: {verdict.reason}")
         if not verdict.accepted:
             raise NotCertifiedError(f"the checker refuses this run: {verdict.reason}")
-        files["index.html"] = page_of(read, verdict, files).encode()
+        files["index.html"] = page_of(read, verdict).encode()
         write_files(folder, files)
         if target.suffix == ".zip":
             _pack(folder, directory / "bundle.zip")
@@ -308,10 +305,8 @@ def bundle_of_run(
     target: Path,
     *,
     seed: int | None = None,
-    motion: bool = False,
 ) -> Made:
-    """Run a scenario and write its bundle, with its ``motion`` in metres if wanted. ``seed``:
-    replaces that of the scenario.
+    """Run a scenario and write its bundle. ``seed``: replaces that of the scenario.
 
     Raises UsageError for bad input, NotCertifiedError if a checker refuses the run.
     """
@@ -328,16 +323,15 @@ def bundle_of_run(
         with TraceWriter(trace) as writer:
             uninterrupted(Mission(plan, synthesizer, listeners=[writer]).run())
         data = trace.read_bytes()
-        moved = motion_made(data) if motion else None
         sources = sources_of(scenario, text)
-        return make_bundle(target, data, sources, synthesizer, moved)
+        return make_bundle(target, data, sources, synthesizer)
 
 
-def bundle_of_trace(trace: Path, target: Path, motion: Path | None = None) -> Made:
-    """Write the bundle of an earlier run from its trace, the cache, and its motion file, if any.
+def bundle_of_trace(trace: Path, target: Path) -> Made:
+    """Write the bundle of an earlier run from its trace and the cache.
 
     Raises InputError if it is not a trace, UsageError if a part is missing, NotCertifiedError if
-    the run or its motion is refused.
+    the run is refused.
     """
     try:
         data = read_file(trace)
@@ -345,25 +339,4 @@ def bundle_of_trace(trace: Path, target: Path, motion: Path | None = None) -> Ma
         raise UsageError(f"{trace} cannot be read: {error.strerror}") from error
     read_bytes(data, str(trace))
     synthesizer = Synthesizer(cache=Cache.from_environment(), verifier=first_failure)
-    moved = None if motion is None else motion_checked(motion, data, trace.name)
-    return make_bundle(target, data, {}, synthesizer, moved)
-
-
-def motion_made(trace: bytes) -> bytes:
-    """Return the motion file of a run, computed by its robots' models."""
-    # Imported here and below: motion needs numpy, which a batch must do without.
-    from safenav.motion.file import text_of
-    from safenav.motion.making import motion_of
-
-    return text_of(motion_of(read_bytes(trace))).encode()
-
-
-def motion_checked(motion: Path, trace: bytes, name: str) -> bytes:
-    """Return a motion file. Raises NotCertifiedError if it breaks a rule of motion."""
-    from safenav.motion.check.verdict import check_motion
-    from safenav.motion.file import read_motion
-
-    found = check_motion(read_motion(motion), read_bytes(trace, name))
-    if found:
-        raise NotCertifiedError(f"{motion} is not a motion of this run: {found[0]}")
-    return motion.read_bytes()
+    return make_bundle(target, data, {}, synthesizer)

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-import hashlib
-import json
 import tempfile
 import zipfile
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -129,8 +127,8 @@ _CHECK = (
 _STYLE = Path(__file__).with_name("page.css")
 
 
-def page_of(trace: Trace, verdict: Judged, files: Mapping[str, bytes]) -> str:
-    """Return the page of a bundle with these files, of its trace and the checker's verdict."""
+def page_of(trace: Trace, verdict: Judged) -> str:
+    """Return the page of a bundle, of its trace and the checker's verdict."""
     name, end = escape(trace.header.scenario.name), trace.outcome
     outcome = "unfinished" if end is None else end.outcome.value
     why = "the trace ends before the run does" if end is None else end.explanation
@@ -143,7 +141,6 @@ def page_of(trace: Trace, verdict: Judged, files: Mapping[str, bytes]) -> str:
             parts.append(f"<h3>{heading}</h3>{_list(map(_claim, some))}")
     left = [*_LIMITS, *(f"Not compared: {what}." for what in verdict.not_compared)]
     parts += [f"<h2>Not covered</h2>{_list(map(escape, left))}", _CHECK]
-    parts += [_evidence(verdict.claims, files)]
     return (
         '<!doctype html><html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
@@ -158,38 +155,7 @@ def _list(items: Iterable[str]) -> str:
 
 def _claim(claim: Mapping[str, Any]) -> str:
     links = ", ".join(
-        f'<a href="#{_anchor(path, line)}">{_short(path)}{f", line {line}" if line else ""}</a>'
+        f'<a href="{escape(path)}">{escape(path)}{f", line {line}" if line else ""}</a>'
         for path, line in claim["evidence"]
     )
     return f'<span id="{escape(claim["id"])}">{escape(claim["text"])}</span> <small>{links}</small>'
-
-
-def _anchor(path: str, line: int | None) -> str:
-    return f"line-{line}" if line else f"file-{hashlib.sha256(path.encode()).hexdigest()[:10]}"
-
-
-def _short(path: str) -> str:
-    """Return a file's name with its checksum shortened."""
-    folder, _, name = path.rpartition("/")
-    return f"{folder}/{name[:12]}&hellip;" if len(name) > 40 else escape(path)
-
-
-def _evidence(claims: Sequence[Mapping[str, Any]], files: Mapping[str, bytes]) -> str:
-    """Return the table of files, and the lines of the trace that claims name."""
-    lines = files["trace.jsonl"].splitlines()
-    named = sorted({line for claim in claims for _, line in claim["evidence"] if line})
-    rows = [
-        f'<tr id="{_anchor(path, None)}"><td><a href="{escape(path)}">{_short(path)}</a></td>'
-        f"<td><code>{hashlib.sha256(data).hexdigest()}</code></td><td>{len(data)}</td></tr>"
-        for path, data in sorted(files.items())
-        if path.partition("/")[0] != "judge"
-    ]
-    shown = [
-        f'<h3 id="line-{number}">trace.jsonl, line {number}</h3>'
-        f"<pre>{escape(json.dumps(json.loads(lines[number - 1])))}</pre>"
-        for number in named
-    ]
-    return (
-        "<h2>Evidence</h2><table><tr><th>file</th><th>sha256</th><th>bytes</th></tr>"
-        f'{"".join(rows)}</table><section id="lines">{"".join(shown)}</section>'
-    )

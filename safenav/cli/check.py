@@ -388,8 +388,8 @@ Examples:
   safenav new lab.yaml && safenav certify lab.yaml -o bundle
   safenav check bundle && python3 -I -S bundle/check.py bundle
   safenav certify lab.yaml -o lab.zip
-  safenav run lab.yaml --trace lab.jsonl --motion lab.motion.jsonl   # extra 'motion'
-  safenav certify --trace lab.jsonl --motion lab.motion.jsonl -o moved
+  safenav run lab.yaml --trace lab.jsonl
+  safenav certify --trace lab.jsonl -o moved
 \b
 Exit codes:
   0  the bundle is written, and its checker accepts it
@@ -405,9 +405,6 @@ def certify(
     output: Annotated[
         Path, option("-o --output", BUNDLE_FILE, "A folder, or a .zip.", required=True)
     ],
-    motion: Annotated[
-        Path | None, option("--motion", options.INPUT, "With --trace: the motion of that run.")
-    ],
 ) -> int:
     """Run SCENARIO and write a bundle: the run, each strategy with its proof, and a checker that
     needs only Python.
@@ -415,8 +412,6 @@ def certify(
     Any outcome can be certified, including that the mission is infeasible."""
     from safenav.certify.bundle import bundle_of_run, bundle_of_trace
 
-    if trace is None:
-        options.refuse({"motion": "--trace"})
     if (scenario is None) == (trace is None):
         raise UsageError("give either a scenario to run, or the --trace of an earlier run")
     try:
@@ -424,7 +419,7 @@ def certify(
             made = bundle_of_run(scenario, output)
         else:
             assert trace is not None
-            made = bundle_of_trace(trace, output, motion)
+            made = bundle_of_trace(trace, output)
     except NotCertifiedError as error:
         click.echo(str(error), err=True)
         return ExitCode.NEGATIVE

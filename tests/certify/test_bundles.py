@@ -261,9 +261,9 @@ def test_the_page_groups_the_claims_and_leads_to_their_evidence() -> None:
     ids, claims = {*re.findall(r'id="(.*?)"', text)}, check_bundle(bundle).claims
     assert {claim["id"] for claim in claims} <= ids
     for link in re.findall(r'href="(.*?)"', text):
-        assert link[1:] in ids if link[0] == "#" else (bundle / link).is_file(), link
+        assert (bundle / link).is_file(), link
     headings = re.findall(r"<h2>(.*?)</h2>", text)
-    assert headings == ["Guaranteed", "Not covered", "Check it yourself", "Evidence"]
+    assert headings == ["Guaranteed", "Not covered", "Check it yourself"]
     assert re.findall(r"<h3>(.*?)</h3>", text)[:2] == ["Run", "Strategies"]
     assert all(text.count(f'<span id="{claim["id"]}">') == 1 for claim in claims)
     assert not {"<script", "src=", "http"} & {*re.findall("<script|src=|http", text)}

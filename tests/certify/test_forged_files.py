@@ -165,7 +165,6 @@ FILES: dict[str, Callable[[Files], Files | None]] = {
     "no measures": of_files(lambda d: d.update(measures=[]), "proofs/"),
     "a page in place of a proof": of_files(lambda d: d.clear(), "proofs/"),
     "a file more": lambda files: files | {"strategies/x.json": b"{}"},
-    "another motion": lambda files: files | {"motion.jsonl": b'{"trace": "0"}\n'},
     "a repeated key": lambda files: (
         files | {"trace.jsonl": files["trace.jsonl"].replace(b'{"type"', b'{"tick":9,"type"', 3)}
     ),

@@ -16,7 +16,6 @@ from certify.making import (
     judged,
     lines_of,
     rewrite,
-    shipped,
     with_lines,
 )
 from certify.tasks import scenario_of, task_of, verdict_of
@@ -24,7 +23,7 @@ from once import made_once
 from runtime.worlds import Driven
 from safenav import Mission, TraceWriter, load_scenario
 from safenav.certify.bundle import bundle_of_run, bundle_of_trace
-from safenav.errors import NotCertifiedError, ResourceLimitError
+from safenav.errors import ResourceLimitError
 from safenav.scenario.model import Clock, Robot, Scenario
 from safenav.spec.compile import compile_task
 from safenav.spec.specification import Specification
@@ -93,22 +92,6 @@ def test_the_limits_of_a_robot_alone_are_claimed_without_the_others() -> None:
 def test_a_limit_is_claimed() -> None:
     text = (SCENARIOS / "case_study_1.yaml").read_text().split("expect:")[0]
     assert "ended at its limit of 9 ticks" in certified(text.replace("ticks: 500", "ticks: 9"))
-
-
-def test_a_bundle_contains_the_motion_of_its_run(tmp_path: Path) -> None:
-    bundle_of_run(SCENARIOS / "hello.yaml", tmp_path / "hello", motion=True)
-    status, said = judged(tmp_path / "hello")
-    assert status == 0, said
-    assert "not compared: the motion (safenav check)" in said
-    moved, trace = tmp_path / "hello" / "motion.jsonl", tmp_path / "hello" / "trace.jsonl"
-    bundle_of_trace(trace, tmp_path / "again", moved)
-    another = shipped("case_study_1") / "trace.jsonl"
-    with pytest.raises(NotCertifiedError, match="is not a motion of this run"):
-        bundle_of_trace(another, tmp_path / "wrong", moved)
-    files = files_of(shipped("hello")) | {"motion.jsonl": b'{"type": "header", "trace": "0"}\n'}
-    status, said = judged(rewrite(files, tmp_path / "forged"))
-    assert status == 1
-    assert "the motion of another trace" in said
 
 
 @cache

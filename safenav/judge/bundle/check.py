@@ -57,14 +57,13 @@ VERSION = 5
 MOST_BYTES = 100_000_000
 """Largest file of a bundle; its values take some 20 times its size."""
 KNOWN = re.compile(
-    r"(trace|motion)\.jsonl|index\.html|check\.py|judge/(\w+/)*\w+\.py|source/(?!\.+$)[^/\\]+"
+    r"trace\.jsonl|index\.html|check\.py|judge/(\w+/)*\w+\.py|source/(?!\.+$)[^/\\]+"
 )
 """Names of files that need no line. All others are named by the lines of the trace."""
 SOURCE = "source/"
 UNCOMPARED = {
     "index.html": "the page, which explains",
     SOURCE: "the source of the scenario (safenav check reads it again)",
-    "motion.jsonl": "the motion (safenav check)",
 }
 
 
@@ -124,10 +123,6 @@ def examine(files: dict[str, Any], run: Evidence) -> None:
     for note in found.notes:
         if not (note.line in run.proven and note.rule in ("end", "negative")):
             raise BundleTooLargeError(f"trace.jsonl, line {note.line}: {note.explanation}")
-    if "motion.jsonl" in files:
-        first = read_json(files["motion.jsonl"].read_bytes().splitlines()[0])
-        same = first["trace"] == hashlib.sha256(trace).hexdigest()
-        require(same, "motion.jsonl is the motion of another trace")
     loose = sorted(f for f in files if not (f in run.named or KNOWN.fullmatch(f)))
     require(not loose, f"{', '.join(loose)} is not a file of this bundle: no line names it")
     run.finish(found.strays, found.hands)

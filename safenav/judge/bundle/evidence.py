@@ -136,27 +136,23 @@ def proof_file(e: Line) -> str:
 
 @dataclass
 class Drive:
-    """A robot's strategy, and the ``nodes`` in which it may be; ``known``: what it knows of other
-    robots."""
+    """A robot's strategy, and the ``nodes`` in which it may be."""
 
     task: Task
     nodes: set[int]
-    known: dict[str, int]
 
     def at(self, pose: Pose) -> set[int]:
         """Return the nodes with a pose. From each the strategy keeps its guarantees."""
         return {*self.task.of_pose.get(pose, ())}
 
-    def look(self, s: State) -> tuple[int, ...]:
-        """Return the inputs of the strategy now."""
-        seen = self.task.others.look(s, self.known)
-        seen |= {name: int(s.inputs[name]) for name in self.task.heard}
-        return tuple(seen[name] for name in self.task.graph.names)
-
-    def after(self, nodes: set[int], row: tuple[int, ...]) -> set[int]:
-        """Return the successors of some nodes for an input."""
+    def after(self, nodes: set[int], s: State) -> set[int]:
+        """Return the successors of some nodes for what the robot observes now."""
         graph = self.task.graph
-        return {n for n in chain(*(graph.next[k] for k in nodes)) if graph.inputs[n] == row}
+        return self.agreeing(chain(*(graph.next[k] for k in nodes)), s)
+
+    def agreeing(self, nodes: Iterable[int], s: State) -> set[int]:
+        """Return the nodes whose inputs agree with the robots and the inputs of now."""
+        return {node for node in {*nodes} if self.task.observes(node, s)}
 
     def stays(self) -> set[int]:
         """Return the nodes in which it may be after any number of stays."""
@@ -252,7 +248,7 @@ class Evidence:
             self.claim("keeps", e, f"The strategy of {text} {what}.", path, proof)
         task = self.tasks[proof]
         self._fits(task, e, s)
-        self.drives[e.robot] = Drive(task, {e.node}, {**task.others.first})
+        self.drives[e.robot] = Drive(task, {e.node})
 
     def _fits(self, task: Task, e: Line, s: State) -> None:
         """Refuse unless the circumstances of a synthesis are those of the run."""
@@ -330,7 +326,6 @@ class Evidence:
         side = s.world.side(robot.pose[0], step.to) if robot.faces else None
         after = robot.pose if step.to == robot.pose[0] else (step.to, side)
         goes, self.moves = after != robot.pose, self.moves + 1
-        row = () if drive is None else drive.look(s)
         if by == "plan" and goes:
             require(self.plan, f"{e.robot} moves by a plan, but none is in force")
             assert self.plan is not None
@@ -343,12 +338,14 @@ class Evidence:
             return
         nodes, there = drive.nodes, drive.at(after)
         nodes = drive.stays() if s.live else nodes
-        answers = drive.after(nodes, row)
+        answers = drive.after(nodes, s)
         fits = {n for n in answers if drive.task.poses[n] == after}
         if by == "plan":
             fits = there
         elif by != "strategy" and not goes:
-            fits = (nodes | self._kept(drive, s) | (fits if by == "backtrack" else set())) & there
+            # It stayed while others moved: in each node of its pose with what it now knows.
+            kept = drive.agreeing(there, s) if drive.task.graph.names else set()
+            fits = (nodes | kept | (fits if by == "backtrack" else set())) & there
         elif by == "strategy":
             fits = {n for n in fits if e.node in (None, n)}
             goals = sorted({str(drive.task.poses[n]) for n in answers})
@@ -356,15 +353,6 @@ class Evidence:
             self.followed += 1
         require(fits or by != "backtrack" or not goes, f"{e.robot} backs up against its strategy")
         drive.nodes = fits
-
-    def _kept(self, drive: Drive, s: State) -> set[int]:
-        """Return the nodes in which a robot may be that stayed while others moved: those of its
-        pose with what it now knows."""
-        task, names = drive.task, {key: name for name, key in drive.task.others.names.items()}
-        seen: dict[str, int | None] = {key: drive.known[name] for key, name in names.items()}
-        seen |= {name: int(s.inputs[name]) for name in task.heard}
-        pose = s.robots[task.line.robot].pose
-        return {n for n in drive.at(pose) if seen and task.graph.values(n, seen) == seen}
 
     def concludes(self, e: Line, s: State) -> None:
         """Negatives that the judge has proven, and the end, are claims."""

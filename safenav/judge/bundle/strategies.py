@@ -235,6 +235,12 @@ class Task:
     def _seen(self, row: Row) -> dict[str, int]:
         return dict(zip(self.graph.names, row, strict=True))
 
+    def observes(self, node: int, s: State) -> bool:
+        """Return whether the inputs of a node are what the robot observes now."""
+        seen = self._seen(self.graph.inputs[node])
+        same = all(seen[name] == s.inputs[name] for name in self.heard)
+        return same and self.others.agree(seen, s)
+
     def _expected(self, asked: tuple[Pose, Row]) -> set[Row]:
         """Return the possible next inputs from a pose, given memory and knowledge."""
         pose, row = asked
@@ -403,18 +409,18 @@ class Others:
         """Return the possible next values of each input."""
         return [self.after(name, region, values[key]) for name, key in self.names.items()]
 
-    def look(self, s: State, known: dict[str, int]) -> dict[str, int]:
-        """Return the inputs of a robot now, and update what is ``known``."""
-        here, found = s.robots[self.line.robot].pose[0], dict[str, int]()
+    def agree(self, seen: Seen, s: State) -> bool:
+        """Return whether other robots are where the inputs of a robot have them: in sight exactly
+        where they are, else in a belief that holds them (in an external world, in any)."""
+        here = s.robots[self.line.robot].pose[0]
         for name, key in self.names.items():
-            there = s.robots[name].pose[0]
-            if not self.sees(here, there):
-                hidden = self.after(name, here, known[name])
-                possible = {v for v in hidden if there in self.whereabouts(name, v)}
-                require(possible or s.external, f"{name} is outside every possible belief")
-                there = max(possible or hidden)
-            found[key] = known[name] = there
-        return found
+            there, value = s.robots[name].pose[0], seen[key]
+            if self.sees(here, there) or value < self.world.size:
+                if value != there or not self.sees(here, there):
+                    return False
+            elif not (s.external or there in self.whereabouts(name, value)):
+                return False
+        return True
 
     def sees(self, a: int, b: int) -> bool:
         return sees(self.world, a, b, self.radius, self.line.sight_closed or ())
