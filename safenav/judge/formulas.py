@@ -28,11 +28,11 @@ class UnreadError(Exception):
 
 class Part(NamedTuple):
     """A formula or a part of it. ``value``: its value for the values of its variables; ``truth``:
-    whether that is a truth, otherwise a number; ``reads``: its variables; ``levels``: nesting."""
+    whether that is a truth, otherwise a number; ``names``: its variables; ``levels``: nesting."""
 
     value: Callable[[Values], Any]
     truth: bool
-    reads: frozenset[str]
+    names: frozenset[str]
     levels: int = 0
 
 
@@ -97,8 +97,8 @@ class _Parser:
             self.require(all(each.truth is takes for each in parts), f"wrong operands of '{sign}'")
             levels = max(each.levels for each in parts) + 1
             self.require(levels < MOST_LEVELS, "too much nesting")
-            reads = frozenset[str]().union(*(each.reads for each in parts))
-            part = Part(_joined(sign, parts), strength <= _COMPARES, reads, levels)
+            names = frozenset[str]().union(*(each.names for each in parts))
+            part = Part(_joined(sign, parts), strength <= _COMPARES, names, levels)
         return part
 
     def operand(self, prime: str, depth: int) -> Part:
@@ -120,7 +120,8 @@ class _Parser:
             return Part(lambda _: number, token in ("TRUE", "FALSE"), none)
         key = token + prime
         self.require(re.fullmatch(r"(?a)[A-Za-z_]\w*'?", key), f"unexpected '{token}'")
-        return Part(operator.itemgetter(key), token.rstrip("'") in self.truths, frozenset([key]))
+        name = token.rstrip("'")
+        return Part(operator.itemgetter(key), name in self.truths, frozenset([name]))
 
 
 @cache
@@ -146,20 +147,18 @@ class Formulas:
         truths = frozenset([*self.inputs, *(k for k, kind in memory.items() if kind == "bool")])
         texts = {part: [*body.get(part, ())] for part in ("init", "safety", "liveness")}
         texts["safety"] += [f"region' = region | ({text})" for text in always]
-        named = {"region", "heading", *self.names}
-        parts = {key: [read_formula(text, truths) for text in each] for key, each in texts.items()}
-        for part in (part for each in parts.values() for part in each):
-            if unknown := {name.rstrip("'") for name in part.reads} - named:
+        self._all = {part: [read_formula(x, truths) for x in each] for part, each in texts.items()}
+        for part in (part for each in self._all.values() for part in each):
+            if unknown := part.names - {"region", "heading", *self.names}:
                 raise UnreadError(f"unknown names in a formula: {', '.join(sorted(unknown))}")
-        known = named - (set() if self.whole else {*self.names})
-        self._init, self._safety, self._goals = (
-            [part.value for part in each if {name.rstrip("'") for name in part.reads} <= known]
-            for each in parts.values()
+        unread = frozenset[str]() if self.whole else frozenset(self.names)
+        self._init, self._safety, goals = (
+            [part.value for part in each if unread.isdisjoint(part.names)]
+            for each in self._all.values()
         )
-        self._all = {key: [part.value for part in each] for key, each in parts.items()}
-        self.count = len(parts["liveness"])
+        self.count = len(self._all["liveness"])
         self.steps = cache(self._steps)
-        self.goals = self._goals if len(self._goals) == self.count else []
+        self.goals = goals if len(goals) == self.count else []
 
     def begins(self, pose: Pose) -> list[int]:
         """Return the memories with which the robot may begin in a pose."""
@@ -192,7 +191,7 @@ class Formulas:
         """Return which formulas of ``init``, ``safety`` or ``liveness`` hold for a step with values
         of the memory and the inputs."""
         at = self._row(before, after, old, new)
-        return [bool(formula(at)) for formula in self._all[part]]
+        return [bool(formula.value(at)) for formula in self._all[part]]
 
     def meets(self, goal: int, before: Pose, after: Pose) -> bool:
         """Return whether a step may meet a goal with some memory; it may also break safety."""

@@ -17,7 +17,7 @@ Graph = Mapping[Pose, tuple[Pose, ...]]  # the poses after one step from each
 MOST_STATES = 1_000_000
 """States that all proofs of a trace may visit."""
 PER_POSE = 4
-"""What a pose of a map costs that is made for a proof, in states."""
+"""Cost of each pose of the map that a proof lists, in states."""
 
 
 class TooLargeError(Exception):

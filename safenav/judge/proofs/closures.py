@@ -19,7 +19,7 @@ from safenav.judge.world import Graph, Poses
 
 Sets = Mapping[str, Poses]
 PER_CHOICE = 100
-"""What a choice of robots costs, in states."""
+"""Cost of a choice of robots, in states."""
 
 
 class Case:
@@ -63,6 +63,7 @@ class Case:
         targets = own.targets[-1 if own.ends else 0 :]
         aims = [frozenset(p for p in steps if p[0] in target) for target in targets]
         if formulas is not None:
+            self.world.spend(len(steps) * len(formulas.values) ** 2 // 2)
             steps = {a: tuple(b for b in to if formulas.allows(a, b)) for a, to in steps.items()}
             if own.kind == "ltl":
                 aims = [_met(formulas, k, steps) for k in range(len(formulas.goals))]

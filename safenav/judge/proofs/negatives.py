@@ -16,7 +16,7 @@ from safenav.judge.state import Rest, Robot, State
 from safenav.judge.world import Poses
 
 PER_JOINT_STATE, PER_SERVED_STATE = 5, 50
-"""What a joint state costs, in states: of robots with a proof, and of those in service."""
+"""Cost of a joint state, in states: of robots with a proof, and of those in service."""
 EITHER = ELSEWHERE = -1
 Left = tuple[int, int]
 """In order: the goals left, and the next one (``EITHER``: the one met first). In any order: the
@@ -347,10 +347,10 @@ def _continues(robot: Robot, case: Case, memory: Mapping[str, int] | None) -> bo
             here = frozenset(p for p in here if _comes_back(name, p, case))
         return bool(here)
     if own.kind == "ltl" and formulas is not None and memory is not None:
-        begins = formulas.names and not memory
-        rows = formulas.begins(pose) if begins else formulas.remembering(memory)
-        cases = (Case(s, memory={name: row}) for row in rows)
-        return any(each.can_continue(name, each.start[name], ()) for each in cases)
+        fresh = formulas.names and not memory
+        rows = formulas.begins(pose) if fresh else formulas.remembering(memory)
+        begins: frozenset[Any] = frozenset((*pose, row, frozenset[int]()) for row in rows)
+        return Case(s, memory={name: 0}).can_continue(name, begins, ())
     if own.literal and own.strict and memory and not robot.out:
         turn = next(iter(memory.values()))
         return case.can_continue(name, case.start[name], ()) and _keeps_order(robot, case, turn)
