@@ -53,8 +53,8 @@ def run(scenario: str | Mapping[str, Any]) -> Run:
 
 
 def crowd(seed: int) -> Run:
-    """Two to eight robots in rooms, some with headings."""
-    return run(mission("crowd", seed))
+    """Robots in rooms, some with headings, with hidden obstacles."""
+    return run(mission("crowd_hidden", seed))
 
 
 def mirrored(quadcopters: int) -> Run:

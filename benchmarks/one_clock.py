@@ -196,7 +196,7 @@ def rooms(draws: int) -> Iterator[tuple[str, int]]:
     """The first crowds of the campaigns with three to six robots, and their seeds."""
     found, seed = 0, 0
     while found < draws:
-        data = mission("crowd", seed)
+        data = mission("crowd_hidden", seed)
         if 3 <= len(data["robots"]) <= 6:
             found += 1
             yield written(data), seed
