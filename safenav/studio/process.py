@@ -34,7 +34,6 @@ from safenav.files import json_line, line_output
 from safenav.runtime.run.mission import Mission, default_synthesizer, first_results
 from safenav.scenario.model import Clock, Scenario
 from safenav.scenario.reading.loader import load_draft, load_scenario_text
-from safenav.scenario.yaml.findings import ReadableFolder
 from safenav.trace.file import as_data
 
 LIMIT = 32 * 2**20
@@ -53,9 +52,9 @@ class RunOrder(Struct, frozen=True):
     clock: str | None = None
 
     @property
-    def reach(self) -> ReadableFolder | None:
+    def reach(self) -> Path | None:
         """The files that the scenario may name."""
-        return None if self.folder is None else ReadableFolder(Path(self.folder))
+        return None if self.folder is None else Path(self.folder)
 
     def line(self) -> str:
         return json_line(to_builtins(self))

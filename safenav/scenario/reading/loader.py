@@ -34,7 +34,7 @@ from safenav.scenario.reading.regions import Reading, resolve_areas, resolve_exc
 from safenav.scenario.reading.robots import resolve_robots
 from safenav.scenario.yaml import keys
 from safenav.scenario.yaml.document import Mapping, Node, below, entries_of, items_of, one_of
-from safenav.scenario.yaml.findings import Findings, ReadableFolder, parsed, read_source
+from safenav.scenario.yaml.findings import Findings, parsed, read_source
 from safenav.scenario.yaml.typed import Stages, read
 from safenav.world.map import Region, RegionMap
 
@@ -66,7 +66,7 @@ def load_scenario_text(
     change: Change | None = None,
     *,
     reachable: bool = True,
-    reach: ReadableFolder | None = None,
+    reach: Path | None = None,
 ) -> Scenario:
     """Return the scenario in a text. ``file`` is named in messages and as the scenario's source; a
     catalogue file is searched beside it. ``change`` is applied to the document first. ``reach``:
@@ -93,7 +93,7 @@ class Draft(Struct, frozen=True):
 def load_draft(
     text: str,
     file: str,
-    reach: ReadableFolder | None = None,
+    reach: Path | None = None,
     change: Change | None = None,
     *,
     reachable: bool = True,

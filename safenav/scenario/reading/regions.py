@@ -28,7 +28,7 @@ from safenav.scenario.model import (
 from safenav.scenario.objective import Target
 from safenav.scenario.values import AnyOf, RectangleKeys
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped, items_of, plain
-from safenav.scenario.yaml.findings import Findings, ReadableFolder, wrong_type
+from safenav.scenario.yaml.findings import Findings, wrong_type
 from safenav.scenario.yaml.keys import Key, Raw
 from safenav.scenario.yaml.typed import read
 from safenav.world.map import MAX_REGIONS, Region, RegionMap
@@ -80,7 +80,7 @@ class Reading(Findings):
     def __init__(
         self,
         file: str,
-        reach: ReadableFolder | None = None,
+        reach: Path | None = None,
         *,
         world: RegionMap | None = None,
         reachable: bool = True,

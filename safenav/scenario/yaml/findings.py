@@ -12,7 +12,6 @@ from functools import cache
 from pathlib import Path
 from typing import Self, TypeVar
 
-from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError, UsageError
@@ -32,24 +31,11 @@ from safenav.scenario.yaml.document import (
 MAX_REPORTED = 100
 
 
-class ReadableFolder(Struct, frozen=True):
-    """The folder whose files an input may name."""
-
-    folder: Path
-
-    def holds(self, path: Path) -> bool:
-        """Return whether a path is inside after following links."""
-        try:
-            return path.resolve().is_relative_to(self.folder.resolve())
-        except (OSError, RuntimeError, ValueError):
-            return False
-
-
 class Findings:
     """Diagnostics of one file; ``beside`` returns those of another file of the same input.
     ``reach``: the folder whose files it may name; None for any file."""
 
-    def __init__(self, file: str, reach: ReadableFolder | None = None) -> None:
+    def __init__(self, file: str, reach: Path | None = None) -> None:
         self.file = file
         self.reach = reach
         self._found: list[Diagnostic] = []
@@ -64,9 +50,9 @@ class Findings:
         return other
 
     @property
-    def home(self) -> ReadableFolder:
+    def home(self) -> Path:
         """The folder of the input itself."""
-        return ReadableFolder(Path(self._files[0]).parent)
+        return Path(self._files[0]).parent
 
     def read_from(self, text: str) -> None:
         """Set the text of this file, for messages to quote."""
@@ -338,13 +324,21 @@ def _refuse_outside(path: Path, findings: Findings, named_at: Node | None) -> No
     if named_at is None:
         return
     if reach is None:
-        if not findings.home.holds(path):
+        if not _is_inside(path, findings.home):
             _tell_outside(findings.file, path)
         return
-    if reach.holds(path):
+    if _is_inside(path, reach):
         return
-    where = f"put it into {reach.folder}, or start the studio with --folder and a folder above both"
+    where = f"put it into {reach}, or start the studio with --folder and a folder above both"
     raise DocumentError(None, "not read: it is outside the folder of the scenario", where)
+
+
+def _is_inside(path: Path, folder: Path) -> bool:
+    """Return whether a path is inside a folder after following links."""
+    try:
+        return path.resolve().is_relative_to(folder.resolve())
+    except (OSError, RuntimeError, ValueError):
+        return False
 
 
 @cache
