@@ -45,7 +45,7 @@ def main() -> None:
 def walking() -> None:
     """Plan and sample random moves."""
     floor = MetricFloor(SIDE, SIDE, 2.7)
-    mover = WalkerMover("digit", floor, SIDE * SIDE // 2, "east", VALUES)
+    mover = WalkerMover("digit", floor, SIDE * SIDE // 2, "east", VALUES, "walker")
     steps = {"east": 1, "north": -SIDE, "west": -1, "south": SIDE}
     chance = random.Random(0)
     found: list[Segment] = []

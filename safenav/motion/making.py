@@ -139,7 +139,7 @@ def mover(
             limits = f"from {parameter.least:g} to {parameter.most:g}"
             raise UsageError(f"{robot}: '{name}' of its motion is {value:g}, not {limits}")
     if kind == "walker":
-        walker = WalkerMover(robot, floor, region, heading, values)
+        walker = WalkerMover(robot, floor, region, heading, values, kind)
         if (fault := fault_of(walker.gait)) is not None:
             raise UsageError(
                 f"{robot}: a walker {values['height']:g} m high at {values['speed']:g} m/s cannot "

@@ -48,10 +48,17 @@ class Mover(ABC):
         region: int,
         heading: str | None,
         values: Mapping[str, float],
+        kind: str,
     ) -> None:
-        self.robot, self.floor, self.values = robot, floor, values
+        self.robot, self.floor, self.values, self.kind = robot, floor, values, kind
         self.region, self.heading, self.time = region, heading, 0.0
         self.due = False
+        self.begin()
+
+    @abstractmethod
+    def begin(self) -> None:
+        """Take the pose of the start. Raises UsageError if the robot cannot move so on the
+        floor."""
 
     @abstractmethod
     def move(self, crossing: Crossing) -> list[Moving]:
@@ -94,26 +101,18 @@ class Glider(Mover):
     straight; its body has room to turn in a region.
     """
 
-    def __init__(
-        self,
-        robot: str,
-        floor: MetricFloor,
-        region: int,
-        heading: str | None,
-        values: Mapping[str, float],
-        kind: str,
-    ) -> None:
-        super().__init__(robot, floor, region, heading, values)
-        self.kind, size, side = kind, values["size"], floor.side
+    def begin(self) -> None:
+        values, size, side = self.values, self.values["size"], self.floor.side
         if size + 2 * ROOM > side:
             raise UsageError(
-                f"{robot}: a body of {size:g} m does not fit into regions of {side:g} m\n"
+                f"{self.robot}: a body of {size:g} m does not fit into regions of {side:g} m\n"
                 "    give the map a larger 'resolution', or the model a smaller 'size'"
             )
-        self.place = floor.centre(region)
-        self.facing = YAW[heading] if heading else 0.0
+        self.place = self.floor.centre(self.region)
+        self.facing = YAW[self.heading] if self.heading else 0.0
         self._height = (values.get("altitude", 0.0),)
-        self._pull = RESERVE * values["tilt"] if kind == "flyer" else values.get("acceleration")
+        flies = self.kind == "flyer"
+        self._pull = RESERVE * values["tilt"] if flies else values.get("acceleration")
 
     def move(self, crossing: Crossing) -> list[Moving]:
         x, y = self.floor.centre(crossing.to)

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from math import inf
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -119,8 +118,6 @@ def team_of(
 DECIMALS = 9
 """Decimals of seconds: an arrival and the departure after it must not differ by rounding."""
 
-Dated = tuple[float, records.Record]
-
 
 def paces_of(trace: Trace, header: MotionHeader) -> dict[str, Pace]:
     """The pace of each robot of a motion, at its start."""
@@ -130,22 +127,19 @@ def paces_of(trace: Trace, header: MotionHeader) -> dict[str, Pace]:
     }
 
 
-def dated(trace: Trace, paces: Mapping[str, Pace]) -> list[Dated]:
+def dated(trace: Trace, paces: Mapping[str, Pace]) -> Sequence[records.Record]:
     """Return the lines of a trace as those of a run with a clock, each with its time, in the order
     of the trace."""
-    if trace.header.live:
-        return [(record.t or 0.0, record) for record in trace.records]
-    return _walked(trace, paces).lines
+    return trace.records if trace.header.live else _walked(trace, paces).lines
 
 
-def ordered(trace: Trace, lines: list[Dated]) -> Trace:
+def ordered(trace: Trace, lines: Sequence[records.Record]) -> Trace:
     """Return the trace with these lines in the order of their times, at each instant departures
     last; their ticks stay."""
     if trace.header.live:
         return trace
-    lines = sorted(lines, key=lambda line: (line[0], isinstance(line[1], records.Depart)))
-    found = (replace(record, t=t) for t, record in lines)
-    return replace(trace, records=tuple(found))
+    lines = sorted(lines, key=lambda line: (line.t or 0.0, isinstance(line, records.Depart)))
+    return replace(trace, records=tuple(lines))
 
 
 def in_time(trace: Trace, motion: Motion) -> Trace:
@@ -188,7 +182,7 @@ def _walked(trace: Trace, paces: Mapping[str, Pace]) -> _SerialRun:
     run = _SerialRun(trace, paces)
     for record in trace.records:
         run.take(record)
-    run.lines = [line for line in run.lines if line[0] < inf]
+    run.lines = [line for line in run.lines if not isinstance(line, records.Move)]
     return run
 
 
@@ -205,7 +199,7 @@ class _SerialRun:
 
     def __init__(self, trace: Trace, paces: Mapping[str, Pace]) -> None:
         self._scenario = trace.header.scenario
-        self.lines: list[Dated] = []
+        self.lines: list[records.Record] = []
         self.turns: dict[str, list[tuple[int, float]]] = {}
         self._robots, self._obstacles, self._paces = trace.robots, trace.obstacles, paces
         self._needs = Needs(self._obstacles)
@@ -233,7 +227,7 @@ class _SerialRun:
                     self._act(record, self._obstacles[record.obstacle], number)
                 self._tell(self._since, record)
             case records.End():
-                end = max((t for t, _ in self.lines if t < inf), default=0.0)
+                end = max((line.t or 0.0 for line in self.lines), default=0.0)
                 self._tell(end, replace(record, makespan=end))
             case _:
                 self._tell(max(self._since, self._ended[self._turn]), record)
@@ -243,7 +237,7 @@ class _SerialRun:
         step = self._begun.pop(name, None)
         if step is None:
             step = _Step(len(self.lines), move.tick, self._since)
-            self.lines.append((inf, move))
+            self.lines.append(move)  # it takes the place of its departure
         if move.toward is not None:
             self._begun[name] = step
         elif move.to != move.from_:
@@ -259,8 +253,8 @@ class _SerialRun:
         pace.arrived(end)
         self._commands += 1
         what = (self._commands, name, origin, to, move.heading, move.by or MovedBy.STRATEGY)
-        depart = records.Depart(step.tick, *what, seconds=seconds)
-        self.lines[step.place] = (round(begin, DECIMALS), depart)
+        depart = records.Depart(step.tick, *what, seconds=seconds, t=round(begin, DECIMALS))
+        self.lines[step.place] = depart
         self._ended[name] = self._left[origin][name] = end
         self._at[name] = to
         place = (self._commands, name, to, move.heading, MoveEnd.ARRIVED)
@@ -300,4 +294,4 @@ class _SerialRun:
             self._turned(name, record.tick)
 
     def _tell(self, time: float, record: records.Record) -> None:
-        self.lines.append((round(time, DECIMALS), record))
+        self.lines.append(replace(record, t=round(time, DECIMALS)))

@@ -312,20 +312,12 @@ def _placed_walking(gait: Gait, apex: Apex) -> Array:
 class WalkerMover(Mover):
     """A walker that stands, or is at a walking pose with ``foot`` on the ground, 0 if it stands."""
 
-    def __init__(
-        self,
-        robot: str,
-        floor: MetricFloor,
-        region: int,
-        heading: str | None,
-        values: Mapping[str, float],
-    ) -> None:
-        super().__init__(robot, floor, region, heading or "east", values)
-        self.foot = 0
+    def begin(self) -> None:
+        self.heading, self.foot = self.heading or "east", 0
         try:
-            self.gait = gait_on(floor.side, Walker(*(values[name] for name in WALKER)))
+            self.gait = gait_on(self.floor.side, Walker(*(self.values[name] for name in WALKER)))
         except UsageError as error:
-            raise UsageError(f"{robot}: {error}") from error
+            raise UsageError(f"{self.robot}: {error}") from error
 
     def limits(self) -> Mapping[str, float]:
         return {**self.values, "omega": self.gait.omega, **BUILD}

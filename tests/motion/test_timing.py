@@ -52,7 +52,7 @@ def disordered(trace: Trace, seed: int) -> list[Finding]:
         paces[name].chance = random.Random(f"{seed} {name}")
     serial = dated(trace, paces)
     moves = [r for r in trace.records if isinstance(r, records.Move) and r.to != r.from_]
-    assert len([r for _, r in serial if isinstance(r, records.Arrive)]) == len(moves)
+    assert len([r for r in serial if isinstance(r, records.Arrive)]) == len(moves)
     return [*disorder(ordered(trace, serial), serial)]
 
 
@@ -113,11 +113,11 @@ def test_times_that_ignore_conflicts_or_exclusions_are_refused() -> None:
 )
 def test_a_step_before_the_decision_that_it_follows_is_refused(name: str, decision: type) -> None:
     trace = trace_of(name)
-    serial = dated(trace, paces_of(trace, motion(name).header))
+    serial = [*dated(trace, paces_of(trace, motion(name).header))]
     timed = ordered(trace, serial)
-    at = max(i for i, (t, record) in enumerate(serial) if isinstance(record, decision) and t > 0)
-    step = next(i for i, (_, r) in enumerate(serial) if i > at and isinstance(r, records.Depart))
-    serial[step] = (serial[at][0] - 0.1, serial[step][1])
+    at = max(i for i, r in enumerate(serial) if isinstance(r, decision) and (r.t or 0.0) > 0)
+    step = next(i for i, r in enumerate(serial) if i > at and isinstance(r, records.Depart))
+    serial[step] = replace(serial[step], t=(serial[at].t or 0.0) - 0.1)
     (found,) = disorder(timed, serial)
     assert (found.rule, found.found[:14]) == ("order", "begins 0.100 s")
 

@@ -30,7 +30,7 @@ STEPS = {"east": (0, 1), "north": (-1, 0), "west": (0, -1), "south": (1, 0)}
 
 def walker(side: float = 2.7, region: int = SIZE * SIZE // 2 + SIZE // 2) -> WalkerMover:
     floor = MetricFloor(SIZE, SIZE, side)
-    return WalkerMover("digit", floor, region, "east", VALUES)
+    return WalkerMover("digit", floor, region, "east", VALUES, "walker")
 
 
 def beside(region: int, heading: str) -> int | None:

@@ -53,7 +53,7 @@ def check_order(case: Examination) -> None:
     _charges(case, trace)
 
 
-def disorder(trace: Trace, serial: Sequence[timing.Dated]) -> Iterator[Finding]:
+def disorder(trace: Trace, serial: Sequence[records.Record]) -> Iterator[Finding]:
     """Yield the rules that the lines of a trace break at their times, by the judge of live runs.
     ``serial``: the lines in their own order, in which robots move and act after the decisions."""
     live = timing.by_instants(trace)
@@ -64,7 +64,8 @@ def disorder(trace: Trace, serial: Sequence[timing.Dated]) -> Iterator[Finding]:
         told = found.explanation.removeprefix(f"{robot} ")
         yield Finding(t, robot, JUDGED[found.rule], told)
     decided = 0.0
-    for t, record in serial:
+    for record in serial:
+        t = record.t or 0.0
         if isinstance(record, DECISIONS):
             decided = t
         elif isinstance(record, records.Depart | records.Act) and (early := decided - t) > NEAR:
