@@ -84,9 +84,7 @@ def _type_of_obstacle(value: str, node: Node, what: str, findings: Findings) -> 
 
 
 class ScanUse(Struct, frozen=True):
-    """A lidar that finds obstacles in the regions beside the robot: a ray that ends less than
-    ``beyond`` metres behind the centre of an adjacent region has hit one there; behind half a side
-    it hits the wall of the next region."""
+    """A lidar that finds obstacles in the regions beside the robot."""
 
     obstacle: Annotated[
         str,
@@ -97,18 +95,6 @@ class ScanUse(Struct, frozen=True):
         ),
     ]
     topic: RosName = "scan"
-    beyond: Annotated[
-        float | None,
-        Key(
-            "Metres behind a region's centre that count. Default: 0.35 of its side.",
-            above=0,
-            check=_inside,
-        ),
-    ] = None
-
-    def metres(self, side: float) -> float:
-        """Return ``beyond`` on regions with this side."""
-        return self.beyond or 0.35 * side
 
 
 class TfUse(Struct, frozen=True):

@@ -24,6 +24,9 @@ edge-on, and messages may be late."""
 BEFORE = 0.1
 """Share of a region's side by which the end of a ray must be outside it to count as before the
 region, or past its middle to count as behind it."""
+BEHIND = 0.35
+"""Share of a region's side behind its middle within which the end of a ray is an obstacle there;
+behind half a side it hits the wall of the next region."""
 NARROW, WIDE = 0.1, 0.3
 """Maximum distances of rays from the line to a region's middle, as shares of its side: NARROW to
 detect an obstacle, WIDE to find that it is gone, since the leaves of a door that is ajar are beside
@@ -183,7 +186,7 @@ class Sensing:
         if hit is None:
             return View.SEEN
         middle = self._places.distance(region, at.x, at.y)
-        far = middle + use.metres(self._side)
+        far = middle + BEHIND * self._side
         if hit > far:
             wide = self._nearest(scan, at, region, WIDE)
             ajar = wide is not None and wide <= far

@@ -135,14 +135,12 @@ def test_the_template_loads_and_fits_the_schema(name: str, tmp_path: Path) -> No
 
 @pytest.mark.parametrize("side", [0.4, 1.0, 2.0])
 def test_default_distances_end_inside_the_region(side: float, tmp_path: Path) -> None:
-    """0.35 m behind the middle of a region of half a metre is the wall of the next one."""
     path = tmp_path / "fleet.yaml"
-    path.write_text(HEAD + "defaults: {scan: {obstacle: door}, follow: {}}\n")
+    path.write_text(HEAD + "defaults: {follow: {}}\n")
     scenario = load_scenario_text(
         CASE.read_text().replace("map:\n", f"map:\n  resolution: {side}\n")
     )
     station = fleet_file.load_fleet(path, scenario).stations["quad"]
-    assert station.scan is not None and station.scan.metres(side) == pytest.approx(0.35 * side)
     assert station.tolerance == pytest.approx(min(0.3, 0.3 * side))
     assert station.follow is not None
     assert station.off(side) == pytest.approx(min(0.25, 0.25 * side))
@@ -150,7 +148,7 @@ def test_default_distances_end_inside_the_region(side: float, tmp_path: Path) ->
 
 MISTAKES = [
     (HEAD + "robots: {digit: {tolerance: 0.5}}\n", "0.5 m reach into the next region"),
-    (HEAD + "defaults: {scan: {obstacle: door, beyond: 0.6}}\n", "less than 0.5 m: half a"),
+    (HEAD + "defaults: {follow: {tolerance: 0.6}}\n", "less than 0.5 m: half a"),
     ("transport: ros2\n", "the key 'safenav-fleet' is missing"),
     ("safenav-fleet: 2\ntransport: ros2\n", "this safenav reads 'safenav-fleet: 1'"),
     ("safenav-fleet: 1\ntransport: ros3\n", "'transport'"),
@@ -209,7 +207,7 @@ FULL: dict[str, Any] = {
             "report": "seen",
             "tf": {"topic": "/tf", "frame": "q/base_link"},
         }
-        | {"scan": {"topic": "scan", "obstacle": "door", "beyond": 0.2}, "act": {"sense": "look"}}
+        | {"scan": {"topic": "scan", "obstacle": "door"}, "act": {"sense": "look"}}
     },
 }
 
