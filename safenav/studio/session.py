@@ -87,9 +87,7 @@ class Studio:
         self._speed = 4.0
         self._starting = asyncio.Lock()
         self._does: dict[str, Callable[[Message], Awaitable[None]]] = {
-            "play": self._play,
-            "pause": self._pause,
-            "step": self._step,
+            **dict.fromkeys(("play", "pause", "step"), self._direct),
             "speed": self._set_speed,
             "restart": self._restart,
             "end": self._end,
@@ -192,17 +190,12 @@ class Studio:
             self.run = run
             return run
 
-    async def _play(self, data: Message) -> None:
+    async def _direct(self, data: Message) -> None:
+        """Let the run play, pause or step; the first of these but a pause begins it."""
+        if self.run is None and data["do"] == "pause":
+            return
         run = self.run or await self._begin(_seed(data))
-        run.play()
-
-    async def _pause(self, _: Message) -> None:
-        if self.run is not None:
-            self.run.pause()
-
-    async def _step(self, data: Message) -> None:
-        run = self.run or await self._begin(_seed(data))
-        run.step()
+        {"play": run.play, "pause": run.pause, "step": run.step}[data["do"]]()
 
     async def _set_speed(self, data: Message) -> None:
         value = data.get("value")
