@@ -64,7 +64,7 @@ def test_a_film_rests_at_events(replays: dict[str, Run], tmp_path: Path) -> None
         for i in range(gif.n_frames):
             gif.seek(i)
             durations.append(gif.info["duration"])
-    assert sum(durations) == 13 * 80 + 1200 + 2500  # frames, the violation, the end
+    assert sum(durations) == 11 * 100 + 1200 + 2500  # frames, the violation, the end
     assert max(durations[:-1]) >= 1200
     with Image.open(path) as gif:
         gif.seek(1)

@@ -24,7 +24,7 @@ _HALTS = {
     StoryKind.RESOLVED,
     StoryKind.BLOCKED,
 }
-PAUSE = 1 / 12
+PAUSE = 0.1
 """Seconds between frames, except where the film rests."""
 MOST_FRAMES = 2000
 """Limit of a film, whose frames are in memory until it is written."""
@@ -97,7 +97,7 @@ class Film:
     def _captioned(self) -> Iterable[tuple[int, float, str, int]]:
         """Yield the moments of the frames, with caption and duration in milliseconds."""
         first, last = self._ticks[0], self._ticks[-1]
-        milliseconds = round(100 * PAUSE) * 10
+        milliseconds = round(1000 * PAUSE)
         caption, since, shown = "", first, first - 1
         for tick, part in self.moments:
             halt = 0

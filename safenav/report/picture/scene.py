@@ -74,8 +74,8 @@ def svg_of(
 
     ``words`` for the moment; ``caption``: words below the map instead of those of the moment,
     always of the same height, and the robots' names alone (for the frames of a film). Without the
-    ``ground``, what never changes, the picture is transparent; without the ``moment``, only what
-    changes is missing."""
+    ``ground``, what never changes, the picture is transparent and ends below the caption; without
+    the ``moment``, only what changes is missing."""
     cell = floor.cell_size(run.map)
     left, upper, width, height = (side * cell for side in floor.window(run.map))
     inner = max(width, NARROWEST)
@@ -116,7 +116,8 @@ def svg_of(
         drawing.moment(told)
     page.close(inside)
     described = _described(run, tick, words)
-    return page.document(inner + 2 * MARGIN, end, run.name, described)
+    lowest = end if ground else below
+    return page.document(inner + 2 * MARGIN, lowest, run.name, described)
 
 
 def _described(run: Run, tick: int, words: str) -> str:
