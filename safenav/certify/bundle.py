@@ -10,7 +10,7 @@ import sys
 import tempfile
 import zipfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -35,50 +35,9 @@ from safenav.scenario.reading.loader import load_scenario_text, scenario_text
 from safenav.spec.specification import read_specification
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
-from safenav.trace.file import Trace, TraceWriter, read_bytes
-from safenav.trace.records import Synthesis
+from safenav.trace.file import TraceWriter, read_bytes
 from safenav.verify.automaton import Measure, NoMeasureError, measure
 from safenav.verify.verification import first_failure
-
-
-class Kept(Struct, frozen=True):
-    """Strategies, and the specifications that need a counterstrategy, by the sha256 in the
-    trace."""
-
-    texts: dict[str, str] = {}
-    strategies: dict[str, bytes] = {}
-
-
-def kept_of(trace: Trace, synthesizer: Synthesizer) -> Kept:
-    """Return the strategies of a trace's ``synthesis`` lines, and the specifications without one:
-    by repeated synthesis, from the cache.
-
-    Raises UsageError, which states what is missing, if that is not possible.
-    """
-    kept = Kept()
-    for line in (line for line in trace.records if isinstance(line, Synthesis)):
-        strategy = None if line.node is None else line.strategy
-        missing = strategy is not None and strategy not in kept.strategies
-        if not missing and line.verdict is not Verdict.UNREALIZABLE:
-            continue
-        text, again = synthesizer.cache.load_text(line.spec), "run the scenario again"
-        about = f"of {line.robot} at tick {line.tick} ({(strategy or line.spec)[:12]})"
-        if text is None:
-            raise UsageError(
-                f"the specification {about} is no longer in the cache; {again} with "
-                "`safenav certify`"
-            )
-        kept.texts[line.spec] = text
-        if strategy is not None and missing:
-            spec = read_specification(text, robot=line.robot)
-            data = synthesizer.synthesize(spec).strategy_json
-            if data is None or hashlib.sha256(data).hexdigest() != strategy:
-                raise UsageError(
-                    f"the strategy {about} is no longer in the cache, and the installed "
-                    f"synthesizer gives another one; {again} with `safenav certify`"
-                )
-            kept.strategies[strategy] = data
-    return kept
 
 
 class Made(Struct, frozen=True):
@@ -107,10 +66,9 @@ def make_bundle(
     if target.exists():
         raise UsageError(f"{target} exists; name a bundle that does not")
     read = read_bytes(trace)
-    kept = kept_of(read, synthesizer)
     with _beside(target) as directory:
         folder = directory / "bundle"
-        files = files_of_run(trace, sources, kept, synthesizer)
+        files = files_of_run(trace, sources, synthesizer)
         write_files(folder, files)
         verdict = check_bundle(folder)
         if verdict.verdict == "too large":
@@ -144,20 +102,37 @@ def _beside(target: Path) -> Iterator[Path]:
 
 
 def files_of_run(
-    trace: bytes, sources: Mapping[str, bytes], kept: Kept, synthesizer: Synthesizer
+    trace: bytes, sources: Mapping[str, bytes], synthesizer: Synthesizer
 ) -> dict[str, bytes]:
-    """Return all files except the page and the manifest."""
+    """Return all files except the page and the manifest, with strategies by repeated synthesis,
+    from the cache. Raises UsageError, which states what is missing, if that is not possible."""
 
-    def counters(spec: str, robot: str) -> Iterator[bytes]:
-        text = kept.texts[spec]
-        answer = synthesizer.counterstrategy(read_specification(text, robot=robot))
-        if answer.strategy_json is not None and answer.verdict is Verdict.UNREALIZABLE:
-            yield answer.strategy_json
+    def automata(e: Line) -> Iterator[bytes]:
+        text, again = synthesizer.cache.load_text(e.spec), "run the scenario again"
+        about = f"of {e.robot} at tick {e.tick} ({(e.strategy or e.spec)[:12]})"
+        if text is None:
+            raise UsageError(
+                f"the specification {about} is no longer in the cache; {again} with "
+                "`safenav certify`"
+            )
+        spec = read_specification(text, robot=e.robot)
+        if e.verdict == "unrealizable":
+            answer = synthesizer.counterstrategy(spec)
+            if answer.strategy_json is not None and answer.verdict is Verdict.UNREALIZABLE:
+                yield answer.strategy_json
+            return
+        data = synthesizer.synthesize(spec).strategy_json
+        if data is None or hashlib.sha256(data).hexdigest() != e.strategy:
+            raise UsageError(
+                f"the strategy {about} is no longer in the cache, and the installed "
+                f"synthesizer gives another one; {again} with `safenav certify`"
+            )
+        yield data
 
     return {
         "trace.jsonl": trace,
         **{f"source/{name}": data for name, data in sources.items()},
-        **proofs_of(trace, kept.strategies, counters),
+        **proofs_of(trace, automata),
         **programs(),
     }
 
@@ -206,13 +181,11 @@ def _pack(folder: Path, archive: Path) -> None:
             packed.writestr(name, path.read_bytes())
 
 
-Counters = Callable[[str, str], Iterable[bytes]]
-"""Yields the counterstrategies of a robot to a specification (its sha256), the best one first."""
+Automata = Callable[[Line], Iterable[bytes]]
+"""Yields the strategies or counterstrategies of a ``synthesis`` line, the best one first."""
 
 
-def proofs_of(
-    trace: bytes, strategies: Mapping[str, bytes], counters: Counters
-) -> dict[str, bytes]:
+def proofs_of(trace: bytes, automata: Automata) -> dict[str, bytes]:
     """Return the proofs of all ``synthesis`` lines of a trace, and their strategies, as files.
 
     A line without a proof gets no file, or a measure that does not fall: the checker reports why.
@@ -221,12 +194,16 @@ def proofs_of(
     found: dict[str, bytes] = {}
 
     def prove(e: Line, s: State) -> Iterator[str]:
-        name = proof_file(e)
-        if name not in found:
-            proof = _proof(e, s, strategies, counters)
-            found.update({} if proof is None else {name: json_line(proof).encode()})
-            if e.verdict == "realizable" and e.strategy in strategies and not s.rivals[e.robot]:
-                found[f"strategies/{e.strategy}.json"] = strategies[e.strategy]
+        name, drives = proof_file(e), e.verdict == "realizable" and e.node is not None
+        wanted = e.verdict == "unrealizable" or (drives and not s.rivals[e.robot])
+        for data in automata(e) if wanted and name not in found else ():
+            if drives:
+                found[f"strategies/{e.strategy}.json"] = data
+            # Otherwise the circumstances do not fit, or it does not win.
+            with suppress(RefusedError, NoMeasureError, LookupError):
+                proof = (strategy_proof if drives else counter_proof)(json.loads(data), e, s)
+                found[name] = json_line(proof).encode()
+                break
         return iter(())
 
     try:
@@ -238,21 +215,10 @@ def proofs_of(
     return found
 
 
-def _proof(
-    e: Line, s: State, strategies: Mapping[str, bytes], counters: Counters
-) -> dict[str, Any] | None:
-    try:
-        if e.verdict == "realizable" and e.node is not None and not s.rivals[e.robot]:
-            task = Task(json.loads(strategies[e.strategy]), e, s)
-            return {"measures": _measures(task, task.graph.reach([e.node]))}
-        for automaton in counters(e.spec, e.robot) if e.verdict == "unrealizable" else ():
-            try:
-                return counter_proof(json.loads(automaton), e, s)
-            except (NoMeasureError, LookupError):
-                continue
-    except (RefusedError, LookupError):  # the circumstances do not fit the strategy
-        return None
-    return None
+def strategy_proof(automaton: Any, e: Line, s: State) -> dict[str, Any]:
+    """Return the measures of a strategy."""
+    task = Task(automaton, e, s)
+    return {"measures": _measures(task, task.graph.reach([e.node]))}
 
 
 def counter_proof(automaton: Any, e: Line, s: State) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import redirect_stdout
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -59,13 +60,16 @@ def files_of(bundle: Path) -> Files:
 def with_proofs(files: Files) -> Files:
     """With the proofs that the lines name, as good as a forger can get them, and no others."""
 
-    def counters(*_: str) -> Iterator[bytes]:
+    def automata(line: Any) -> Iterator[bytes]:
+        if line.verdict == "realizable":
+            name = f"strategies/{line.strategy}.json"
+            yield from (files[n] for n in files if n == name)
+            return
         proofs = (json.loads(data) for name, data in files.items() if name.startswith("proofs/"))
         yield from (json.dumps(p["automaton"]).encode() for p in proofs if "automaton" in p)
 
-    strategies = {Path(n).stem: data for n, data in files.items() if n.startswith("strategies/")}
     try:
-        found = proofs_of(files["trace.jsonl"], strategies, counters)
+        found = proofs_of(files["trace.jsonl"], automata)
     except Exception:  # what cannot be read has no proofs
         return files
     kept = {n: d for n, d in files.items() if not n.startswith(("proofs/", "strategies/"))}

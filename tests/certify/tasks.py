@@ -10,7 +10,7 @@ from pathlib import Path
 
 from msgspec.structs import replace
 
-from safenav.certify.bundle import Kept, files_of_run
+from safenav.certify.bundle import files_of_run
 from safenav.errors import Verdict
 from safenav.files import json_line
 from safenav.judge.bundle.evidence import Evidence
@@ -99,11 +99,8 @@ def verdict_of(
     """Why the checker refuses the first robot's controller, '' if it accepts it."""
     task = task_of(scenario, about)
     spec = planted(compile_task(task, scenario.map))
-    synthesizer = Synthesizer(cache=Cache(None), verifier=first_failure)
+    synthesizer = Synthesizer(cache=Cache(target / "cache"), verifier=first_failure)
     answer = synthesizer.synthesize(spec)
-    kept = Kept({answer.spec_sha256: spec.to_structuredslugs()})
-    if answer.strategy_json is not None:
-        kept.strategies[str(answer.strategy_sha256)] = answer.strategy_json
     t = 0.0 if task.live else None
     listed = scenario.partition or automatic(scenario.map).cells
     cells = tuple(tuple(sorted(cell)) for cell in listed)
@@ -122,7 +119,7 @@ def verdict_of(
     node = None if answer.strategy is None else 0
     lines.append(replace(line, t=t, node=node))
     trace = "".join(json_line(as_data(each)) for each in lines).encode()
-    files = files_of_run(trace, {}, kept, synthesizer)
+    files = files_of_run(trace, {}, synthesizer)
     for name, data in files.items():
         (target / name).parent.mkdir(parents=True, exist_ok=True)
         (target / name).write_bytes(data)
