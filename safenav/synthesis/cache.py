@@ -106,8 +106,9 @@ class Cache:
         self._remove(key + _RESULT)
 
     def keep_text(self, sha256: str, text: str) -> None:
-        """Keep a specification's text under its sha256, by which traces name it."""
-        if self.directory is not None and not self._path(sha256 + _TEXT).exists():
+        """Keep a specification's text under its sha256, by which traces name it. A damaged file of
+        that name, or one of another version, is replaced."""
+        if self.load_text(sha256) is None:
             self._write(sha256 + _TEXT, text.encode())
 
     def load_text(self, sha256: str) -> str | None:

@@ -165,3 +165,6 @@ def test_a_text_is_kept_under_its_sha256_and_a_damaged_one_is_gone(tmp_path: Pat
     (file,) = (p for p in tmp_path.rglob("*") if p.is_file())
     file.write_text("[OUTPUT]\ny\n")
     assert cache.load_text(name) is None
+    file.write_text(text)  # as an older version kept it
+    cache.keep_text(name, text)
+    assert cache.load_text(name) == text
