@@ -145,7 +145,8 @@ class Bound:
                 arrivals += [min(turn, self._leaving(name, need, before))] * (name not in done)
             begun, arrivals = before, sorted(turn for turn in arrivals if turn < NEVER)
             missing = need.robots - len(done)
-            before = arrivals[missing - 1] if len(arrivals) >= missing else NEVER
+            if missing > 0:  # else their action has failed, and the next one may fulfil it
+                before = arrivals[missing - 1] if len(arrivals) >= missing else NEVER
             turns.append(before)
             if before >= NEVER:
                 break
