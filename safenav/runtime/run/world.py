@@ -344,8 +344,13 @@ class World:
         gone = tuple(k for k, result in reported.items() if result is ActResult.NOTHING)
         over = {team.obstacles[k].name for k in (*truths, *gone)}
         self._opened |= dict.fromkeys(over, self.commands.now())
-        kept = tuple((k, s) for k, s in stages.items() if k in truths or k not in (*failed, *gone))
         failed = tuple(k for k in failed if k not in truths and k not in gone)
+        undone = {*failed, *gone} - truths.keys()
+        stage_of = {k: run.state.obstacles[k].stage for k in {*stages, *failed} - truths.keys()}
+        if any(i in (stage_of[k].group or ()) for k in failed):  # it still carries that load
+            needs = {k: team.obstacles[k].needs[stage.need] for k, stage in stage_of.items()}
+            undone |= {k for k, need in needs.items() if need.takes and not need.same}
+        kept = tuple((k, stage) for k, stage in stages.items() if k not in undone)
         command, why = event.command or 0, event.reason
         before = run.state
         yield now.Acted(i, kept, tuple(truths.items()), failed, gone, command, why, again)
