@@ -346,9 +346,10 @@ class World:
         self._opened |= dict.fromkeys(over, self.commands.now())
         failed = tuple(k for k in failed if k not in truths and k not in gone)
         undone = {*failed, *gone} - truths.keys()
-        stage_of = {k: run.state.obstacles[k].stage for k in {*stages, *failed} - truths.keys()}
-        if any(i in (stage_of[k].group or ()) for k in failed):  # it still carries that load
-            needs = {k: team.obstacles[k].needs[stage.need] for k, stage in stage_of.items()}
+        there = run.state.obstacles
+        if any(i in (there[k].stage.group or ()) for k in failed):  # it still carries that load
+            open_ = [k for k in stages if k not in truths]
+            needs = {k: team.obstacles[k].needs[there[k].stage.need] for k in open_}
             undone |= {k for k, need in needs.items() if need.takes and not need.same}
         kept = tuple((k, stage) for k, stage in stages.items() if k not in undone)
         command, why = event.command or 0, event.reason
