@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from itertools import chain, combinations, pairwise
 from typing import Any
@@ -14,6 +15,7 @@ from safenav.judge.formulas import Pose
 from safenav.judge.lines import Line, Objective
 from safenav.judge.rules import STEPS, Rule
 from safenav.judge.state import State
+from safenav.judge.world import closure
 from safenav.strict_json import read_json
 
 Order = tuple[str, int, str, int]
@@ -106,14 +108,11 @@ class Precedence:
                 after[robot, place, True] = [(robot, place + 1, False)][: length - 1 - place]
         for first, i, then, j in orders:
             after[first, i, True].append((then, j, False))
-        bits = {event: 1 << number for number, event in enumerate(after)}
-        self._bits, self._later = bits, dict.fromkeys(after, 0)  # all events that come after each
         try:
-            for event in TopologicalSorter(after).static_order():  # the last first
-                for other in after[event]:
-                    self._later[event] |= self._later[other] | bits[other]
+            TopologicalSorter(after).prepare()
         except CycleError:
             raise RefusedError("the orders of the plan wait for each other in a circle") from None
+        self._later = cache(lambda event: closure({event}, after.__getitem__))
 
     def together(self, visits: Iterable[tuple[str, int]]) -> Iterator[tuple[str, str]]:
         """Yield the robots of two visits of which neither certainly ends before the other."""
@@ -126,7 +125,7 @@ class Precedence:
         """Return whether ``one`` is certainly one place on when ``other`` departs for ``j``."""
         if i + 1 >= self._lengths[one] or j == 0:
             return False
-        return bool(self._later[one, i + 1, True] & self._bits[other, j, False])
+        return (other, j, False) in self._later((one, i + 1, True))
 
 
 def proof_file(e: Line) -> str:
@@ -156,13 +155,8 @@ class Drive:
 
     def stays(self) -> set[int]:
         """Return the nodes in which it may be after any number of stays."""
-        found, left = {*self.nodes}, [*self.nodes]
-        while left:
-            node = left.pop()
-            pose = self.task.poses[node]
-            more = {n for n in self.task.graph.next[node] if self.task.poses[n] == pose} - found
-            found, left = found | more, [*left, *more]
-        return found
+        poses, follows = self.task.poses, self.task.graph.next
+        return closure(self.nodes, lambda k: [n for n in follows[k] if poses[n] == poses[k]])
 
 
 class Evidence:
