@@ -96,7 +96,10 @@ def shape_of(segment: Segment) -> bytes:
             yaws.append(yaw)
             rest += (turning, bending)
     start, ahead = start_frame(segment)
-    local = (np.array(points).view(complex) - start, np.array(ways).view(complex))
+    local = (
+        np.array(points, dtype=float).view(complex) - start,
+        np.array(ways, dtype=float).view(complex),
+    )
     numbers = np.concatenate(
         [*((each / ahead).view(float) for each in local), np.array(yaws) - yaws[0], rest]
     )
