@@ -22,11 +22,13 @@ from safenav.trace.file import Trace
 
 
 class Disc(Struct, frozen=True):
-    """A moving disc: times since the start of the motion (n), centres (n, 2), radius, and what it
-    is."""
+    """A moving disc: times since the start of the motion (n), from ``begin`` to ``end``; centres
+    (n, 2), radius, and what it is."""
 
     what: str
     radius: float
+    begin: float
+    end: float
     times: Array
     centres: Array
 
@@ -171,22 +173,25 @@ class Examination:
 
     def _made(self, piece: file.Moving) -> Iterator[Disc]:
         radius, own = self.radius(piece.robot), self.numbers[piece.robot]
+        lasts = piece.t0, piece.t1
         if isinstance(piece, file.Flight):
             parts = self.flown(piece)
             centres = np.concatenate([found[0, :2].T for _, found in parts])
-            yield Disc("body", radius, np.concatenate([times for times, _ in parts]), centres)
+            yield Disc(
+                "body", radius, *lasts, np.concatenate([times for times, _ in parts]), centres
+            )
         elif isinstance(piece, file.Segment):
             moved, begin = self.walked(piece), piece.t0
             middle = moved.moved(piece, moved.mass.states[:, :2])
-            yield Disc("body", radius, begin + moved.mass.times, middle)
+            yield Disc("body", radius, *lasts, begin + moved.mass.times, middle)
             foot = hypot(own.get("sole_length", 0.0), own.get("sole_width", 0.0)) / 2
             if piece.feet:
                 ends = [(t, hold.x, hold.y) for hold in piece.feet for t in (hold.down, hold.up)]
                 feet = np.array(ends)
-                yield Disc("foot", foot, begin + feet[:, 0], feet[:, 1:])
+                yield Disc("foot", foot, *lasts, begin + feet[:, 0], feet[:, 1:])
             if piece.swings:
                 places = moved.moved(piece, moved.places.reshape(-1, 2))
-                yield Disc("swinging foot", foot, begin + moved.times.ravel(), places)
+                yield Disc("swinging foot", foot, *lasts, begin + moved.times.ravel(), places)
 
     def body(self, robot: str, begin: float, end: float) -> Array:
         """The centres of a body (n, 2) between two times, by the pieces of motion between them."""
@@ -236,10 +241,12 @@ def outside(
 ) -> tuple[float, str] | None:
     """Return where a disc is more than ``touch`` metres inside a region that its robot does not
     have at the time, by ``spans``: the time, and the place in words."""
-    first, last = disc.times.min(), disc.times.max()
+    held: dict[tuple[int, int], list[Holding]] = {}
+    for span in spans:
+        held.setdefault(case.grid.place(span.region), []).append(span)
     for cell in case.grid.cells(disc.centres, disc.radius):
-        mine = [span for span in spans if case.grid.place(span.region) == cell]
-        if any(span.begin < first + NEAR and last < span.end + NEAR for span in mine):
+        mine = held.get(cell, [])
+        if any(span.begin <= disc.begin + NEAR and disc.end <= span.end + NEAR for span in mine):
             continue
         into = disc.radius - case.grid.distance(disc.centres, cell)
         for span in mine:
@@ -336,7 +343,7 @@ def _flown(case: Examination, track: file.FlownTrack, rows: Array, times: Array)
         for flight in flights
         for region in {flight.origin, flight.to}
     ]
-    body = Disc("body", case.radius(track.robot), times, rows[:, :2])
+    body = Disc("body", case.radius(track.robot), times[0], times[-1], times, rows[:, :2])
     if (found := outside(case, body, spans, TOUCH)) is not None:
         case.wrong(found[0], track.robot, "room", f"in its simulated flight, {found[1]}")
 
