@@ -1,6 +1,6 @@
 """Checks of a motion file: against its trace, by independent rules and code, and against the
 requirements of its scenario.
 
-The rules use only the file format of the rest of ``safenav.motion``: geometry, dynamics,
-reservations and order are recomputed from docs/motion.md.
+The rules use the format of the file, its mathematics (``geometry``, ``columns``) and the times of
+its trace (``timing``); nothing of the computation of motions.
 """
