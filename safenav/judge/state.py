@@ -238,6 +238,7 @@ class State:
         self.scenario = h = header.scenario
         self.live, self.external = h.clock == "live", header.world == "external"
         self.world = World(h.map.rows, h.map.cols, h.map.walls)
+        self.show = self.world.show
         self.cells: tuple[frozenset[int], ...] = header.cells or ()
         self.tick, self.time = 0, 0.0
         self.robots = {data.name: self._robot(data) for data in h.robots}
@@ -411,6 +412,3 @@ class State:
             late = clock.within is not None and clock.begun + clock.within < tick
             if late and not (clock.over or clock.away or clock.before):
                 yield name
-
-    def show(self, region: int) -> str:
-        return self.world.show(region)

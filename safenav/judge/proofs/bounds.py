@@ -188,6 +188,7 @@ def mission(bound: Bound, tick: int) -> int:
         own, start = robot.own, robot.pose[0]
         if not own.ordered:
             continue
+        s.world.spend(own.count * wanted)
         choices = [*_left(robot, wanted)]
         if not tick:  # a target on which it starts may count; each tick at the last is a round
             strict = own.strict and own.literal

@@ -145,7 +145,9 @@ class Case:
 
     def groups(self, one: Rest, at: Sets) -> Iterator[tuple[str, ...]]:
         """Yield the groups that can meet the next need."""
-        for group in combinations(at, max(0, one.left[0].robots - len(one.done))):
+        missing = max(0, one.left[0].robots - len(one.done))
+        for group in combinations(at, missing) if missing <= len(at) else ():
+            self.world.spend()
             if not one.left[0].together or self._fits(group, at):
                 yield group
 
@@ -155,6 +157,7 @@ class Case:
         rivals, group = self.state.rivals, [*group]
         crowd = [name for name in group if {*rivals[name]} & {*group}]
         for regions in product(*({pose[0] for pose in at[name]} for name in crowd)):
+            self.world.spend()
             pairs = combinations(zip(crowd, regions, strict=True), 2)
             if all(one != other or b not in rivals[a] for (a, one), (b, other) in pairs):
                 return True
