@@ -24,7 +24,6 @@ from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.strategy import Strategy
 from safenav.verify.automaton import Automaton, clauses, cyclic_parts, openings, rounds
 from safenav.verify.completions import Clause
-from safenav.verify.verification import counterstrategy_starts
 
 BUDGET_SECONDS = 60.0
 """Wall time of one explanation, in seconds, without its repairs."""
@@ -127,7 +126,7 @@ def losing_play(
     strategy = ask.counterstrategy(core)
     if strategy is None:
         return None
-    starts = counterstrategy_starts(core, strategy)
+    starts = strategy.initial(True)
     if not starts:
         return LosingPlay(PlayEnd.NO_BEGINNING, strategy, pressure=_refused(core))
     arena = _Arena(whole, core, strategy, starts)

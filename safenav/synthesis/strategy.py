@@ -11,7 +11,7 @@ same strategy always gives the same bytes.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import chain
 from typing import TYPE_CHECKING, Annotated
@@ -127,32 +127,27 @@ class Strategy(Struct, frozen=True, eq=False, dict=True):
         return {field.variable.name: field.decode(state) for field in self.fields}
 
     @cached_method
-    def initial(self) -> tuple[int, ...]:
+    def initial(self, counter: bool = False) -> tuple[int, ...]:
         """Return the nodes in which a play may start, ascending.
 
-        The synthesizer prints them first but does not mark them: they are the leading nodes of rank
-        0, with distinct states, that satisfy ENV_INIT and SYS_INIT.
+        The synthesizer prints them first but does not mark them: they are the leading nodes with
+        distinct states that satisfy ENV_INIT and SYS_INIT, of a strategy those of rank 0, of a
+        ``counter``strategy those with the inputs of the first one.
         """
         # Imported here: only this needs formulas, and small programs may never need it.
         from safenav.formula.parser import parse
         from safenav.formula.syntax import evaluate
 
-        initial_sections = (Section.ENV_INIT, Section.SYS_INIT)
-        constraints = [
-            parse(c.formula) for s in initial_sections for c in self.specification.section(s)
-        ]
-        return self.leading(
-            lambda node, values: (
-                self.ranks[node] == 0 and all(evaluate(formula, values) for formula in constraints)
-            )
-        )
-
-    def leading(self, begins: Callable[[int, Mapping[str, int]], bool]) -> tuple[int, ...]:
-        """Return the longest prefix of the nodes that are all different and can begin a play, given
-        their number and their values."""
-        seen: set[tuple[int, ...]] = set()
+        spec, seen = self.specification, set[tuple[int, ...]]()
+        both = (*spec.section(Section.ENV_INIT), *spec.section(Section.SYS_INIT))
+        constraints = [parse(constraint.formula) for constraint in both]
+        inputs = [variable.name for variable in spec.owned(Owner.INPUT)]
+        first = self.values(0) if self.states else {}
         for node, state in enumerate(self.states):
-            if tuple(state) in seen or not begins(node, self.values(node)):
+            values = self.values(node)
+            same = all(values[name] == first[name] for name in inputs)
+            begins = (same if counter else self.ranks[node] == 0) and tuple(state) not in seen
+            if not begins or not all(evaluate(formula, values) for formula in constraints):
                 break
             seen.add(tuple(state))
         return tuple(range(len(seen)))

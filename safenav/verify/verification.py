@@ -24,7 +24,7 @@ proof that a specification is unrealizable if
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence, Set
+from collections.abc import Iterator, Sequence, Set
 from enum import StrEnum
 from functools import reduce
 from operator import or_
@@ -103,10 +103,9 @@ def verify(spec: Specification, automaton: Strategy, counter: bool = False) -> V
     Raises InputError if the specification cannot be read, ResourceLimitError if its
     assumptions tie so many inputs together that they cannot be counted.
     """
-    starts = counterstrategy_starts(spec, automaton) if counter else automaton.initial()
-    found = Automaton(spec, automaton, starts)
-    failures = tuple(_failures(found, counter))
     vacuous = not counter and not openings(spec)[0].count([()])[0]
+    found = Automaton(spec, automaton, automaton.initial(counter))
+    failures = tuple(_failures(found, counter))
     return Verification(failures, len(found.nodes), len(found.edges), vacuous)
 
 
@@ -117,20 +116,6 @@ def first_failure(spec: Specification, automaton: Strategy, counter: bool = Fals
     """
     failures = verify(spec, automaton, counter).failures
     return next(("\n    ".join(failure.lines) for failure in failures), None)
-
-
-def counterstrategy_starts(spec: Specification, counterstrategy: Strategy) -> tuple[int, ...]:
-    """Return the longest prefix of the nodes that share the first node's inputs, are all different,
-    and satisfy ENV_INIT and SYS_INIT."""
-    initial = [*clauses(spec, Section.ENV_INIT), *clauses(spec, Section.SYS_INIT)]
-    inputs = [variable.name for variable in spec.owned(Owner.INPUT)]
-    first = counterstrategy.values(0) if counterstrategy.states else {}
-
-    def begins(_node: int, values: Mapping[str, int]) -> bool:
-        same = all(values[name] == first[name] for name in inputs)
-        return same and all(clause.holds(values, None) for clause in initial)
-
-    return counterstrategy.leading(begins)
 
 
 def lost_opening(spec: Specification) -> Row | None:
@@ -309,7 +294,7 @@ def measures(spec: Specification, automaton: Strategy, counter: bool) -> dict[st
 
     Raises NoMeasureError if it is neither, ValueError if a counterstrategy lacks a choice."""
     size = len(automaton.states)
-    starts = counterstrategy_starts(spec, automaton) if counter else range(size)
+    starts = automaton.initial(True) if counter else range(size)
     found = Automaton(spec, automaton, starts)
     wanted = obligations(found, counter)
     each = [measure(size, found.edges.ends, met, excuses) for *_, met, excuses in wanted]

@@ -20,7 +20,6 @@ from safenav.spec.specification import Section, read_specification
 from safenav.synthesis.strategy import Strategy
 from safenav.verify.automaton import Automaton, NoMeasureError
 from safenav.verify.verification import (
-    counterstrategy_starts,
     first_failure,
     measures,
     obligations,
@@ -75,7 +74,7 @@ class Case:
             if (failure := first_failure(spec, strategy, self.counter)) is not None:
                 return failure
             every = range(len(strategy.states))
-            begin = counterstrategy_starts(spec, strategy) if self.counter else every
+            begin = strategy.initial(True) if self.counter else every
             automaton = Automaton(spec, strategy, begin)
             wanted = obligations(automaton, self.counter)
             for (*_, met, excuses), each in zip(wanted, self.measures["measures"], strict=True):

@@ -39,7 +39,6 @@ from safenav.verify.verification import (
     Failure,
     Fault,
     Verification,
-    counterstrategy_starts,
     first_failure,
     verify,
 )
@@ -65,10 +64,7 @@ class Sample:
         return verify(self.spec, self.parsed(automaton), self.counter)
 
     def starts(self, automaton: oracle.Automaton) -> list[int]:
-        strategy = self.parsed(automaton)
-        if self.counter:
-            return [*counterstrategy_starts(self.spec, strategy)]
-        return [*strategy.initial()]
+        return [*self.parsed(automaton).initial(self.counter)]
 
     def complaints(self, automaton: oracle.Automaton) -> list[str]:
         """What the oracle's own checker says about the reachable part: it looks at all nodes."""
