@@ -219,6 +219,8 @@ def studio(
     assign an objective. FILE is opened, or created on the first save; a folder lists its
     scenarios.
     """
+    if str(file) == "-":
+        raise UsageError("the studio needs a file: standard input can be read only once")
     from safenav.studio.editor import Editor
     from safenav.studio.server import serve
 

@@ -222,13 +222,13 @@ Trace = Annotated[Path | None, option("--trace", LINES, "Write the trace (JSON L
 def loaded(file: Path, robot: str | None) -> tuple[Scenario, InputError | None, list[str]]:
     """Return a scenario that may have unreachable targets, the error if it has, and the robots
     that a command is about: ``robot``, or all. Raises UsageError if there is no such robot."""
-    from safenav.scenario.reading.loader import load_scenario
+    from safenav.scenario.reading.loader import load_scenario_text, scenario_text
 
-    refused = None
+    text, refused = scenario_text(file), None
     try:
-        plan = load_scenario(file)
+        plan = load_scenario_text(text, str(file))
     except InputError as error:
-        plan, refused = load_scenario(file, reachable=False), error
+        plan, refused = load_scenario_text(text, str(file), reachable=False), error
     names = [each.name for each in plan.robots]
     if robot is not None and robot not in names:
         raise UsageError(f"{file}: there is no robot '{robot}'; it has {', '.join(names)}")

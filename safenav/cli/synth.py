@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -192,7 +193,7 @@ def _of_specification(file: Path) -> Synthesized:
         error = too_large(file, "unrealizable, but the environment's strategy", shown)
         error.exit_code = ExitCode.NEGATIVE  # the verdict is proven
         raise error
-    return Synthesized(file.stem, spec, result, shown)
+    return Synthesized(spec.robot, spec, result, shown)
 
 
 def _end_of_specification(
@@ -242,7 +243,11 @@ def _report(
 
 
 def is_specification(file: Path) -> bool:
-    """Return whether a file contains a specification; False if it cannot be read."""
+    """Return whether a file contains a specification; False if it cannot be read. Standard input
+    is not consumed."""
+    if str(file) == "-":
+        stream: Any = sys.stdin.buffer
+        return kind_of(stream.peek().decode("utf-8", "replace")) == "specification"
     try:
         with file.open(encoding="utf-8", errors="replace") as text:
             return kind_of(text.read(MAX_BYTES)) == "specification"

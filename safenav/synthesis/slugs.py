@@ -428,12 +428,14 @@ MOST_OF_A_TEXT = 20_000_000
 
 
 def load_specification(path: Path) -> Specification:
-    """Return the specification in a file. Raises InputError as ``specification_in`` does."""
+    """Return the specification in a file (``-``: standard input). Raises InputError as
+    ``specification_in`` does."""
+    piped = str(path) == "-"
     try:
-        data = read_file(path, MOST_OF_A_TEXT)
+        data = read_file(None if piped else path, MOST_OF_A_TEXT)
     except OSError as error:
         raise InputError([Diagnostic(str(path), 0, 0, error.strerror or str(error))]) from error
-    return specification_in(data, str(path), path.stem)
+    return specification_in(data, str(path), "specification" if piped else path.stem)
 
 
 def specification_in(data: bytes, file: str, robot: str) -> Specification:

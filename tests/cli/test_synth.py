@@ -6,6 +6,7 @@ from pathlib import Path
 
 import networkx
 
+import warm
 from cli.conftest import Command
 from once import SCENARIOS
 from safenav.synthesis.program import find_binary
@@ -29,3 +30,25 @@ def test_files_load_again_and_give_the_same_strategy(safenav: Command, tmp_path:
             check=True,
         )
         assert again.stdout == strategy
+
+
+def test_each_input_may_come_from_standard_input(
+    safenav: Command, environment: dict[str, str], tmp_path: Path
+) -> None:
+    safenav("run", CASE_1, "--no-map", "--trace", "run.jsonl")
+    given = {
+        "scenario": (SCENARIOS / "unrealizable" / "separate_rooms.yaml").read_text(),
+        "specification": "[INPUT]\n[OUTPUT]\nx\n[SYS_LIVENESS]\nx\n",
+        "trace": (tmp_path / "run.jsonl").read_text(),
+    }
+    for command, kind, status, said in (
+        ("explain -", "scenario", 1, "target"),  # its targets are not reachable
+        ("synth - -o again", "specification", 0, "again"),
+        ("explain -", "specification", 0, "is realizable: nothing to explain"),
+        ("certify --trace - -o bundle", "trace", 0, "accepted"),
+        ("replay -", "trace", 2, "a trace from standard input has no name"),
+        ("studio -", "scenario", 2, "standard input can be read only once"),
+    ):
+        done = warm.safenav(*command.split(), cwd=tmp_path, env=environment, text=given[kind])
+        assert (done.returncode, said in done.stdout + done.stderr) == (status, True), done
+    assert (tmp_path / "again" / "specification.json").exists()
