@@ -13,7 +13,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from safenav.components import explored
-from safenav.plan.charged import BETTER, ChargedSearch, Charges, Part, charged_plan
+from safenav.plan.charged import ChargedSearch, Charges, Part, charged_plan
 from safenav.plan.order import preview
 from safenav.plan.search import Exhausted, Guide, Search
 from safenav.plan.shorten import shortened
@@ -23,7 +23,8 @@ from safenav.team.floor import Floor, Joint, Stages, put
 from safenav.team.state import Plan, Stage
 from safenav.world.poses import Mask, PoseGraph, bits
 
-WORK, WORK_OF_A_ROBOT, CHARGED_WORK = 3_000_000, 60_000, 250_000
+WORK, WORK_OF_A_ROBOT, CHARGED_WORK, CHARGED_LEAST = 3_000_000, 60_000, 80_000, 40_000
+"""``CHARGED_LEAST``: where obstacles are open, so that the question will be another one soon."""
 FEW_WORK, FEW_GROUPS, FEW_STATES = 200_000, 300, 20_000
 AHEAD, MOST_AHEAD = 2, 6
 """A mission of more than ``MOST_AHEAD`` rounds is planned ``AHEAD`` rounds at a time."""
@@ -160,9 +161,8 @@ def _charged(
         for c, m, p in zip(charges, floor.team.members, joint.poses, strict=True)
     )
     guide = _guide(floor, wanted)
-    hard = [] if floor.open(joint.stages) else [(True, late, CHARGED_WORK)]
-    easy = (True, late, BETTER), (True, charges, BETTER)
-    for lasting, begins, work in (*easy, *hard, (False, charges, BETTER // 4)):
+    work = CHARGED_LEAST if floor.open(joint.stages) else CHARGED_WORK
+    for lasting, begins in (True, late), (True, charges), (False, charges):
         start, answers = joint._replace(charges=begins), list[Sequence[Joint]]()
         # Where a charger is near, short stops cost least; where it is far, few do.
         for full in (False, True) if begins is late else (False,):
@@ -173,6 +173,7 @@ def _charged(
             answers += [] if answer is None else [answer]
         if answers:
             return min(answers, key=len)
+        work //= 4 if search.fits(start) else 1  # what asks for less is likely to fail as well
     return None
 
 

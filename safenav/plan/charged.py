@@ -9,8 +9,7 @@ tick. So a run is never later than the plan, and no robot has less charge than p
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from heapq import heappop, heappush
-from itertools import combinations, count, cycle, islice, pairwise, product
+from itertools import cycle, islice, pairwise
 
 from safenav.data import cached_method
 from safenav.plan.order import plan_of
@@ -18,20 +17,18 @@ from safenav.plan.search import (
     FARTHEST,
     FIRST_BUDGET,
     ONE,
-    SINGLES,
     STATIC,
     Answer,
     Exhausted,
     Goal,
     Guide,
     Search,
-    path,
 )
 from safenav.scenario.model import DECIMALS, Clock
 from safenav.team.battery import NEVER, dominated
 from safenav.team.floor import Floor, Joint, Stages
 from safenav.team.state import Plan, Waypoint
-from safenav.world.poses import FAR, Mask, bits
+from safenav.world.poses import Mask
 
 Charges = tuple[float, ...]
 Effect = tuple[
@@ -43,9 +40,6 @@ charge that it can have, what it gains, and the least charge that it needs there
 
 TRIES, BETTER = 12, 20_000
 """Most searches for a better plan; the work for one where the first took less."""
-FEW, STATES, WEIGHT, NEED = 3, 4_000, 2, 20
-"""Most robots of a search over their steps together, and most states of it; the weight of its
-estimate, and the ticks that this adds for a need of an obstacle."""
 
 ACTING = 2
 """Seconds that actions are expected to take in a live run."""
@@ -118,76 +112,9 @@ class ChargedSearch(Search):
         found = super().deep(start, goal, budget, how, order)
         return None if isinstance(found, Exhausted) else found
 
-    def singles(self, budget: int) -> Answer:
-        """Weighted A* over the steps of a few robots together: a plan, or the proof."""
-        once = budget == SINGLES and not self.how[1]  # how they charge does not matter here
-        if not once or len(self.floor.robots) > FEW or self.team.zones:
-            return None
-        before: dict[Joint, Joint | None] = {self.start: None}
-        spent, queue, number = {self.start: 0}, [(0.0, 0, 0, self.start)], count()
-        self._best = {}
-        while queue:
-            joint = heappop(queue)[-1]
-            if self.goal(joint):
-                return path(joint, before)
-            for after in self._together(joint):
-                ticks = spent[joint] + _duration(self.floor, joint, after)
-                known = self._best.setdefault(after[:3], [])
-                if ticks < spent.get(after, FAR) and not dominated((*after.charges, -ticks), known):
-                    before[after], spent[after] = joint, ticks
-                    rank = ticks + WEIGHT * self._left(after)
-                    heappush(queue, (rank, -ticks, next(number), after))
-            if len(before) > STATES:
-                return None
-        return Exhausted(before)
-
-    def _together(self, joint: Joint) -> Iterator[Joint]:
-        """The states after steps of some robots into regions that no rivals enter."""
-        size, steps = self.team.size, list[tuple[int, ...]]((pose,) for pose in joint.poses)
-        for i in self.floor.robots:
-            steps[i] += self.floor.steps(i, joint.stages)[joint.poses[i]]
-        for poses in product(*steps):
-            pairs = combinations(self.floor.robots, 2)
-            rivals = ((i, j) for i, j in pairs if j in self.floor.rivals(i))
-            if not any(poses[i] % size == poses[j] % size for i, j in rivals):
-                after = self._reached(joint, poses)
-                yield from () if after is None else (after,)
-
-    def _left(self, joint: Joint) -> float:
-        """An estimate of the ticks that are left: those of the slowest robot for its own targets,
-        and for its duty, and those for the needs of obstacles."""
-        open_ = self.served.intersection(self.floor.open(joint.stages))
-        needs = sum(len(self.floor.gate(g).needs) - joint.stages[g].need for g in open_)
-        own = max(self._alone(i, joint) for i in self.floor.robots)
-        duties = enumerate(self._duties(joint) if open_ else ())
-        fields = ((i, self._field(joint, i, goal)) for i, goal in duties if goal)
-        far = (field[joint.poses[i]] for i, field in fields if field is not None)
-        return own + NEED * needs + max(far, default=0)
-
-    def _alone(self, i: int, joint: Joint) -> float:
-        """The ticks of a robot alone for its own targets, with the time for which it charges."""
-        steps, energy = self._steps(i, joint.poses[i], joint.counts[i]), self.energies.get(i)
-        ticks: float = steps * self.team.members[i].ticks
-        if energy is not None:
-            short = steps * energy.battery.move - joint.charges[i]
-            ticks += max(0, short) / energy.battery.charge
-        return ticks
-
-    @cached_method
-    def _steps(self, i: int, pose: int, count: tuple[int, int]) -> int:
-        """The steps of a robot alone to all targets that it has still to meet."""
-        member, graph, free = self.team.members[i], self.floor.graphs[i], self.floor.floors[i]
-        pursuit, targets, (memory, _) = member.pursuit, member.targets, count
-        if not self.floor.awaited(i, count):
-            return 0
-        if not pursuit.in_turn:
-            awaited = bits(pursuit.awaited(memory))
-            return max((graph.distances(targets[k], free)[pose] for k in awaited), default=0)
-        found = graph.distances(targets[memory], free)[pose]
-        numbers = [k % pursuit.targets for k in range(memory, memory + self._goals(i, count))]
-        for one, other in pairwise(numbers):
-            found += graph.steps_between(targets[one], targets[other], free) or 0
-        return found
+    def singles(self, budget: int) -> Answer:  # noqa: ARG002
+        """Nothing: a search for all would examine each charge of a state."""
+        return None
 
     def _singles(self, joint: Joint, alive: Sequence[Mask] | None = None) -> Iterator[Joint]:
         del alive
