@@ -17,7 +17,7 @@ from safenav.motion.check.verdict import joined
 from safenav.motion.check.walk import shape_of, walked
 from safenav.motion.columns import sample
 from safenav.motion.file import Segment
-from safenav.motion.geometry import HEADINGS, MetricFloor, turn
+from safenav.motion.geometry import HEADINGS, MetricFloor, derivative, quintic, turn, values
 from safenav.motion.mover import Crossing
 from safenav.motion.walker import WalkerMover, cut_off
 from safenav.pace.gait import Walker, gait_on
@@ -81,6 +81,13 @@ def test_ten_thousand_random_moves_join_exactly_and_nothing_grows() -> None:
     assert max(gaps[-1000:]) < 1e-9
     assert max(gaps) < 1e-9
     assert all(before.t1 == after.t0 for before, after in pairwise(found))
+
+
+def test_a_quintic_has_its_place_speed_and_acceleration_at_both_ends() -> None:
+    path = quintic(1.6, 0.3, -0.2, 1.1, 0.5, 0.7, -0.9)
+    for order, ends in enumerate(((0.3, 1.1), (-0.2, 0.5), (0.7, -0.9))):
+        found = [values(derivative(path, order), t) for t in (0.0, 1.6)]
+        assert found == pytest.approx(ends)
 
 
 @pytest.mark.parametrize("side", [1.8, 2.4, 2.7, 3.0, 3.7, 4.4, 6.0])

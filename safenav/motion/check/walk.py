@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from safenav.errors import UsageError
 from safenav.motion.file import Foothold, Segment
-from safenav.motion.geometry import Mass, mass
+from safenav.motion.geometry import Mass, between, mass
 
 Array = NDArray[np.float64]
 
@@ -107,8 +107,8 @@ def shape_of(segment: Segment) -> bytes:
 
 
 def walked(segment: Segment, limits: Mapping[str, float], *, cut: bool = False) -> Walked:
-    """Solve the pendulum of a segment, and the quintics of its feet by their Hermite form; check
-    the rules of segments. ``cut``: it was cut off."""
+    """Solve the pendulum of a segment, and the quintics of its feet; check the rules of segments.
+    ``cut``: it was cut off."""
     ends = np.cumsum([phase.seconds for phase in segment.phases])
     still = segment.start == segment.goal and len(segment.phases) == 1
     times = np.sort(np.append(grid(float(ends[-1]), inf if still else STEP), ends[:-1]))
@@ -118,30 +118,15 @@ def walked(segment: Segment, limits: Mapping[str, float], *, cut: bool = False) 
     seconds = end - begin
     longest = float(seconds.max(initial=STEP))
     u = grid(longest) / longest
-    scale = np.stack([np.ones_like(seconds), seconds, seconds**2] * 2, axis=1)
-    states = np.array([(*swing.start, *swing.goal) for swing in swings]).reshape(-1, 6, 3)
-    shapes = _HERMITE.T @ (states[:, :, :2] * scale[:, :, None])
-    powers = np.vander(u, 6, increasing=True)
-    places = powers @ shapes
-    speeds = powers[:, :5] @ (shapes[:, 1:] * np.arange(1, 6)[:, None])
-    fast = np.hypot(speeds[:, :, 0], speeds[:, :, 1]) / seconds[:, None]
+    paths = np.array([between(s.t1 - s.t0, s.start, s.goal)[:2] for s in swings])
+    paths = paths.reshape(-1, 2, 6).transpose(0, 2, 1)
+    powers = (seconds[:, None] * u)[:, :, None] ** np.arange(6)
+    places = powers @ paths
+    speeds = powers[:, :, :5] @ (paths[:, 1:] * np.arange(1, 6)[:, None])
+    fast = np.hypot(speeds[:, :, 0], speeds[:, :, 1])
     found = Walked(segment, moved, begin[:, None] + seconds[:, None] * u, places, fast, [])
     _check(found, limits, lambda *wrong: found.broken.append(wrong), cut=cut)
     return found
-
-
-_HERMITE = np.array(
-    [
-        (1, 0, 0, -10, 15, -6),
-        (0, 1, 0, -6, 8, -3),
-        (0, 0, 0.5, -1.5, 1.5, -0.5),
-        (0, 0, 0, 10, -15, 6),
-        (0, 0, 0, -4, 7, -3),
-        (0, 0, 0, 0.5, -1, 0.5),
-    ]
-)
-"""Rows: contribution of each boundary value of a quintic (position, speed, acceleration; start,
-goal) to its coefficients, over a unit of time."""
 
 
 GRAVITY = 9.81
