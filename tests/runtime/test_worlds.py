@@ -315,17 +315,6 @@ def test_a_program_that_steps_itself_can_give_up() -> None:
     assert not run.findings
 
 
-def test_a_robot_that_cannot_open_what_it_enters_does_not_try_forever() -> None:
-    """Its lidar mistook the leaf of an open door for a door, and it tried a hundred times."""
-    scenario = case("operator/gate").replace(
-        "ground, capabilities: []", "ground, capabilities: [push]"
-    )
-    run = play(scenario, world=lambda s: Faulty(s, [["cart", {"to": 27}, "blocked"]]))
-    ends = [line["result"] for line in run.all("arrive", robot="cart") if line["at"] == 26]
-    assert ends == ["arrived", "blocked", *["failed"] * 3]
-    assert run.outcome["outcome"] == "operator_needed" and not run.findings
-
-
 def test_a_blocking_world_makes_a_step_of_several_ticks_when_it_begins() -> None:
     scenario = loaded(case("outside/slow_step_ends_elsewhere"))
     world = Driven(scenario)
