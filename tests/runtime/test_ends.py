@@ -260,26 +260,3 @@ def test_another_thread_stops_a_run_within_a_synthesis(monkeypatch: pytest.Monke
     result = mission.run()
     assert ended and (result.outcome, result.ticks) == (Outcome.INTERRUPTED, 0)
     assert result.explanation == "enough"
-
-
-def test_another_thread_stops_a_run_within_a_verification(monkeypatch: pytest.MonkeyPatch) -> None:
-    verifies = threading.Event()
-
-    def endless(*given: Any) -> str:
-        verifies.set()
-        end = time.monotonic() + 300
-        while time.monotonic() < end:
-            given[-1]()
-        return "nobody stopped it"
-
-    def stop() -> None:
-        verifies.wait()
-        mission.stop("enough")
-
-    monkeypatch.setattr("safenav.runtime.run.mission.first_failure", endless)
-    mission = Mission(load_scenario(HELLO))
-    other = threading.Thread(target=stop)
-    other.start()
-    result = mission.run()
-    other.join()
-    assert (result.outcome, result.explanation) == (Outcome.INTERRUPTED, "enough")
