@@ -5,7 +5,7 @@ import pytest
 from runtime.played import completed
 from safenav.errors import UsageError
 from safenav.plan.charged import ChargedSearch
-from safenav.plan.search import Exhausted, Immobile, Search
+from safenav.plan.search import STATIC, Exhausted, Immobile, Search
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.team.apply import initial
 from safenav.team.floor import Floor, floor_now
@@ -107,7 +107,7 @@ def test_charged_robots_never_step_into_one_region_nor_exchange_theirs() -> None
     found, left = {start.poses}, [start]
     while left:
         joint = left.pop()
-        for after in search._together(joint):
+        for after in search._next(joint, STATIC, [0, 1, 2]):
             assert len({*after.poses}) == 3, after.poses
             pairs = zip(joint.poses, after.poses, strict=True)
             steps = {pair for pair in pairs if pair[0] != pair[1]}
