@@ -118,7 +118,8 @@ def end(e: Line, s: State) -> Iterator[str]:
     for name, robot in s.robots.items():
         rounds = robot.progress.rounds(robot.own, e.tick)
         if s.live and robot.own.settles and rounds:
-            rounds = max(rounds, wanted)  # no time passes while it stays
+            # No time passes while it stays, so each stay is as many rounds as it says.
+            rounds = max(rounds, wanted, e.rounds.get(name, 0))
         if e.outcome == "completed":
             if rounds < wanted:
                 yield f"{name} has met its objective {rounds} times of {wanted}"

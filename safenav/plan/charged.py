@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from itertools import cycle, islice, pairwise
 
 from safenav.data import cached_method
-from safenav.plan.order import plan_of
+from safenav.plan.order import plan_of, step_of
 from safenav.plan.search import (
     FARTHEST,
     FIRST_BUDGET,
@@ -43,8 +43,6 @@ TRIES, BETTER = 12, 20_000
 
 ACTING = 2
 """Seconds that actions are expected to take in a live run."""
-LONG_AGO = -1e9
-"""Seconds before any: in a live run a plan sets no time."""
 
 
 class ChargedSearch(Search):
@@ -153,13 +151,13 @@ class ChargedSearch(Search):
         poses = self._held(joint, poses)
         after, ticks = self.floor.moved(joint, poses, self.floor.robots), 1
         for i, pose in enumerate(poses):
-            ticks = max(ticks, self.team.members[i].ticks if pose != joint.poses[i] else 1)
+            ticks = max(ticks, step_of(self.team, i) if pose != joint.poses[i] else 1)
         acts = self.live and after.stages != joint.stages
         acting = self.floor.acting(joint.stages) if acts else 0
         gains = []
         for i, energy in self.energies.items():
             on, moves = energy.chargers >> poses[i] & 1, poses[i] != joint.poses[i]
-            waits = ticks - self.team.members[i].ticks if moves else ticks
+            waits = ticks - step_of(self.team, i) if moves else ticks
             waits += ACTING if acting >> poses[i] % self.team.size & 1 else 0
             gain: float = -energy.battery.move if moves else on * energy.battery.charge * ticks
             gain -= 0 if on else energy.battery.stay * waits
@@ -184,7 +182,7 @@ class ChargedSearch(Search):
                     if j not in self.team.members[i].rivals:
                         continue
                     left = found[j] % size != region
-                    if not (left and j < i and self.team.members[j].ticks == 1):
+                    if not (left and j < i and step_of(self.team, j) == 1):
                         found[i], again = joint.poses[i], True
                         break
         return tuple(found)
@@ -228,7 +226,7 @@ class ChargedSearch(Search):
 def _duration(floor: Floor, before: Joint, joint: Joint) -> int:
     """The ticks of a transition: those of its slowest step."""
     moving = (i for i in floor.robots if before.poses[i] != joint.poses[i])
-    return max((floor.team.members[i].ticks for i in moving), default=1)
+    return max((step_of(floor.team, i) for i in moving), default=1)
 
 
 Part = tuple[Floor, Sequence[Joint]]
@@ -237,9 +235,7 @@ Part = tuple[Floor, Sequence[Joint]]
 
 def charged_plan(parts: Sequence[Part], begun: float) -> Plan | None:
     """The plan of all parts; None if some robot cannot wait for the end of the others. ``begun``:
-    the tick before its first one; live runs have none."""
-    team = parts[0][0].team
-    begun = LONG_AGO if team.scenario.clock is Clock.LIVE else begun
+    the tick before its first one, or when it begins in a live run."""
     ticks = [sum(_duration(floor, *each) for each in pairwise(states)) for floor, states in parts]
     most = max(ticks)
     pairs = zip(parts, ticks, strict=True)
@@ -284,14 +280,15 @@ def _plan(floor: Floor, states: Sequence[Joint], begun: float) -> Plan:
     """The plan of these states, in which robots leave chargers with the charge and in the tick that
     were planned."""
     plan = plan_of(floor, states[0], [joint.poses for joint in states])
-    ways, at, tick = [[*way] for way in plan.ways], [0] * len(plan.ways), 0
+    live = floor.team.scenario.clock is Clock.LIVE
+    ways, at, tick = [[*way] for way in plan.ways], [0] * len(plan.ways), 0 if live else 1
     for before, joint in pairwise(states):
         moving = [i for i in floor.robots if before.poses[i] != joint.poses[i]]
         for i in moving:
             at[i] += 1
             energy = floor.team.members[i].energy
             if energy is not None and energy.charging(before.poses[i]):
-                charge, due = before.charges[i], begun + 1 + tick
+                charge, due = before.charges[i], begun + tick
                 ways[i][at[i]] = ways[i][at[i]]._replace(charge=charge, tick=due)
             elif energy is not None:
                 charge = joint.charges[i] + energy.battery.move

@@ -9,7 +9,11 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
+from functools import lru_cache
+from math import ceil
 
+from safenav.pace.robot import SIDE, pace_of
+from safenav.scenario.model import Clock
 from safenav.team.apply import will_count
 from safenav.team.floor import Floor, Joint, floor_now, restarted, stages_of
 from safenav.team.state import Count, Is, Plan, State, Waypoint
@@ -180,11 +184,16 @@ def starving(team: Team, state: State) -> bool:
         ready = spare is not None and robot.idle and robot.active
         if spare is None or not ready or next_step(team, state, i) is not None:
             continue
-        way = plan.ways[i][robot.at + 1 : robot.at + 2]
-        late = robot.charge < (way[0].charge if way else plan.charges[i])
+        late = robot.charge < _foreseen(plan, state, i)
         if late and -_slack(team, i) <= spare <= EARLY:  # it still reaches a charger
             return True
     return False
+
+
+def _foreseen(plan: Plan, state: State, i: int) -> float:
+    """The charge with which a robot leaves its place by the plan, or with which that ends."""
+    way = plan.ways[i][state.robots[i].at + 1 :][:1]
+    return way[0].charge if way else plan.charges[i]
 
 
 def _spare(team: Team, state: State, i: int) -> float | None:
@@ -197,11 +206,21 @@ def _spare(team: Team, state: State, i: int) -> float | None:
     return robot.charge - steps * energy.battery.move - _slack(team, i) if steps < FAR else None
 
 
+@lru_cache(maxsize=256)
+def step_of(team: Team, i: int) -> int:
+    """The ticks of a robot's step; in a live run the seconds of one straight on, rounded up."""
+    robot, frame = team.members[i].robot.model, team.world.frame
+    if team.scenario.clock is not Clock.LIVE:
+        return robot.timing
+    side = SIDE if frame is None else max(frame.resolution)
+    return ceil(pace_of(robot.figures, team.world.cols, side, None, robot.timing).step(0, 0, 1))
+
+
 def _slack(team: Team, i: int) -> float:
     member = team.members[i]
     assert member.energy is not None
     battery = member.energy.battery
-    return (4 if member.rivals else 1) * max(battery.stay, battery.move)
+    return (4 if member.rivals else 1) * max(battery.stay * step_of(team, i), battery.move)
 
 
 def charging_ends(team: Team, state: State) -> float | None:
@@ -216,10 +235,13 @@ def charging_ends(team: Team, state: State) -> float | None:
         if energy.charging(robot.pose):
             way = state.plan.ways[i][robot.at + 1 : robot.at + 2] if state.plan else ()
             least = max([move, *(waypoint.charge for waypoint in way)])
-            left = (least - charge) / energy.battery.charge
+            waits = [waypoint.tick - state.time for waypoint in way]
+            left = max([(least - charge) / energy.battery.charge, *waits])
         elif energy.battery.stay:
             spare = _spare(team, state, i)
-            marks = (charge - move, *(() if spare is None else (spare, spare + EARLY)))
+            marks = [charge - move, *(() if spare is None else (spare, spare + EARLY))]
+            if state.plan is not None and state.plan.charges:
+                marks.append(charge - _foreseen(state.plan, state, i) + EARLY)
             left = min((m for m in marks if m > EARLY), default=0) / energy.battery.stay
         else:
             continue
