@@ -16,14 +16,7 @@ from msgspec import Struct
 
 import safenav
 from safenav.errors import SafenavError, Verdict, install_command, requirements
-from safenav.spec.specification import (
-    Constraint,
-    Origin,
-    Owner,
-    Section,
-    Specification,
-    Variable,
-)
+from safenav.spec.specification import Constraint, Origin, Owner, Section, Specification, Variable
 from safenav.synthesis.cache import VARIABLE as CACHE_VARIABLE
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.program import VARIABLE as SLUGS_VARIABLE

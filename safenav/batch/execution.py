@@ -15,15 +15,7 @@ import yaml
 from msgspec.structs import replace
 
 from safenav import errors
-from safenav.batch.case import (
-    Case,
-    CaseVerdict,
-    Conditions,
-    Ledger,
-    Result,
-    differences,
-    file_name,
-)
+from safenav.batch.case import Case, CaseVerdict, Conditions, Ledger, Result, differences, file_name
 from safenav.batch.matrix import varied
 from safenav.errors import Outcome, missing_package
 from safenav.runtime.run.mission import Mission, default_synthesizer
@@ -32,7 +24,7 @@ from safenav.scenario.reading.loader import load_scenario_text, scenario_text
 from safenav.scenario.yaml.document import plain
 from safenav.scenario.yaml.findings import Findings, root_of
 from safenav.synthesis.cache import Cache
-from safenav.synthesis.program import Binary, find_binary
+from safenav.synthesis.program import find_binary
 from safenav.synthesis.slugs import Synthesizer
 from safenav.trace.file import TraceWriter, read_trace
 
@@ -74,9 +66,8 @@ def _run(case: Case, scenario: Scenario, conditions: Conditions, trace: Path) ->
         with TraceWriter(trace) as writer:
             Mission(scenario, synthesizer, listeners=[ledger, writer]).run()
         requirements = _required(trace) if scenario.requirements else []
-        uncertified = []
-        if conditions.certify is not None:
-            uncertified = _certify(case, trace, synthesizer, Path(conditions.certify))
+        folder = conditions.certify
+        uncertified = [] if folder is None else _certify(case, trace, synthesizer, Path(folder))
     expect = scenario.expect
     if expect.outcome is None:
         expect = replace(expect, outcome=Outcome.COMPLETED)
@@ -121,18 +112,14 @@ def _certify(case: Case, trace: Path, synthesizer: Synthesizer, folder: Path) ->
 def _text_as_run(case: Case) -> str:
     """Return the text of a case's scenario with its settings applied."""
     text = case.text or ""
-    root = root_of(text) if case.settings else None
-    if root is None:
+    if not case.settings or (root := root_of(text)) is None:
         return text
     data = plain(varied(root, case.settings, Findings(case.file)))
     return yaml.safe_dump(data, sort_keys=False, allow_unicode=True)
 
 
-@cache
-def _binary() -> Binary:
-    """Return the synthesizer, found once per process: a search can take as long as a small
-    synthesis."""
-    return find_binary()
+_binary = cache(find_binary)
+"""The synthesizer, found once per process: a search can take as long as a small synthesis."""
 
 
 def _line(diagnostic: errors.Diagnostic) -> str:

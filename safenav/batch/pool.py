@@ -18,7 +18,7 @@ from typing import Any
 
 import safenav
 from safenav.batch.case import Case, CaseVerdict, Conditions, Result
-from safenav.batch.worker import leave, run_case, running
+from safenav.batch.worker import leave, run_case
 from safenav.errors import SafenavError, UsageError, missing_package
 
 _CONNECT_SECONDS = 10
@@ -51,10 +51,6 @@ class Pool:
                 futures.append(self._done.get_nowait())
         cases = [(future, self._cases.pop(future)) for future in futures]
         return [(case, *self._ended(future, case)) for future, case in cases]
-
-    def running(self) -> list[tuple[str, float]]:
-        """Return the names of the cases that run on this machine, with their seconds so far."""
-        return running(self.batch)
 
     def close(self) -> None:
         """Stop all work, leaving no process behind."""

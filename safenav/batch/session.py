@@ -20,6 +20,7 @@ from msgspec.structs import replace
 
 from safenav.batch.case import Case, Result
 from safenav.batch.pool import Pool
+from safenav.batch.worker import running
 from safenav.errors import UsageError
 from safenav.files import json_line
 
@@ -169,7 +170,7 @@ def run_batch(
                 report.results[case.name] = result
                 if progress is not None:
                     progress(report, result)
-            report.seconds, report.running = time.monotonic() - begun, pool.running()
+            report.seconds, report.running = time.monotonic() - begun, running(pool.batch)
             if progress is not None:
                 progress(report, None)
     except KeyboardInterrupt:

@@ -20,14 +20,7 @@ from msgspec.structs import replace
 from safenav.components import explored
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.model import Robot, Scenario
-from safenav.scenario.objective import (
-    Ltl,
-    Objective,
-    Target,
-    alternation,
-    describe,
-    formulas_in,
-)
+from safenav.scenario.objective import Ltl, Objective, Target, alternation, describe, formulas_in
 from safenav.scenario.reachability import Reachability
 from safenav.spec.specification import Constraint, Origin, Section, Specification
 from safenav.spec.task import Known, Memory, Task, asked_of

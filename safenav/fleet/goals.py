@@ -9,14 +9,7 @@ from safenav.errors import UsageError, missing_package
 from safenav.fleet.file import Station
 from safenav.fleet.robots import STALE, DrivenRobot, FleetTask, Phase
 from safenav.fleet.sensing import Sensing
-from safenav.fleet.transport import (
-    DriveRecording,
-    GoalEnd,
-    GoalEnded,
-    GoalPoint,
-    Places,
-    Transport,
-)
+from safenav.fleet.transport import DriveRecording, GoalEnd, GoalEnded, GoalPoint, Places, Transport
 from safenav.runtime.worlds.protocol import Arrived, Blocked, Elsewhere, Failed, Lost, WorldEvent
 from safenav.scenario.model import Scenario
 from safenav.world.map import Frame, Region

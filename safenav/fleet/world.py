@@ -17,14 +17,7 @@ from math import inf
 from safenav.errors import UsageError, missing_package
 from safenav.fleet import robots, transport
 from safenav.fleet.file import FleetFile, Station, TransportKind
-from safenav.fleet.goals import (
-    FRESH,
-    LATE,
-    SET_BACK,
-    SETTLING,
-    Goals,
-    frame_of,
-)
+from safenav.fleet.goals import FRESH, LATE, SET_BACK, SETTLING, Goals, frame_of
 from safenav.fleet.sensing import Sighting
 from safenav.runtime.worlds.protocol import Acted, Blocked, Failed, Lost, Sensed, WorldEvent
 from safenav.scenario.model import Obstacle, Robot, Scenario

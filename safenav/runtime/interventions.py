@@ -15,12 +15,7 @@ import yaml
 from msgspec import Struct
 
 from safenav.errors import UsageError
-from safenav.scenario.model import (
-    Coordination,
-    Obstacle,
-    Scenario,
-    name_parts,
-)
+from safenav.scenario.model import Coordination, Obstacle, Scenario, name_parts
 from safenav.scenario.objective import Objective
 from safenav.scenario.reading.events import read_changes
 from safenav.scenario.reading.loader import check_assignable

@@ -24,14 +24,7 @@ from msgspec.structs import replace
 from safenav.components import components, explored
 from safenav.formula.syntax import one_of
 from safenav.scenario.objective import Ltl, Objective, formulas_in
-from safenav.spec.specification import (
-    Constraint,
-    Origin,
-    Owner,
-    Section,
-    Variable,
-    among,
-)
+from safenav.spec.specification import Constraint, Origin, Owner, Section, Variable, among
 from safenav.spec.task import Task
 from safenav.world.map import Region, RegionMap
 from safenav.world.poses import Mobility, Pose, moves

@@ -24,13 +24,7 @@ from threading import Thread
 
 from msgspec import Struct
 
-from safenav.errors import (
-    Diagnostic,
-    InputError,
-    ResourceLimitError,
-    SynthesizerError,
-    Verdict,
-)
+from safenav.errors import Diagnostic, InputError, ResourceLimitError, SynthesizerError, Verdict
 from safenav.files import another_kind, read_file
 from safenav.spec.specification import Section, Specification, read_specification
 from safenav.synthesis.cache import Cache, CacheEntry, key_of

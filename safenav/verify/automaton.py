@@ -19,16 +19,7 @@ from safenav.formula.parser import FormulaError, parse
 from safenav.formula.syntax import Formula
 from safenav.spec.specification import Constraint, Owner, Section, Specification
 from safenav.synthesis.strategy import Strategy
-from safenav.verify.completions import (
-    Clause,
-    Completions,
-    Evaluator,
-    Row,
-    Slot,
-    Vector,
-    add,
-    flags,
-)
+from safenav.verify.completions import Clause, Completions, Evaluator, Row, Slot, Vector, add, flags
 
 _BLOCK_EDGES = 1 << 16
 _DIGITS = bytes.maketrans(b"\x00\x01", b"01")

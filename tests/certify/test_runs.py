@@ -9,15 +9,7 @@ from random import Random
 import pytest
 from msgspec.structs import replace
 
-from certify.making import (
-    SCENARIOS,
-    certified,
-    files_of,
-    judged,
-    lines_of,
-    rewrite,
-    with_lines,
-)
+from certify.making import SCENARIOS, certified, files_of, judged, lines_of, rewrite, with_lines
 from certify.tasks import scenario_of, task_of, verdict_of
 from once import made_once
 from runtime.worlds import Driven

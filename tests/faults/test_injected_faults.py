@@ -4,14 +4,7 @@ import json
 from functools import partial
 from pathlib import Path
 
-from faults.conftest import (
-    CASE_STUDY,
-    Process,
-    Script,
-    no_privileges,
-    records,
-    small_files,
-)
+from faults.conftest import CASE_STUDY, Process, Script, no_privileges, records, small_files
 
 
 def test_a_killed_synthesizer_leaves_a_sound_trace(safenav: Process, slugs_that: Script) -> None:

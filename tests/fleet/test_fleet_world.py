@@ -9,14 +9,7 @@ from runtime.played import Run
 from safenav import Mission
 from safenav.errors import Outcome, UsageError
 from safenav.fleet.file import Station
-from safenav.fleet.transport import (
-    GoalEnd,
-    GoalEnded,
-    GoalPoint,
-    Located,
-    Message,
-    Places,
-)
+from safenav.fleet.transport import GoalEnd, GoalEnded, GoalPoint, Located, Message, Places
 from safenav.fleet.world import FleetWorld
 from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text

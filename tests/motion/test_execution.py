@@ -15,15 +15,7 @@ from fleet.drives import HALL, Drive, driven
 from safenav.motion.check.execution import trackings
 from safenav.motion.check.verdict import check_motion
 from safenav.motion.columns import columns_at
-from safenav.motion.file import (
-    Flight,
-    GoalLine,
-    Measured,
-    Measurement,
-    Motion,
-    Reset,
-    Segment,
-)
+from safenav.motion.file import Flight, GoalLine, Measured, Measurement, Motion, Reset, Segment
 from safenav.motion.waypoints import timed_waypoints
 from safenav.trace.records import Act, ActionEnd, Arrive
 from safenav.trace.vocabulary import MoveEnd

@@ -19,11 +19,7 @@ from safenav.judge.bundle.strategies import check_measure
 from safenav.spec.specification import Section, read_specification
 from safenav.synthesis.strategy import Strategy
 from safenav.verify.automaton import Automaton, NoMeasureError
-from safenav.verify.verification import (
-    first_failure,
-    measures,
-    obligations,
-)
+from safenav.verify.verification import first_failure, measures, obligations
 
 ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / "proof"

@@ -8,15 +8,7 @@ from random import Random
 import pytest
 
 from safenav.explain.explanation import play
-from safenav.scenario.objective import (
-    Cover,
-    Hold,
-    Objective,
-    Once,
-    Patrol,
-    TargetObjective,
-    Visit,
-)
+from safenav.scenario.objective import Cover, Hold, Objective, Once, Patrol, TargetObjective, Visit
 from safenav.spec.task import Memory, ObjectiveForm, Weakening, can_keep, concession, forms
 from safenav.world.map import Heading, RegionMap
 from safenav.world.poses import Mobility, Pose, PoseGraph, region_mask

@@ -7,9 +7,7 @@ from pathlib import Path
 import pytest
 
 from safenav.errors import ExitCode, ResourceLimitError, SynthesizerError, Verdict
-from safenav.spec.specification import (
-    Specification,
-)
+from safenav.spec.specification import Specification
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.program import Binary
 from safenav.synthesis.slugs import Synthesizer

@@ -35,13 +35,7 @@ from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.strategy import Strategy
 from safenav.verify.automaton import cyclic_parts
 from safenav.verify.completions import Clause, Completions, Slot
-from safenav.verify.verification import (
-    Failure,
-    Fault,
-    Verification,
-    first_failure,
-    verify,
-)
+from safenav.verify.verification import Failure, Fault, Verification, first_failure, verify
 
 GAMES = int(os.environ.get("SAFENAV_RANDOM_GAMES", "400"))
 AT_LEAST = 30

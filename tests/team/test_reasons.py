@@ -6,12 +6,7 @@ from runtime.facts import case
 from runtime.played import loaded
 from safenav.runtime.run.mission import Mission
 from safenav.scenario.objective import number_word
-from safenav.solve.reasons import (
-    Helper,
-    Hindrance,
-    Shortfall,
-    shortfall_words,
-)
+from safenav.solve.reasons import Helper, Hindrance, Shortfall, shortfall_words
 
 
 def lacks(*helpers: Helper, robots: int = 1) -> Shortfall:

@@ -10,13 +10,7 @@ from runtime.played import completed
 from safenav.errors import InputError
 from safenav.run.checked import check_trace
 from safenav.trace.file import TraceWriter, as_data, read_bytes, read_trace
-from safenav.trace.records import (
-    KINDS,
-    VERSION,
-    Discovered,
-    Header,
-    Record,
-)
+from safenav.trace.records import KINDS, VERSION, Discovered, Header, Record
 from traces.examples import examples
 from traces.real import NAMES, real_trace
 

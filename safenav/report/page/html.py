@@ -24,12 +24,7 @@ from typing import Any, TypeVar
 from msgspec.structs import asdict
 
 from safenav.errors import SafenavError
-from safenav.report.picture.svg import (
-    GLYPHS,
-    obstacle_pictogram,
-    opened_pictogram,
-    robot_pictogram,
-)
+from safenav.report.picture.svg import GLYPHS, obstacle_pictogram, opened_pictogram, robot_pictogram
 from safenav.run import values
 from safenav.run.reading import Beginning, RunReader, run_of
 from safenav.run.run import Run

@@ -15,14 +15,7 @@ from msgspec.structs import replace
 
 from safenav.pace.robot import KINDS, ONLY_WITH_HEADING
 from safenav.scenario import language
-from safenav.scenario.model import (
-    Battery,
-    Catalogue,
-    Need,
-    ObstacleType,
-    ResolveAt,
-    RobotModel,
-)
+from safenav.scenario.model import Battery, Catalogue, Need, ObstacleType, ResolveAt, RobotModel
 from safenav.scenario.reading.regions import Reading
 from safenav.scenario.values import UNLIMITED
 from safenav.scenario.yaml.document import Node, Scalar, clipped, entries_of

@@ -26,16 +26,7 @@ from safenav.scenario.yaml.document import Node, Place, Scalar, clipped
 from safenav.scenario.yaml.findings import Findings, parsed, read_bytes, read_source, suggestion
 from safenav.scenario.yaml.keys import Key
 from safenav.scenario.yaml.typed import read
-from safenav.world.images import (
-    Blocked,
-    Image,
-    Layout,
-    crossed,
-    dark,
-    read_image,
-    suggested,
-    walls,
-)
+from safenav.world.images import Blocked, Image, Layout, crossed, dark, read_image, suggested, walls
 from safenav.world.images import read_movingai as parse_movingai
 from safenav.world.map import MAX_REGIONS, Frame, RegionMap, pieces
 
