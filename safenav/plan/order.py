@@ -208,12 +208,15 @@ def _spare(team: Team, state: State, i: int) -> float | None:
 
 @lru_cache(maxsize=256)
 def step_of(team: Team, i: int) -> int:
-    """The ticks of a robot's step; in a live run the seconds of one straight on, rounded up."""
+    """The ticks of a robot's step; in a live run seconds, rounded up: the mean of one straight on
+    and one with a quarter turn."""
     robot, frame = team.members[i].robot.model, team.world.frame
     if team.scenario.clock is not Clock.LIVE:
         return robot.timing
     side = SIDE if frame is None else max(frame.resolution)
-    return ceil(pace_of(robot.figures, team.world.cols, side, None, robot.timing).step(0, 0, 1))
+    about = robot.figures, team.world.cols, side
+    paces = [pace_of(*about, facing, robot.timing) for facing in ("east", "north")]
+    return ceil(sum(pace.step(0, 0, 1) for pace in paces) / len(paces))
 
 
 def _slack(team: Team, i: int) -> float:
