@@ -104,7 +104,7 @@ def _certify(case: Case, trace: Path, synthesizer: Synthesizer, folder: Path) ->
     try:
         sources = sources_of(Path(case.file), _text_as_run(case))
         make_bundle(target, data, sources, synthesizer)
-    except (errors.NotCertifiedError, errors.UsageError) as error:
+    except (errors.NotCertifiedError, errors.ResourceLimitError, errors.UsageError) as error:
         return [f"not certified: {error}"]
     return []
 

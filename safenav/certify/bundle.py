@@ -31,6 +31,7 @@ from safenav.judge.lines import Line, NotATraceError
 from safenav.judge.rules import Rule
 from safenav.judge.state import State
 from safenav.runtime.run.mission import Mission, default_synthesizer, uninterrupted
+from safenav.scenario.model import Coordination, Scenario
 from safenav.scenario.reading.loader import load_scenario_text, scenario_text
 from safenav.spec.specification import read_specification
 from safenav.synthesis.cache import Cache
@@ -60,12 +61,13 @@ def make_bundle(
     ``sources``: the scenario's YAML, map and catalogue files by name. ``synthesizer``: its cache
     has the strategies.
 
-    Raises UsageError if the target exists, a strategy is missing or the disk is full,
-    NotCertifiedError if a checker refuses the bundle, ResourceLimitError if a strategy is larger
-    than the checker takes on."""
+    Raises UsageError if the target exists, goals are assigned at run time, a strategy is missing or
+    the disk is full, NotCertifiedError if a checker refuses the bundle, ResourceLimitError if a
+    strategy is larger than the checker takes on."""
     if target.exists():
         raise UsageError(f"{target} exists; name a bundle that does not")
     read = read_bytes(trace)
+    _certifiable(read.header.scenario)
     with _beside(target) as directory:
         folder = directory / "bundle"
         files = files_of_run(trace, sources, synthesizer)
@@ -99,6 +101,15 @@ def _beside(target: Path) -> Iterator[Path]:
         if error.errno not in FULL_DISK:
             raise
         raise UsageError(f"cannot write {target}: {error.strerror}") from error
+
+
+def _certifiable(scenario: Scenario) -> None:
+    """Raise UsageError for a scenario of which runs are not certified."""
+    if scenario.coordination is Coordination.ASSIGNABLE:
+        raise UsageError(
+            "runs with 'coordination: assignable' are not certified\n"
+            "    use 'coordination: resynthesis'"
+        )
 
 
 def files_of_run(
@@ -278,6 +289,7 @@ def bundle_of_run(
     """
     text = scenario_text(scenario)
     plan = load_scenario_text(text, str(scenario))
+    _certifiable(plan)
     if seed is not None:
         plan = replace(plan, seed=seed)
     with tempfile.TemporaryDirectory() as directory:

@@ -41,7 +41,7 @@ COMMANDS = {
     "certify": ("check", "Run a scenario and write a bundle that proves the run."),
     "replay": ("replay", "Replay a trace: a page, pictures, or 3D."),
     "draw": ("replay", "Draw a scenario without running it."),
-    "export": ("export", "Export a trace: waypoints, motion, ROS 2 bag, tables."),
+    "export": ("export", "Export a trace: waypoints, motion, samples, ROS 2 bag."),
     "studio": ("new", "Draw a scenario in a browser, run it, change its world."),
     "new": ("new", "Write an example scenario, a fleet file or a schema."),
     "doctor": ("new", "List what is installed and test whether it works."),

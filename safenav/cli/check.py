@@ -409,7 +409,8 @@ def certify(
     """Run SCENARIO and write a bundle: the run, each strategy with its proof, and a checker that
     needs only Python.
 
-    Any outcome can be certified, including that the mission is infeasible."""
+    Any outcome can be certified, including that the mission is infeasible; not runs with
+    'coordination: assignable'."""
     from safenav.certify.bundle import bundle_of_run, bundle_of_trace
 
     if (scenario is None) == (trace is None):

@@ -113,12 +113,12 @@ def deadlines(e: Line, s: State) -> Iterator[str]:
 @rule("outcome")
 def end(e: Line, s: State) -> Iterator[str]:
     """A completed run has met each objective as often as the scenario asks since the last
-    resolution, and ends where objectives end; a run ends at a limit only if it is reached."""
+    resolution, and ends where objectives end; a stay at a last target in a live run is as many
+    rounds as the run says; a run ends at a limit only if it is reached."""
     limits, wanted = s.scenario.limits, s.scenario.until.rounds
     for name, robot in s.robots.items():
         rounds = robot.progress.rounds(robot.own, e.tick)
         if s.live and robot.own.settles and rounds:
-            # No time passes while it stays, so each stay is as many rounds as it says.
             rounds = max(rounds, wanted, e.rounds.get(name, 0))
         if e.outcome == "completed":
             if rounds < wanted:

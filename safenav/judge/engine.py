@@ -331,6 +331,8 @@ def judge(texts: Iterable[str | bytes], rules: Iterable[Rule] = FACTS) -> Judgem
     rules, state = [*rules], None
     for line in reader.lines(texts):
         state = state or State(line)
+        if line.kind == "outcome":  # the lines before it do not use up the limit of its proof
+            state.world.work = 0
         if line.kind not in by_kind:
             by_kind[line.kind] = [r for r in rules if not r.kinds or line.kind in r.kinds]
         for rule in by_kind[line.kind]:

@@ -228,7 +228,7 @@ def _broken_promises(lines: Sequence[Mapping[str, Any]]) -> list[str]:
             ended = line["reason"] == "reached"
         elif line["type"] == "plan" and ended:
             found.append(f"plan: it ends in tick {line['tick']} without what it promises")
-        elif line["type"] not in ("move", "depart", "arrive", "goal", "hold"):
+        elif line["type"] not in ("move", "depart", "arrive", "goal"):
             ended = ended and bool(line.get("note"))
     return found[:1]
 

@@ -15,7 +15,7 @@ from once import made_once
 from runtime.worlds import Driven
 from safenav import Mission, TraceWriter, load_scenario
 from safenav.certify.bundle import bundle_of_run, bundle_of_trace
-from safenav.errors import ResourceLimitError
+from safenav.errors import UsageError
 from safenav.scenario.model import Clock, Robot, Scenario
 from safenav.spec.compile import compile_task
 from safenav.spec.specification import Specification
@@ -155,5 +155,5 @@ def test_goals_that_are_assigned_at_run_time_are_not_certified(tmp_path: Path) -
     scenario = tmp_path / "hello.yaml"
     text = (SCENARIOS / "hello.yaml").read_text()
     scenario.write_text(f"{text}coordination: assignable\n")
-    with pytest.raises(ResourceLimitError, match="no bundle: goals that are assigned at run time"):
+    with pytest.raises(UsageError, match="use 'coordination: resynthesis'"):
         bundle_of_run(scenario, tmp_path / "bundle")

@@ -27,7 +27,6 @@ VIEWS = (
     ("resume", "--max-ticks", "50", "--trace", "made.jsonl"),
     ("certify", "-o", "made", "--trace"),
 )
-RESUMED = ("case_study_1_beliefs", "case_study_3", "battery_delivery", "warehouse_orders")
 """Commands on a trace beside its check; their files are called ``made``."""
 
 

@@ -197,7 +197,7 @@ def test_a_large_map_fits_every_screen(
     browser: Browser, pages: dict[str, Path], name: str = "crowd"
 ) -> None:
     """Opened on a phone, and in a window that becomes narrower: nothing needs sideways scrolling.
-    The map comes nearer to what an event tells."""
+    The map comes nearer to the region of an event."""
     for width in (390, 1920, 1280, 900, 700, 320):
         if width in (390, 1920):
             browser.open(pages[name], "#tick=6", width=width, height=800)

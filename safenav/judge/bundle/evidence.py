@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from itertools import chain, combinations, pairwise
 from typing import Any
@@ -108,11 +107,14 @@ class Precedence:
                 after[robot, place, True] = [(robot, place + 1, False)][: length - 1 - place]
         for first, i, then, j in orders:
             after[first, i, True].append((then, j, False))
+        bits = {event: 1 << number for number, event in enumerate(after)}
+        self._bits, self._later = bits, dict.fromkeys(after, 0)  # all events that come after each
         try:
-            TopologicalSorter(after).prepare()
+            for event in TopologicalSorter(after).static_order():  # the last first
+                for other in after[event]:
+                    self._later[event] |= self._later[other] | bits[other]
         except CycleError:
             raise RefusedError("the orders of the plan wait for each other in a circle") from None
-        self._later = cache(lambda event: closure({event}, after.__getitem__))
 
     def together(self, visits: Iterable[tuple[str, int]]) -> Iterator[tuple[str, str]]:
         """Yield the robots of two visits of which neither certainly ends before the other."""
@@ -125,7 +127,7 @@ class Precedence:
         """Return whether ``one`` is certainly one place on when ``other`` departs for ``j``."""
         if i + 1 >= self._lengths[one] or j == 0:
             return False
-        return (other, j, False) in self._later((one, i + 1, True))
+        return bool(self._later[one, i + 1, True] & self._bits[other, j, False])
 
 
 def proof_file(e: Line) -> str:

@@ -86,6 +86,9 @@ class Bound:
         """Return, for each pose, the earliest tick at whose end a robot is there, and in which a
         step ends there. ``ends_in``: regions where paths may end but not continue."""
         own, takes, robot = self.names.index(name), self.takes(name), self.s.robots[name]
+        formulas = robot.own.formulas
+        if allows is None and formulas is not None and formulas.whole:
+            allows = formulas.allows
         best, stepped = dict(seeds), Ticks()
         queue = sorted((tick, str(pose), pose) for pose, tick in seeds.items())
         while queue:

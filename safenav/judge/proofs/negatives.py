@@ -353,7 +353,9 @@ def _continues(robot: Robot, case: Case, memory: Mapping[str, int] | None) -> bo
         return Case(s, memory={name: 0}).can_continue(name, begins, ())
     if own.literal and own.strict and memory and not robot.out:
         turn = next(iter(memory.values()))
-        return case.can_continue(name, case.start[name], ()) and _keeps_order(robot, case, turn)
+        # A memory that it cannot have proves nothing.
+        turns = not 0 <= turn < own.count or _keeps_order(robot, case, turn)
+        return turns and case.can_continue(name, case.start[name], ())
     return case.can_continue(name, case.start[name], ())
 
 

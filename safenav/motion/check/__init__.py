@@ -1,5 +1,5 @@
-"""Checks of a motion file: against its trace, by independent rules and code, and against the
-requirements of its scenario.
+"""Checks of a motion file: against its trace, by rules of its own, and against the requirements of
+its scenario.
 
 The rules use the format of the file, its mathematics (``geometry``, ``columns``) and the times of
 its trace (``timing``); nothing of the computation of motions.

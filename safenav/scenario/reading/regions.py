@@ -396,11 +396,14 @@ def _rectangle(item: RectangleKeys, reading: Reading) -> set[Region]:
 def _span(span: Raw | None, count: int | None, reading: Reading) -> range:
     if span is None:
         return range(count or 0)
-    if (ends := values.ends_of(span.node)) is None:
+    number, ends = plain(span.node), values.ends_of(span.node)
+    if ends is None and type(number) is int:
+        ends = number, number
+    if ends is None:
         wrong_type(span.node, span.what, "a number or a range such as 1-4", reading)
         return range(0)
     first, last = ends
-    if first > last or (count is not None and last >= count):
+    if first > last or first < 0 or (count is not None and last >= count):
         reason = "is empty" if first > last else "reaches outside the map"
         hint = f"they are numbered from 0 to {count - 1}" if count else "they are numbered from 0"
         reading.add(span.node, f"{span.what}: {first}-{last} {reason}", hint)

@@ -213,7 +213,7 @@ def fleet_of(random: Random, hidden: list[Data], scenario: Scenario) -> Data:
             "tolerance": round(min(0.3, max(0.06, (side - wide) / 2)), 3),
         }
         if solid:
-            own["scan"] = {"obstacle": solid[0], "beyond": round(0.3 * side, 2)}
+            own["scan"] = {"obstacle": solid[0]}
         robots[robot.name] = own
     made: Data = {
         "safenav-fleet": 1,

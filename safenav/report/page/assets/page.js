@@ -1,4 +1,4 @@
-/* sources 811169b9d96b0de39def9a50fadacf47c0871357bcb854ad73fbea4f3dec0e18 */
+/* sources 34bb267ae42d80aafdff645dcae533c897c542c54a6d45383f27bb22bf58f997 */
 /* Contains preact:
 The MIT License (MIT)
 

@@ -102,7 +102,7 @@ export class Obstacles {
     private readonly holders: Holder[],
   ) {
     this.things = run.obstacles.map((obstacle) => this.made(obstacle));
-    this.group.add(...this.things.map((thing) => thing.group));
+    for (const thing of this.things) this.group.add(thing.group);
   }
 
   update(tick: number, seconds: number): void {
