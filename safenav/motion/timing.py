@@ -135,11 +135,15 @@ def dated(trace: Trace, paces: Mapping[str, Pace]) -> Sequence[records.Record]:
 
 def ordered(trace: Trace, lines: Sequence[records.Record]) -> Trace:
     """Return the trace with these lines in the order of their times, at each instant departures
-    last; their ticks stay."""
+    last, and with them who goes out of service; their ticks stay."""
     if trace.header.live:
         return trace
-    lines = sorted(lines, key=lambda line: (line.t or 0.0, isinstance(line, records.Depart)))
-    return replace(trace, records=tuple(lines))
+
+    def time(line: records.Record) -> tuple[float, bool]:
+        out = isinstance(line, records.Service) and not line.active
+        return line.t or 0.0, out or isinstance(line, records.Depart)
+
+    return replace(trace, records=tuple(sorted(lines, key=time)))
 
 
 def in_time(trace: Trace, motion: Motion) -> Trace:

@@ -186,6 +186,7 @@ class Pace:
         next."""
         self._short = at == region
         self._since, self._settling = now, self._resuming() if self._short else 0.0
+        self.faces(at, region)
         self._foot = 0
 
     def _direction(self, origin: int, to: int) -> float:

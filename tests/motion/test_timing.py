@@ -146,6 +146,14 @@ def test_a_robot_acts_on_one_thing_after_the_other(kind: str, clock: str) -> Non
     assert [act.t1 - act.t0 for act in acts] == pytest.approx([2.0] * 3)
 
 
+@pytest.mark.parametrize("name", ["out_of_service", "turned"])
+def test_a_run_in_ticks_has_a_motion_that_is_accepted(name: str) -> None:
+    """A step under way ends when its robot goes out of service; after an action in its own region a
+    rover faces its path again."""
+    trace = read_bytes(played(beside(__file__, f"scenarios/{name}.yaml")))
+    assert check_motion(motion_of(trace), trace) == []
+
+
 CLOSING = """\
 safenav: 1
 map: {grid: ["#########", "#...#...#", "#.......#", "#...#...#", "#########"]}
