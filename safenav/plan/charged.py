@@ -182,7 +182,7 @@ class ChargedSearch(Search):
                     if j not in self.team.members[i].rivals:
                         continue
                     left = found[j] % size != region
-                    if not (left and j < i and step_of(self.team, j) == 1):
+                    if not (left and j < i and self.team.members[j].ticks == 1):
                         found[i], again = joint.poses[i], True
                         break
         return tuple(found)
