@@ -55,7 +55,7 @@ def city(folder: Path, robots: int) -> dict[str, Any]:
     reached, found = {start}, [start]
     while found:
         r, c = found.pop()
-        beside = {(r + 1, c), (r - 1, c), (r, c + 1), (r, c - 1)} & free - reached
+        beside = ({(r + 1, c), (r - 1, c), (r, c + 1), (r, c - 1)} & free) - reached
         reached |= beside
         found += beside
     square = [-1, 0, 1]
