@@ -144,8 +144,6 @@ front: ## rebuild the replay page's bundle (needs Node)
 bench: install slugs ## measure (never part of the tests)
 	$(BIN)/python benchmarks/slugs.py --suite corpus
 	$(BIN)/python benchmarks/case_studies.py
-	$(BIN)/python benchmarks/teams.py
-	$(BIN)/python benchmarks/teams.py --bars
 	$(BIN)/python benchmarks/scale.py
 	$(BIN)/python benchmarks/explain.py
 	$(BIN)/python benchmarks/batch.py
