@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from itertools import cycle, islice, pairwise
 
 from safenav.data import cached_method
-from safenav.plan.order import plan_of, step_of
+from safenav.plan.order import plan_of
 from safenav.plan.search import (
     FARTHEST,
     FIRST_BUDGET,
@@ -71,12 +71,8 @@ class ChargedSearch(Search):
         self._spare: dict[int, float] = {}
         for i, energy in self.energies.items() if super().goal(start) else ():
             if energy.battery.stay and not energy.charging(start.poses[i]):
-                need = self._need(start, i)
+                need = needed(floor, start, i)
                 self._spare[i] = max(0.0, (energy.battery.capacity - 2 * need) / 2)
-
-    def _need(self, joint: Joint, i: int) -> float:
-        energy, allowed = self.energies[i], self.floor.allowed(i, joint.stages)
-        return energy.need(allowed, joint.poses[i], energy.turn(joint.counts[i][0]))
 
     def goal(self, joint: Joint) -> bool:
         return super().goal(joint) and all(self._lasts(joint))
@@ -84,7 +80,7 @@ class ChargedSearch(Search):
     def _lasts(self, joint: Joint) -> Iterator[bool]:
         for i, energy in self.energies.items() if self.how[0] else ():
             spare = 0 if energy.charging(joint.poses[i]) else self._spare.get(i, 0)
-            yield joint.charges[i] >= self._need(joint, i) + spare
+            yield joint.charges[i] >= needed(self.floor, joint, i) + spare
 
     def run(self) -> Answer:
         """The plan with the fewest ticks of several."""
@@ -110,8 +106,9 @@ class ChargedSearch(Search):
         found = super().deep(start, goal, budget, how, order)
         return None if isinstance(found, Exhausted) else found
 
-    def singles(self, budget: int) -> Answer:  # noqa: ARG002
+    def singles(self, budget: int) -> Answer:
         """Nothing: a search for all would examine each charge of a state."""
+        del budget
         return None
 
     def _singles(self, joint: Joint, alive: Sequence[Mask] | None = None) -> Iterator[Joint]:
@@ -151,13 +148,13 @@ class ChargedSearch(Search):
         poses = self._held(joint, poses)
         after, ticks = self.floor.moved(joint, poses, self.floor.robots), 1
         for i, pose in enumerate(poses):
-            ticks = max(ticks, step_of(self.team, i) if pose != joint.poses[i] else 1)
+            ticks = max(ticks, self.team.step_ticks[i] if pose != joint.poses[i] else 1)
         acts = self.live and after.stages != joint.stages
         acting = self.floor.acting(joint.stages) if acts else 0
         gains = []
         for i, energy in self.energies.items():
             on, moves = energy.chargers >> poses[i] & 1, poses[i] != joint.poses[i]
-            waits = ticks - step_of(self.team, i) if moves else ticks
+            waits = ticks - self.team.step_ticks[i] if moves else ticks
             waits += ACTING if acting >> poses[i] % self.team.size & 1 else 0
             gain: float = -energy.battery.move if moves else on * energy.battery.charge * ticks
             gain -= 0 if on else energy.battery.stay * waits
@@ -226,7 +223,7 @@ class ChargedSearch(Search):
 def _duration(floor: Floor, before: Joint, joint: Joint) -> int:
     """The ticks of a transition: those of its slowest step."""
     moving = (i for i in floor.robots if before.poses[i] != joint.poses[i])
-    return max((step_of(floor.team, i) for i in moving), default=1)
+    return max((floor.team.step_ticks[i] for i in moving), default=1)
 
 
 Part = tuple[Floor, Sequence[Joint]]
@@ -237,43 +234,32 @@ def charged_plan(parts: Sequence[Part], begun: float) -> Plan | None:
     """The plan of all parts; None if some robot cannot wait for the end of the others. ``begun``:
     the tick before its first one, or when it begins in a live run."""
     ticks = [sum(_duration(floor, *each) for each in pairwise(states)) for floor, states in parts]
-    most = max(ticks)
-    pairs = zip(parts, ticks, strict=True)
-    if not all(_waits(*part, most - own) for part, own in pairs):
-        return None
+    charges = [0.0] * len(parts[0][0].team.members)
+    for (floor, states), own in zip(parts, ticks, strict=True):
+        last, waits = states[-1], max(ticks) - own
+        for i in floor.robots:
+            energy, charges[i] = floor.team.members[i].energy, last.charges[i]
+            if waits and energy is not None and not energy.charging(last.poses[i]):
+                charges[i] -= waits * energy.battery.stay
+                if charges[i] < _needed_at_end(floor, last, i):
+                    return None
     plans = [_plan(*part, begun) for part in parts]
     ways = zip(*(plan.ways for plan in plans), strict=True)
     joined = tuple(next(filter(None, each), ()) for each in ways)
-    charges = [0.0] * len(joined)
-    for (floor, states), own in zip(parts, ticks, strict=True):
-        for i in floor.robots:
-            charges[i] = states[-1].charges[i] - _waiting(floor, states[-1], i, most - own)
     return Plan(joined, plans[0].foreseen, tuple(charges))
 
 
-def _waits(floor: Floor, states: Sequence[Joint], ticks: int) -> bool:
-    """Whether robots keep what they need for so many ticks after their plan."""
-    last = states[-1]
-    for i in floor.robots:
-        used = _waiting(floor, last, i, ticks)
-        if used and last.charges[i] - used < _needed_at_end(floor, last, i):
-            return False
-    return True
-
-
-def _waiting(floor: Floor, last: Joint, i: int, ticks: int) -> float:
-    """The charge that a robot uses while it waits at its end."""
+def needed(floor: Floor, joint: Joint, i: int) -> float:
+    """The charge with which a robot with a battery continues forever from where it is."""
     energy = floor.team.members[i].energy
-    off = energy is not None and not energy.charging(last.poses[i])
-    return ticks * energy.battery.stay if energy is not None and off else 0
+    assert energy is not None
+    allowed, turn = floor.allowed(i, joint.stages), energy.turn(joint.counts[i][0])
+    return energy.need(allowed, joint.poses[i], turn)
 
 
 def _needed_at_end(floor: Floor, last: Joint, i: int) -> float:
-    """The charge with which a robot continues forever after a plan, as far as it has that."""
-    energy = floor.team.members[i].energy
-    assert energy is not None
-    allowed, turn = floor.allowed(i, last.stages), energy.turn(last.counts[i][0])
-    return min(energy.need(allowed, last.poses[i], turn), last.charges[i])
+    """That charge at the end of a plan, as far as the robot has it."""
+    return min(needed(floor, last, i), last.charges[i])
 
 
 def _plan(floor: Floor, states: Sequence[Joint], begun: float) -> Plan:

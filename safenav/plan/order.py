@@ -9,11 +9,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
-from functools import lru_cache
-from math import ceil
 
-from safenav.pace.robot import SIDE, pace_of
-from safenav.scenario.model import Clock
 from safenav.team.apply import will_count
 from safenav.team.floor import Floor, Joint, floor_now, restarted, stages_of
 from safenav.team.state import Count, Is, Plan, State, Waypoint
@@ -206,24 +202,11 @@ def _spare(team: Team, state: State, i: int) -> float | None:
     return robot.charge - steps * energy.battery.move - _slack(team, i) if steps < FAR else None
 
 
-@lru_cache(maxsize=256)
-def step_of(team: Team, i: int) -> int:
-    """The ticks of a robot's step; in a live run seconds, rounded up: the mean of one straight on
-    and one with a quarter turn."""
-    robot, frame = team.members[i].robot.model, team.world.frame
-    if team.scenario.clock is not Clock.LIVE:
-        return robot.timing
-    side = SIDE if frame is None else max(frame.resolution)
-    about = robot.figures, team.world.cols, side
-    paces = [pace_of(*about, facing, robot.timing) for facing in ("east", "north")]
-    return ceil(sum(pace.step(0, 0, 1) for pace in paces) / len(paces))
-
-
 def _slack(team: Team, i: int) -> float:
     member = team.members[i]
     assert member.energy is not None
     battery = member.energy.battery
-    return (4 if member.rivals else 1) * max(battery.stay * step_of(team, i), battery.move)
+    return (4 if member.rivals else 1) * max(battery.stay * team.step_ticks[i], battery.move)
 
 
 def charging_ends(team: Team, state: State) -> float | None:

@@ -202,12 +202,8 @@ class RobotPaths:
 
     def depart(self, robot: str, tick: int, to: Region, seconds: float | None) -> None:
         """Take the start of a step of a live run, and how long it probably takes."""
-        now = self._times()[-1]
-        track, step = (
-            self.robot(robot),
-            LongStep(tick, tick, self.on_map(to), now, now + (seconds or 0.0)),
-        )
-        track.steps.append(step)
+        now, track = self._times()[-1], self.robot(robot)
+        track.steps.append(LongStep(tick, tick, self.on_map(to), now, now + (seconds or 0.0)))
         if track.battery is not None:
             track.battery.leave(now)
 

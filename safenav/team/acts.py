@@ -1,5 +1,5 @@
-"""Actions of robots where they stand; consequences of failed steps, unknown obstacles and lost
-robots (ASYNC.md, policies)."""
+"""The regions that robots occupy; their actions where they stand; consequences of failed steps,
+unknown obstacles and lost robots (ASYNC.md, policies)."""
 
 from __future__ import annotations
 
@@ -7,13 +7,37 @@ from collections.abc import Collection, Iterator, Sequence
 
 from safenav.scenario.model import OPERATOR_ACTION, FailedMoves, Obstacle, ObstacleType, Robot
 from safenav.team import state as now
-from safenav.team.floor import acting_floor, barred, is_reserved
+from safenav.team.floor import acting_floor, barred
 from safenav.team.state import Is, State
 from safenav.team.team import Team, introduced
 from safenav.world.map import Region
 
 FAILURE = "world"
 """The cause of a robot's time out of service that its own failures explain."""
+
+
+def standing(team: Team, state: State, *, moving: bool) -> list[int | None]:
+    """The region of each robot that can take part in an action; ``moving``: also of those on their
+    way or out of service."""
+    can = (moving or (r.to is None and r.active) for r in state.robots)
+    return [r.pose % team.size if c else None for r, c in zip(state.robots, can, strict=True)]
+
+
+def occupied(team: Team, state: State) -> frozenset[int]:
+    """The regions of all robots: two while they are on their way."""
+    size = team.size
+    return frozenset(p % size for robot in state.robots for p in (robot.pose, robot.next))
+
+
+def is_reserved(team: Team, state: State, i: int, region: int) -> bool:
+    """Whether a robot must not enter a region now: a rival is there, or others are in a zone."""
+    member, size, robots = team.members[i], team.size, state.robots
+    for j in member.rivals:
+        other = robots[j]
+        if other.pose % size == region or (other.to is not None and other.to % size == region):
+            return True
+    zones = [1 << r.pose % size | 1 << r.next % size for r in robots] if member.zones else []
+    return bool(member.shut(zones) >> region & 1)
 
 
 def acts_on(

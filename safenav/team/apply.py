@@ -462,6 +462,12 @@ def will_count(team: Team, state: State, i: int) -> bool:
     return robot.fresh or (after != robot.own and left)
 
 
+def orders_ahead(team: Team, state: State) -> bool:
+    """Whether the scenario lets an order come."""
+    pairs = zip(team.obstacles, state.obstacles, strict=True)
+    return any(o.ordered and each.state is Is.AWAY for o, each in pairs)
+
+
 def charged(team: Team, state: State, i: int) -> bool:
     """Whether a robot that was flat has got another battery, so that it is in service again."""
     robot, energy = state.robots[i], team.members[i].energy

@@ -485,30 +485,6 @@ def stages_of(floor: Floor, state: State) -> Stages:
     return tuple(state.obstacles[k].stage for k in floor.gates)
 
 
-def standing(team: Team, state: State, *, moving: bool) -> list[int | None]:
-    """The region of each robot that can take part in an action; ``moving``: also of those on their
-    way or out of service."""
-    can = (moving or (r.to is None and r.active) for r in state.robots)
-    return [r.pose % team.size if c else None for r, c in zip(state.robots, can, strict=True)]
-
-
-def occupied(team: Team, state: State) -> frozenset[int]:
-    """The regions of all robots: two while they are on their way."""
-    size = team.size
-    return frozenset(p % size for robot in state.robots for p in (robot.pose, robot.next))
-
-
-def is_reserved(team: Team, state: State, i: int, region: int) -> bool:
-    """Whether a robot must not enter a region now: a rival is there, or others are in a zone."""
-    member, size, robots = team.members[i], team.size, state.robots
-    for j in member.rivals:
-        other = robots[j]
-        if other.pose % size == region or (other.to is not None and other.to % size == region):
-            return True
-    zones = [1 << r.pose % size | 1 << r.next % size for r in robots] if member.zones else []
-    return bool(member.shut(zones) >> region & 1)
-
-
 def barred(team: Team, state: State) -> frozenset[tuple[int, int]]:
     """The robots whose actions on an obstacle have failed too often, each with that obstacle."""
     pairs = state.attempts

@@ -8,10 +8,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from functools import cached_property, lru_cache
 from itertools import takewhile
+from math import ceil
 
 from msgspec import Struct
 from msgspec.structs import replace
 
+from safenav.pace.robot import SIDE, Pace, pace_of
 from safenav.scenario import model
 from safenav.scenario.model import Coordination, Failures
 from safenav.scenario.objective import Objective, Pursuit
@@ -128,6 +130,13 @@ class Member(Struct, frozen=True, eq=False):
         return sum(1 << k for k, goal in enumerate(goals) if goal >> pose & 1)
 
 
+def pace_on(world: RegionMap, robot: model.Robot) -> Pace:
+    """The pace of a robot at its start at time 0."""
+    figures, ticks = robot.model.figures, robot.model.timing
+    side = SIDE if world.frame is None else max(world.frame.resolution)
+    return pace_of(figures, world.cols, side, robot.start.facing, ticks)
+
+
 class Team(Struct, frozen=True, eq=False, dict=True):
     """``failures``: what follows from failed commands."""
 
@@ -182,6 +191,21 @@ class Team(Struct, frozen=True, eq=False, dict=True):
     def charged(self) -> tuple[int, ...]:
         """The robots with a battery."""
         return tuple(i for i, member in enumerate(self.members) if member.energy is not None)
+
+    @cached_property
+    def step_ticks(self) -> tuple[int, ...]:
+        """The ticks of each robot's step; in a live run seconds, rounded up: the mean of one
+        straight on and one with a quarter turn."""
+        if self.scenario.clock is not model.Clock.LIVE:
+            return tuple(member.ticks for member in self.members)
+        found = []
+        for member in self.members:
+            pace, seconds = pace_on(self.world, member.robot), 0.0
+            for facing in ("east", "north"):
+                pace.placed(0, facing)
+                seconds += pace.step(0, 0, 1)
+            found.append(ceil(seconds / 2))
+        return tuple(found)
 
     def assignable(self, i: int) -> bool:
         """Whether a robot keeps one strategy, whose inputs command it."""

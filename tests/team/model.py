@@ -7,11 +7,10 @@ from drawn import loads
 from safenav.plan.ask import Found, ask
 from safenav.plan.order import at_end, closed, joint_now, next_step
 from safenav.solve.solve import Solver, settle
-from safenav.team import floor as floors
 from safenav.team import state as now
-from safenav.team.acts import acts_on, resolved
+from safenav.team.acts import acts_on, is_reserved, resolved, standing
 from safenav.team.apply import apply, initial
-from safenav.team.floor import Floor, Joint, floor_now, standing
+from safenav.team.floor import Floor, Joint, floor_now
 from safenav.team.state import Is, State
 from safenav.team.team import Team, team_of
 from support.boards import Data
@@ -151,7 +150,7 @@ def _possible(team: Team, state: State) -> list[now.Arrived | now.Departed]:
             events.append(now.Arrived(i))
         elif (pose := next_step(team, state, i)) is not None:
             assert pose % team.size not in closed(team, state, i)
-            if not floors.is_reserved(team, state, i, pose % team.size):
+            if not is_reserved(team, state, i, pose % team.size):
                 events.append(now.Departed(i, pose, "plan", due=1))
     return events
 

@@ -7,7 +7,7 @@ i. No run is faster, so a deadline before a bound is lost.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from heapq import heappop, heappush
 from math import ceil
 
@@ -65,11 +65,11 @@ class Bound:
         goal: frozenset[int],
         seeds: Ticks,
         ends_in: Collection[int] = (),
-        allows: Callable[[Pose, Pose], bool] | None = None,
+        avoid: Collection[int] = (),
     ) -> Ticks:
         """Return the poses in which a robot can meet a target, each with the earliest tick by whose
         end it does: by a step, or by staying for a tick."""
-        stayed, stepped = self.ticks(name, seeds, ends_in, allows)
+        stayed, stepped = self.ticks(name, seeds, ends_in, avoid)
         return {
             pose: min(stepped.get(pose, NEVER), stayed.get(pose, NEVER) + 1)
             for pose in stayed.keys() | stepped.keys()
@@ -81,15 +81,14 @@ class Bound:
         name: str,
         seeds: Ticks,
         ends_in: Collection[int] = (),
-        allows: Callable[[Pose, Pose], bool] | None = None,
+        avoid: Collection[int] = (),
     ) -> tuple[Ticks, Ticks]:
         """Return, for each pose, the earliest tick at whose end a robot is there, and in which a
         step ends there. ``ends_in``: regions where paths may end but not continue."""
         own, takes, robot = self.names.index(name), self.takes(name), self.s.robots[name]
         formulas = robot.own.formulas
-        if allows is None and formulas is not None and formulas.whole:
-            allows = formulas.allows
-        best, stepped = dict(seeds), Ticks()
+        allows = formulas.allows if formulas is not None and formulas.whole else None
+        best, stepped, shut = dict(seeds), Ticks(), self.sealed[name].union(avoid)
         queue = sorted((tick, str(pose), pose) for pose, tick in seeds.items())
         while queue:
             tick, _, pose = heappop(queue)
@@ -97,7 +96,7 @@ class Bound:
                 continue
             self.s.world.spend()
             for there in self.s.world.steps(robot.faces, pose):
-                if there[0] in self.sealed[name] or (allows and not allows(pose, there)):
+                if there[0] in shut or (allows is not None and not allows(pose, there)):
                     continue
                 after = self._closed_until(name, there[0])
                 if after >= NEVER:
@@ -266,13 +265,9 @@ def _least_round(s: State, name: str, ends_in: Collection[int] | None) -> int:
     """``ends_in``: the regions that the robot touches only in their turn (None: the targets)."""
     bound, own = Bound(s, 0), s.robots[name].own
 
-    def allows(before: Pose, after: Pose) -> bool:
-        kept = own.formulas is None or own.formulas.allows(before, after)
-        return after[0] not in own.avoid and kept
-
     def round_from(seeds: Ticks) -> Ticks:
         for goal in own.targets:
-            seeds = bound.goal(name, goal, seeds, ends_in or goal, allows)
+            seeds = bound.goal(name, goal, seeds, ends_in or goal, own.avoid)
         return seeds
 
     first, rounds = round_from(bound.start[name]), dict[Pose, Ticks]()

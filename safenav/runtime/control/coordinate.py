@@ -29,7 +29,7 @@ from safenav.scenario.model import Clock
 from safenav.solve import solve
 from safenav.team import state as now
 from safenav.team.acts import FAILURE
-from safenav.team.apply import apply, charged, done, initial, stands
+from safenav.team.apply import apply, charged, done, initial, orders_ahead, stands
 from safenav.team.floor import driven, floor_now, stages_of, without_memory
 from safenav.team.state import Is, RobotNow, State
 from safenav.team.team import Team
@@ -301,11 +301,8 @@ def _planned(
         return None
     helps = (control.roles[i].helps for i in team.lone)
     helped = frozenset(k for k in helps if k is not None)
-    ordered = any(
-        o.ordered and each.state is now.Is.AWAY
-        for o, each in zip(team.obstacles, state.obstacles, strict=True)
-    )
-    starves = starving(team, state) and (ordered or not is_complete(team, state, control))
+    goes_on = orders_ahead(team, state) or not is_complete(team, state, control)
+    starves = goes_on and starving(team, state)
     ends = state.plan is None or (
         at_end(state, team.sharing) and all(state.robots[i].acting is None for i in team.sharing)
     )

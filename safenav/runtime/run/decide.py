@@ -14,7 +14,8 @@ from safenav.runtime.control.strategies import commanded, heard
 from safenav.scenario.guarantees import guarantees_of
 from safenav.scenario.objective import ruled
 from safenav.spec.specification import Section
-from safenav.team.floor import barred, is_reserved
+from safenav.team.acts import is_reserved
+from safenav.team.floor import barred
 from safenav.team.state import Is, State, Values
 from safenav.team.team import Team
 

@@ -32,7 +32,7 @@ from safenav.runtime.run.world import World
 from safenav.scenario.model import Obstacle
 from safenav.team import state as now
 from safenav.team.acts import noticed
-from safenav.team.apply import apply, initial, on_own
+from safenav.team.apply import apply, initial, on_own, orders_ahead
 from safenav.team.team import Team, assigned, introduced
 from safenav.trace.records import Act, Depart, Synthesis
 
@@ -378,9 +378,9 @@ class Run:
         return what_is_left(self.team, self.state, self.control.roles, live=self.world.live)
 
     def orders_to_come(self) -> bool:
-        pairs = [*zip(self.team.obstacles, self.state.obstacles, strict=True)]
-        if any(o.ordered and each.state is now.Is.AWAY for o, each in pairs):
+        if orders_ahead(self.team, self.state):
             return True
+        pairs = zip(self.team.obstacles, self.state.obstacles, strict=True)
         undone = any(
             o.ordered and (each.state is now.Is.OPEN or each.given_up) for o, each in pairs
         )

@@ -24,8 +24,7 @@ from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.objective import Objective
 from safenav.scenario.reachability import Reachability
 from safenav.team import state as now
-from safenav.team.acts import number, stands_for
-from safenav.team.floor import is_reserved
+from safenav.team.acts import is_reserved, number, stands_for
 from safenav.team.state import Is
 from safenav.team.team import Team
 from safenav.trace import records

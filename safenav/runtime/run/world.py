@@ -31,13 +31,14 @@ from safenav.team.acts import (
     met,
     noticed,
     number,
+    occupied,
     participants,
     resolved,
+    standing,
     unknown,
     vain,
 )
 from safenav.team.apply import charged
-from safenav.team.floor import occupied, standing
 from safenav.team.state import State
 from safenav.team.team import Team
 from safenav.trace.vocabulary import ActResult

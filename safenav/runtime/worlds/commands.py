@@ -23,8 +23,9 @@ from safenav.runtime.worlds.protocol import (
     wrong_result,
     wrong_step,
 )
-from safenav.runtime.worlds.simulation import LiveSimulation, pace_on
+from safenav.runtime.worlds.simulation import LiveSimulation
 from safenav.scenario.model import Obstacle, Robot, Scenario
+from safenav.team.team import pace_on
 from safenav.trace.vocabulary import ActResult
 from safenav.trace.words import seconds_words
 from safenav.world.map import Region

@@ -15,16 +15,16 @@ from itertools import count
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.pace.robot import SIDE, Pace, acted_by, pace_of
+from safenav.pace.robot import acted_by
 from safenav.runtime.worlds.protocol import Acted, Arrived, Blocked, Change, Ended, WorldEvent
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.team import state as now
 from safenav.team.acts import acts_on, participants, resolved
 from safenav.team.apply import apply, initial
 from safenav.team.state import Is, ObstacleNow, Stage
-from safenav.team.team import Team, introduced, team_of
+from safenav.team.team import Team, introduced, pace_on, team_of
 from safenav.trace.vocabulary import ActResult
-from safenav.world.map import Region, RegionMap
+from safenav.world.map import Region
 from safenav.world.poses import Pose
 
 
@@ -401,11 +401,3 @@ class LiveSimulation:
         for obstacle, group in done:
             for name in group:
                 self._paces[name].faces(self._poses[name].region, obstacle.region)
-
-
-def pace_on(world: RegionMap, robot: Robot) -> Pace:
-    """The pace of a robot at its start at time 0."""
-    model = robot.model
-    side = SIDE if world.frame is None else max(world.frame.resolution)
-    motion = model.figures
-    return pace_of(motion, world.cols, side, robot.start.facing, model.timing)
