@@ -25,7 +25,7 @@ from safenav.errors import (
 )
 from safenav.files import another_kind, kind_of
 from safenav.report.terminal.layout import echo_folded
-from safenav.trace.words import counted, listed, shortened
+from safenav.trace.words import counted, listed, moment_words, shortened
 
 if TYPE_CHECKING:
     from safenav.review.foresight import Rehearsal
@@ -241,7 +241,8 @@ def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
             "ticks": result.ticks,
             "late": ahead.result.late or (),
         }
-        line = f"without hidden obstacles: {result.outcome.value} in tick {result.ticks}"
+        when = moment_words(result.ticks, result.makespan)
+        line = f"without hidden obstacles: {result.outcome.value} {when}"
         line += "" if result.outcome == "completed" else f": {result.explanation}"
         lines.append(f"{line}; late: {listed(ahead.result.late)}" if ahead.result.late else line)
     if refusal is not None:
@@ -273,8 +274,8 @@ def _ahead(plan: Scenario, ahead: Rehearsal, warnings: Sequence[str]) -> list[st
     """Return warnings of batteries that run empty, unless a robot would bring another one, and of a
     proven deadlock, unless one of ``warnings`` is the reason for it."""
     found = [
-        f"the battery of {robot} is empty in tick {tick} without hidden obstacles"
-        for robot, tick in (ahead.flat if plan.flat is None else {}).items()
+        f"the battery of {robot} is empty {when} without hidden obstacles"
+        for robot, when in (ahead.flat if plan.flat is None else {}).items()
     ]
     known = any(each in ahead.result.explanation for each in warnings)
     if ahead.result.cause == "deadlock" and not known:

@@ -24,7 +24,7 @@ from safenav.team.state import State
 from safenav.team.team import Team, team_of
 from safenav.trace import records
 from safenav.trace.vocabulary import ChangeCause
-from safenav.trace.words import listed
+from safenav.trace.words import listed, moment_words
 from safenav.world.poses import bits
 
 _NEEDED = "an operator will be needed, unless the run is completed before"
@@ -97,20 +97,20 @@ def _unserved(scenario: Scenario) -> tuple[str, ...]:
 
 
 class Rehearsal(Struct, frozen=True):
-    """The ``result`` of such a run; ``flat``: the tick in which each empty battery took its robot
-    out of service."""
+    """The ``result`` of such a run; ``flat``: when each empty battery took its robot out of
+    service, in words."""
 
     result: RunResult
-    flat: dict[str, int]
+    flat: dict[str, str]
 
 
 def rehearse(scenario: Scenario, synthesizer: Synthesizer) -> Rehearsal:
     """Run a scenario without hidden obstacles: only its orders remain."""
-    flat = dict[str, int]()
+    flat = dict[str, str]()
 
     def heard(record: records.Record) -> None:
         if isinstance(record, records.Service) and record.cause is ChangeCause.BATTERY:
-            flat.setdefault(record.robot, record.tick)
+            flat.setdefault(record.robot, moment_words(record.tick, record.t))
 
     orders = tuple(obstacle for obstacle in scenario.obstacles if obstacle.ordered)
     mission = Mission(replace(scenario, obstacles=orders), synthesizer, listeners=[heard])

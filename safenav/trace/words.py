@@ -28,6 +28,11 @@ def seconds_words(seconds: float) -> str:
     return f"{round(seconds) // 60} min {round(seconds) % 60} s"
 
 
+def moment_words(tick: int, seconds: float | None) -> str:
+    """When something happens: ``in tick 31``, or ``after 2 min 5 s`` of a live run."""
+    return f"in tick {tick}" if seconds is None else f"after {seconds_words(seconds)}"
+
+
 def regions_words(regions: Iterable[Region], word: Word = number_word) -> str:
     """Regions in short: ``22-24, 35``; a region alone by its name."""
     runs: list[tuple[int, int]] = []

@@ -179,6 +179,7 @@ def encoded(run: Run, source: str, sets: Sets | None = None) -> dict[str, Any]:
                 for status, mark in GLYPHS.status.items()
             },
             "event": {kind.value: path for kind, path in GLYPHS.events.items()},
+            "load": GLYPHS.obstacles["crate"],
         },
     }
 

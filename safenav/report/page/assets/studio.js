@@ -1,4 +1,4 @@
-/* sources 34bb267ae42d80aafdff645dcae533c897c542c54a6d45383f27bb22bf58f997 */
+/* sources 7f53448751c377a90457920210503f88d3a6f3a5c646c5df87862c19c5ca6562 */
 /* Contains @codemirror/view:
 MIT License
 

@@ -35,18 +35,20 @@ export const Knowledge = memo(({ run, tick, grown }: KnowledgeProps) => (
           transform={`translate(${col * CELL} ${row * CELL})`}
         >
           <rect {...INK.boxes[status]} {...(carried && { fill: "none" })} x={1.2} y={1.2} width={CELL - 2.4} height={CELL - 2.4} rx={3.5} />
-          {shape && !carried && (
+          {!carried && shape && (
             <path {...(status === "resolved" ? INK.opened : INK.sign)} transform={`translate(${CELL / 2} ${CELL / 2}) scale(${CELL * 0.27})`} d={shape} />
           )}
-          <path
-            {...INK.sign}
-            transform={
-              shape
-                ? `translate(${CELL * 0.83} ${CELL * 0.17}) scale(${CELL * 0.11 * grown})`
-                : `translate(${CELL / 2} ${CELL / 2}) scale(${(status === "hidden" ? 6 : 8.8) * grown})`
-            }
-            d={run.marks.status[status].path}
-          />
+          {!carried && (
+            <path
+              {...INK.sign}
+              transform={
+                shape
+                  ? `translate(${CELL * 0.83} ${CELL * 0.17}) scale(${CELL * 0.11 * grown})`
+                  : `translate(${CELL / 2} ${CELL / 2}) scale(${(status === "hidden" ? 6 : 8.8) * grown})`
+              }
+              d={run.marks.status[status].path}
+            />
+          )}
         </g>
       );
     })}

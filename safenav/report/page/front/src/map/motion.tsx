@@ -11,8 +11,6 @@ const BODY = 0.28 * CELL;
 const BADGE = { at: 0.96 * BODY, radius: 0.7 * BODY, shape: 0.6 * BODY };
 /** The least radius of a robot, in pixels. */
 const LEAST = 8.5;
-/** The silhouette of a load whose type has none. */
-export const ANY_LOAD = "M-0.8,-0.8H0.8V0.8H-0.8ZM-0.62,-0.62V0.62H0.62V-0.62Z";
 const TRAIL = 24;
 const STRENGTHS = [0.25, 0.45, 0.75];
 
@@ -36,7 +34,7 @@ export function Robots({ run, player, camera }: MotionProps) {
     let drawn = -1;
     const draw = (moment: number): void => {
       const tick = tickAt(run, moment);
-      if (tick !== drawn) loads.forEach((load, i) => showLoads(load, loadsOf(run, i, tick)));
+      if (tick !== drawn) loads.forEach((load, i) => showLoads(load, loadsOf(run, i, tick), run.marks.load));
       drawn = tick;
       const grown = growth(camera, BODY, LEAST);
       const scale = grown === 1 ? "" : ` scale(${grown.toFixed(3)})`;
@@ -104,10 +102,10 @@ export function Trails({ run, player }: { run: Run; player: Player }) {
 }
 
 /** Show the first load that a robot carries, and their number. */
-function showLoads(sign: Element, loads: Obstacle[]): void {
+function showLoads(sign: Element, loads: Obstacle[], any: string): void {
   sign.setAttribute("visibility", loads.length ? "visible" : "hidden");
   if (loads.length === 0) return;
-  sign.querySelector("path")!.setAttribute("d", loads[0]!.shape || ANY_LOAD);
+  sign.querySelector("path")!.setAttribute("d", loads[0]!.shape || any);
   sign.querySelector("text")!.textContent = loads.length > 1 ? `${loads.length} x` : "";
 }
 

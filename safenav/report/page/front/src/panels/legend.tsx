@@ -4,7 +4,6 @@ import type { ComponentChildren } from "preact";
 import { memo } from "preact/compat";
 import { INK } from "../map/shapes";
 import { Hatch, ringOf, viewersOf } from "../map/knowledge";
-import { ANY_LOAD } from "../map/motion";
 import { type EventKind, EVENTS, type Run, STATUSES, UNORDERED } from "../run/run";
 import { EventSign, Popup, StatusSign } from "./shell";
 import { LaneMarks } from "./timeline";
@@ -103,7 +102,7 @@ export function MapMarks({ run }: { run: Run }) {
       <ShadingLegend run={run} />
       <Row words="load that the robot carries" shown={load !== undefined} viewBox="-1.2 -1.2 2.4 2.4">
         <rect x={-1.1} y={-1.1} width={2.2} height={2.2} {...INK.plate} stroke-width={0.1} />
-        <path d={load?.shape || ANY_LOAD} {...INK.shape} />
+        <path d={load?.shape || run.marks.load} {...INK.shape} />
       </Row>
       {run.exclusions.map(([robots], i) => (
         <Row key={i} words={`at most one of ${robots.join(", ")} at a time`}>

@@ -172,6 +172,8 @@ export interface Run {
   marks: {
     status: Record<(typeof STATUSES)[number], { path: string; meaning: string }>;
     event: Record<EventKind, string>;
+    /** The silhouette of a load whose type has none. */
+    load: string;
   };
 }
 
