@@ -4,8 +4,6 @@ The public interface (docs/library.md) are the names of ``__init__.pyi``. They a
 use: ``import safenav`` alone, and so ``safenav --help``, loads nothing else.
 """
 
-from __future__ import annotations
-
 import re
 import sys
 from collections.abc import Callable

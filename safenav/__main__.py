@@ -1,8 +1,6 @@
 """Entry point of the command and of ``python -m safenav``. Ctrl-C and SIGTERM end it also while
 modules load."""
 
-from __future__ import annotations
-
 import atexit
 import gc
 import os

@@ -1,7 +1,5 @@
 """Graph search, and strongly connected components in one pass (Tarjan: SIAM J. Comput. 1972)."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from typing import TypeVar
 

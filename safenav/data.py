@@ -1,8 +1,6 @@
 """Parts of data classes: values with bounds, which readers and schemas check, and methods whose
 results are cached."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache, cached_property, partial
 from typing import Annotated, Concatenate, ParamSpec, TypeVar, cast

@@ -1,7 +1,5 @@
 """State of the installation, which ``safenav doctor`` reports."""
 
-from __future__ import annotations
-
 import os
 import platform
 import re

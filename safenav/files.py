@@ -7,8 +7,6 @@ them, ``# a comment<U+2028>a formula`` is a comment to one program and a formula
 texts are refused.
 """
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import io

@@ -7,8 +7,6 @@ are checked once when it is read: each is a word or a name, or one of a few text
 nothing but output reads. The readers check the types of fields.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from collections import Counter

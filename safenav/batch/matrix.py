@@ -11,8 +11,6 @@ a variation is checked exactly as if it were in the file. A diagnostic about a n
 the value that it replaces.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 import re

@@ -5,8 +5,6 @@ If a Dask worker dies, the scheduler gives its cases to another one, also those 
 not been fetched yet. Running a case twice does no harm.
 """
 
-from __future__ import annotations
-
 import contextlib
 import importlib
 import uuid

@@ -5,8 +5,6 @@ files that are not scenarios (maps, catalogues), matrix files, and folders in ``
 file is always taken. A case also holds a digest of the files that its scenario names.
 """
 
-from __future__ import annotations
-
 import glob
 import hashlib
 import json

@@ -1,7 +1,5 @@
 """Writing of a bundle: the files of a run with their evidence (layout: docs/bundle.md)."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import platform

@@ -1,7 +1,5 @@
 """The verdict on a bundle: that of its checker, and the comparison of its source."""
 
-from __future__ import annotations
-
 import dataclasses
 import tempfile
 import zipfile

@@ -3,8 +3,6 @@
 ``main`` is the only place that turns an exception into an exit status.
 """
 
-from __future__ import annotations
-
 import importlib
 import io
 import os

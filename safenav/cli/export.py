@@ -1,7 +1,5 @@
 """``safenav export``: a run as waypoints, a motion, a ROS 2 bag or samples."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """``safenav new``, ``doctor`` and ``studio``: begin, examine the installation, draw."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from shlex import quote
 from typing import Annotated

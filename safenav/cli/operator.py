@@ -1,7 +1,5 @@
 """The operator of a live run: interventions from standard input."""
 
-from __future__ import annotations
-
 import os
 import sys
 from select import select

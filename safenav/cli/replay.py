@@ -1,7 +1,5 @@
 """``safenav replay`` and ``draw``: runs, and scenarios before their runs, as pages or pictures."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import sys

@@ -1,7 +1,5 @@
 """``safenav synth``, ``verify`` and ``explain``: strategies, of scenarios and of specifications."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path

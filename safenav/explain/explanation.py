@@ -7,8 +7,6 @@ one-player game is explicit and small (poses times the objective's memory), so t
 milliseconds and no synthesis. The objective is played by its automaton (``scenario.objective``);
 objectives in raw formulas (``ltl``) are not covered."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Iterable, Iterator, Mapping

@@ -6,8 +6,6 @@ it cannot reach), then QuickXplain queries the synthesizer (Junker: Preferred ex
 relaxations for over-constrained problems, AAAI 2004): about 2k log(n/k) + 2k queries for k of n
 members. Assumptions are never dropped: without them a strategy is even less possible."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial

@@ -5,8 +5,6 @@ In a losing play the system obeys all guarantees while it can. It meets the goal
 environment does not prevent, then pursues one that it cannot meet, until it has no move left or the
 play repeats."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy

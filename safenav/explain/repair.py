@@ -5,8 +5,6 @@ offered repair was checked by the synthesizer. On the map an obstacle that a rob
 the place of a wall, or nothing does: walls are tried in the order of the shortest path through
 them; where one is not enough, the path through the fewest."""
 
-from __future__ import annotations
-
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence

@@ -5,8 +5,6 @@ the corner of the map. A piece of a command that did not bring its robot into th
 belongs to its departure region, as the trace records the step.
 """
 
-from __future__ import annotations
-
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TypeVar

@@ -3,8 +3,6 @@
 One file serves all scenarios with these robots.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from enum import StrEnum

@@ -8,8 +8,6 @@ regions, so a walker that has lost its reference gets no goal. A cancelled robot
 first.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from copy import copy
 from math import hypot

@@ -4,8 +4,6 @@ All robots share their sightings. A reading taken before the resolution of an ob
 restore it: only stamps of the same robot are compared.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping
 from math import cos, hypot, inf, isfinite, isnan, pi, sin
 

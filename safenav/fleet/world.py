@@ -7,8 +7,6 @@ Arrivals are reported once the robot's sensors have a reading of its new surroun
 reading does not show what is in front of it now.
 """
 
-from __future__ import annotations
-
 import queue
 from collections.abc import Mapping, Sequence
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """Rules on goals, deadlines and the end of a run, and on the header."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from safenav.judge.lines import Line

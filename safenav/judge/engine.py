@@ -1,8 +1,6 @@
 """The judge of a trace: every line is judged by its rules, and then takes effect. ``after`` is the
 only function that changes the state."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 

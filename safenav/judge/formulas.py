@@ -3,8 +3,6 @@
 No text of a file is ever evaluated as code. A variable with a prime is its next value.
 """
 
-from __future__ import annotations
-
 import operator
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence

@@ -3,8 +3,6 @@
 A rule is a generator over a line and the state before it takes effect. It yields what is wrong.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 

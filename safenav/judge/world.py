@@ -3,8 +3,6 @@
 Regions count from 0 in reading order from the north-west: ``region = row * cols + col``.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from functools import cache

@@ -7,8 +7,6 @@ walker: its centre of mass). A walker also has ``cop_{x,y}`` and for each foot
 its reference instead of accelerations. The attitude stays in the frame of the map.
 """
 
-from __future__ import annotations
-
 import io
 from collections.abc import Mapping, Sequence
 from itertools import pairwise

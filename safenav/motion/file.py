@@ -7,8 +7,6 @@ A ``row`` is written as the list of its fields. Lines of unknown types and unkno
 skipped.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, TypeVar

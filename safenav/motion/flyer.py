@@ -12,8 +12,6 @@ loop on board (400 Hz) turns it so that its thrust gives the commanded accelerat
 instead of arrays: it runs 400 times per second of flight.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 from math import cos, hypot, sin, sqrt

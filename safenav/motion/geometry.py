@@ -5,8 +5,6 @@ The frame of a motion: x east, y north, origin at the south-western corner of th
 radians counter-clockwise from east.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import exp
 from typing import TypeVar

@@ -4,8 +4,6 @@ with a clock.
 A robot that has more time than its step takes rests first; one that has less is refused.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from copy import copy
 

@@ -6,8 +6,6 @@ one. Bodies that glide along curves are a disc, a rover, a flyer; a curve has a 
 for each axis, and one for the yaw.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from itertools import pairwise

@@ -25,8 +25,6 @@ feet in an instant. Around each such instant both feet are on the ground, and th
 moves from one to the other at constant speed; the linear problem that places the feet knows that.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from itertools import accumulate, pairwise

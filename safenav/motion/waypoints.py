@@ -6,8 +6,6 @@ map_server: x grows east, y grows north, the origin is the south-western corner 
 metres, seconds since the start, radians.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator, Sequence
 from math import hypot, remainder, tau

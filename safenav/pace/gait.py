@@ -4,8 +4,6 @@ Local frame: the walker enters its region at the origin, heading along x. Source
 Sentis (IJRR 2017) for the time of a step between two keyframes; docs/motion.md.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 from itertools import pairwise
 from math import asinh, ceil, cos, cosh, exp, log, pi, sin, sqrt

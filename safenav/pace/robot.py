@@ -5,8 +5,6 @@ with these durations shows each step at its time. A robot whose motion is unknow
 impossible on regions of that size, takes one second per tick of its ``timing``.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from math import atan2, pi, remainder, sqrt, tau
 from types import MappingProxyType

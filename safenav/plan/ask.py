@@ -4,8 +4,6 @@
 joint state and the served requests only, and is remembered by them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from itertools import chain, combinations, count, islice, product
 

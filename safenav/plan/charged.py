@@ -6,8 +6,6 @@ leaves it only if a run would let it: if the other one's turn is earlier, and it
 tick. So a run is never later than the plan, and no robot has less charge than planned.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from itertools import cycle, islice, pairwise
 

@@ -5,8 +5,6 @@ dependency graph: Hoenig et al., RA-L 2019); a step that counts a goal, for the 
 which it would not last. So every execution, for any durations, is a prefix of an order of the plan.
 """
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 

@@ -1,7 +1,5 @@
 """Shorter plans: each robot's way in turn is replaced by the earliest one among the others'."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
 

@@ -3,8 +3,6 @@
 docs/run.md lists the topics. Regions are squares in the frame `map` (x east, y north, origin at
 the south-western corner)."""
 
-from __future__ import annotations
-
 import re
 import struct
 from collections import deque

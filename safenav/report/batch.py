@@ -1,7 +1,5 @@
 """The end of a batch on the terminal: failures with reasons, slow cases."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import xml.etree.ElementTree as ET

@@ -1,7 +1,5 @@
 """A catalogue as tables of text."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from safenav.report.terminal.layout import table

@@ -3,8 +3,6 @@
 ``safenav/__init__.py`` attaches the drawings to the public classes.
 """
 
-from __future__ import annotations
-
 from html import escape
 
 from safenav.report.page.html import page_of

@@ -5,8 +5,6 @@ It is the closure with every hidden obstacle known and the robots at their start
 whether or not a robot has encountered it, so a robot that cannot continue here cannot in any run.
 """
 
-from __future__ import annotations
-
 from contextlib import suppress
 
 from msgspec import Struct

@@ -4,8 +4,6 @@ explain the robots that have no strategy at the start.
 A repair of a run is offered only if a run of the changed scenario was completed.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 

@@ -1,7 +1,5 @@
 """Check of a trace by the judge (docs/judge.md), for the commands and the library."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from io import BytesIO

@@ -4,8 +4,6 @@ It checks only the requirements of a picture (the judge checks the run itself): 
 robots and obstacles that the header names, one move for each robot and tick. A trace that was cut
 off is shown up to its last complete tick."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any

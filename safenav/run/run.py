@@ -6,8 +6,6 @@ the run: a ``Run`` has an ordinal for each of its moments (the ticks of lockstep
 the events of a live run) and the time of each.
 """
 
-from __future__ import annotations
-
 from bisect import bisect_right
 from collections.abc import Mapping
 

@@ -1,7 +1,5 @@
 """The robots of a run: poses at each tick, steps of several ticks, and batteries."""
 
-from __future__ import annotations
-
 from bisect import bisect_right
 from collections.abc import Collection, Mapping
 

@@ -1,8 +1,6 @@
 """The wording of trace lines for people, in scenario terms: one sentence for each line, the same in
 the story on the terminal, the page, pictures, bags and tables."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 

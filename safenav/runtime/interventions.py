@@ -5,8 +5,6 @@ A line begins with its kind: ``resolved door@47``, ``put_back digit 46 east``, `
 ``LINES``.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """Starting scenarios: templates, and one on a map that the user already has."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from pathlib import Path

@@ -7,8 +7,6 @@ it is met with some memory. So a path that they exclude is impossible. ``allows_
 checks each move with the robot's real memory before the robot makes it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cached_property, lru_cache
 from itertools import product

@@ -5,8 +5,6 @@ stay in fewer regions than they are; a robot larger than a region, or without ro
 misspelt layer.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Mapping
 from math import floor
 from typing import Any

@@ -4,8 +4,6 @@ It considers the modelled map and the robot alone; synthesis decides whether a s
 against the environment.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Sequence
 
 from safenav.scenario.model import Robot

@@ -1,7 +1,5 @@
 """Reasons why an obstacle is never resolved: as data, and in words."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 from enum import Enum
 

@@ -17,8 +17,6 @@ game stays small: it does not grow with the team, and with the map only as the r
 does. It has no foresight: the robot cannot plan around future positions of others.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from itertools import combinations
 

@@ -9,8 +9,6 @@ form, as has a strict one with ``form: literal``. ``run``, ``check``, ``synth``,
 studio and certificates try these forms in this order.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from enum import StrEnum
 from functools import reduce

@@ -6,8 +6,6 @@ two microseconds at their instants, and each instant at which they can make a fo
 sample. The future after the record is unknown, so each value is an interval [low, high].
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Protocol
 

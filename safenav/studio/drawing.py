@@ -4,8 +4,6 @@ The page draws a scenario with the code that draws runs, so a drawing is a run t
 it also lists the items that the user can drag, each with its line in the text.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any
 

@@ -4,8 +4,6 @@ All messages to pages go through ``tell``; their requests arrive by the methods.
 same run: a page that joins later receives ``whole``.
 """
 
-from __future__ import annotations
-
 import asyncio
 import json
 import signal

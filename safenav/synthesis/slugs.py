@@ -7,8 +7,6 @@ Every result is one of: a proven verdict (perhaps from the cache), an exhausted 
 SynthesizerError with the program's failure.
 """
 
-from __future__ import annotations
-
 import hashlib
 import os
 import re

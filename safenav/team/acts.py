@@ -1,8 +1,6 @@
 """The regions that robots occupy; their actions where they stand; consequences of failed steps,
 unknown obstacles and lost robots (ASYNC.md, policies)."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Sequence
 
 from safenav.scenario.model import OPERATOR_ACTION, FailedMoves, Obstacle, ObstacleType, Robot

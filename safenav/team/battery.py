@@ -5,8 +5,6 @@ More charge is never worse, so one number for each pose and next target states w
 searches keep the highest charges of a state only.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Mapping, Sequence
 from heapq import heappop, heappush

@@ -6,8 +6,6 @@ simulated world and the execution all ask it the same questions. ``stages`` are 
 ``gates``, in its order.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Container, Iterable, Iterator, Sequence
 from functools import lru_cache
 from typing import NamedTuple, TypeVar

@@ -5,8 +5,6 @@ Steps depend on the memory of the formulas. A robot with rivals follows joint pl
 are poses with their memory; a lone one follows its strategy, so those of its poses suffice.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from functools import cached_property, lru_cache
 from itertools import combinations, product

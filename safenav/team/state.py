@@ -1,7 +1,5 @@
 """The state of a team, and the events that change it. Frozen, numbered, hashable."""
 
-from __future__ import annotations
-
 from enum import StrEnum
 from typing import NamedTuple
 

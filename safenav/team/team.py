@@ -3,8 +3,6 @@
 Robots and obstacles are numbered in the scenario's order. A set of regions or poses is a mask.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from functools import cached_property, lru_cache
 from itertools import takewhile

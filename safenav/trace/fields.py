@@ -1,7 +1,5 @@
 """Records as JSON data and back: msgspec converts by the annotations, and names the first error."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from functools import cache

@@ -7,8 +7,6 @@ it is None. This module imports no runtime code of safenav, so that independent 
 traces.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Annotated, ClassVar, Literal
 

@@ -1,7 +1,5 @@
 """The JSON Schema of a line of a trace, from the annotations of the records."""
 
-from __future__ import annotations
-
 import json
 from inspect import cleandoc
 from typing import Any

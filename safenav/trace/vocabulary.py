@@ -1,7 +1,5 @@
 """The values of a trace's fields: words, which docs/trace.md explains, and parts of records."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from enum import StrEnum
 

@@ -1,7 +1,5 @@
 """Words for obstacles, regions, times and lists, wherever text is written for people."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from safenav.scenario.model import name_parts

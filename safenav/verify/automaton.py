@@ -4,8 +4,6 @@ Only the nodes reachable from the given start nodes are visited, in breadth-firs
 first fault found is also one of the nearest.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property, lru_cache
 from itertools import chain, compress, repeat

@@ -21,8 +21,6 @@ proof that a specification is unrealizable if
 - every cycle meets each assumption of ENV_LIVENESS, and no cycle meets all goals.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterator, Sequence, Set
 from enum import StrEnum

@@ -8,8 +8,6 @@ battery, has no body; neither has an uncertain region, which is noticed from adj
 Metres, radians, seconds of simulated time.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from math import copysign, cos, hypot, inf, pi, sin, sqrt, tau
 from types import MappingProxyType

@@ -4,8 +4,6 @@
 that the transport and bags need.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 _TEXT = Path(__file__).with_suffix(".msg").read_text(encoding="utf-8")

@@ -4,8 +4,6 @@ Names on the wire: a topic ``/odom`` is ``rt/odom``; a service ``/push`` is ``rq
 ``rr/pushReply``. cyclonedds calls listeners from threads of its own.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import socket

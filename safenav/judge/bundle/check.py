@@ -11,8 +11,6 @@ follows them. The following stays trusted: this program and Python; the truth of
 mobility of the robots. What was not compared is said last.
 """
 
-from __future__ import annotations
-
 import argparse
 import hashlib
 import json

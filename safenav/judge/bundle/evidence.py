@@ -1,7 +1,5 @@
 """The rules that a bundle adds to those of the judge, and the claims that they establish."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass

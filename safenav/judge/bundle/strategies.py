@@ -7,8 +7,6 @@ own. It keeps the demands if
    point on. A *measure* shows that: see ``check_measure``.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import cache

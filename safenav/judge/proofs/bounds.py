@@ -5,8 +5,6 @@ gone from the earliest turn in which its needs could be met. Turn ``tick * n + i
 i. No run is faster, so a deadline before a bound is lost.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterable, Iterator
 from heapq import heappop, heappush
 from math import ceil

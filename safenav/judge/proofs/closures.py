@@ -6,8 +6,6 @@ can reach. A robot that cannot continue there never can. Otherwise each choice o
 that meets the next need is followed; one after which all its robots can return stands for all.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from itertools import combinations, product

@@ -1,7 +1,5 @@
 """Claims that the mission cannot be completed, and the proof of each."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from heapq import heappop, heappush

@@ -3,8 +3,6 @@ space that bodies occupy: each piece of motion as samples of discs; the rules of
 of regions, bodies inside reserved regions, and distances.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import combinations, product

@@ -4,8 +4,6 @@ A plan may break none of its rules while the robot does something else, so these
 own. Motion between two measurements is taken as a straight line.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from itertools import pairwise
 from math import inf

@@ -5,8 +5,6 @@ this module compares pieces, reservations and actions with them. Lines keep the 
 robots depend on each other; a robot acts at rest, at the place in the trace, and does not pass an
 obstacle before it has resolved it; a robot without charge stands still."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The requirements of a scenario, evaluated on the motion of a run (docs/motion.md)."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from functools import cache
 from math import ceil, inf, isfinite

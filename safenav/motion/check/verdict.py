@@ -2,8 +2,6 @@
 trace, which rules, pages and tables exclude first; the rules of flights and drives, and of pieces
 that follow each other without gap, jump or jerk of velocity."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from functools import partial
 from itertools import pairwise

@@ -1,8 +1,6 @@
 """The steps of a walker: its motion during a segment, and the rules of segments: the pendulum of
 its mass, and feet that support it."""
 
-from __future__ import annotations
-
 from cmath import rect
 from collections.abc import Callable, Mapping
 from itertools import pairwise

@@ -11,8 +11,6 @@ set of regions is written once, as runs of consecutive regions: the gap before e
 length, as in ``14,3,7,2``.
 """
 
-from __future__ import annotations
-
 import json
 from bisect import bisect_left
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence

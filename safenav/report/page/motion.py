@@ -6,8 +6,6 @@ differences column by column: a minute of a walker takes about ten kilobytes (ty
 front/src/view3d/motion.ts).
 """
 
-from __future__ import annotations
-
 import json
 import zlib
 from base64 import b64encode

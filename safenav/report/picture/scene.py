@@ -6,8 +6,6 @@ is cut off whatever the names and the size of the map. PNG and GIF are made from
 is cropped to half a region around its free regions.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 from msgspec import Struct, field

@@ -4,8 +4,6 @@ events, silhouettes of robots and obstacles, also of the pages.
 The advance widths are those of DejaVu Sans, the font of PNG and GIF, which is wider than the
 fallback fonts of other renderers: text that fits here fits everywhere."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path

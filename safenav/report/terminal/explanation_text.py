@@ -1,8 +1,6 @@
 """Explanations in words: of a robot without a strategy, with a small map, and of a run that needed
 an operator. They claim of a core only what was proven."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterator, Sequence
 

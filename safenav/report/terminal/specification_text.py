@@ -3,8 +3,6 @@ specification unrealizable, and vacuous wins as warnings; results as data for ma
 
 Paths show the values of nodes (``region=47 heading=east``), not only their numbers."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 

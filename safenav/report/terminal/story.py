@@ -6,8 +6,6 @@ robots as labels, obstacles as blocks; a scenario before its run has region numb
 room. Two robots above each other (one flies) share the two characters.
 """
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence

@@ -5,8 +5,6 @@ changes since. The plan of the sharing robots is computed again iff there is non
 dropped it (``apply``), or it is at its end and its promise is not kept.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Hashable, Sequence
 
 from msgspec import Struct

@@ -1,8 +1,6 @@
 """The ends of a run: outcome, cause, proof, and the reasons in words, also why a request has no
 helpers; ends from outside, by a request or because the time is up."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator, Mapping, Sequence
 

@@ -1,8 +1,6 @@
 """The objective of each robot: its duty, to wait for help, or its own; and what it must keep out
 of."""
 
-from __future__ import annotations
-
 from msgspec import Struct
 from msgspec.structs import replace
 

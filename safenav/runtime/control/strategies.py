@@ -6,8 +6,6 @@ whose inputs command it to wait, or to go to a region, around known obstacles th
 not contain. The current command follows from the strategy's node, so no other state is kept.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 
 from msgspec import Struct

@@ -6,8 +6,6 @@ Strategies are synthesized again where the robots are; commands under way in a l
 where they began.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Mapping
 from hashlib import sha256

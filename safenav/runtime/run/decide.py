@@ -1,8 +1,6 @@
 """A robot's next move: what its driver proposes (NP), whether it is safe (EC), and what it does
 instead."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from safenav.errors import SynthesizerError

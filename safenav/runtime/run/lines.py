@@ -1,8 +1,6 @@
 """Trace lines of moves, of joint plans, and of a synthesis with all that its specification was made
 from."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection
 
 from safenav.data import Place

@@ -13,8 +13,6 @@
 11      for p in P do
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from operator import is_
 

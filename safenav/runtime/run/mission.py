@@ -5,8 +5,6 @@
 Nothing here depends on a simulation: an implementation of ``World`` can drive real robots.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Collection, Iterable, Mapping
 from contextlib import suppress

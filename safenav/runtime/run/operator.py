@@ -5,8 +5,6 @@ a new objective, an order and a robot's service it knows immediately. An impossi
 refused at the call; one that becomes impossible later is dropped, and recorded.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from typing import Protocol
 

@@ -4,8 +4,6 @@ It remembers only what it has recorded: the stack, the helpers of each request, 
 the plan.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterable, Sequence
 
 from msgspec.structs import replace

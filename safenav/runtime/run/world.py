@@ -6,8 +6,6 @@ in turn moves or continues; a step of one tick has ended when ``start`` returns.
 pass is an instant at which something ends, after which each idle robot has its turn.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from math import inf
 

@@ -5,8 +5,6 @@ An event that cannot be true counts as a fatal failure of its robot; one that en
 is dropped. Both leave the run as it is.
 """
 
-from __future__ import annotations
-
 import queue
 from collections import deque
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence

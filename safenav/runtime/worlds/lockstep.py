@@ -1,7 +1,5 @@
 """The commands of a run to a blocking world, in ticks, and the checks of its results."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any, TypeVar
 

@@ -6,8 +6,6 @@ until an event ends the command. So events must be true, and sent after the robo
 regions that they do not name (docs/library.md).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Iterable, Sequence
 from itertools import pairwise
 from math import isfinite

@@ -6,8 +6,6 @@ obstacles R, found when a robot is about to enter one (paper, Sections III and V
 state of the team's model in which every obstacle that is there is open; no other module holds it.
 """
 
-from __future__ import annotations
-
 import heapq
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from itertools import count

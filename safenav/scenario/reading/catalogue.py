@@ -4,8 +4,6 @@ The built-in catalogue is shipped with the package; a scenario adds to it, or re
 place or from a file. Code contains no model and no type.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path

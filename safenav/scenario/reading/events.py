@@ -1,8 +1,6 @@
 """Events of a run: hidden ``obstacles``, ``orders``, ``changes`` for robots, ``inputs``; and its
 expected result: ``expect``, and ``requirements``, formulas of signal temporal logic."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from safenav.formula.parser import FormulaError

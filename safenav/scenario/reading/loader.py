@@ -4,8 +4,6 @@ All diagnostics are collected and raised as one InputError. The readers beside t
 items of the format; docs/scenario.md is its reference.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from itertools import repeat
 from pathlib import Path

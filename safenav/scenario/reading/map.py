@@ -1,8 +1,6 @@
 """The ``map:`` of a scenario, drawn in it or read from a file, with names and metres. Also a map
 file alone, to draw it or to start a scenario on it."""
 
-from __future__ import annotations
-
 import os
 import re
 from pathlib import Path

@@ -1,8 +1,6 @@
 """Regions and targets as a scenario writes them (``47``, ``[3, 8]``, a name, ``{any: [...]}``), and
 its ``areas:`` and ``never_together:``."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from collections.abc import Mapping as Names

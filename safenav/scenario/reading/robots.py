@@ -1,7 +1,5 @@
 """The ``robots:`` of a scenario, their objectives, and whether each can reach its targets."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Files of users as text, and all errors in them, in words that name what was meant."""
 
-from __future__ import annotations
-
 import re
 import stat
 import sys

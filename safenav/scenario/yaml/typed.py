@@ -4,8 +4,6 @@
 after an error, so that one error does not hide another.
 """
 
-from __future__ import annotations
-
 import math
 import re
 import types
