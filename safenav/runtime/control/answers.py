@@ -18,6 +18,7 @@ from safenav.plan.ask import Deadlock, Found, Unserved, ask, ask_charged
 from safenav.spec.specification import Specification
 from safenav.synthesis.slugs import Listener, SynthesisProgress, SynthesisResult, Synthesizer
 from safenav.team.floor import Floor, Joint
+from safenav.team.state import Plan
 from safenav.trace.words import seconds_words
 
 if TYPE_CHECKING:
@@ -68,6 +69,7 @@ class Answers:
         self._pool: ThreadPoolExecutor | None = None
         self._awaited = self.background = self.busy = False
         self._recent: dict[Hashable, Any] = {}
+        self._vain = set[Hashable]()
         self.count, self.seconds = 0, 0.0
 
     def strategies(self, specs: Sequence[Specification]) -> list[SynthesisResult | None]:
@@ -111,6 +113,24 @@ class Answers:
         if first or not charges or isinstance(plain, Deadlock | Unserved):
             return plain  # a plan impossible with any charge is soon proven so
         return self._ask((*key, charges, time), charged) or plain
+
+    def more(
+        self, floor: Floor, joint: Joint, seed: int, charges: tuple[float, ...], time: float
+    ) -> Plan | None:
+        """A plan for rounds beyond the mission, if there is one for which the charges suffice. It
+        is searched once: the joint state does not change while the robots stand."""
+        about = floor.robots, floor.rounds, seed
+        if about in self._vain:
+            return None
+        found = (
+            ask_charged(floor, joint, (), seed, charges, time)
+            if charges
+            else ask(floor, joint, (), seed, self._check)
+        )
+        if isinstance(found, Found) and not found.first:
+            return found.plan
+        self._vain.add(about)
+        return None
 
     @property
     def ready(self) -> bool:

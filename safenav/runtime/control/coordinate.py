@@ -317,7 +317,15 @@ def _planned(
     foreseen = frozenset[int]() if state.plan is None else state.plan.foreseen
     if not starves and open_ & helped and open_ <= foreseen & for_others:
         return None  # robots with strategies are still to resolve them
+    charges = charges_now(team, state)
     if not starves and open_ <= helped and floor.completed(joint, frozenset(), sharing):
+        timed = [i for i in sharing if team.members[i].robot.within is not None]
+        if goes_on and timed and not open_:  # their rounds are due while others have work
+            more = 1 + min(floor.rounds_done(i, joint.counts[i]) for i in timed)
+            floor = replace(floor, robots=sharing, rounds=more)
+            plan = answers.more(floor, joint, len(state.over), charges, state.time)
+            if plan is not None:
+                decide(now.Planned(plan))
         return None  # nothing is left to do but for others
     duties = control.found.duties
     helping = {d.g: tuple(i for i in duties if duties[i].g == d.g) for d in duties.values()}
@@ -327,7 +335,6 @@ def _planned(
         others = [(i, role) for i, role in enumerate(control.roles) if i not in sharing]
         only = {(i, k) for i, role in others for k in floor.gates if role.helps != k}
         floor = replace(floor, barred=floor.barred | only)
-    charges = charges_now(team, state)
     out = [i for i, robot in enumerate(state.robots) if not robot.active]
     answer = answers.plan(floor, joint, served, len(state.over), charges, state.time)
     match answer:
