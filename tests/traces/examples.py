@@ -2,41 +2,33 @@
 
 import random
 import types
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from enum import StrEnum
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from msgspec import Meta, Struct
-from msgspec.structs import fields
+from msgspec.structs import fields, replace
 
 from safenav.scenario.model import Scenario
 from safenav.scenario.objective import Objective
 from safenav.trace.fields import convert, objective_of
-from safenav.trace.records import KINDS, Record
+from safenav.trace.records import KINDS, VERSION, Header, Record
 from support.damage import GOOD
 
-_OBJECTIVES = (
+OBJECTIVES = (
     {"patrol": [58, [27, 28]]},
     {"hold": 4},
     {"ltl": {"liveness": ["region = 3"]}},
 )
-
 ROBOTS = ("quad", "digit")
 
 
-def examples(seed: int) -> Iterator[Record]:
-    """One of each type; whether optional fields are there depends on the seed."""
+def examples(seed: int) -> list[Record]:
+    """One of each type, the header first; whether optional fields are there depends on the seed."""
     rng = random.Random(seed)
-    for kind in KINDS.values():
-        yield _example(kind, rng)
-
-
-def _known(field: str, value: Any) -> Any:
-    """The value, or robots that the header names in place of names of robots."""
-    if field == "robot" and isinstance(value, str):
-        return ROBOTS[0]
-    named = field == "robots" and isinstance(value, tuple | frozenset)
-    return type(value)(ROBOTS[: len(value)]) if named else value
+    found: list[Record] = [_example(kind, rng) for kind in KINDS.values()]
+    assert isinstance(found[0], Header)
+    return [replace(found[0], tick=0, trace=VERSION), *found[1:]]
 
 
 def _example(annotation: Any, rng: random.Random) -> Any:
@@ -49,11 +41,8 @@ def _example(annotation: Any, rng: random.Random) -> Any:
             return _example(arguments[0], rng) or _example(annotation, rng)
         if bound.pattern is None:
             return arguments[0](bound.ge + rng.randrange(9))
-        return (
-            "ab" * 32
-            if "64" in bound.pattern
-            else rng.choice(bound.pattern.strip("^($)").split("|"))
-        )
+        words = bound.pattern.strip("^($)").split("|")
+        return "ab" * 32 if "64" in bound.pattern else rng.choice(words)
     if origin is Literal or (isinstance(annotation, type) and issubclass(annotation, StrEnum)):
         return rng.choice(arguments or list(annotation))
     if origin in (Union, types.UnionType):
@@ -67,20 +56,25 @@ def _example(annotation: Any, rng: random.Random) -> Any:
     if annotation is Scenario:
         return convert(Scenario, GOOD["door"]()[0]["scenario"])
     if annotation is Objective:
-        return objective_of(rng.choice(_OBJECTIVES))
+        return objective_of(rng.choice(OBJECTIVES))
     if isinstance(annotation, type) and issubclass(annotation, Struct):
-        hints = get_type_hints(annotation, include_extras=True)
-        given = {
-            field.name: _known(field.name, _example(hints[field.name], rng))
-            for field in fields(annotation)
-            if field.name != "line" and (field.default is not None or rng.random() < 0.5)
-        }
-        return annotation(**given)
-    plain = {
-        str: f"name_{rng.randrange(10**9)}",
-        int: 7,
-        float: 1.5,
-        bool: True,
+        return _struct(annotation, rng)
+    return {
+        **{str: f"name_{rng.randrange(10**9)}", int: 7, float: 1.5, bool: True},
         object: [1, {"deep": None}],
-    }
-    return plain[annotation]
+    }[annotation]
+
+
+def _struct(kind: type[Struct], rng: random.Random) -> Struct:
+    """An object with the robots of the header."""
+    hints, given = get_type_hints(kind, include_extras=True), dict[str, Any]()
+    for field in fields(kind):
+        if field.name == "line" or (field.default is None and rng.random() < 0.5):
+            continue
+        value = _example(hints[field.name], rng)
+        if field.name == "robot" and isinstance(value, str):
+            value = ROBOTS[0]
+        if field.name == "robots" and isinstance(value, tuple | frozenset):
+            value = type(value)(ROBOTS[: len(value)])
+        given[field.name] = value
+    return kind(**given)

@@ -1,187 +1,125 @@
-"""The reader: typed lines, diagnostics that point, and traces of runs that were killed. What it
-refuses in a field, a word or a name, the judge refuses as well."""
+"""The reader: diagnostics that point, and traces of runs that were killed. What it refuses in a
+field, a word or a name, the judge refuses as well (``refused.yaml``)."""
 
 import json
 from pathlib import Path
 
 import pytest
 
-from safenav.errors import Diagnostic, InputError, Outcome
+from once import from_yaml
+from safenav.errors import InputError
 from safenav.judge.lines import NotATraceError, Reader
-from safenav.strict_json import flaws
-from safenav.trace.fields import WrongError, convert
-from safenav.trace.file import Trace, read_bytes, read_trace
-from safenav.trace.records import Gone, Move, Push, Resolved
-from support.damage import GOOD, Line, damage, find, text
+from safenav.trace.file import Trace, read_bytes
+from support.damage import GOOD, Edit, damage, find, text
+
+REFUSED = from_yaml(Path(__file__).with_name("refused.yaml").read_text())
+DOOR = text(GOOD["door"]())
+HEADER = DOOR[0]
 
 
 def read(lines: list[str]) -> Trace:
-    return read_bytes("".join(f"{line}\n" for line in lines).encode(), "t.jsonl")
-
-
-def refused(lines: list[str]) -> tuple[Diagnostic, ...]:
-    with pytest.raises(InputError) as error:
-        read(lines)
-    return error.value.diagnostics
-
-
-@pytest.mark.parametrize("name", sorted(GOOD))
-def test_a_good_trace_has_no_findings(name: str) -> None:
-    assert [flaw for line in GOOD[name]() for flaw in flaws(line, line["type"])] == []
-
-
-def test_lines_become_typed_records_in_order() -> None:
-    trace = read(text(GOOD["door"]()))
-    assert list(trace.robots) == ["quad", "digit"]
-    assert trace.obstacles["door@9"].resolution_regions(trace.scenario.map) == (9,)
-    assert trace.robots["quad"].objective.targets == (frozenset({7}), frozenset({10}))
-    move = next(r for r in trace.records if isinstance(r, Move))
-    assert (move.line, move.tick, move.robot, move.from_, move.to) == (4, 1, "quad", 7, 8)
-    push = next(r for r in trace.records if isinstance(r, Push))
-    assert push.objectives["quad"].kind == "hold"
-    assert [r.traversable for r in trace.records if isinstance(r, Resolved)] == [None]
-    assert trace.outcome is not None
-    assert trace.outcome.outcome is Outcome.COMPLETED
-    assert not trace.cut_off
+    return read_bytes("\n".join(lines).encode(), "t.jsonl")
 
 
 @pytest.mark.parametrize("name", ["line", "data", "from_", "late", "outcome", "region", "__a"])
 def test_a_robot_may_be_named_as_a_field(name: str) -> None:
-    lines = [json.loads(line.replace("quad", name)) for line in text(GOOD["door"]())]
+    lines = [json.loads(line.replace("quad", name)) for line in DOOR]
     assert read(text(lines)).robots.keys() == {name, "digit"}
 
 
 def test_unknown_notes_and_fields_are_ignored() -> None:
     note = {"type": "battery", "note": True, "robot": "quad", "percent": [1]}
     edits = [{"line": ["move"], "insert": note}, {"line": ["move"], "fields": {"speed": 3}}]
-    lines = damage(GOOD["door"](), edits)
-    trace = read(text(lines))
-    assert trace.ignored == 1
-    assert len(trace.records) == len(lines) - 2
+    lines = text(damage(GOOD["door"](), edits))
+    trace = read(lines)
+    assert (trace.ignored, len(trace.records)) == (1, len(lines) - 2)
 
 
 @pytest.mark.parametrize("cut", [0, 20])
 def test_only_a_last_line_that_breaks_off_is_ignored(cut: int) -> None:
-    raw = "\n".join(text(GOOD["door"]())).encode()
-    trace = read_bytes(raw[: len(raw) - cut])
+    trace = read([*DOOR[:-1], DOOR[-1][: len(DOOR[-1]) - cut]])
     assert trace.cut_off is (trace.outcome is None) is bool(cut)
 
 
-WRONG: list[tuple[str, Line, str]] = [
-    ("move", {"to": "8"}, "`to` must be a whole number, not "),
-    ("move", {"heading": "up"}, "`heading` must be a string matching regex '^(north|"),
-    ("synthesis", {"verdict": "maybe"}, "`verdict` has an invalid enum value 'maybe'"),
-    ("push", {"objectives": {"quad": {"visit": ["all"]}}}, "`objectives[...]` must"),
-    ("blocked", {"reason": "boredom"}, "`reason` has an invalid enum value"),
-    ("move", {"by": "either"}, "`by` has an invalid enum value"),
-    ("goal", {"robot": "quad is proven safe"}, "`robot` must be a name"),
-    ("request", {"bids": {"x: open('f')": 1}}, "neither a field nor a name"),
-    ("move", {"toward": True}, "`toward` must be"),
-    ("outcome", {"ticks": "never"}, "`ticks` must be"),
-    ("header", {"trace": 2}, "version 4 can be read"),
-]
-
-
-@pytest.mark.parametrize(("kind", "changes", "words"), WRONG)
-def test_a_wrong_value_is_named_with_its_line(kind: str, changes: Line, words: str) -> None:
-    lines = GOOD["untraversable" if kind == "blocked" else "door"]()
-    lines = damage(lines, [{"line": [kind], "fields": changes}])
-    (problem,) = refused(text(lines))
-    assert words in problem.found
-    assert problem.line == find(lines, kind) + 1
-    with pytest.raises(NotATraceError, match=f"^line {problem.line}: "):
-        list(Reader().lines(text(lines)))
-
-
-@pytest.mark.parametrize(
-    ("kind", "changes", "words"),
-    [
-        ("request", {"bids": {"digit": -1}}, "`bids[...]` must be a whole number >= 0"),
-        ("synthesis", {"seconds": -0.5}, "`seconds` must be a number >= 0"),
-        ("push", {"objectives": {"quad": {"patrol": [1]}}}, "`objectives[...]` must be an object"),
-    ],
-)
-def test_a_wrong_value_that_no_rule_reads_is_named(kind: str, changes: Line, words: str) -> None:
-    (problem,) = refused(text(damage(GOOD["door"](), [{"line": [kind], "fields": changes}])))
-    assert words in problem.found
-
-
-def test_all_problems_are_reported_in_the_order_of_the_lines() -> None:
-    lines = GOOD["door"]()
-    del lines[5]["type"]
-    del lines[3]["to"]
-    first, second = refused(text(lines))
-    assert (first.file, first.line, first.found) == ("t.jsonl", 4, "`to` is missing")
-    assert second.line == 6
-
-
-@pytest.mark.parametrize(
-    ("change", "line", "words"),
-    [
-        (lambda lines: [*lines[:6], lines[6][:-4], *lines[7:]], 7, "not JSON"),
-        (lambda lines: [*lines[:1], *["{"] * 100], -1, "80 more"),
-        (lambda lines: lines[1:], 1, "the first line must be the header"),
-        (lambda lines: [lines[0], lines[0], *lines[1:]], 2, "a second header"),
-    ],
-)
-def test_lines_that_are_no_trace_are_refused(change: object, line: int, words: str) -> None:
-    assert callable(change)
-    problems = refused(change(text(GOOD["door"]())))
-    assert len(problems) < 30 and words in problems[-1].found
-    assert line in (-1, problems[0].line)
-
-
-@pytest.mark.parametrize(
-    ("raw", "said"),
-    [(b"", "empty"), (b"\n\n", "empty"), (b'{"type": "head', "the first line is incomplete")],
-)
-def test_a_trace_without_a_whole_line_is_refused(raw: bytes, said: str) -> None:
-    with pytest.raises(InputError, match=said):
-        read_bytes(raw)
-
-
-def test_a_missing_trace_file_is_reported(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="cannot be read"):
-        read_trace(tmp_path / "none.jsonl")
-
-
-def test_half_of_a_character_is_refused() -> None:
-    with pytest.raises(WrongError, match="half of a character"):
-        convert(Gone, {"tick": 0, "obstacle": "door@1", "cause": "\ud800"})
+def of_header(who: str, words: str, path: str, value: object) -> tuple[str, str, str, list[Edit]]:
+    return who, "door", words, [{"line": ["header"], "fields": {path: value}}]
 
 
 NESTED: list[object] = []
 for _ in range(250):
     NESTED = [NESTED]
-MANY = [{"name": f"r{k}"} for k in range(2000)]
-HEADERS: dict[str, tuple[dict[str, object], str]] = {
-    "robot": ({"robots": [{"name": "a.b"}]}, "'a.b' cannot name a robot"),
-    "robots": ({"robots": MANY}, "at most 1000"),
-    "obstacle": ({"obstacles": [{"type": {"name": "a.b"}}]}, "'a.b' cannot name an obstacle"),
-    "rows": ({"map": {"rows": 10**9, "cols": 10**9}}, "1 to 262144"),
-    "cols": ({"map": {"rows": 2, "cols": 0}}, "a map of 2 x 0 regions"),
-    "nesting": ({"name": [[[]]], "tiles": NESTED}, "nested more than"),
-}
+MANY = [GOOD["door"]()[0]["scenario"]["robots"][0] | {"name": f"r{k}"} for k in range(1001)]
+ALWAYS = "scenario.robots.0.objective.always"
+CASES = [
+    *(
+        (who, name, words, edits)
+        for who, traces in REFUSED.items()
+        for name, each in traces.items()
+        for words, *edits in each
+    ),
+    of_header("by both readers", "1001 robots; at most 1000", "scenario.robots", MANY),
+    of_header("by both readers", "is nested more than 200 deep", "notes", NESTED),
+    of_header("by the judge alone", "too much nesting", ALWAYS, ["(" * 3000]),
+    of_header("by the judge alone", "too much nesting", ALWAYS, ["!" * 3000 + "TRUE"]),
+    of_header("by the judge alone", "too much nesting", ALWAYS, [" -> ".join(["TRUE"] * 400)]),
+]
 
 
-@pytest.mark.parametrize("name", HEADERS)
-def test_a_hostile_header_is_refused(name: str) -> None:
-    changes, words = HEADERS[name]
-    header = GOOD["door"]()[0]
-    header["scenario"] |= changes
-    assert words in " ".join(flaws(header, "header"))
+@pytest.mark.parametrize(("who", "name", "words", "edits"), CASES)
+def test_a_wrong_value_is_named_with_its_line(
+    who: str, name: str, words: str, edits: list[Edit]
+) -> None:
+    lines = damage(GOOD[name](), edits)
+    line = find(lines, *edits[0]["line"]) + 1
+    if who == "by the judge alone":
+        read(text(lines))
+    else:
+        with pytest.raises(InputError) as refused:
+            read(text(lines))
+        assert any(words in each.found for each in refused.value.diagnostics)
+        assert {each.line for each in refused.value.diagnostics} == {line}
+    if who != "by the reader alone":
+        with pytest.raises(NotATraceError, match=rf"^line {line}: .*{words * ('alone' in who)}"):
+            list(Reader().lines(text(lines)))
 
 
 @pytest.mark.parametrize(
-    ("fields", "words"),
+    ("lines", "line", "words"),
     [
-        ('"tick": 1, "tick": 2', "'tick' appears twice"),
-        ('"tick": NaN', "NaN is not a number"),
-        ('"tick": 1e999', "is beyond"),
-        ('"tick": 9007199254740993', "beyond 9007199254740991"),
-        ('"tick": ' + "9" * 6000, "beyond 9007199254740991"),
+        ([], 0, "empty"),
+        (["", "", ""], 0, "empty"),
+        (['{"type": "head'], 0, "the first line is incomplete"),
+        (DOOR[1:], 1, "the first line must be the header"),
+        ([HEADER, *DOOR], 2, "a second header"),
+        ([*DOOR[:6], DOOR[6][:-4], *DOOR[7:]], 7, "not JSON"),
+        ([HEADER, '{"type": "goal", "tick": 1, "tick": 2}', ""], 2, "'tick' appears twice"),
+        ([HEADER, '{"type": "goal", "tick": NaN}', ""], 2, "NaN is not a number"),
+        ([HEADER, '{"type": "goal", "tick": 1e999}', ""], 2, "is beyond"),
+        ([HEADER, '{"tick": 9007199254740993}', ""], 2, "beyond 9007199254740991"),
+        ([HEADER, '{"tick": ' + "9" * 6000 + "}", ""], 2, "beyond 9007199254740991"),
+        ([HEADER, "[" * 200_000, ""], 2, "nested"),
+        (
+            [HEADER, '{"type": "gone", "obstacle": "a", "cause": "\\ud800"}'],
+            2,
+            "half of a character",
+        ),
     ],
 )
-def test_json_that_programs_read_differently_is_refused(fields: str, words: str) -> None:
-    with pytest.raises(InputError, match=words):
-        read([*text(GOOD["door"]()[:1]), f'{{"type": "goal", {fields}}}'])
+def test_a_file_that_programs_read_differently_or_that_is_no_trace_is_refused(
+    lines: list[str], line: int, words: str
+) -> None:
+    with pytest.raises(InputError) as refused:
+        read(lines)
+    (problem,) = refused.value.diagnostics
+    assert problem.line == line and words in problem.found
+
+
+def test_the_first_problems_are_reported_in_the_order_of_the_lines() -> None:
+    lines = GOOD["door"]()
+    del lines[5]["type"]
+    del lines[3]["to"]
+    with pytest.raises(InputError) as refused:
+        read([*text(lines), *["{"] * 100])
+    first, second, *more, last = refused.value.diagnostics
+    assert (first.file, first.line, first.found) == ("t.jsonl", 4, "`to` is missing")
+    assert second.line == 6 and len(more) == 18 and last.found == "and 81 more such problems"

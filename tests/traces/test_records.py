@@ -1,0 +1,183 @@
+"""Every record that can be written is read back unchanged, meets the published schema, is read by
+the judge if it is a fact, and has one sentence if it is an event."""
+
+import json
+import os
+from collections.abc import Iterable
+from inspect import cleandoc
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner
+from jsonschema import Draft202012Validator
+
+from once import from_yaml, trace_of_shipped
+from safenav.cli.new import new as command
+from safenav.errors import InputError, Outcome
+from safenav.judge import lines as judge
+from safenav.run.checked import check_trace
+from safenav.run.wording import Wording
+from safenav.trace import vocabulary
+from safenav.trace.fields import convert, entries
+from safenav.trace.file import TraceWriter, as_data, read_bytes, read_trace
+from safenav.trace.records import KINDS, Header
+from safenav.trace.schema import schema_text, trace_schema
+from safenav.world.map import RegionMap
+from traces.examples import examples
+
+SHIPPED = ("case_study_1_beliefs", "case_study_2", "case_study_3", "corridor_swap", "two_digits")
+SCHEMA = Draft202012Validator(trace_schema())
+MAP = RegionMap.from_grid(["." * 99], names={"gate": 46, "dock": 47})
+NO_EVENTS = {"header", "move", "hold", "backtrack", "belief", "checkpoint", "discovered"}
+"""What happens in every tick, or belongs to another line's sentence."""
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_every_record_is_written_read_and_judged_alike(seed: int, tmp_path: Path) -> None:
+    """It has a tick and no line number, and a fact is never marked as a note."""
+    records, file = examples(seed), tmp_path / "t.jsonl"
+    with TraceWriter(file) as writer:
+        for record in records:
+            writer(record)
+    lines = [json.loads(line) for line in file.read_text().splitlines()]
+    assert {line["type"] for line in lines} == {*KINDS}
+    for number, line in enumerate(lines):
+        assert not [*SCHEMA.iter_errors(line)], line
+        assert not number or list(line)[:2] == ["type", "tick"]
+        assert "line" not in line
+        if line["type"] in judge.KINDS:
+            judge.read_object(judge.KINDS[line["type"]], line)
+        if line.pop("note", None) is None:
+            line["note"] = True
+        assert [*SCHEMA.iter_errors(line)]
+    trace = read_trace(file)
+    assert [trace.header, *trace.records] == records
+    assert [record.line for record in trace.records] == [*range(2, len(lines) + 1)]
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_every_event_has_one_sentence(seed: int) -> None:
+    for record in examples(seed):
+        if record.type in NO_EVENTS:
+            with pytest.raises(TypeError, match="is not an event"):
+                Wording(MAP).sentence(record)
+            continue
+        sentence = Wording(MAP).sentence(record)
+        assert sentence and "\n" not in sentence and not sentence.endswith(".")
+        assert "None" not in sentence
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_the_trace_of_a_shipped_scenario_meets_the_schema(name: str) -> None:
+    content = trace_of_shipped(name).read_bytes()
+    assert not [e for line in content.splitlines() for e in SCHEMA.iter_errors(json.loads(line))]
+    trace = read_bytes(content)
+    written = [json.dumps(as_data(record)) for record in (trace.header, *trace.records)]
+    again = read_bytes("\n".join(written).encode())
+    assert (again.header, again.records, again.ignored) == (trace.header, trace.records, 0)
+
+
+@pytest.mark.parametrize("change", [{"tick": -1}, {"to": "8"}, {"heading": "up"}, {"by": "chance"}])
+def test_a_wrong_line_violates_the_schema(change: dict[str, object]) -> None:
+    (move,) = (as_data(record) for record in examples(0) if record.type == "move")
+    assert [*SCHEMA.iter_errors(move | change)]
+
+
+def test_the_judge_judges_every_line_that_is_not_a_note() -> None:
+    facts = {name for name, kind in KINDS.items() if not kind.note}
+    assert facts == {*judge.KINDS} and len(facts) < len(KINDS)
+
+
+SENTENCES = from_yaml(Path(__file__).with_name("sentences.yaml").read_text())
+
+
+@pytest.mark.parametrize("told", SENTENCES)
+def test_a_sentence_names_regions_robots_and_reasons(told: str) -> None:
+    about = SENTENCES[told]
+    wording = Wording(MAP, RegionMap.label, **about.pop("wording", {}))
+    assert wording.sentence(convert(KINDS[about["type"]], {"tick": 3} | about)) == told
+
+
+class Interrupted(Header):
+    """A header whose line is interrupted while it is made."""
+
+    @property
+    def note(self) -> bool:
+        raise KeyboardInterrupt
+
+
+def test_an_interrupt_before_the_first_line_is_written_leaves_no_file(tmp_path: Path) -> None:
+    header = examples(0)[0]
+    interrupted = Interrupted(**{name: getattr(header, name) for name in header.__struct_fields__})
+    with pytest.raises(KeyboardInterrupt), TraceWriter(tmp_path / "t.jsonl") as writer:
+        writer(interrupted)
+    assert [*tmp_path.iterdir()] == []
+
+
+HOSTILE = json.dumps("\x1b[2J\x07\x9b\u2028\u202e\nx", ensure_ascii=False)[1:-1]
+"""Orders to a terminal, some of them unescaped, as another program may write them."""
+
+
+@pytest.mark.parametrize("name", ["quad", "door"])
+def test_names_that_give_orders_to_the_terminal_are_refused_and_shown_escaped(name: str) -> None:
+    """Also as keys."""
+    trace = trace_of_shipped("case_study_1_beliefs").read_text()
+    with pytest.raises(InputError) as refused:
+        read_bytes(trace.replace(f'"{name}', f'"{name}{HOSTILE}').encode())
+    assert all(each.found.isprintable() for each in refused.value.diagnostics)
+
+
+def test_texts_of_a_trace_give_no_orders_to_the_terminal() -> None:
+    """Explanations have lines."""
+    lines = trace_of_shipped("case_study_1_beliefs").read_text().splitlines()
+    end = '"explanation":"'
+    lines[-1] = lines[-1].replace(end, rf"{end}one\ntwo\u001b{HOSTILE}")
+    trace = read_bytes("\n".join(lines).encode())
+    assert trace.outcome is not None and check_trace(trace).ok
+    told = "one\ntwo\\x1b\\x1b[2J\\x07\\x9b\\u2028\\u202e\nx"
+    assert trace.outcome.explanation.startswith(told)
+    said = json.dumps([as_data(record) for record in trace.records], ensure_ascii=False)
+    assert said.isprintable()
+
+
+DOCS = Path(__file__).parents[2] / "docs"
+WORDS = (
+    *(vocabulary.BlockReason, vocabulary.MoveEnd, vocabulary.ActResult, vocabulary.ChangeCause),
+    *(vocabulary.DeadlineVerdict, vocabulary.OperatorCause, Outcome),
+)
+
+
+def table(head: str, rows: Iterable[tuple[str, ...]]) -> str:
+    columns = head.split(" | ")
+    lines = ["| " + " | ".join(row) + " |" for row in (columns, ["---"] * len(columns), *rows)]
+    return "\n".join(lines).replace("| --- ", "|---").replace("--- |", "---|") + "\n"
+
+
+def row(name: str, kind: Any) -> tuple[str, str, str]:
+    """A kind of line or object: its name, its fields, and its documentation."""
+    fields = [each for each in entries(kind) if each.name not in ("tick", "t")]
+    needed = ", ".join(f"`{each.encode_name}`" for each in fields if each.required)
+    optional = ", ".join(f"`{each.encode_name}`" for each in fields if not each.required)
+    both = "; ".join(filter(None, (needed, optional and f"optional {optional}")))
+    text = " ".join(cleandoc(kind.__doc__).split()).replace("``", "`").replace("None", "null")
+    return f"`{name}`", both, "Note. " + text if getattr(kind, "note", False) else text
+
+
+def test_the_published_schema_and_the_reference_are_those_of_the_records() -> None:
+    words = ((kind.__name__, ", ".join(f"`{word}`" for word in kind)) for kind in WORDS)
+    text = page = (DOCS / "trace.md").read_text()
+    for mark, made in {
+        "lines": table("type | fields | meaning", (row(*each) for each in KINDS.items())),
+        "words": table("kind | words", words),
+    }.items():
+        begin, end = f"<!-- {mark} -->\n", "<!-- end -->"
+        before, rest = text.split(begin)
+        text = before + begin + made + end + rest.split(end, 1)[1]
+    if os.environ.get("SAFENAV_GOLDEN"):
+        (DOCS / "trace.md").write_text(text)
+        (DOCS / "trace.schema.json").write_text(schema_text())
+    assert page == text, "make golden"
+    assert (DOCS / "trace.schema.json").read_text() == schema_text(), "make golden"
+    assert CliRunner().invoke(command, ["--schema", "trace"]).output == schema_text()
+    Draft202012Validator.check_schema(trace_schema())
