@@ -3,6 +3,8 @@
 import json
 import re
 from collections.abc import Iterator
+from functools import reduce
+from operator import getitem
 from typing import Any
 
 from safenav.errors import Diagnostic
@@ -10,9 +12,6 @@ from safenav.errors import Diagnostic
 WRONG_VALUES: tuple[Any, ...] = (
     *(None, True, 0, -1, 1.5, 2**31, 2**63, "", "xyz", "1 2", [], [[]], {}, {"xyz": 1}),
 )
-SOME = 1
-"""Wrong values at each place: all of them at all places are 6,000 scenarios, a minute."""
-
 SHAPE = re.compile(
     r"\bexpected |unknown key |the key '.*' is missing|must be (at|from|more)|unknown word"
     r"|is empty$|cannot name|is reserved|: both '|without '|always_eventually|there are no robots"
@@ -59,20 +58,16 @@ def places(value: Any, way: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
 
 
 def mistakes(data: Any, way: tuple[Any, ...], turn: int) -> Iterator[tuple[str, Any]]:
-    """The data with mistakes at a place: wrong values by turns, the key misspelt or missing."""
-    for change in (
-        *(WRONG_VALUES[(SOME * turn + n) % len(WRONG_VALUES)] for n in range(SOME)),
-        ...,
-    ):
-        for key in (way[-1],) if change is not ... else ("xyz", None):
-            copy = json.loads(json.dumps(data))
-            holder = copy
-            for step in way[:-1]:
-                holder = holder[step]
-            if change is not ...:
-                holder[key] = change
-            elif isinstance(holder, dict):
-                value = holder.pop(way[-1])
-                if key is not None:
-                    holder[key] = value
-            yield f"{'.'.join(map(str, way))}: {key} = {change!r}", copy
+    """The data with a mistake at a place: a wrong value (by turns: all at all places are 6,000
+    scenarios, a minute), the key misspelt, the key missing."""
+    *holders, last = way
+    wrong = WRONG_VALUES[turn % len(WRONG_VALUES)]
+    for mistake in ("wrong", "misspelt", "missing"):
+        copy = json.loads(json.dumps(data))
+        holder = reduce(getitem, holders, copy)
+        if mistake == "wrong":
+            holder[last] = wrong
+        elif isinstance(holder, dict):
+            value = holder.pop(last)
+            holder |= {"xyz": value} if mistake == "misspelt" else {}
+        yield f"{'.'.join(map(str, way))}: {mistake}, {wrong!r}", copy

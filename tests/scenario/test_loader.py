@@ -1,221 +1,197 @@
-"""Valid scenarios: the loader's result for each item of the format; areas wherever a target can
-stand; obstacles that need several actions or robots, and that come and go."""
+"""What a scenario means, and what is wrong with one that is refused: place, error, remedy.
 
+Most is in files: ``accepted.yaml``, ``refused.yaml``, ``first_mistakes.yaml`` and
+``scenarios/invalid``, whose first lines announce exactly the errors of each file:
+``# error: <line>:<column>: <regular expression for message and hint>``
+"""
+
+import builtins
+import math
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
+import yaml
 
-from safenav.errors import InputError
-from safenav.scenario.model import Need, ResolveAt, Scenario
-from safenav.scenario.objective import Hold, Ltl, Objective, Patrol, Visit, describe, written
+from once import ROOT, beside, from_yaml
+from safenav.errors import ExitCode, InputError
+from safenav.scenario.objective import describe, written
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
+from safenav.scenario.yaml import document
+from safenav.scenario.yaml.document import DocumentError, Place, read_document, scalar_value
+from safenav.trace import fields
 
-ROOMS = """\
+BASE: dict[str, Any] = from_yaml("""
 safenav: 1
 map:
-  grid: |
-    #######
-    #..#..#
-    #.....#
-    #..#..#
-    #######
+  grid: ['#######', '#..#..#', '#.....#', '#..#..#', '#######']
   names: {dock: [1, 2], gate: 17}
-"""
-AREAS = """\
 areas:
   west: {rows: 1-3, columns: 0-2}
   east: [{columns: 4-6}]
   corner: [[3, 4], 26]
-"""
-WEST, EAST, CORNER = {8, 9, 15, 16, 22, 23}, {11, 12, 18, 19, 25, 26}, {25, 26}
+robots: {ann: {model: quadcopter, start: 8, objective: {hold: 8}}}
+""")
 
 
-def ann(objective: str, robot: str = "model: quadcopter, start: 8", rest: str = AREAS) -> Scenario:
-    robots = f"robots:\n  ann: {{{robot}, objective: {objective}}}\n"
-    return load_scenario_text(ROOMS + rest + robots, "rooms.yaml")
+def loaded(keys: dict[str, Any]) -> Any:
+    """Load BASE with other keys, beside the map files of the tests."""
+    text = yaml.safe_dump(BASE | keys, sort_keys=False)
+    return load_scenario_text(text, str(ROOT / "tests/maps/scenario.yaml"))
 
 
-def test_raw_guarantees_are_kept_in_canonical_form() -> None:
-    """Also if areas are named like headings."""
-    scenario = ann(
-        """{ltl: {memory: {done: bool, laps: [0, 3]},
-        init: "!done /\\\\ laps = 0",
-        safety: ["done' <--> (done || region=dock)", 'heading = north -> !X((heading = west))'],
-        liveness: [region = gate]}}""",
-        "model: digit, start: 8, heading: east",
-    )
-    assert scenario.robots[0].objective == Ltl(
-        init=("!done & laps = 0",),
-        safety=("done' <-> done | region = 9", "heading = 0 -> !next(heading = 3)"),
-        liveness=("region = 17",),
-        memory={"done": None, "laps": (0, 3)},
-    )
+ACCEPTED = from_yaml(beside(__file__, "accepted.yaml"))
 
 
-def test_a_target_may_be_out_of_reach_if_another_of_its_set_is_not() -> None:
-    text = "safenav: 1\nmap: {grid: ['.#.']}\n"
-    robots = "robots: {ann: {model: quadcopter, start: 0, objective: {hold: {any: [0, 2]}}}}"
-    assert load_scenario_text(text + robots).robots[0].objective == Hold((frozenset({0, 2}),))
-
-
-def test_a_key_of_another_tool_is_reported_with_the_key_of_scenarios() -> None:
-    """Nor is the key that was meant reported as missing."""
-    text = "safenav: 1\nmap: {grid: ['..'], regions: {a: 1}}\n"
-    robots = "robots: {ann: {type: quadcopter, position: 0, goal: {hold: 0}}}"
-    with pytest.raises(InputError) as raised:
-        load_scenario_text(text + robots)
-    meant = [re.findall("did you mean '(.*?)'", d.hint or "") for d in raised.value.diagnostics]
-    assert meant == [["names"], ["model"], ["start"], ["objective"]]
+@pytest.mark.parametrize("case", ACCEPTED, ids=[case["claim"] for case in ACCEPTED])
+def test_a_scenario_is_read_as_it_is_meant(case: dict[str, Any]) -> None:
+    scenario = loaded(case["keys"])
+    for path, expected in case.get("read", {}).items():
+        found: Any = fields.plain(scenario)
+        for step in path.split("."):
+            found = found[int(step)] if isinstance(found, list) else found.get(step)
+        assert found == expected
+    if "described" in case:
+        objective = scenario.robots[0].objective
+        assert describe(objective, scenario.map.word) == case["described"]
+        again = from_yaml(
+            f"{{model: quadcopter, start: 8, objective: {written(objective, scenario.map.word)}}}"
+        )
+        assert loaded({"robots": {"ann": again}}).robots[0].objective == objective
+    for need, names in enumerate(case.get("closed", ())):
+        obstacle = scenario.obstacles[0]
+        need = need and len(obstacle.needs) - 1
+        assert [r.name for r in scenario.robots if obstacle.closed_to(r, need)] == names
 
 
 def test_line_ends_and_byte_order_marks_of_other_systems(tmp_path: Path) -> None:
-    body = ROOMS + "robots: {ann: {model: quadcopter, start: 8, objective: {hold: 9}}}\n"
+    body = yaml.safe_dump(BASE)
     file = tmp_path / "with space and ü.yaml"
     file.write_bytes(b"\xef\xbb\xbf" + body.replace("\n", "\r\n").encode())
     assert load_scenario(file).map == load_scenario_text(body).map
 
 
-def test_a_map_that_is_too_large() -> None:
-    rows = "".join(f"    {'.' * 600}\n" for _ in range(500))
-    robots = "robots: {ann: {model: quadcopter, start: 0, objective: {hold: 1}}}"
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("47", 47),
+        ("-3", -3),
+        ("012", 12),
+        ("0x1F", 31),
+        ("0o17", 15),
+        ("1.5", 1.5),
+        ("1e3", 1000.0),
+        ("-.inf", -math.inf),
+        ("true", True),
+        ("False", False),
+        ("no", "no"),
+        ("on", "on"),
+        ("1:30", "1:30"),
+        ("1_000", "1_000"),
+        ("~", None),
+        ("", None),
+        ("9" * 5000, "9" * 5000),
+        ("\u0663", "\u0663"),
+    ],
+)
+def test_plain_scalars_follow_the_core_schema(text: str, value: object) -> None:
+    assert scalar_value(text) == value
+    assert type(scalar_value(text)) is type(value)
+
+
+LOADERS = (document._LOADER, yaml.SafeLoader)
+"""Installations without libyaml fall back to PyYAML's own parser."""
+
+INVALID = sorted((ROOT / "scenarios" / "invalid").rglob("*.yaml"))
+ANNOUNCEMENT = re.compile(r"^# error: (\d+):(\d+): (.*)", re.MULTILINE)
+
+
+@pytest.mark.parametrize("loader", LOADERS)
+@pytest.mark.parametrize("file", INVALID, ids=[file.stem for file in INVALID])
+def test_exactly_the_announced_errors_are_reported(
+    file: Path, loader: object, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(document, "_LOADER", loader)
+    announced = ANNOUNCEMENT.findall(file.read_text(encoding="utf-8"))
+    with pytest.raises(InputError) as caught:
+        load_scenario(file)
+    found = caught.value.diagnostics
+    assert [(d.line, d.column) for d in found] == [(int(m[0]), int(m[1])) for m in announced]
+    for diagnostic, (_, _, words) in zip(found, announced, strict=True):
+        assert re.search(words, f"{diagnostic.found} {diagnostic.hint}"), diagnostic
+        assert diagnostic.file == str(file)
+    assert caught.value.exit_code is ExitCode.BAD_INPUT
+
+
+@pytest.mark.parametrize("loader", LOADERS)
+@pytest.mark.parametrize(
+    ("text", "place", "words"),
+    [
+        ("", Place(1, 1), "the file is empty"),
+        ("a: \x00", Place(1, 4), "not text: .*U\\+0000"),
+        ("b: 1\na: \ud800", Place(2, 4), "no file can hold|U\\+D800"),
+        ("[" * 100_000, None, "nested more than 50 deep"),
+        ("{a: " * 100_000, None, "nested more than 50 deep"),
+        ("- " * 5_000 + "x", None, "nested more than 50 deep"),
+        ("a: " + "[" * 60 + "]" * 60, None, "nested more than 50 deep"),
+    ],
+    ids=["empty", "control", "half a character", "lists", "mappings", "blocks", "closed"],
+)
+def test_text_that_no_file_of_scenarios_shows_is_refused(
+    text: str, place: Place | None, words: str, loader: object, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(document, "_LOADER", loader)
+    with pytest.raises(DocumentError, match=words) as caught:
+        read_document(text)
+    assert place in (None, caught.value.place)
+
+
+REFUSED = from_yaml(beside(__file__, "refused.yaml"))
+
+
+@pytest.mark.parametrize("case", REFUSED, ids=[case["found"] for case in REFUSED])
+def test_a_scenario_is_refused(case: dict[str, Any]) -> None:
+    with pytest.raises(InputError) as caught:
+        loaded(case["keys"])
+    assert re.search(
+        case["found"], " ".join(f"{d.found} {d.hint}" for d in caught.value.diagnostics)
+    )
+
+
+def test_a_map_that_is_too_large_is_refused() -> None:
     with pytest.raises(InputError, match="a map of 500 x 600 regions; the maximum is 262144"):
-        load_scenario_text(f"safenav: 1\nmap:\n  grid: |\n{rows}{robots}")
+        loaded({"map": {"grid": ["." * 600] * 500}, "areas": {}})
 
 
-def test_rectangles_hold_their_free_regions_and_lists_the_named_ones() -> None:
-    assert ann("{hold: 8}").map.areas == {"west": WEST, "east": EAST, "corner": CORNER}
-
-
-@pytest.mark.parametrize(
-    ("told", "expected", "words"),
-    [
-        ("{patrol: [west, gate]}", Patrol((frozenset(WEST), frozenset({17}))), "west <-> gate"),
-        ("{hold: east}", Hold((frozenset(EAST),)), "hold east"),
-        (
-            "{hold: east, always: [region != 9, region != 17]}",
-            Hold((frozenset(EAST),), always=("region != 9", "region != 17")),
-            "hold east, always region != 9, always region != 17",
-        ),
-        (
-            "{hold: east, always: [region != 9, region != 17, region != 18]}",
-            Hold((frozenset(EAST),), always=("region != 9", "region != 17", "region != 18")),
-            "hold east, always its 3 formulas",
-        ),
-        (
-            "{visit: [{any: [corner, dock]}, west]}",
-            Visit((frozenset(CORNER | {9}), frozenset(WEST))),
-            "visit corner|dock, west in turn",
-        ),
-    ],
-)
-def test_objectives_take_areas_and_are_described_by_their_names(
-    told: str, expected: Objective, words: str
+def test_without_pillow_an_image_is_refused_with_the_extra_to_install(
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    scenario = ann(told)
-    objective = scenario.robots[0].objective
-    assert objective == expected
-    assert words in describe(objective, scenario.map.word)
-    assert ann(written(objective, scenario.map.word)).robots[0].objective == objective
+    real = builtins.__import__
+
+    def refuse(name: str, *rest: Any, **options: Any) -> Any:
+        if name == "PIL":
+            raise ImportError(name)
+        return real(name, *rest, **options)
+
+    monkeypatch.setattr(builtins, "__import__", refuse)
+    with pytest.raises(InputError, match=r"(?s)needs Pillow.*pip install 'numpy>=1.26' 'pillow"):
+        loaded({"map": {"image": "rooms.png", "rows": 7, "cols": 13}})
 
 
-@pytest.mark.parametrize(
-    ("areas", "told"),
-    [
-        ("{desk: [2, 3]}", "'desk': [2, 3] is two regions, and not both are free\n"),
-        ("{desk: [8, {any: [9]}]}", "an area lists its regions: [[1, 1], [1, 2]]"),
-    ],
-)
-def test_a_malformed_area_is_reported_with_the_intended_form(areas: str, told: str) -> None:
-    text = ROOMS + f"areas: {areas}\n"
-    with pytest.raises(InputError) as error:
-        load_scenario_text(text + "robots: {}\n", "rooms.yaml")
-    assert told.strip() in str(error.value)
+FIRST = beside(__file__, "scenarios/first_mistakes_first.yaml")
+MISTAKES = from_yaml(beside(__file__, "first_mistakes.yaml"))
 
 
-@pytest.mark.parametrize(
-    ("regions", "apart"), [("[11, 4]", True), ("[11, 12]", False), ("[11, 8]", False)]
-)
-def test_two_regions_apart_are_noted_where_they_may_be_one(regions: str, apart: bool) -> None:
-    grid = "map: {resolution: 1, grid: [" + ", ".join(['"......"'] * 12) + "]}\n"
-    robots = "robots: {ann: {model: quadcopter, start: 8, objective: {hold: desk}}}\n"
-    text = f"safenav: 1\n{grid}areas: {{desk: {regions}}}\n{robots}"
-    notes = load_scenario_text(text, "open.yaml").map.notes
-    assert [("[[11, 4]]" in note) for note in notes] == [True] * apart
+def test_the_first_scenario_is_valid() -> None:
+    assert load_scenario_text(FIRST).name == "first try"
 
 
-TEAM = """\
-safenav: 1
-map: {grid: ["#######", "#.....#", "#.....#", "#######"]}
-robots:
-  a: {model: digit, start: [1, 1], heading: east, objective: {hold: [1, 1]}}
-  b: {model: digit, start: [1, 3], heading: east, objective: {hold: [1, 3]}}
-  q: {model: quadcopter, start: [2, 1], objective: {hold: [2, 1]}}
-catalogue:
-  obstacles:
-    vault: {needs: NEEDS}
-obstacles: OBSTACLES
-"""
-VAULT, PUSH = "[{type: vault, region: [1, 4]}]", "[{action: push}]"
-AFTER = "[{type: vault, region: [1, 4], until: 9}, {type: door, region: [1, 4], from: 9}]"
-
-
-def with_needs(needs: str, obstacles: str = VAULT) -> Scenario:
-    return load_scenario_text(TEAM.replace("NEEDS", needs).replace("OBSTACLES", obstacles))
-
-
-def test_needs_are_read_in_their_order() -> None:
-    scenario = with_needs(
-        "[{action: sense, at: neighbours}, {action: push, robots: 2, together: true}]"
-    )
-    assert scenario.obstacles[0].needs == (
-        Need("sense", 1, ResolveAt.NEIGHBOURS),
-        Need("push", 2, ResolveAt.SELF, together=True),
-    )
-
-
-@pytest.mark.parametrize(
-    ("needs", "blocks", "closed"),
-    [
-        ("[{action: push}]", "", ({"q"}, None)),
-        ("[{action: push, at: neighbours}]", "", ({"a", "b", "q"}, None)),
-        ("[{action: push, at: [[1, 1]]}]", "", ({"a", "b", "q"}, None)),
-        ("[{action: push, at: [[1, 4], [1, 1]]}]", "", ({"q"}, None)),
-        ("[{action: push, robots: 2}]", "", ({"a", "b", "q"}, None)),
-        ("[{action: sense, at: neighbours}, {action: push}]", "", ({"a", "b", "q"}, {"q"})),
-        ("[{action: push}, {action: push}]", "", ({"a", "b", "q"}, {"q"})),
-        ("[{action: push}, {action: sense}]", "", ({"a", "b", "q"}, {"a", "b"})),
-        ("[{action: push, at: neighbours}]", "blocks: [ground]", ({"a", "b"}, None)),
-        ("[{action: push, at: neighbours}]", "blocks: [quadcopter]", ({"q"}, None)),
-        ("[{action: push, at: neighbours}]", "blocks: [b, q]", ({"b", "q"}, None)),
-        ("[{action: push, at: neighbours}]", "blocks: []", (set(), None)),
-        ("[{action: push}]", "blocks: [a]", (set(), None)),
-    ],
-)
-def test_robots_keep_out_unless_they_resolve_by_entering(
-    needs: str, blocks: str, closed: tuple[set[str], set[str] | None]
-) -> None:
-    """The robots to which the obstacle is closed while all needs are left, and while the last is:
-    those that it physically stops, unless entering meets the only need that is left."""
-    scenario = with_needs(f"{needs}{', ' + blocks if blocks else ''}")
-    vault = scenario.obstacles[0]
-    for need, names in enumerate(closed):
-        if names is not None:
-            assert {r.name for r in scenario.robots if vault.closed_to(r, need)} == names
-
-
-@pytest.mark.parametrize(
-    ("needs", "obstacles", "found"),
-    [
-        ("[{action: push}], action: push", VAULT, "both 'needs' and 'action'"),
-        (PUSH, VAULT.replace("}", ", from: 9, until: 9}"), "disappears before it appears"),
-        (PUSH, AFTER.replace("from: 9", "from: 8"), "the region already contains"),
-    ],
-)
-def test_impossible_needs_are_refused(needs: str, obstacles: str, found: str) -> None:
-    with pytest.raises(InputError, match=found):
-        with_needs(needs, obstacles)
-
-
-def test_a_region_may_hold_one_obstacle_after_the_other() -> None:
-    assert [o.appears for o in with_needs(PUSH, AFTER).obstacles] == [None, 9]
+@pytest.mark.parametrize("mistake", MISTAKES, ids=[each["written"] for each in MISTAKES])
+def test_a_first_mistake_is_reported_with_its_remedy(mistake: dict[str, Any]) -> None:
+    assert mistake["part"] in FIRST
+    with pytest.raises(InputError) as caught:
+        load_scenario_text(FIRST.replace(mistake["part"], mistake["written"], 1), "first.yaml")
+    found = caught.value.diagnostics
+    told = [f"{d.line}:{d.column}: {d.found}" + (f" ({d.hint})" if d.hint else "") for d in found]
+    assert told == mistake["told"]

@@ -1,33 +1,40 @@
 """The loader and the JSON Schema judge the shape of scenarios alike: every scenario of the project,
-and hundreds with one mistake each.
+and hundreds with one mistake each. Any other damage also gives a scenario, or an InputError.
 
 The schema accepts all that the loader accepts, and refuses errors of the shape (a key, a type, a
 word, a limit). Only the loader checks names, regions and formulas."""
 
-import ast
 import json
 import re
+import string
 from contextlib import suppress
+from copy import deepcopy
+from functools import reduce
 from itertools import product
-from pathlib import Path
+from operator import getitem
 from typing import Any
 
 import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 
-from once import beside
+from once import ROOT, beside
 from safenav.errors import Diagnostic, InputError
+from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text, schema_text
 from safenav.scenario.yaml.document import DocumentError, plain, read_document
+from safenav.trace import fields
 from scenario.mistakes import disagreement, keys_of, mistakes, places
+from support.examples import campaign
 
-ROOT = Path(__file__).parents[2]
 SCHEMA: dict[str, Any] = json.loads(schema_text())
 VALIDATOR = Draft202012Validator(SCHEMA)
 
 FULL = beside(__file__, "scenarios/schema_full.yaml")
 """A scenario with every key but those of other forms, which OTHERS has."""
-
+DATA: dict[str, Any] = plain(read_document(FULL).root)
 OTHERS: list[tuple[str, Any]] = [
     ("requirements", {"apart": "always(distance(ann, bob) >= 0.1)"}),
     ("partition", {"tiles": [2, 3]}),
@@ -40,24 +47,7 @@ OTHERS: list[tuple[str, Any]] = [
     ("map", {"ros": "map.yaml", "resolution": 0.5}),
     ("map", {"movingai": "a.map", "share": 0.5, "rows": 3, "cols": 4, "resolution": 1}),
 ]
-"""Other forms of the values of FULL."""
-
-
-"""Broken scenarios that alone show that the schema refuses what it must."""
-
-
-def texts() -> dict[str, str]:
-    """Every scenario that stands in a file or in a text of a test."""
-    found = {}
-    for folder in ("scenarios", "safenav/scenario/templates", "tests"):
-        for file in sorted((ROOT / folder).rglob("*.yaml")):
-            found[str(file.relative_to(ROOT))] = file.read_text(encoding="utf-8")
-    for file in sorted((ROOT / "tests").rglob("*.py")):
-        source = file.read_text(encoding="utf-8")
-        for node in ast.walk(ast.parse(source)) if "safenav: 1" in source else ():
-            if isinstance(node, ast.Constant) and isinstance(node.value, str):
-                found[f"{file.relative_to(ROOT)}:{node.lineno}"] = node.value
-    return {name: text for name, text in found.items() if re.search("^safenav: ", text, re.M)}
+FORMS = [*DATA.items(), *OTHERS]
 
 
 def judged(text: str, file: str = "x.yaml") -> tuple[Diagnostic, ...]:
@@ -69,49 +59,53 @@ def judged(text: str, file: str = "x.yaml") -> tuple[Diagnostic, ...]:
     return ()
 
 
-def test_the_schema_is_one() -> None:
-    Draft202012Validator.check_schema(SCHEMA)
+def of_key(key: str) -> Draft202012Validator:
+    """What the schema demands of one key."""
+    part = {"required": [], "properties": {key: SCHEMA["properties"][key]}}
+    return Draft202012Validator({**SCHEMA, **part})
 
 
 def test_every_scenario_of_the_project_is_judged_alike() -> None:
+    Draft202012Validator.check_schema(SCHEMA)
     wrong, count = {}, 0
-    for name, text in texts().items():
-        with suppress(DocumentError):
-            data = plain(read_document(text).root)
-            count += 1
-            if told := disagreement(data, judged(text, str(ROOT / name)), VALIDATOR):
-                wrong[name] = told
+    for folder in ("scenarios", "safenav/scenario/templates", "tests"):
+        for file in sorted((ROOT / folder).rglob("*.yaml")):
+            text = file.read_text(encoding="utf-8")
+            with suppress(DocumentError):
+                if re.search("^safenav: ", text, re.MULTILINE):
+                    data = plain(read_document(text).root)
+                    count += 1
+                    if told := disagreement(data, judged(text, str(file)), VALIDATOR):
+                        wrong[str(file)] = told
     assert wrong == {}
     assert count > 200
-
-
-DATA: dict[str, Any] = plain(read_document(FULL).root)
-FORMS = [*((key, DATA[key]) for key in DATA), *OTHERS]
 
 
 def test_the_full_scenario_has_no_mistake_and_with_other_forms_every_key() -> None:
     assert judged(FULL) == ()
     assert list(VALIDATOR.iter_errors(DATA)) == []
     ways = [way for key, value in FORMS for way in places({key: value})]
-    assert keys_of(SCHEMA, set()) == keys_of(SCHEMA, set()) & {way[-1] for way in ways}
+    assert keys_of(SCHEMA, set()) <= {way[-1] for way in ways}
 
 
 @pytest.mark.parametrize(
     ("key", "value"), FORMS, ids=[f"{key}{i}" for i, (key, _) in enumerate(FORMS)]
 )
 def test_loader_and_schema_agree_on_a_mistake(key: str, value: Any) -> None:
-    # The rest of the scenario is right, so that the schema need not see it.
-    part = {"required": [], "properties": {key: SCHEMA["properties"][key]}}
-    validator = Draft202012Validator({**SCHEMA, **part})
-    wrong = {}
+    part, wrong = of_key(key), {}
     for turn, way in enumerate(places({key: value})):
-        whole = VALIDATOR if len(way) == 1 else validator
         for name, data in mistakes({key: value}, way, turn):
             scenario = {**{k: v for k, v in DATA.items() if k != key}, **data}
             found = judged(json.dumps(scenario))
             missing = [d for d in found if d.found.endswith(" is missing")]
             assert all(d.hint for d in missing), "a missing key is told with an example"
-            if told := disagreement(scenario if whole is VALIDATOR else data, found, whole):
+            # The rest of the scenario is right, so that the schema need not see it.
+            told = (
+                disagreement(scenario, found, VALIDATOR)
+                if len(way) == 1
+                else disagreement(data, found, part)
+            )
+            if told:
                 wrong[name] = told
     assert wrong == {}
 
@@ -140,6 +134,71 @@ def test_loader_and_schema_agree_on_the_keys_of_a_map(form: dict[str, Any], star
 
 def test_the_schema_refuses_a_helper_of_an_obstacle_without_a_place() -> None:
     for name, fits in (("door@47", True), ("door", False)):
-        part = {"required": [], "properties": {"expect": SCHEMA["properties"]["expect"]}}
-        validator = Draft202012Validator({**SCHEMA, **part})
-        assert validator.is_valid({"expect": {"helpers": {name: "ann"}}}) is fits
+        assert of_key("expect").is_valid({"expect": {"helpers": {name: "ann"}}}) is fits
+
+
+words = st.text(alphabet=string.ascii_letters + "ü -", min_size=1, max_size=8).filter(
+    lambda word: word.strip() == word
+)
+values = st.recursive(
+    st.none() | st.booleans() | st.integers(-99, 99) | words,
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(words, inner, max_size=4),
+    max_leaves=5,
+)
+
+
+@given(values.filter(lambda value: value is not None), st.booleans())
+def test_dumped_data_reads_back(value: object, flow: bool) -> None:
+    text = yaml.safe_dump(value, default_flow_style=flow, allow_unicode=True)
+    assert plain(read_document(text).root) == value
+
+
+def load_or_refuse(text: str) -> None:
+    try:
+        scenario = load_scenario_text(text, "mutated.yaml")
+    except InputError as error:
+        assert error.diagnostics
+        for diagnostic in error.diagnostics:
+            assert diagnostic.found, "a refusal says why"
+            assert diagnostic.line <= text.count("\n") + text.count("\r") + 3
+    else:  # as from a checkpoint
+        data = json.loads(json.dumps(fields.plain(scenario)))
+        assert fields.convert(Scenario, data) == scenario
+
+
+SNIPPETS = [
+    *"[]{}:,#'\"|>&*!-?%@` \n\t.~=0123456789",
+    *("\n  ", "- ", ": ", "''", "!!python/object:os.system ", "&a ", "*a", "*door", "<<: *door"),
+    *("true", "null", ".nan", "-.inf", "1e999", "9" * 30, "0x", "--- ", "...", "é", "\x00"),
+    *("\ud800", "\u2028", "[8, 9]", "{any: 7}", "next(", "robots", "region", "\ufeff", "\r"),
+]
+edits = st.tuples(st.integers(0, len(FULL)), st.integers(0, 12), st.sampled_from(["", *SNIPPETS]))
+
+
+@campaign(300)
+@given(st.lists(edits, min_size=1, max_size=4))
+def test_any_damage_to_the_text_gives_a_scenario_or_an_input_error(
+    changes: list[tuple[int, int, str]],
+) -> None:
+    text = FULL
+    for place, removed, added in changes:
+        text = text[:place] + added + text[place + removed :]
+    load_or_refuse(text)
+
+
+@campaign(200)
+@given(st.lists(st.tuples(st.sampled_from([*places(DATA)]), values), min_size=1, max_size=3))
+def test_any_value_of_any_key_gives_a_scenario_or_an_input_error(
+    changes: list[tuple[tuple[Any, ...], Any]],
+) -> None:
+    scenario = deepcopy(DATA)
+    for (*holders, last), value in changes:
+        with suppress(KeyError, IndexError, TypeError):  # an earlier change took the place away
+            reduce(getitem, holders, scenario)[last] = value
+    load_or_refuse(json.dumps(scenario, ensure_ascii=False))
+
+
+@campaign(100)
+@given(st.text(max_size=200))
+def test_any_text_at_all_gives_a_scenario_or_an_input_error(text: str) -> None:
+    load_or_refuse(text)
