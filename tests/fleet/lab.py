@@ -1,35 +1,36 @@
-"""``python lab.py SCENARIO FLEET PACE``: the physics simulation of a scenario, for other processes.
+"""The physics simulation, watched; drives in it in this process, with their trace and motion."""
 
-It prints the port of a manager whose ``lab()`` is a ``Physics``, and ends with its standard input.
-"""
+from __future__ import annotations
 
-import sys
-import threading
-import time
-from multiprocessing.managers import BaseManager
+import tempfile
+from collections.abc import Iterable, Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any
 
-KEY = b"lab"
-COMMANDS = ("send", "stop", "perform", "state", "scan", "noticed", "step")
-PART = 0.1
-"""Simulated seconds between two looks at the clock where time goes faster: two milliseconds."""
-IDLE = 5
-"""How much slower time passes while no robot moves: half of a drive, for the processor."""
+from msgspec.structs import replace
+
+from once import beside
+from safenav.fleet.driven import driven_motion
+from safenav.fleet.file import Station, load_fleet
+from safenav.fleet.transport import DriveRecording
+from safenav.fleet.world import FleetWorld, fleet_world
+from safenav.motion.check.examination import Finding
+from safenav.motion.check.verdict import check_motion
+from safenav.motion.file import Motion, parsed, text_of
+from safenav.runtime.run.mission import Mission
+from safenav.scenario.model import Clock, Scenario
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.trace.file import Listener, Trace, TraceWriter, read_bytes
+
+HALL = beside(__file__, "scenarios/hall.yaml")
+FLEET = beside(__file__, "scenarios/hall.fleet.yaml")
 
 
 def watched(physics: Any) -> Any:
     """The same physics with ``contacts``: the steps of each pair that touched, as names of robots,
-    ``wall`` and obstacles; ``moving``: its robots under way; and ``log``. Several threads may call
-    it."""
-    physics.contacts, step, lock = {}, physics._step, threading.RLock()
-
-    def locked(call: Any) -> Any:
-        def alone(*arguments: Any) -> Any:
-            with lock:
-                return call(*arguments)
-
-        return alone
+    ``wall`` and obstacles; ``moving``: its robots under way; and ``log``."""
+    physics.contacts, step = {}, physics._step
 
     def named(geom: int) -> str:
         return str(physics._model.geom(geom).name).split(".")[0].split("~")[0]
@@ -45,66 +46,71 @@ def watched(physics: Any) -> Any:
         return sorted(name for name in physics._bodies if physics._moves(name))
 
     def log() -> dict[str, Any]:
-        places = {n: physics._at(body)[:2] for n, body in physics._bodies.items()}
+        places = {name: physics._at(body)[:2] for name, body in physics._bodies.items()}
         return {
-            "now": physics.now,
             "contacts": {" ".join(pair): count for pair, count in physics.contacts.items()},
             "standing": sorted(physics.standing),
-            "regions": {n: physics._places.region(*at) for n, at in places.items()},
+            "regions": {name: physics._places.region(*at) for name, at in places.items()},
             "moving": moving(),
         }
 
     physics._step, physics.moving, physics.log = noted, moving, log
-    for call in (*COMMANDS, "moving", "log"):
-        setattr(physics, call, locked(getattr(physics, call)))
     return physics
 
 
-class Access(BaseManager):
-    """A lab in another process."""
+@cache
+def driven(
+    scenario: str = HALL,
+    fleet: str = FLEET,
+    goals: tuple[str, ...] = (),
+    listeners: tuple[Listener, ...] = (),
+) -> Drive:
+    """A drive of a scenario; ``goals``: robots that get goals although the defaults follow."""
+    plan = replace(load_scenario_text(scenario, "made.yaml"), clock=Clock.LIVE)
+    with tempfile.TemporaryDirectory() as folder:
+        written, path = Path(folder) / "fleet.yaml", Path(folder) / "trace.jsonl"
+        written.write_text(fleet)
+        given = load_fleet(written, plan)
+        stations = {
+            name: replace(station, follow=None) if name in goals else station
+            for name, station in given.stations.items()
+        }
+        world = fleet_world(plan, replace(given, stations=stations), DriveRecording())
+        return drive_in(world, plan, stations, path, listeners)
 
 
-def lab_at(port: int) -> Any:
-    """The lab that listens at a port."""
-    Access.register("lab")
-    access = Access(("127.0.0.1", port), authkey=KEY)
-    access.connect()
-    return access.lab()  # type: ignore[attr-defined]
+def drive_in(
+    world: FleetWorld,
+    plan: Scenario,
+    stations: Mapping[str, Station],
+    path: Path,
+    listeners: Iterable[Listener] = (),
+) -> Drive:
+    """A drive in a world that records it; ``path``: its trace."""
+    try:
+        world.open()
+        with TraceWriter(path) as writer:
+            mission = Mission(plan, world=world, listeners=[*listeners, writer, world.observe])
+            mission.run()
+    finally:
+        world.close()
+    content = path.read_bytes()
+    trace = read_bytes(content, "made.jsonl")
+    made = driven_motion(trace, world, stations, mission.began)
+    return Drive(content, trace, parsed(text_of(made).encode(), "made.motion.jsonl"))
 
 
-def ends() -> threading.Event:
-    """Set when standard input ends."""
-    end = threading.Event()
-    threading.Thread(target=lambda: (sys.stdin.read(), end.set()), daemon=True).start()
-    return end
+class Drive:
+    """A trace, its sum, and the motion of the drive as a reader of its file has it."""
 
+    def __init__(self, content: bytes, trace: Trace, motion: Motion) -> None:
+        self.lines = content.decode().splitlines()
+        self.trace, self.motion = trace, motion
 
-def main(scenario: Path, fleet: Path, pace: float) -> None:
-    from safenav.fleet.file import load_fleet
-    from safenav.fleet.lab.simulation import SimulationTransport
-    from safenav.scenario.reading.loader import load_scenario
+    @property
+    def outcome(self) -> str:
+        assert self.trace.outcome is not None
+        return self.trace.outcome.outcome
 
-    plan = load_scenario(scenario)
-    given = load_fleet(fleet, plan)
-    lab = watched(SimulationTransport(plan, given.stations, given.simulation).physics)
-    Access.register("lab", callable=lambda: lab)
-    server = Access(("127.0.0.1", 0), authkey=KEY).get_server()
-    threading.Thread(target=server.serve_forever, daemon=True).start()
-    end = ends()
-    print(server.address[1], flush=True)
-    while not end.is_set() and not lab.moving():  # at the pace of a clock until then
-        lab.step(0.02)
-        end.wait(0.02)
-    due = time.monotonic()
-    while not end.is_set():
-        if (ahead := due - time.monotonic()) > 0:
-            end.wait(ahead)
-        else:
-            time.sleep(0)  # others get the lock
-        lab.step(PART)
-        slower = 1 if lab.moving() else IDLE
-        due = max(due, time.monotonic()) + slower * PART / pace
-
-
-if __name__ == "__main__":
-    main(Path(sys.argv[1]), Path(sys.argv[2]), float(sys.argv[3]))
+    def judged(self, motion: Motion | None = None) -> list[Finding]:
+        return check_motion(motion or self.motion, self.trace)

@@ -12,7 +12,7 @@ pytest.importorskip("numpy", reason="references need the extra 'motion'")
 
 import numpy as np
 
-from fleet.drives import driven
+from fleet.lab import driven
 from once import beside
 from safenav.fleet.file import FollowUse, Station
 from safenav.fleet.following import Following, mover_of

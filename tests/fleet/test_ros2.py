@@ -1,7 +1,10 @@
 """What the messages of ROS 2 mean, and what its transport refuses."""
 
 import os
+import socket
+import sys
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 from math import atan2, cos, inf, nan, pi, sin
 from pathlib import Path
@@ -17,7 +20,7 @@ pytest.importorskip("numpy", reason="references need the extra 'motion'")
 
 import numpy
 
-from fleet.drives import drive_in
+from fleet.lab import drive_in
 from once import beside
 from safenav.errors import UsageError
 from safenav.fleet.file import FollowUse, Network, Station
@@ -34,31 +37,32 @@ from safenav.run.checked import check_trace
 from safenav.scenario.model import Clock
 from safenav.scenario.reading.loader import load_scenario_text
 
-
-def odometry(w: float, x: float, y: float, z: float, east: float = 1.0) -> Message:
-    turn = Message(w=w, x=x, y=y, z=z)
-    return Message(pose=Message(pose=Message(position=Message(x=east, y=-2.0), orientation=turn)))
-
-
-@pytest.mark.parametrize("yaw", [0.0, 1.0, pi / 2, 3.0, -3.0, -pi / 2])
-def test_a_direction_is_received_as_it_was_sent(yaw: float) -> None:
-    z, w = streams.facing(yaw)
-    found = streams.located("digit", 7.5, odometry(w, 0.0, 0.0, z))
-    assert found == Located("digit", 7.5, 1.0, -2.0, pytest.approx(yaw))
+YAWS = (0.0, 1.0, pi / 2, 3.0, -3.0, -pi / 2)
+TILTED = (cos(0.55) * cos(0.2), -sin(0.55) * sin(0.2), cos(0.55) * sin(0.2), sin(0.55) * cos(0.2))
+"""A pitch of 0.4 rad, then a yaw of 1.1 rad."""
 
 
-def test_a_tilted_robot_has_the_yaw_of_its_heading() -> None:
-    """A pitch of 0.4 rad, then a yaw of 1.1 rad."""
-    a, b = 0.55, 0.2
-    w, x, y, z = cos(a) * cos(b), -sin(a) * sin(b), cos(a) * sin(b), sin(a) * cos(b)
-    found = streams.located("quad", 0.0, odometry(w, x, y, z))
-    assert found is not None and found.yaw == pytest.approx(1.1)
-
-
-@pytest.mark.parametrize(("east", "z"), [(nan, 0.0), (inf, 0.0), (1.0, nan)])
-def test_odometry_that_is_not_finite_is_ignored(east: float, z: float) -> None:
+@pytest.mark.parametrize(
+    ("turn", "east", "yaw"),
+    [
+        *(((streams.facing(yaw)[1], 0.0, 0.0, streams.facing(yaw)[0]), 1.0, yaw) for yaw in YAWS),
+        (TILTED, 1.0, 1.1),
+        ((1.0, 0.0, 0.0, 0.0), nan, None),
+        ((1.0, 0.0, 0.0, 0.0), inf, None),
+        ((1.0, 0.0, 0.0, nan), 1.0, None),
+    ],
+)
+def test_odometry_gives_the_yaw_of_the_heading_and_is_ignored_unless_finite(
+    turn: tuple[float, ...], east: float, yaw: float | None
+) -> None:
     """A robot is in no region by it; the drive ended with an internal error, robots under way."""
-    assert streams.located("quad", 0.0, odometry(1.0, 0.0, 0.0, z, east)) is None
+    pose = Message(
+        position=Message(x=east, y=-2.0),
+        orientation=Message(**dict(zip("wxyz", turn, strict=True))),
+    )
+    found = streams.located("digit", 7.5, Message(pose=Message(pose=pose)))
+    wanted = None if yaw is None else Located("digit", 7.5, 1.0, -2.0, pytest.approx(yaw))
+    assert found == wanted
 
 
 def transforms(*parts: tuple[str, str, float, tuple[float, float, float]]) -> Message:
@@ -234,6 +238,30 @@ def test_robots_follow_their_streams_until_these_end(
     assert min(robots.streamed.values()) > robots.time - 2 * PERIOD
     assert {*robots.feet[0].joint_names} == {"left_foot", "right_foot"}
     assert robots._node is None  # closed: no stream any longer
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux binds a socket to an interface")
+def test_every_socket_of_ros_2_is_confined_to_its_interface() -> None:
+    """cyclonedds itself listens on all addresses."""
+
+    def sockets() -> set[tuple[str, bytes]]:
+        """The sockets of this process: addresses and interfaces."""
+        found = set()
+        for entry in Path("/proc/self/fd").iterdir():
+            with suppress(OSError), socket.socket(fileno=os.dup(int(entry.name))) as one:
+                if one.family in (socket.AF_INET, socket.AF_INET6):
+                    bound = one.getsockopt(socket.SOL_SOCKET, socket.SO_BINDTODEVICE, 16)
+                    found.add((f"{one.getsockname()[0]}:{one.getsockname()[1]}", bound))
+        return found
+
+    before = sockets()
+    ros = streams.Ros2Transport(Network(domain=20 + os.getpid() % 200), {}, {})
+    ros.open(lambda _: None)
+    opened = sockets() - before
+    ros.close()
+    anyone = {bound for address, bound in opened if address.startswith("0.0.0.0:")}
+    assert anyone == {b"lo\0"}
+    assert all(address.startswith(("0.0.0.0:", "127.0.0.1:")) for address, _ in opened)
 
 
 def test_messages_of_a_reader_that_has_left_are_ignored() -> None:

@@ -5,7 +5,7 @@ import pytest
 
 pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
 
-from fleet.drives import driven
+from fleet.lab import driven
 from once import beside
 from safenav.motion.columns import columns_at
 from safenav.motion.file import Action, Reset

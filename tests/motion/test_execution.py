@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
 
-from fleet.drives import HALL, Drive, driven
+from fleet.lab import HALL, Drive, driven
 from safenav.motion.check.execution import trackings
 from safenav.motion.check.verdict import check_motion
 from safenav.motion.columns import columns_at

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
 
-from fleet.drives import Drive, driven
+from fleet.lab import Drive, driven
 from safenav.motion.columns import columns_of
 from safenav.motion.file import GoalLine, Measured, Motion
 from safenav.report.page.motion import RATE, encoded_motion
