@@ -16,7 +16,6 @@ import time
 from pathlib import Path
 
 from PIL import Image
-from selenium.webdriver.support.ui import Select
 
 from report.browser import Browser
 from safenav.report.page.html import page_of
@@ -24,8 +23,7 @@ from safenav.report.picture.scene import svg_of
 from safenav.run.reading import read_run
 from safenav.run.run import Run
 from safenav.run.values import StoryKind
-from studio.board import close_with
-from studio.serving import ServedAnew
+from studio.serving import Served
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
@@ -119,7 +117,7 @@ def _studio(browser: Browser) -> None:
     """The drawing board, and a run in which a second door was closed."""
     scenario = ROOT / "scenarios" / "case_study_1.yaml"
     metrics = {"width": 1400, "height": 900, "deviceScaleFactor": 1, "mobile": False}
-    with ServedAnew("studio", scenario, "--no-browser") as served:
+    with Served("studio", scenario, "--no-browser") as served:
         browser.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
         light = [{"name": "prefers-color-scheme", "value": "light"}]
         browser.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": light})
@@ -130,9 +128,9 @@ def _studio(browser: Browser) -> None:
         _keep(browser, HERE / "studio_draw.png")
         browser.one("button.run").click()
         browser.wait(lambda: browser.all(".controls.live"), 60)
-        Select(browser.one("select[aria-label=Speed]")).select_by_value("2")
+        browser.select("Speed", "2 ticks/s")
         browser.wait(lambda: browser.tick >= 3, 60)
-        close_with(browser, "door")
+        browser.select("Close a region with", "door")
         _click(browser, "svg.floor .numbers text:nth-child(24)")
         browser.wait(lambda: browser.all('[data-obstacle="door@44"]') and browser.tick >= 10, 60)
         browser.button("Pause the run").click()

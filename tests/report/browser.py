@@ -39,28 +39,20 @@ class Browser:
             options.add_argument(argument)
         options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
         self.driver = webdriver.Chrome(options=options, service=Service(driver))
+        # Without it a page has no focus for a while after a question of the browser.
+        self.driver.execute_cdp_cmd("Emulation.setFocusEmulationEnabled", {"enabled": True})
 
     def open(
         self,
-        page: Path,
+        page: Path | str,
         fragment: str = "",
         width: int = 1280,
         height: int = 800,
         scheme: str = "light",
         motion: str = "no-preference",
     ) -> None:
-        """The page of a file, freshly loaded."""
-        self.visit(page.as_uri() + fragment, width, height, scheme, motion)
-
-    def visit(
-        self,
-        address: str,
-        width: int = 1280,
-        height: int = 800,
-        scheme: str = "light",
-        motion: str = "no-preference",
-    ) -> None:
-        """The page, freshly loaded, under the conditions of a screen and its owner."""
+        """The page of a file or an address, freshly loaded, under the conditions of a screen and
+        its owner."""
         self.resize(width, height)
         features = [
             {"name": "prefers-color-scheme", "value": scheme},
@@ -69,7 +61,7 @@ class Browser:
         self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": features})
         self.leave()
         self.driver.get_log("browser")
-        self.driver.get(address)
+        self.driver.get((page if isinstance(page, str) else page.as_uri()) + fragment)
         self.wait(lambda: self.all("header h1"))
 
     def resize(self, width: int, height: int) -> None:
@@ -97,6 +89,21 @@ class Browser:
     def button(self, label: str) -> WebElement:
         return self.one(f'button[aria-label="{label}"]')
 
+    def words(self, selector: str) -> str:
+        """The text of the first element, empty if there is none."""
+        script = "return document.querySelector(arguments[0])?.innerText ?? ''"
+        return str(self.run(script, selector))
+
+    def select(self, label: str, option: str) -> None:
+        """Choose an option by its text; then keys are for the page again."""
+        Select(self.one(f'[aria-label="{label}"]')).select_by_visible_text(option)
+        self.run("document.activeElement.blur()")
+
+    def go(self, tick: int, shown: int | None = None) -> None:
+        """Follow the address of a tick."""
+        self.run("location.hash = arguments[0]", f"#tick={tick}")
+        self.wait(lambda: self.tick == (tick if shown is None else shown))
+
     def press(self, *keys: str) -> None:
         """Keys as a reader presses them, wherever the focus is."""
         actions = webdriver.ActionChains(self.driver)
@@ -107,11 +114,6 @@ class Browser:
         for key in held:
             actions.key_up(key)
         actions.perform()
-
-    def slow(self) -> None:
-        """Play slowly: a busy machine needs time to ask what the page shows."""
-        Select(self.one("select[aria-label='Speed']")).select_by_value("2")
-        self.run("document.activeElement.blur()")  # keys are for the page again
 
     def wait(
         self,

@@ -61,7 +61,7 @@ def test_a_page_plays_smoothly_to_its_end(browser: Browser, pages: dict[str, Pat
 
     browser.open(pages["door"], motion="reduce")
     browser.run(watch, "digit")
-    browser.slow()
+    browser.select("Speed", "2 ticks/s")
     browser.button("Play").click()
     browser.wait(lambda: browser.tick >= 4)
     browser.button("Pause").click()

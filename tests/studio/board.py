@@ -1,43 +1,22 @@
 """The drawing board as a user with mouse and keyboard sees it."""
 
-import urllib.request
 from contextlib import suppress
 
 from selenium.common.exceptions import NoAlertPresentException
 from selenium.webdriver.common.alert import Alert
 
-from once import beside
-from report.browser import Browser, Keys, Select, WebElement
-from safenav.scenario.reading.loader import load_scenario
-from studio.serving import MINUTES, SCENARIOS
-
-SHIPPED = load_scenario(SCENARIOS / "case_study_1.yaml")
+from report.browser import Browser, Keys, WebElement
+from studio.serving import Page, Served
 
 
-class Board:
-    """The drawing board as a user with a mouse sees it."""
+class Board(Page):
+    """The page of a studio in a browser. ``cols``: those of the map that is drawn."""
 
-    def __init__(self, browser: Browser, address: str, cols: int = SHIPPED.map.cols) -> None:
+    def __init__(self, browser: Browser, served: Served, cols: int) -> None:
+        super().__init__(served.address)
         self.browser = browser
         self.cols = cols
-        self.address = address
-        browser.visit(address, width=1400, height=900)
-
-    def at(self, region: int) -> tuple[int, int]:
-        """The middle of a region, in pixels of the window."""
-        x, y = self.browser.run(
-            """
-            const map = document.querySelector("svg.floor"), box = map.getBoundingClientRect();
-            const view = map.viewBox.baseVal, scale = box.width / view.width;
-            const [region, cols] = arguments;
-            const [col, row] = [region % cols, Math.floor(region / cols)];
-            return [box.left + ((col + 0.5) * 40 - view.x) * scale,
-                    box.top + ((row + 0.5) * 40 - view.y) * scale];
-            """,
-            region,
-            self.cols,
-        )
-        return int(x), int(y)
+        browser.open(served.address, width=1400, height=900)
 
     def rest(self) -> None:
         """Wait until the map has found its place in the window."""
@@ -59,17 +38,21 @@ class Board:
             """)
 
     def click(self, region: int) -> None:
-        self.drag(region)
-
-    def drag(self, *regions: int) -> None:
-        """Press at the first region, release at the last."""
-        for kind, region in (
-            ("mousePressed", regions[0]),
-            *(("mouseMoved", region) for region in regions[1:]),
-            ("mouseReleased", regions[-1]),
-        ):
-            x, y = self.at(region)
-            event = {"type": kind, "x": x, "y": y, "button": "left", "buttons": 1, "clickCount": 1}
+        """Press the mouse in the middle of a region."""
+        place = self.browser.run(
+            """
+            const map = document.querySelector("svg.floor"), box = map.getBoundingClientRect();
+            const view = map.viewBox.baseVal, scale = box.width / view.width;
+            const [region, cols] = arguments;
+            const [col, row] = [region % cols, Math.floor(region / cols)];
+            return {x: Math.floor(box.left + ((col + 0.5) * 40 - view.x) * scale),
+                    y: Math.floor(box.top + ((row + 0.5) * 40 - view.y) * scale)};
+            """,
+            region,
+            self.cols,
+        )
+        for kind in ("mousePressed", "mouseReleased"):
+            event = {"type": kind, **place, "button": "left", "buttons": 1, "clickCount": 1}
             self.browser.driver.execute_cdp_cmd("Input.dispatchMouseEvent", event)
 
     def choose(self, label: str) -> None:
@@ -78,30 +61,42 @@ class Board:
             return [...document.querySelectorAll("button")].find((button) =>
                 button.getClientRects().length > 0 && button.innerText.trim() === arguments[0]);
         """
-        found: list[WebElement | None] = []
+        found: list[WebElement] = []
 
         def shown() -> bool:
-            found.append(self.browser.run(script, label))
-            return found[-1] is not None
+            found[:] = filter(None, [self.browser.run(script, label)])
+            return bool(found)
 
         self.browser.wait(shown, lacks=f"no button {label!r}")
-        assert found[-1] is not None
-        found[-1].click()
+        found[0].click()
 
-    def fast(self) -> None:
-        """Let the run continue as fast as the page offers."""
-        Select(self.browser.one("select[aria-label='Speed']")).select_by_value("64")
+    def close_with(self, kind: str, region: int) -> None:
+        """Put an obstacle into a region of the run."""
+        self.browser.select("Close a region with", kind)
+        self.click(region)
+
+    def start(self) -> None:
+        """Run the scenario, and hold it immediately."""
+        self.choose("▶ Run")
+        self.browser.wait(lambda: self.browser.all('button[aria-label="Pause the run"]'))
+        self.browser.button("Pause the run").click()
+        self.browser.wait(lambda: self.browser.words(".badge") == "paused")
+
+    def complete(self) -> None:
+        """Let the run continue to its end, as fast as the page offers."""
+        self.browser.select("Speed", "64 ticks/s")
+        self.browser.button("Run").click()
+        self.browser.wait(lambda: self.browser.words(".badge") == "completed")
 
     @property
     def text(self) -> str:
-        return self.saved("scenario").decode()
+        return self.get("save/scenario").decode()
 
     def until(self, words: str) -> None:
-        self.browser.wait(lambda: words in self.text)
+        self.browser.wait(lambda: words in self.text, lacks=f"no {words!r} in the text")
 
-    def saved(self, name: str) -> bytes:
-        with urllib.request.urlopen(self.address + "save/" + name, timeout=MINUTES) as response:
-            return bytes(response.read())
+    def changed(self, before: str) -> None:
+        self.browser.wait(lambda: self.text != before, lacks="the text stays the same")
 
     def write(self, text: str) -> None:
         """Replace the text in the editor, as if it were pasted."""
@@ -109,55 +104,18 @@ class Board:
         self.browser.press(Keys.CONTROL, "a")
         self.browser.driver.execute_cdp_cmd("Input.insertText", {"text": text})
 
+    def answer(self, typed: str | None = None, *, accept: bool = True) -> str:
+        """Answer a question of the browser, and return its words."""
+        found: list[Alert] = []
 
-def close_with(browser: Browser, kind: str) -> None:
-    """Choose the obstacle that the next click puts down."""
-    Select(browser.one('[aria-label="Close a region with"]')).select_by_visible_text(kind)
-    browser.run("document.activeElement.blur()")  # keys are for the page again
+        def asked() -> bool:
+            with suppress(NoAlertPresentException):
+                found.append(self.browser.driver.switch_to.alert)
+            return bool(found)
 
-
-def answer(browser: Browser, typed: str | None = None, *, accept: bool = True) -> str:
-    """Answer a question of the browser, and return its words."""
-    found: list[Alert] = []
-
-    def asked() -> bool:
-        with suppress(NoAlertPresentException):
-            found.append(browser.driver.switch_to.alert)
-        return bool(found)
-
-    browser.wait(asked, lacks="no question")
-    said = str(found[0].text)
-    if typed is not None:
-        found[0].send_keys(typed)
-    found[0].accept() if accept else found[0].dismiss()
-    return said
-
-
-HOUSE = beside(__file__, "scenarios/house.yaml")
-WARD = "areas: {ward: {rows: 1-3, columns: 5-7}}\n"
-DEN = 10
-
-
-def words(browser: Browser, selector: str) -> str:
-    """The text of an element, empty if there is none."""
-    return str(
-        browser.run("return document.querySelector(arguments[0])?.innerText ?? ''", selector)
-    )
-
-
-def toast(browser: Browser) -> str:
-    browser.wait(lambda: browser.all(".toast"))
-    return browser.one(".toast").text
-
-
-def start(board: Board) -> None:
-    """Run the scenario, and hold it immediately."""
-    browser = board.browser
-    board.choose("▶ Run")
-    browser.wait(lambda: browser.all('button[aria-label="Pause the run"]'))
-    browser.button("Pause the run").click()
-    browser.wait(lambda: browser.one(".badge").text == "paused")
-
-
-def readout(browser: Browser) -> str:
-    return str(browser.run("return document.querySelector('.readout').textContent"))
+        self.browser.wait(asked, lacks="no question")
+        said = str(found[0].text)
+        if typed is not None:
+            found[0].send_keys(typed)
+        found[0].accept() if accept else found[0].dismiss()
+        return said

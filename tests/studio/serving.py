@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import asyncio
 import json
 import os
 import re
 import signal
+import socket
 import subprocess
 import sys
-from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
-from contextlib import asynccontextmanager, suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from threading import Timer
-from types import TracebackType
+from queue import Queue
+from threading import Thread
 from typing import Any
 from urllib.request import Request, urlopen
-
-from warm import started
 
 ROOT = Path(__file__).parents[2]
 SCENARIOS = ROOT / "scenarios"
@@ -29,64 +27,48 @@ class Served:
     """``safenav ARGUMENTS`` until the block is left; ``address`` is what it printed."""
 
     def __init__(self, *arguments: str | Path, cwd: Path | None = None) -> None:
-        reading, writing = os.pipe()
-        self._said = os.fdopen(reading, encoding="utf-8")
-        environment = {**os.environ, "BROWSER": "/bin/true"}
-        self.pid = self._start(writing, arguments, cwd, environment)
-        os.close(writing)
-        said = []
-        for line in self._said:
-            said.append(line)
-            found = re.search(r"http://\S+/", line)
-            if found is not None:
-                self.address = found[0]
-                return
-        raise AssertionError("".join(said))
-
-    def _start(
-        self, out: int, arguments: Sequence[str | Path], cwd: Path | None, env: dict[str, str]
-    ) -> int:
-        return started(*arguments, out=out, cwd=cwd, env=env)
-
-    @property
-    def port(self) -> int:
-        return int(self.address.split(":")[2].split("/")[0])
+        self.process = subprocess.Popen(
+            [Path(sys.executable).with_name("safenav"), *map(str, arguments)],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            cwd=cwd,
+            env={**os.environ, "BROWSER": "/bin/true"},
+        )
+        assert self.process.stdout is not None
+        said = self.process.stdout.readline()
+        found = re.search(r"http://\S+:(\d+)/(\S+)/", said)
+        assert found, said + self.process.communicate()[0]
+        self.address, self.port, self.token = found[0], int(found[1]), found[2]
 
     def __enter__(self) -> Served:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        hangs = Timer(MINUTES, os.kill, (self.pid, signal.SIGKILL))
-        hangs.start()
-        with suppress(ProcessLookupError):
-            os.kill(self.pid, signal.SIGINT)
-        with self._said as rest:
-            said = rest.read()
-        assert not hangs.finished.is_set(), "it did not end"
-        hangs.cancel()
+    def __exit__(self, *_: object) -> None:
+        self.process.send_signal(signal.SIGINT)
+        said, _ = self.process.communicate(timeout=MINUTES)
         assert "Traceback" not in said and "Error" not in said, said
 
+    def request(self, head: str) -> socket.socket:
+        """Return a connection that has sent a request; ``head`` may lack the end of the head."""
+        connection = socket.create_connection(("127.0.0.1", self.port), MINUTES)
+        connection.sendall(head.encode("latin-1"))
+        return connection
 
-class ServedAnew(Served):
-    """The same as a program of its own, from its start to its interrupt."""
-
-    def _start(
-        self, out: int, arguments: Sequence[str | Path], cwd: Path | None, env: dict[str, str]
-    ) -> int:
-        program = [str(Path(sys.executable).with_name("safenav")), *map(str, arguments)]
-        self._process = subprocess.Popen(
-            program, stdout=out, stderr=subprocess.STDOUT, cwd=cwd, env=env
-        )
-        return self._process.pid
-
-    def __exit__(self, *ended: Any) -> None:
-        super().__exit__(*ended)
-        self._process.wait(MINUTES)
+    @contextmanager
+    def opened(self) -> Iterator[Page]:
+        """A page of the studio."""
+        head = f"GET /{self.token}/events HTTP/1.1\r\nHost: 127.0.0.1:{self.port}\r\n\r\n"
+        with self.request(head) as stream:
+            stream.settimeout(None)
+            page = Page(self.address)
+            listening = Thread(target=page.listen, args=[stream])
+            listening.start()
+            try:
+                yield page
+            finally:
+                stream.shutdown(socket.SHUT_RDWR)
+                listening.join()
 
 
 class Page:
@@ -95,78 +77,55 @@ class Page:
     def __init__(self, address: str) -> None:
         self.address = address
         self.heard: list[dict[str, Any]] = []
-        self._arrived: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
+        self._arrived: Queue[dict[str, Any]] = Queue()
 
-    async def listen(self, reader: asyncio.StreamReader) -> None:
-        """Take the messages of the stream."""
-        while line := await reader.readline():
-            if line.startswith(b"data: "):
-                self._arrived.put_nowait(json.loads(line[6:]))
+    def listen(self, stream: socket.socket) -> None:
+        """Take the messages of the stream, to its end."""
+        with stream.makefile("rb") as lines, suppress(ConnectionError):
+            for line in lines:
+                if line.startswith(b"data: "):
+                    self._arrived.put(json.loads(line[6:]))
 
-    async def say(self, does: str, **data: object) -> None:
-        await self.post(json.dumps({"do": does, **data}).encode())
+    def say(self, does: str, **data: object) -> None:
+        self.post(json.dumps({"do": does, **data}).encode())
 
-    async def post(self, text: bytes) -> None:
+    def post(self, text: bytes) -> None:
         """Send a request; the message that refuses it is heard after those before it."""
-        refused = json.loads(await self._ask("say", text))
+        refused = json.loads(self.get("say", text))
         if refused is not None:
-            self._arrived.put_nowait(refused)
+            self._arrived.put(refused)
 
-    async def hear(self, wanted: Callable[[dict[str, Any]], object]) -> dict[str, Any]:
+    def hear(self, wanted: Callable[[dict[str, Any]], object]) -> dict[str, Any]:
         """The next message that is wanted; all before it are kept in ``heard``."""
-        async with asyncio.timeout(MINUTES):
-            while True:
-                message = await self._arrived.get()
-                self.heard.append(message)
-                if wanted(message):
-                    return message
+        while True:
+            self.heard.append(self._arrived.get(timeout=MINUTES))
+            if wanted(self.heard[-1]):
+                return self.heard[-1]
 
-    async def state(self, **wanted: object) -> dict[str, Any]:
+    def refusal(self) -> str:
+        """Return the words of the next refusal."""
+        return str(self.hear(lambda m: m["is"] == "refused")["message"])
+
+    def document(self, words: str) -> dict[str, Any]:
+        """Wait for a text with these words."""
+        return self.hear(lambda m: m["is"] == "document" and words in m["text"])
+
+    def state(self, **wanted: object) -> dict[str, Any]:
         """Wait until the run stands so."""
+        return self.hear(lambda m: m.get("state") and wanted.items() <= m["state"].items())
 
-        def stands(message: dict[str, Any]) -> bool:
-            state = message.get("state") or {}
-            return bool(state) and all(state[key] == value for key, value in wanted.items())
-
-        return await self.hear(stands)
-
-    async def tick(self, number: int) -> None:
+    def tick(self, number: int) -> None:
         """Wait until a tick was told."""
-        await self.hear(lambda m: m["is"] == "news" and m["news"]["last"] >= number)
+        self.hear(lambda m: m["is"] == "news" and m["news"]["last"] >= number)
 
-    async def get(self, path: str) -> bytes:
-        return await self._ask(path)
+    def begin(self) -> None:
+        """Start another run, paused after its first tick."""
+        self.say("speed", value=64)
+        self.say("restart")
+        self.state(phase="starting")
+        self.say("step")
+        self.tick(1)
 
-    async def _ask(self, path: str, body: bytes | None = None) -> bytes:
-        def answer() -> bytes:
-            with urlopen(Request(self.address + path, body), timeout=MINUTES) as response:
-                return bytes(response.read())
-
-        return await asyncio.to_thread(answer)
-
-
-@asynccontextmanager
-async def opened(address: str) -> AsyncIterator[Page]:
-    """A page of the studio at an address."""
-    host, path = address.removeprefix("http://").split("/", 1)
-    name, port = host.split(":")
-    reader, writer = await asyncio.open_connection(name, int(port), limit=2**26)
-    writer.write(f"GET /{path}events HTTP/1.1\r\nHost: {host}\r\n\r\n".encode())
-    assert b" 200 " in await reader.readline()
-    page = Page(address)
-    listening = asyncio.create_task(page.listen(reader))
-    try:
-        yield page
-    finally:
-        listening.cancel()
-        writer.close()
-
-
-def visit(address: str, story: Callable[[Page], Awaitable[None]]) -> None:
-    """Let one page live through a story."""
-
-    async def main() -> None:
-        async with opened(address) as page:
-            await story(page)
-
-    asyncio.run(main())
+    def get(self, path: str, body: bytes | None = None) -> bytes:
+        with urlopen(Request(self.address + path, body), timeout=MINUTES) as response:
+            return bytes(response.read())

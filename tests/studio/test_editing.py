@@ -7,9 +7,8 @@ from contextlib import suppress
 from typing import Any
 
 import pytest
-import yaml
 
-from once import beside
+from once import SCENARIOS, beside, from_yaml
 from safenav.errors import UsageError
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_draft, load_scenario_text
@@ -17,43 +16,14 @@ from safenav.studio import editing
 from safenav.studio.drawing import drawing_of
 from safenav.studio.editor import blank
 from safenav.world.poses import Mobility
-from studio.serving import SCENARIOS
 
 DOOR = (SCENARIOS / "case_study_1.yaml").read_text()
 SEQUENCES = int(os.environ.get("SAFENAV_FUZZ", "0")) // 25 or 6
 FIRST = int(os.environ.get("SAFENAV_FUZZ_FIRST", "0"))
 
 
-COMMENTED = """\
-# a house
-safenav: 1
-name: commented   # its name
-map:
-  # north is up
-  grid: |
-    #########
-    #...#...#
-    #.......#
-    #...#...#
-    #########
-  names: {den: 10}  # where it sleeps
-robots:  # the team
-  # the first
-  quad:
-    model: quadcopter  # it flies
-    start: den         # above the bed
-    objective:         # round and round
-      # both rooms
-      patrol: [12, 15]  # in turn
-  digit: {model: digit, start: 30, heading: east, objective: {hold: 30}}
-# unknown to both
-obstacles:
-- {type: door, region: 22}   # the only door
-until: {rounds: 2}  # enough
-# the end
-"""
-
-
+TABLE = from_yaml(beside(__file__, "edits.yaml"))
+COMMENTED = TABLE["texts"]["commented"]
 TEXTS = {
     "door": DOOR,
     "commented": COMMENTED,
@@ -69,10 +39,9 @@ TEXTS = {
     + "chargers: [14]\nlate: go_on\nresolve_within: 30\n",
 }
 SMALL = 'safenav: 1\nmap:\n  grid: ["###", \'#.#\', "###"]\n'
-EDITS = yaml.safe_load(beside(__file__, "edits.yaml"))
 
 
-@pytest.mark.parametrize("case", EDITS, ids=str)
+@pytest.mark.parametrize("case", TABLE["edits"], ids=str)
 def test_an_edit_changes_only_its_lines(case: dict[str, Any]) -> None:
     """Comments, quotes and spaces of all others stay; an impossible edit is refused."""
     text = TEXTS.get(case["text"], SMALL + case["text"])
@@ -115,27 +84,26 @@ def something(text: str, chance: random.Random) -> dict[str, Any]:
     drawing = draft.world and drawing_of(text, draft.world, draft.catalogue)
     assert drawing, "a drawing never loses its map"
     size = drawing["run"]["rows"] * drawing["run"]["cols"]
-    names = [robot["name"] for robot in drawing["robots"]] or ["nobody"]
-    region, robot = chance.randrange(size), chance.choice(names)
-    index = chance.randrange(len(drawing["obstacles"]) + 1)
-    kind = chance.choice(("patrol", "visit", "cover", "hold"))
     regions = [chance.randrange(size) for _ in range(2)]
-    return chance.choice(
-        [
-            {"op": "paint", "regions": regions, "wall": chance.random() < 0.4},
-            {"op": "add_robot", "model": "digit", "region": region, "heading": "east"},
-            {"op": "add_robot", "model": "quadcopter", "region": region},
-            {"op": "move_robot", "robot": robot, "region": region},
-            {"op": "set_heading", "robot": robot, "heading": "west"},
-            {"op": "set_objective", "robot": robot, "kind": kind, "regions": regions},
-            {"op": "remove_robot", "robot": robot},
-            {"op": "add_obstacle", "type": "door", "region": region},
-            {"op": "add_obstacle", "type": "uncertainty", "region": region, "from": 3},
-            {"op": "move_obstacle", "index": index, "region": region},
-            {"op": "remove_obstacle", "index": index},
-            {"op": "set_objective", "robot": robot, "kind": kind, "regions": ["a1", regions]},
-        ]
-    )
+    robot = chance.choice([each["name"] for each in drawing["robots"]] or ["nobody"])
+    obstacle = {"index": chance.randrange(len(drawing["obstacles"]) + 1)}
+    kind = chance.choice(("patrol", "visit", "cover", "hold"))
+    edits: list[tuple[str, dict[str, Any]]] = [
+        ("paint", {"regions": regions, "wall": chance.random() < 0.4}),
+        ("add_robot", {"model": "digit", "heading": "east"}),
+        ("add_robot", {"model": "quadcopter"}),
+        ("move_robot", {"robot": robot}),
+        ("set_heading", {"robot": robot, "heading": "west"}),
+        ("set_objective", {"robot": robot, "kind": kind, "regions": regions}),
+        ("set_objective", {"robot": robot, "kind": kind, "regions": ["a1", regions]}),
+        ("remove_robot", {"robot": robot}),
+        ("add_obstacle", {"type": "door"}),
+        ("add_obstacle", {"type": "uncertainty", "from": 3}),
+        ("move_obstacle", obstacle),
+        ("remove_obstacle", obstacle),
+    ]
+    op, more = chance.choice(edits)
+    return {"op": op, "region": chance.randrange(size), **more}
 
 
 @pytest.mark.parametrize("seed", range(FIRST, FIRST + SEQUENCES))

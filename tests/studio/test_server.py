@@ -1,46 +1,72 @@
-"""The studio as other programs and pages of this machine meet it."""
+"""The studio as other programs and pages of this machine meet it: which requests it answers, and
+which files it reads and writes."""
 
-from __future__ import annotations
-
-import http.client
-import socket
-import sys
 from collections.abc import Iterator
 from pathlib import Path
-from urllib.request import urlopen
 
 import pytest
 
-from children import ran
+from once import SCENARIOS
 from safenav.errors import UsageError
-from safenav.studio.server import LARGEST, Guard, listening
-from studio.serving import MINUTES, SCENARIOS, Page, Served, ServedAnew, visit
+from safenav.studio.editor import Editor
+from safenav.studio.server import LARGEST, listening
+from studio.serving import Served
+from tests.warm import safenav
 
 HELLO = SCENARIOS / "hello.yaml"
 
 
 @pytest.fixture(scope="module")
 def served() -> Iterator[Served]:
-    with ServedAnew("run", HELLO, "--live") as found:
+    with Served("run", HELLO, "--live") as found:
         yield found
 
 
-def answer(served: Served, path: str, method: str = "GET", **headers: str) -> tuple[int, str]:
-    connection = http.client.HTTPConnection("127.0.0.1", served.port, timeout=MINUTES)
-    try:
-        connection.request(method, path, headers=headers)
-        response = connection.getresponse()
-        return response.status, response.read().decode()
-    finally:
-        connection.close()
+OURS = "Host: 127.0.0.1:PORT"
 
 
-def test_the_page_comes_with_its_files_and_forbids_everything_else(served: Served) -> None:
-    for name in ("", "page.js", "studio.js", "page.css", "schema.json"):
-        with urlopen(served.address + name, timeout=MINUTES) as response:
-            assert response.headers["Cross-Origin-Resource-Policy"] == "same-origin"
-            assert "frame-ancestors 'none'" in response.headers["Content-Security-Policy"]
-            assert "Access-Control-Allow-Origin" not in response.headers
+@pytest.mark.parametrize(
+    ("target", "lines", "status"),
+    [
+        *((f"/TOKEN/{name}", [OURS], 200) for name in ("", "page.js", "studio.js", "page.css")),
+        ("/TOKEN/schema.json", [OURS], 200),
+        ("/TOKEN/", ["Host: localhost:PORT"], 200),
+        ("/TOKEN/", [OURS, "Origin: http://127.0.0.1:PORT"], 200),
+        ("/TOKEN/", [OURS, "Sec-Fetch-Site: same-origin"], 200),
+        ("/", [OURS], 404),
+        ("/guess/studio.js", [OURS], 404),
+        ("/TOKENs/", [OURS], 404),
+        ("//TOKEN/", [OURS], 404),
+        ("/TOKEN/../../etc/passwd", [OURS], 404),
+        ("/TOKEN/..%2f..%2fpyproject.toml", [OURS], 404),
+        ("/TOKEN/save/%2e%2e/page.py", [OURS], 404),
+        ("/TOKEN/", ["Host: 127.0.0.1:80"], 421),
+        ("/TOKEN/", ["Host: rebound.example"], 421),
+        ("/TOKEN/", [], 421),
+        ("/TOKEN/events", [OURS, "Origin: http://evil.example"], 403),
+        ("/TOKEN/events", [OURS, "Origin: null"], 403),
+        ("/TOKEN/events", [OURS, "Origin: http://localhost:PORT"], 403),
+        ("/TOKEN/", [OURS, "Sec-Fetch-Site: cross-site"], 403),
+        ("/TOKEN/say", [OURS, f"Content-Length: {LARGEST + 1}"], 413),
+        ("/TOKEN/say", [OURS, "Content-Length: \xb2"], 413),
+        ("/TOKEN/say", [OURS, "Transfer-Encoding: chunked"], 413),
+        ("/TOKEN/say", [OURS, f"Content-Length: {'9' * 5000}"], 413),
+        ("two words", [], 400),
+        ("\xff", [OURS], 400),
+    ],
+    ids=lambda part: str(part)[:40],
+)
+def test_a_request_is_answered_or_refused(
+    target: str, lines: list[str], status: int, served: Served
+) -> None:
+    """With a policy that forbids the page everything else, and before its body is read."""
+    head = "\r\n".join((f"GET {target} HTTP/1.1", *lines, "", ""))
+    head = head.replace("PORT", str(served.port)).replace("TOKEN", served.token)
+    with served.request(head) as connection, connection.makefile("rb") as answer:
+        assert int(answer.readline().split()[1]) == status
+        said = answer.read().partition(b"\r\n\r\n")[0].decode()
+    assert "Cross-Origin-Resource-Policy: same-origin" in said
+    assert "frame-ancestors 'none'" in said and "Access-Control-Allow-Origin" not in said
 
 
 def test_a_studio_listens_on_the_loopback_interface_only(served: Served) -> None:
@@ -52,58 +78,20 @@ def test_a_studio_listens_on_the_loopback_interface_only(served: Served) -> None
     assert {entry.split(":")[0] for entry in local if entry.endswith(port)} == {"0100007F"}
 
 
-def test_a_wrong_token_host_or_origin_is_refused(served: Served) -> None:
-    path = served.address[served.address.index("/", 8) :]
-    assert answer(served, "/")[0] == 404
-    assert answer(served, "/guess/studio.js")[0] == 404
-    assert answer(served, path, Host="rebound.example")[0] == 421
-    assert answer(served, path, Origin="http://evil.example")[0] == 403
-    assert answer(served, path)[0] == 200
-
-
-@pytest.mark.parametrize("nonsense", [b"\r\n\r\n", b"GET\r\n\r\n", b"\xff / x\r\n\r\n"])
-def test_nonsense_is_answered(served: Served, nonsense: bytes) -> None:
-    with socket.create_connection(("127.0.0.1", served.port), MINUTES) as connection:
-        connection.sendall(nonsense)
-        assert b" 400 " in connection.recv(4096)
-
-
-def test_a_path_outside_is_not_a_file_of_the_page(served: Served) -> None:
-    base = served.address[served.address.index("/", 8) :]
-    for path in ("../../etc/passwd", "..%2f..%2fpyproject.toml", "save/%2e%2e/page.py"):
-        assert answer(served, base + path)[0] in (400, 404)
-
-
-def test_a_large_request_is_refused_before_it_is_read(served: Served) -> None:
-    path = served.address[served.address.index("/", 8) :] + "say"
-    with socket.create_connection(("127.0.0.1", served.port), MINUTES) as connection:
-        head = f"POST {path} HTTP/1.1\r\nHost: 127.0.0.1:{served.port}\r\n"
-        connection.sendall(f"{head}Content-Length: 50000000\r\n\r\n".encode())
-        assert b" 413 " in connection.recv(4096)
-
-
 def test_an_invalid_message_is_refused_and_the_next_one_served(served: Served) -> None:
-    async def story(page: Page) -> None:
-        for nonsense in ({"do": "fly"}, {"do": "speed", "value": "fast"}, {"do": "change"}):
-            await page.say(str(nonsense.pop("do")), **nonsense)
-            await page.hear(lambda m: m["is"] == "refused")
-        await page.post(b"[" * 100_000)
-        await page.hear(lambda m: m["is"] == "refused")
-        await page.say("speed", value=64)
-
-    visit(served.address, story)
+    with served.opened() as page:
+        for nonsense in ('{"do": "fly"}', '{"do": "speed", "value": "fast"}', '{"do": "change"}'):
+            page.post(nonsense.encode())
+            assert page.refusal()
+        page.post(b"[" * 100_000)
+        assert page.refusal()
+        page.say("speed", value=64)
 
 
 def test_standard_input_cannot_be_watched() -> None:
-    program = Path(sys.executable).with_name("safenav")
-    done = ran([program, "run", "-", "--live"], input=HELLO.read_text())
+    done = safenav("run", "-", "--live", text=HELLO.read_text())
     assert done.returncode == 2
     assert "needs a file" in done.stderr
-
-
-def test_a_second_studio_takes_another_port(served: Served) -> None:
-    with Served("run", HELLO, "--live") as other:
-        assert other.port != served.port
 
 
 def test_a_port_is_taken_before_it_is_served() -> None:
@@ -115,34 +103,89 @@ def test_a_port_is_taken_before_it_is_served() -> None:
             listening(taken)
 
 
-GUARD = Guard("secret", 7246)
-OURS = {"Host": "127.0.0.1:7246"}
+@pytest.fixture(scope="module")
+def home(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    found = tmp_path_factory.mktemp("home")
+    (found / "lab").mkdir()
+    (found / "secret.yaml").write_text("somebody else's\n")
+    (found / "lab" / "link.yaml").symlink_to(found / "secret.yaml")
+    return found
+
+
+@pytest.fixture(scope="module")
+def editor(home: Path) -> Iterator[Served]:
+    with Served("studio", home / "mine.yaml", "--folder", home / "lab", "--no-browser") as found:
+        yield found
 
 
 @pytest.mark.parametrize(
-    ("path", "headers", "status"),
+    ("name", "why"),
     [
-        ("/secret/", OURS, None),
-        ("/secret/", {"Host": "localhost:7246"}, None),
-        ("/secret/events", {**OURS, "Origin": "http://127.0.0.1:7246"}, None),
-        ("/secret/", {**OURS, "Sec-Fetch-Site": "same-origin"}, None),
-        ("/", OURS, 404),
-        ("/secrets/", OURS, 404),
-        ("//secret/", OURS, 404),
-        ("/secret/", {"Host": "127.0.0.1:80"}, 421),
-        ("/secret/", {}, 421),
-        ("/secret/events", {**OURS, "Origin": "http://evil.example"}, 403),
-        ("/secret/events", {**OURS, "Origin": "null"}, 403),
-        ("/secret/events", {**OURS, "Origin": "http://localhost:7246"}, 403),
-        ("/secret/", {**OURS, "Sec-Fetch-Site": "cross-site"}, 403),
-        ("/secret/say", {**OURS, "Content-Length": str(LARGEST + 1)}, 413),
-        ("/secret/say", {**OURS, "Content-Length": "\xb2"}, 413),
-        ("/secret/say", {**OURS, "Transfer-Encoding": "chunked"}, 413),
-        ("/secret/say", {**OURS, "Content-Length": "9" * 5000}, 413),
+        *((f"{outside}out.yaml", "a name in") for outside in ("/tmp/", "../", ".")),
+        ("sub/out.yaml", "no folder"),
+        ("out.py", "a name in"),
+        ("link.yaml", "is a link to a place outside"),
+        (f"{'n' * 5000}.yaml", "too long"),
     ],
+    ids=lambda words: words[:12],
 )
-def test_a_request_passes_or_is_refused(
-    path: str, headers: dict[str, str], status: int | None
+def test_nothing_is_written_outside_the_folder(
+    name: str, why: str, editor: Served, home: Path
 ) -> None:
-    refusal = GUARD.refusal(path, headers)
-    assert (None if refusal is None else refusal[0]) == status
+    with editor.opened() as page:
+        page.say("save", name=name)
+        assert why in page.refusal()
+        page.say("open", kind="file", name=name)
+        assert why in page.refusal()
+    assert not [*home.glob("*out*")]
+    assert (home / "secret.yaml").read_text() == "somebody else's\n"
+
+
+def test_a_name_in_the_folder_is_written_whole(editor: Served, home: Path) -> None:
+    with editor.opened() as page:
+        page.say("open", kind="template", name="door")
+        told = page.document("a door on the way")
+        page.say("save", name="door.yaml")
+        page.hear(lambda m: m["is"] == "saved")
+    assert (home / "lab" / "door.yaml").read_text() == told["text"]
+
+
+def test_two_editors_of_one_text_agree(editor: Served) -> None:
+    with editor.opened() as one, editor.opened() as other:
+        one.say("open", kind="blank", rows=5, cols=6)
+        other.document("    ######\n")
+        other.say("edit", op="paint", regions=[8], wall=True)
+        told, again = (page.document("    #.#..#") for page in (one, other))
+    assert (told["text"], told["revision"]) == (again["text"], again["revision"])
+
+
+def test_a_trace_is_not_opened_as_a_scenario(tmp_path: Path) -> None:
+    trace = tmp_path / "run.jsonl"
+    trace.write_text('{"type":"header","trace":2,"safenav":"0","scenario":{}}\n')
+    with pytest.raises(UsageError, match="this is a trace, not a scenario"):
+        Editor.of_file(trace, None)
+
+
+@pytest.mark.parametrize("named", ["flat", "flat/flat.yaml"])
+def test_a_map_is_read_from_the_folder_and_from_nowhere_else(named: str, tmp_path: Path) -> None:
+    flat = "P2 4 4 255\n0 0 0 0\n0 255 255 0\n0 255 255 0\n0 0 0 0\n"
+    text = "safenav: 1\nmap: {image: IMAGE, rows: 4, cols: 4}\n"
+    text += "robots: {eye: {model: quadcopter, start: [1, 1], objective: {hold: [1, 1]}}}\n"
+    (tmp_path / "flat").mkdir()
+    for file, content in (
+        ("floor.pgm", flat),
+        ("flat.yaml", text.replace("IMAGE", "floor.pgm")),
+        ("out.yaml", text.replace("IMAGE", "../floor.pgm")),
+    ):
+        (tmp_path / "flat" / file).write_text(content)
+    with Served("studio", tmp_path / named, "--no-browser") as served, served.opened() as page:
+        page.say("open", kind="file", name="flat.yaml")
+        told = page.document("floor.pgm")
+        while told["file"] != "flat.yaml":  # the first one is that of the command
+            told = page.document("floor.pgm")
+        assert told["drawing"]["run"]["rows"] == 4 and not told["problems"]
+        page.say("open", kind="file", name="out.yaml")
+        told = page.document("../floor.pgm")
+        assert told["drawing"] is None, "the map before is not that of this one"
+        (problem,) = told["problems"]
+        assert "outside the folder" in problem["found"] and "--folder" in problem["hint"]

@@ -1,0 +1,481 @@
+"""The studio in a real browser, as its users meet it: at the desk, with the keyboard alone, while a
+run or a program of their own continues."""
+
+import json
+import os
+import random
+import time
+import urllib.error
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from motion.runs import live_trace
+from once import SCENARIOS, beside
+from report.browser import Browser, Keys
+from runtime.worlds import Driven
+from safenav import LiveView, Mission, load_scenario
+from safenav.errors import UsageError
+from safenav.run.checked import check_trace
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.trace.file import Trace, read_bytes
+from safenav.trace.records import Appeared, Inputs, Resolved
+from safenav.trace.vocabulary import ChangeCause
+from studio.board import Board
+from studio.serving import MINUTES, Page, Served
+from studio.test_editing import something
+
+SHIPPED = load_scenario(SCENARIOS / "case_study_1.yaml")
+DOOR = (SCENARIOS / "case_study_1.yaml").read_text()
+HOUSE = beside(__file__, "scenarios/house.yaml")
+WARD = "areas: {ward: {rows: 1-3, columns: 5-7}}\n"
+DEN = 10
+
+
+def sound(page: Page) -> Trace:
+    """The trace that a page saves, which the judge accepts."""
+    trace = read_bytes(page.get("save/trace"))
+    assert check_trace(trace).findings == ()
+    return trace
+
+
+@pytest.mark.slow
+def test_case_study_1_is_drawn_run_changed_and_undone(browser: Browser, tmp_path: Path) -> None:
+    with Served("studio", tmp_path / "mine.yaml", "--no-browser") as served:
+        board = Board(browser, served, SHIPPED.map.cols)
+        blank = _draw_case_study_1(board)
+        browser.press(Keys.CONTROL, "s")
+        browser.wait(lambda: (tmp_path / "mine.yaml").exists())
+        assert (tmp_path / "mine.yaml").read_text() == board.text
+        browser.wait(lambda: "Saved: " in browser.words(".toast"))
+        assert len(browser.all('[data-verdict="realizable"]')) == 2
+
+        board.start()
+        browser.wait(lambda: browser.all('button[aria-label="Run"]'))
+        limit = time.monotonic() + MINUTES
+        while _last_tick(board) < 5:
+            assert time.monotonic() < limit
+            browser.press(Keys.ARROW_RIGHT)
+            time.sleep(0.1)
+        board.close_with("door", 44)
+        board.choose("Look")
+
+        board.choose("✎ Draw")
+        browser.wait(lambda: browser.all(".board"))
+        board.choose("Select")
+        board.click(14)
+        browser.wait(lambda: browser.all(".chosen"))
+        board.choose("Patrol")
+        for target in (54, 49, 37):
+            board.click(target)
+        board.until("objective: {patrol: [[4, 2], [3, 10], [2, 11]]}")
+        while not browser.button("Undo").get_attribute("aria-disabled"):
+            before = board.text
+            browser.button("Undo").click()
+            board.changed(before)
+        assert board.text == blank
+
+        browser.driver.refresh()  # a reload in mid-run loses nothing
+        board.choose("To the run")
+        browser.wait(lambda: browser.tick >= 5)
+        browser.driver.refresh()
+        browser.wait(lambda: browser.all(".clock"), lacks="the run, which the page showed before")
+        board.complete()
+        trace = sound(board)
+        assert b"</html>" in board.get("save/replay")
+    (appeared,) = (record for record in trace.records if isinstance(record, Appeared))
+    assert (appeared.obstacle, appeared.cause) == ("door@44", ChangeCause.USER)
+    resolved = {r.obstacle: r.robot for r in trace.records if isinstance(r, Resolved)}
+    assert resolved["door@47"] == "digit" and "door@44" in resolved
+    assert browser.errors() == []
+
+
+def _draw_case_study_1(board: Board) -> str:
+    """Draw it with the mouse, and return the text of the blank map before."""
+    browser = board.browser
+    browser.one('[data-opens="New"]').click()
+    board.choose("Blank map of that size")
+    board.answer()
+    board.until("    #############\n")
+    blank = board.text
+    browser.wait(lambda: browser.one("svg.floor .numbers"))
+    board.rest()
+    for tool, regions in {
+        "Wall": (21, 34, 43, 60, 73),  # those of its map beyond the border
+        "quadcopter": (14,),
+        "digit": (71,),
+        "door": (47,),
+    }.items():
+        board.choose(tool)
+        for region in regions:
+            before = board.text
+            board.click(region)
+            board.changed(before)
+    board.choose("Select")
+    for start, targets in ((14, (54, 49)), (71, (58, 28))):
+        board.click(start)
+        browser.wait(lambda: browser.all(".chosen"))
+        board.choose("Patrol")
+        before = board.text
+        board.click(targets[0])
+        browser.wait(lambda: browser.all("text.order"))
+        assert board.text == before, "half a patrol would be a mistake"
+        board.click(targets[1])
+        board.changed(before)
+        browser.press(Keys.ESCAPE)
+    drawn = load_scenario_text(board.text)
+    assert drawn.map.walls == SHIPPED.map.walls
+    assert [(r.name, r.model, r.start, r.objective) for r in drawn.robots] == [
+        (r.name, r.model, r.start, r.objective) for r in SHIPPED.robots
+    ]
+    assert [(o.name, o.appears) for o in drawn.obstacles] == [("door@47", None)]
+    browser.press(Keys.ESCAPE)
+    browser.wait(lambda: len(browser.all('[data-verdict="realizable"]')) == 2)
+    return blank
+
+
+def _last_tick(board: Board) -> int:
+    """The last tick of the run."""
+    try:
+        lines = board.get("save/trace").splitlines()
+    except urllib.error.HTTPError:  # nothing has happened yet
+        return -1
+    return int(json.loads(lines[-1]).get("tick", 0))
+
+
+@pytest.mark.slow
+def test_a_studio_without_a_file_saves_as_opens_and_is_used_by_keyboard(
+    browser: Browser, tmp_path: Path
+) -> None:
+    mine = tmp_path / "mine.yaml"
+    (tmp_path / "wing").mkdir()
+    (tmp_path / "wing" / "house.yaml").write_text(HOUSE)
+    (tmp_path / "compose.yml").write_text("services: {}\n")
+    with Served("studio", "--no-browser", cwd=tmp_path) as served:
+        board = Board(browser, served, cols=9)
+        browser.press(Keys.CONTROL, "s")
+        assert board.answer("mine") == "File name"
+        browser.wait(lambda: "mine.yaml" in browser.words("header"))
+        blank = board.text
+        assert mine.read_text() == blank
+
+        def open_house() -> None:
+            browser.one('[data-opens="Open"]').click()
+            browser.wait(lambda: browser.all('[data-popup="Open"] button'))
+            listed = [*filter(None, browser.words('[data-popup="Open"]').splitlines())]
+            assert listed[-2:] == ["mine.yaml", "wing/house.yaml"]
+            board.choose("wing/house.yaml")
+            board.until("name: house")
+
+        open_house()
+        assert board.text == HOUSE
+        for accept, content in ((False, blank), (True, HOUSE)):
+            browser.one('[data-opens="Save"]').click()
+            board.choose("Save as …")
+            board.answer("mine")
+            assert "already exists" in board.answer(accept=accept)
+            browser.wait(lambda content=content: mine.read_text() == content)
+        mine.write_text(f"{HOUSE}# somebody else wrote this\n")
+        browser.press(Keys.CONTROL, "s")
+        assert "has changed since it was opened" in board.answer(accept=False)
+        assert mine.read_text() != HOUSE
+        open_house()
+        _draw_with_the_keyboard_alone(Board(browser, served, cols=9))
+        assert browser.errors() == []
+
+
+def _draw_with_the_keyboard_alone(board: Board) -> None:
+    browser = board.browser
+
+    def at(region: str) -> Callable[[], bool]:
+        return lambda: f"region {region}" in browser.words(".readout")
+
+    board.choose("humanoid")
+    browser.run("document.querySelector('.map').focus({focusVisible: true})")
+    browser.press(Keys.ARROW_RIGHT)
+    browser.press(Keys.ARROW_RIGHT)
+    browser.wait(at("12 [1, 3]"))
+    browser.press(Keys.ENTER)
+    board.until("humanoid: {model: humanoid, start: [1, 3], heading: east")
+    browser.press("v")
+    browser.press(Keys.SHIFT, Keys.ARROW_DOWN)
+    board.until("humanoid: {model: humanoid, start: [2, 3], heading: east")
+    browser.press("1")
+    browser.press(Keys.ARROW_DOWN)
+    browser.press(Keys.SHIFT, Keys.ARROW_LEFT)
+    board.until("    #.###...#\n    #########\n  names")
+    board.start()
+    browser.select("Close a region with", "door")
+    browser.run("document.querySelector('.map').focus({focusVisible: true})")
+    tick = browser.tick
+    for key in (*[Keys.ARROW_RIGHT] * 5, Keys.ARROW_DOWN, Keys.ARROW_DOWN):
+        browser.press(key)
+    browser.wait(at("33 "))  # where no robot comes by
+    assert browser.tick <= tick + 1, "the arrows move the cursor"  # 1: while the run was paused
+    browser.press(Keys.ENTER)
+
+    def stands() -> bool:
+        """In the next tick; a click may first show the one during which the run was paused."""
+        browser.button("Next tick").click()
+        return bool(browser.all('[data-obstacle="door@33"]'))
+
+    browser.wait(stands)
+
+
+@pytest.mark.slow
+def test_the_text_documents_completes_and_repairs(browser: Browser, tmp_path: Path) -> None:
+    """The keyboard passes through it. Errors stand at their position; a reason comes with a repair
+    by a click. An area that it declares becomes a target."""
+    (tmp_path / "house.yaml").write_text(HOUSE)
+    with Served("studio", tmp_path / "house.yaml", "--no-browser") as served:
+        house = Board(browser, served, cols=9)
+        before = house.text
+        place = browser.run("""
+            const walk = document.createTreeWalker(document.querySelector(".cm-content"), 4);
+            while (walk.nextNode()) if (walk.currentNode.data.includes("model")) break;
+            const range = document.createRange();
+            const at = walk.currentNode.data.indexOf("model");
+            range.setStart(walk.currentNode, at + 1);
+            range.setEnd(walk.currentNode, at + 3);
+            const box = range.getBoundingClientRect();
+            return {x: box.left + 2, y: box.top + 6};
+        """)
+        moved = {"type": "mouseMoved", **place}
+        browser.driver.execute_cdp_cmd("Input.dispatchMouseEvent", moved)
+        documented = "A robot model of the catalogue."
+        browser.wait(lambda: browser.words(".cm-documentation") == documented)
+
+        browser.run("document.querySelector('[aria-label=\"Whole map\"]').focus()")
+        steps = []
+        for key in (Keys.TAB, Keys.TAB):
+            browser.press(key)
+            steps.append(browser.run("return document.activeElement.matches('.cm-content')"))
+        assert steps == [True, False] and house.text == before
+
+        option = ".cm-tooltip-autocomplete [aria-selected]"
+        for begun, typed, offered, chosen in (
+            ("limits: {", "tick", "ticks", "limits: {ticks: "),
+            ("robots:\n  a:\n    ", "head", "heading", "    heading: "),
+            ("robots: {a: {heading: ", "no", "north", "heading: north"),
+            ("obstacles:\n  - type: door\n    trav", "e", "traversable", "    traversable: "),
+            ("", "chargers", "chargers", "chargers: "),
+        ):
+            house.write(begun)
+            for letter in typed:
+                browser.press(letter)
+            browser.wait(lambda offered=offered: browser.words(option) == offered)
+            # Enter begins a new line until the option was shown for 75 ms.
+            press = "new MouseEvent('mousedown', {bubbles: true})"
+            browser.run(f"document.querySelector(arguments[0]).dispatchEvent({press})", option)
+            house.until(chosen)
+
+        line = next(i for i, told in enumerate(DOOR.splitlines(), 1) if "digit: {model" in told)
+        house.write(DOOR.replace("model: digit", "modle: digit"))
+        browser.wait(lambda: "modle" in browser.words(".problem"))
+        assert browser.words(".problem .tick").strip() == str(line)
+        browser.wait(lambda: "modle" in browser.words(".cm-lintRange-error"))
+        assert browser.one("button.run").get_attribute("aria-disabled")
+        house.write(DOOR)
+        browser.wait(lambda: not browser.all(".problem"))
+
+        house.write((SCENARIOS / "unrealizable" / "separate_rooms.yaml").read_text())
+        unrealizable = '[data-verdict="unrealizable"]'
+        browser.wait(lambda: browser.all(f"{unrealizable} .repair"))
+        before = house.text
+        browser.one(".repair").click()
+        house.changed(before)
+        browser.wait(lambda: browser.all(".verdict") and not browser.all(unrealizable))
+
+        house.write(HOUSE.replace("robots:\n  hugo", WARD + "robots:\n  hugo"))
+        house.until(WARD)
+        house.rest()
+        house.click(DEN)
+        browser.wait(lambda: browser.all(".chosen .pens button"))
+        house.choose("Hold")
+        house.choose("ward")
+        house.until("objective: {hold: ward}")
+        assert browser.errors() == []
+
+
+def test_a_user_orders_work_and_sets_an_input(browser: Browser, tmp_path: Path) -> None:
+    scenario = tmp_path / "yard.yaml"
+    scenario.write_text(beside(__file__, "scenarios/yard.yaml"))
+    with Served("run", scenario, "--live") as served:
+        with served.opened() as page:
+            page.say("restart")
+            page.state(phase="paused")
+        board = Board(browser, served, cols=8)
+        browser.one('[role="switch"][aria-label="alarm"]').click()
+        browser.button("Next tick").click()
+        browser.wait(lambda: browser.all('[role="switch"][aria-checked="true"]'))
+        orders = [b.text for b in browser.all("button") if b.text.startswith("Order: ")]
+        assert orders == ["Order: parcel"]  # no robot can swap a flat battery
+        board.choose("Order: parcel")
+        board.click(10)
+        browser.one('[role="switch"][aria-label="alarm"]').click()
+        board.complete()
+        trace = sound(board)
+    assert [r.values["alarm"] for r in trace.records if isinstance(r, Inputs)] == [True, False]
+    assert [r.obstacle for r in trace.records if isinstance(r, Appeared)] == ["parcel@10"]
+    assert [r.robot for r in trace.records if isinstance(r, Resolved)] == ["digit"]
+
+
+def test_a_mission_in_a_world_of_ones_own_is_seen_as_it_happens(browser: Browser) -> None:
+    scenario = load_scenario(SCENARIOS / "case_study_3_beliefs.yaml")
+    fleet = Driven(scenario)
+    with LiveView(scenario, browser=False) as view:
+        mission = Mission(scenario, world=fleet, listeners=[view])
+        mission.start()
+        browser.open(view.address)
+        for _ in range(9):
+            mission.step()
+        browser.wait(lambda: browser.tick == 9)  # while the program does nothing
+        assert fleet.moves
+        assert not browser.all('button[aria-label="Run"], button[aria-label="Pause the run"]')
+        browser.press(" ")
+        browser.wait(lambda: "drives the run" in browser.words("body"))
+        while mission.result is None:
+            mission.step()
+        assert mission.result.outcome == "completed"
+        _late_page_shows_the_same(browser, view, mission.result.ticks)
+        saved = Page(view.address).get("save/trace").splitlines()
+        ends = [json.loads(saved[at])["type"] for at in (0, -1)]
+        assert ends == ["header", "outcome"]
+        browser.leave()
+        view.wait()
+
+
+def test_a_page_of_a_live_run_shows_what_a_late_one_shows(browser: Browser) -> None:
+    trace = read_bytes(live_trace("team_of_six"))
+    with LiveView(trace.header.scenario, browser=False) as view:
+        view(trace.header)
+        browser.open(view.address)
+        browser.wait(lambda: browser.all(".clock"))
+        for record in trace.records:
+            view(record)
+        _late_page_shows_the_same(browser, view, 0)
+
+
+def _late_page_shows_the_same(browser: Browser, view: LiveView, ticks: int) -> None:
+    """At the first events of the run: the news of all ticks add up to the whole run."""
+
+    def shown() -> list[str]:
+        browser.wait(lambda: "completed" in browser.words("header"))
+        browser.wait(lambda: not ticks or browser.tick == ticks)
+        found: list[str] = browser.run("""
+            const press = (key, shiftKey) => document.body.dispatchEvent(
+                new KeyboardEvent("keydown", {key, shiftKey, bubbles: true}));
+            const drawn = () => new Promise((done) => requestAnimationFrame(
+                () => setTimeout(() => done(document.querySelector("main").innerHTML))));
+            return (async () => {
+                const found = [];
+                press("Home", false);
+                for (let event = 0; event < 20; event += 1) {
+                    found.push(await drawn());
+                    press("ArrowRight", true);
+                }
+                return found;
+            })();
+        """)
+        return found
+
+    first = shown()
+    browser.open(view.address)
+    assert len({*first}) > 5 and shown() == first
+
+
+def test_a_port_in_use_is_refused() -> None:
+    with LiveView(SHIPPED, browser=False) as view:
+        port = int(view.address.split(":")[2].split("/")[0])
+        with pytest.raises(UsageError), LiveView(SHIPPED, port=port, browser=False):
+            pass
+
+
+SEQUENCES = int(os.environ.get("SAFENAV_FUZZ", "0")) // 25 or 3
+FIRST = int(os.environ.get("SAFENAV_FUZZ_FIRST", "0"))
+LENGTH = 25
+ENDLESS = DOOR.split("expect:")[0]
+
+
+@pytest.fixture(scope="module")
+def changing(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+    file = tmp_path_factory.mktemp("random") / "mine.yaml"
+    file.write_text(ENDLESS)
+    with Served("studio", file, "--no-browser") as found:
+        yield found
+
+
+def request(chance: random.Random) -> dict[str, Any]:
+    """Something that a page may say, sensible or not."""
+    region, other = chance.randrange(-2, 100), chance.randrange(91)
+    robot = chance.choice(("quad", "digit", "digit_2", "nobody", ""))
+    obstacle = chance.choice(("door@47", f"door@{other}", "uncertainty@44", "x"))
+    changes: list[dict[str, Any]] = [
+        {"kind": "close", "type": "door", "region": region},
+        {"kind": "close", "type": "uncertainty", "region": other, "truth": chance.random() < 0.5},
+        {"kind": "open", "obstacle": obstacle},
+        {"kind": "truth", "obstacle": obstacle, "traversable": chance.random() < 0.5},
+        {"kind": "objective", "robot": robot, "objective": {"visit": [region, other]}},
+        {"kind": "objective", "robot": robot, "objective": chance.choice(({}, [], {"hold": 17}))},
+        {"kind": "service", "robot": robot, "active": chance.random() < 0.5},
+        {"kind": ["strange"], "robot": {}},
+    ]
+    return chance.choice(
+        [
+            *({"does": "edit", **something(ENDLESS, chance)} for _ in range(2)),
+            {"does": "edit", "op": chance.choice((None, "paint")), "regions": "all", "wall": 3},
+            *({"does": "change", **change} for change in chance.sample(changes, 4)),
+            {"does": "step"},
+            {"does": "step"},
+            {"does": "play"},
+            {"does": "pause"},
+            {"does": "speed", "value": chance.choice((64, 8, 0, "x"))},
+            {"does": "text", "text": chance.choice(("", "a: [", "safenav: 1", "- x"))},
+            {"does": "text", "text": ENDLESS},
+            {"does": "restart", "seed": chance.choice((None, 3, -1, "x"))},
+        ]
+    )
+
+
+def test_random_sessions_raise_no_error_in_page_or_server(
+    browser: Browser, changing: Served
+) -> None:
+    """One page in a browser looks on, another one says whatever comes."""
+    browser.open(changing.address)
+    for seed in range(FIRST, FIRST + SEQUENCES):
+        print("sequence", seed, flush=True)
+        with changing.opened() as page:
+            _session(page, random.Random(seed))
+    assert browser.errors() == []
+    browser.driver.refresh()
+    browser.wait(lambda: browser.all("header h1"))
+    assert browser.errors() == []
+
+
+def _session(page: Page, chance: random.Random) -> None:
+    for _ in range(LENGTH):
+        page.say(**request(chance))
+        if chance.random() < 0.3:
+            time.sleep(0.05)
+    page.say("end")
+    marker = f"# {chance.random()}"
+    page.say("text", text=marker)  # an answer to this is the last one
+    assert page.document(marker)["problems"]
+    states = [m["state"] for m in page.heard if m.get("state")]
+    assert all(state["failure"] is None for state in states), states
+    if _something_to_save(page.heard):
+        sound(page)
+
+
+def _something_to_save(heard: list[dict[str, Any]]) -> bool:
+    """Whether the newest run came to its first line before it was ended."""
+    found, phase = False, None
+    for message in heard:
+        before, phase = phase, (message.get("state") or {}).get("phase", phase)
+        if message["is"] in ("run", "news"):
+            found = message.get("run", message.get("news")) is not None
+        elif phase == "starting" and before != "starting":  # another one begins
+            found = False
+    return found
