@@ -1,35 +1,7 @@
 """A brute-force GR(1) solver on explicit states: the judge of slugs/ in tests, never fast.
 
-`build_game` evaluates a specification on every transition, `solve` runs the textbook fixpoint,
-`extract` gives the one strategy that compatibility with SLUGS fixes to the byte, `check_strategy`
-and `check_counterstrategy` model check any automaton, from any program, and share nothing with the
-fixpoint: they judge the judge.
+``specification``: formulas, and what a file declares; ``text``: both input languages; ``game``: its
+transitions, the textbook fixpoint, and the one strategy that compatibility with SLUGS fixes to the
+byte; ``automata``: a model checker of strategies from any program, which shares nothing with the
+fixpoint (it judges the judge), and damage to them; ``generator``; ``duel``: a binary against all.
 """
-
-from oracle.automaton import Automaton, from_json, to_json, to_text
-from oracle.checker import check_counterstrategy, check_strategy
-from oracle.fixpoint import extract, is_realizable, solve
-from oracle.game import Game, build_game
-from oracle.generator import random_specification
-from oracle.rendering import inputs_first, to_structuredslugs
-from oracle.slugsin import read_slugsin
-from oracle.specification import Specification
-
-__all__ = [
-    "Automaton",
-    "Game",
-    "Specification",
-    "build_game",
-    "check_counterstrategy",
-    "check_strategy",
-    "extract",
-    "from_json",
-    "inputs_first",
-    "is_realizable",
-    "random_specification",
-    "read_slugsin",
-    "solve",
-    "to_json",
-    "to_structuredslugs",
-    "to_text",
-]

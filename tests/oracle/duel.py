@@ -9,31 +9,32 @@ from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 from random import Random
-from typing import Literal
+from subprocess import CompletedProcess
 
 from children import ran
-from oracle.automaton import Automaton, MalformedAutomatonError, from_json, to_json, to_text
-from oracle.checker import check_counterstrategy, check_strategy
-from oracle.fixpoint import Solution, extract, is_realizable, solve
-from oracle.game import Game, build_game
-from oracle.rendering import inputs_first, to_slugsin, to_structuredslugs
-from oracle.slugsin import read_slugsin
+from oracle.automata import (
+    Automaton,
+    check_counterstrategy,
+    check_strategy,
+    from_json,
+    to_json,
+    to_text,
+)
+from oracle.game import Game, Solution, build_game, extract, solve
 from oracle.specification import Specification
+from oracle.text import inputs_first, read_slugsin, to_slugsin, to_structuredslugs
 
-Verdict = Literal["realizable", "unrealizable"]
 ROBOTICS = "--sysInitRoboticsSemantics"
 BIAS = "--biasForAction"
 SECONDS = 300
 
 
-@dataclass(frozen=True)
-class Answer:
-    """The answer of a binary: its verdict, if any, and its standard output."""
-
-    verdict: Verdict | None
-    output: str
-    errors: str
-    status: int
+def verdict(errors: str) -> str | None:
+    """The verdict in what a binary has written on standard error."""
+    for word in ("unrealizable", "realizable"):
+        if f"RESULT: Specification is {word}." in errors:
+            return word
+    return None
 
 
 @dataclass
@@ -51,22 +52,16 @@ class Duel:
         """The first thing on which binary and oracle differ, in words; None if nothing."""
         return next(self._disagreements(specification, Random(seed)), None)
 
-    def run(self, *arguments: str) -> Answer:
+    def run(self, *arguments: str) -> CompletedProcess[str]:
         """Run the binary on the file that was written last."""
-        process = ran([self.binary, *arguments], timeout=SECONDS, cwd=self.folder)
-        verdict: Verdict | None = None
-        if "RESULT: Specification is realizable." in process.stderr:
-            verdict = "realizable"
-        elif "RESULT: Specification is unrealizable." in process.stderr:
-            verdict = "unrealizable"
-        return Answer(verdict, process.stdout, process.stderr, process.returncode)
+        return ran([self.binary, *arguments], timeout=SECONDS, cwd=self.folder)
 
     def counterstrategy(self, specification: Specification) -> Automaton:
         """The binary's own, of an unrealizable specification with its inputs first."""
         text = to_structuredslugs(specification, Random(0))
         (self.folder / "lost.structuredslugs").write_text(text)
         answer = self.run("--counterStrategy", "--jsonOutput", "lost.structuredslugs")
-        return from_json(specification, answer.output)
+        return from_json(specification, answer.stdout)
 
     def _disagreements(self, specification: Specification, source: Random) -> Iterator[str]:
         self.games += 1
@@ -91,99 +86,74 @@ class Duel:
         game = build_game(specification)
         solutions = {bias: solve(game, bias) for bias in {bias for _, bias in flags}}
         for robotics, bias in flags:
-            told = [ROBOTICS] * robotics + [BIAS] * bias
-            for difference in self._answer(game, solutions[bias], name, told, source):
-                yield f"{' '.join([*told, name])}: {difference}\n{text}"
+            options = [ROBOTICS] * robotics + [BIAS] * bias + [name]
+            if solutions[bias].realizable(robotics):
+                found = self._strategy(specification, solutions[bias], options, source)
+            else:
+                found = self._counterstrategy(specification, game, options)
+            for difference in found:
+                yield f"{' '.join(options)}: {difference}\n{text}"
         if source.random() < self.translations:
-            for difference in self._translation(game, name):
-                yield f"--translate {name}: {difference}\n{text}"
-
-    def _answer(
-        self, game: Game, solution: Solution, name: str, told: list[str], source: Random
-    ) -> Iterator[str]:
-        robotics = ROBOTICS in told
-        expected = is_realizable(game, solution.winning, robotics)
-        answer = self.run("--explicitStrategy", "--jsonOutput", *told, name)
-        if answer.verdict != ("realizable" if expected else "unrealizable"):
-            yield f"should be {expected}, got {answer.verdict}, status {answer.status}\n" + (
-                answer.errors
-            )
-            return
-        if expected:
-            yield from self._strategy(game, solution, name, told, answer.output, source)
-        elif answer.output:
-            yield f"a strategy for an unrealizable specification: {answer.output}"
-        elif BIAS not in told:
-            yield from self._counterstrategy(game, name, told)
+            answer = self.run("--translate", name)
+            try:
+                translated = read_slugsin(answer.stdout)
+                same = translated.bits == specification.bits
+                if not same or reachable_play(build_game(translated)) != reachable_play(game):
+                    yield f"--translate {name}: is another game: {answer.stdout}\n{text}"
+            except (ValueError, LookupError) as error:
+                yield f"--translate {name}: {error!r}: {answer.stdout}\n{answer.stderr}\n{text}"
 
     def _strategy(
-        self,
-        game: Game,
-        solution: Solution,
-        name: str,
-        told: list[str],
-        output: str,
-        source: Random,
+        self, specification: Specification, solution: Solution, options: list[str], source: Random
     ) -> Iterator[str]:
         self.strategies += 1
-        specification = game.specification
+        answer = self.run("--explicitStrategy", "--jsonOutput", *options)
+        if verdict(answer.stderr) != "realizable":
+            yield f"is realizable; status {answer.returncode}\n{answer.stderr}"
+            return
         expected = extract(solution)
-        text = to_json(specification, expected)
-        if output != text:
-            found = _parsed(specification, output)
-            sound = found is not None and not check_strategy(game, found, ROBOTICS in told)
+        if answer.stdout != to_json(expected):
+            sound, game = False, solution.game
+            if (found := _parsed(specification, answer.stdout)) is not None:
+                sound = not check_strategy(game, found, ROBOTICS in options)
             kind = "sound but other" if sound else "wrong"
-            yield f"{kind} strategy\n--- expected\n{text}\n--- found\n{output}"
+            yield f"{kind} strategy\n{to_json(expected)}\n--- found\n{answer.stdout}"
         if source.random() < 0.5:
-            plain = self.run("--explicitStrategy", *told, name).output
-            if plain != to_text(specification, expected):
+            plain = self.run("--explicitStrategy", *options).stdout
+            if plain != to_text(expected):
                 yield f"wrong text form\n{plain}"
 
-    def _counterstrategy(self, game: Game, name: str, told: list[str]) -> Iterator[str]:
-        self.counterstrategies += 1
-        answer = self.run("--counterStrategy", "--jsonOutput", *told, name)
-        found = _parsed(game.specification, answer.output)
-        if found is None:
-            yield f"no counterstrategy: {answer.output}\n{answer.errors}"
-            return
-        complaints = check_counterstrategy(game, found, ROBOTICS in told)
-        if complaints:
-            yield f"unsound counterstrategy: {complaints}\n{answer.output}"
-
-    def _translation(self, game: Game, name: str) -> Iterator[str]:
-        answer = self.run("--translate", name)
-        try:
-            translated = build_game(read_slugsin(answer.output))
-        except (ValueError, LookupError) as error:
-            yield f"cannot be read ({error!r}): {answer.output}\n{answer.errors}"
-            return
-        if translated.specification.bits != game.specification.bits:
-            yield f"has other variables: {answer.output}"
-        elif _reachable_play(translated) != _reachable_play(game):
-            yield f"is another game: {answer.output}"
+    def _counterstrategy(
+        self, specification: Specification, game: Game, options: list[str]
+    ) -> Iterator[str]:
+        answer = self.run("--explicitStrategy", "--jsonOutput", *options)
+        if verdict(answer.stderr) != "unrealizable" or answer.stdout:
+            yield f"is unrealizable; status {answer.returncode}\n{answer.stderr}{answer.stdout}"
+        elif BIAS not in options:
+            self.counterstrategies += 1
+            answer = self.run("--counterStrategy", "--jsonOutput", *options)
+            found = _parsed(specification, answer.stdout)
+            if found is None:
+                yield f"no counterstrategy: {answer.stdout}\n{answer.stderr}"
+            elif complaints := check_counterstrategy(game, found, ROBOTICS in options):
+                yield f"unsound counterstrategy: {complaints}\n{answer.stdout}"
 
 
 def _parsed(specification: Specification, output: str) -> Automaton | None:
     try:
         return from_json(specification, output)
-    except MalformedAutomatonError:
+    except (ValueError, LookupError, TypeError):
         return None
 
 
-def _reachable_play(game: Game) -> list[object]:
+def reachable_play(game: Game) -> list[list[object]]:
     """What of a game matters; values outside their range may move as they like."""
-    reachable = 0
-    frontier = game.env_init & game.sys_init
-    starts = [inputs for inputs in game.input_classes if inputs & game.env_init]
-    play: list[object] = [frontier, starts]
-    while frontier:
-        state = (frontier & -frontier).bit_length() - 1
-        reachable |= 1 << state
-        moves = game.moves[state]
-        after = 0
-        for answers in moves.values():
-            after |= answers
-        goals = [g[state] & after for g in (*game.assumptions, *game.guarantees)]
-        play.append((state, moves, goals))
-        frontier = (frontier | after) & ~reachable
-    return play
+    starts = game.env_init & game.sys_init
+    moves = game.env[:, :, None] & game.sys
+    reached, before = starts, None
+    while before is None or (reached != before).any():
+        before, reached = reached, reached.copy()
+        reached[game.successors[moves[before].any(0)]] = True
+    goals = [moves & goal for goal in (*game.assumptions, *game.guarantees)]
+    matter = (each[reached].tolist() for each in (game.env, moves, *goals))
+    return [starts.tolist(), game.inputs_of(game.env_init).tolist(), reached.tolist(), *matter]

@@ -1,11 +1,86 @@
-"""A specification as the oracle sees it: declared variables and six lists of formulas."""
+"""A specification as the oracle sees it: declared variables and six lists of formulas.
+
+Formulas are an abstract syntax, nothing more. Integers live in `Compare` only, as sums of variables
+and constants, as in structuredslugs.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
-from oracle.formula import Formula, is_boolean
+Operator = Literal["!", "next", "&", "|", "^", "->", "<->"]
+Relation = Literal["=", "!=", "<", "<=", ">", ">="]
+
+
+@dataclass(frozen=True)
+class Constant:
+    value: bool
+
+
+@dataclass(frozen=True)
+class Atom:
+    """A Boolean variable, now or (primed) after the transition."""
+
+    name: str
+    primed: bool = False
+
+
+@dataclass(frozen=True)
+class Number:
+    """A summand: a constant, or the value of an integer variable."""
+
+    value: int | str
+    primed: bool = False
+
+
+@dataclass(frozen=True)
+class Compare:
+    relation: Relation
+    left: tuple[Number, ...]
+    right: tuple[Number, ...]
+
+
+@dataclass(frozen=True)
+class Operation:
+    """The operand of `next`, as in structuredslugs, has no primed variable."""
+
+    operator: Operator
+    operands: tuple[Formula, ...]
+
+
+Formula = Constant | Atom | Compare | Operation
+
+
+def apply(operator: Operator, *operands: Formula) -> Operation:
+    return Operation(operator, operands)
+
+
+def parts(formula: Formula) -> Iterator[Formula]:
+    """The formula and all in it, from the outside."""
+    yield formula
+    for operand in formula.operands if isinstance(formula, Operation) else ():
+        yield from parts(operand)
+
+
+def has_integers(formula: Formula) -> bool:
+    """Whether slugsin can say it with bits only."""
+    return any(isinstance(part, Compare) for part in parts(formula))
+
+
+def prime(formula: Formula) -> Formula:
+    """The formula with every variable primed: what `next(...)` means."""
+    match formula:
+        case Atom(name):
+            return Atom(name, True)
+        case Compare(relation, left, right):
+            later = [[Number(n.value, isinstance(n.value, str)) for n in s] for s in (left, right)]
+            return Compare(relation, *map(tuple, later))
+        case Operation(operator, operands):
+            return Operation(operator, tuple(map(prime, operands)))
+    return formula
+
 
 Owner = Literal["input", "output"]
 
@@ -24,10 +99,13 @@ class Variable:
         if self.range is None:
             return (self.name,)
         low, high = self.range
-        count = (high - low).bit_length()
-        return tuple(
-            f"{self.name}@0.{low}.{high}" if i == 0 else f"{self.name}@{i}" for i in range(count)
-        )
+        first = f"{self.name}@0.{low}.{high}"
+        others = [f"{self.name}@{i}" for i in range(1, (high - low).bit_length())]
+        return (first, *others) if low < high else ()
+
+
+Section = Literal["env_init", "sys_init", "env_trans", "sys_trans", "env_liveness", "sys_liveness"]
+SECTIONS: tuple[Section, ...] = get_args(Section)
 
 
 @dataclass(frozen=True)
@@ -49,21 +127,9 @@ class Specification:
 
     def is_boolean(self) -> bool:
         """Whether it can be written in slugsin as it stands."""
-        return all(v.range is None for v in self.variables) and all(
-            is_boolean(f) for section in SECTIONS for f in self.section(section)
-        )
+        formulas = (formula for section in SECTIONS for formula in self.section(section))
+        return all(v.range is None for v in self.variables) and not any(map(has_integers, formulas))
 
     def section(self, name: Section) -> tuple[Formula, ...]:
         formulas: tuple[Formula, ...] = getattr(self, name)
         return formulas
-
-
-Section = Literal["env_init", "sys_init", "env_trans", "sys_trans", "env_liveness", "sys_liveness"]
-SECTIONS: tuple[Section, ...] = (
-    "env_init",
-    "sys_init",
-    "env_trans",
-    "sys_trans",
-    "env_liveness",
-    "sys_liveness",
-)

@@ -1,4 +1,4 @@
-"""Ways to alter the measures or the specification of a strategy. Its graph: ``oracle.damage``."""
+"""Ways to alter the measures or the specification of a strategy. Its graph: ``oracle.automata``."""
 
 import copy
 import re

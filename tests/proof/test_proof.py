@@ -16,18 +16,11 @@ import pytest
 import warm
 from children import ran
 from once import SCENARIOS, made_once
-from oracle import (
-    build_game,
-    extract,
-    inputs_first,
-    is_realizable,
-    random_specification,
-    solve,
-    to_json,
-)
-from oracle.damage import DAMAGES
+from oracle.automata import DAMAGES, to_json
 from oracle.duel import Duel
-from oracle.rendering import to_plain
+from oracle.game import build_game, extract, solve
+from oracle.generator import random_specification
+from oracle.text import inputs_first, to_plain
 from proof.mutants import KINDS
 from proof.proving import COUNT, SOURCE, Case, built, case_of, disagreements, with_measures
 from safenav.errors import SafenavError
@@ -128,19 +121,16 @@ def random_cases(seed: int, duel: Duel) -> list[Case]:
     source = Random(seed)
     drawn = random_specification(Random(seed), integers=seed % 3 == 0, bits=3 + seed % 4)
     specification = inputs_first(drawn)
-    game, (text, _) = build_game(specification), to_plain(specification, source)
-    winning = solve(game).winning
-    if is_realizable(game, winning):
-        automata = [("sound", extract(solve(game)))]
-    else:
-        automata = [("sound", duel.counterstrategy(specification))]
-    sound = automata[0][1]
-    if is_realizable(game, winning) and any(node.successors for node in sound.nodes):
+    solution, (text, _) = solve(build_game(specification)), to_plain(specification, source)
+    realizable = solution.realizable()
+    sound = extract(solution) if realizable else duel.counterstrategy(specification)
+    automata = [("sound", sound)]
+    if realizable and sound.edges:
         automata += [(damage.__name__, damage(sound, [0], source)) for damage in DAMAGES]
     cases = []
     for damage, automaton in automata:
-        name, document = f"{seed} {damage}", json.loads(to_json(specification, automaton))
-        if is_realizable(game, winning):
+        name, document = f"{seed} {damage}", json.loads(to_json(automaton))
+        if realizable:
             cases.append(with_measures(name, text, document))
             continue
         # else nothing is to be shown, and nothing to be judged

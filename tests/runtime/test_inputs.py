@@ -9,10 +9,11 @@ import random
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pytest
 
-import oracle
 from certify.making import certified
+from oracle.game import Game, solve
 from runtime.facts import case
 from runtime.played import completed, play
 from runtime.worlds import Bare, Driven
@@ -76,26 +77,24 @@ def realizable(document: dict[str, Any], kept: Any, met: Any, again: tuple[bool,
     """The game on explicit states, 2 r + a for region r and input a, by the oracle's fixpoint: the
     environment picks the next input, then the robot its next region."""
     cells = "".join(document["map"]["grid"])
-    free, states = [r for r, cell in enumerate(cells) if cell == "."], range(2 * len(cells))
-    sides = [sum(1 << s for s in states if s % 2 == b) for b in (0, 1)]
+    regions, flags = range(len(cells)), (0, 1)
 
-    def answers(state: int, b: int) -> int:
-        r, a = divmod(state, 2)
-        near = [q for q in free if q == r or abs(q - r) in (1, COLS)]
-        near = [q for q in near if abs(q - r) != 1 or q // COLS == r // COLS]
-        return sum(1 << 2 * q + b for q in near if kept(r, q, a, b))
+    def moves(holds: Callable[[int, int, int, int], object]) -> np.ndarray:
+        """The transitions [state, next input, next region] for which this holds."""
+        every = ((r, a) for r in regions for a in flags)
+        return np.array(
+            [[[bool(holds(r, q, a, b)) for q in regions] for b in flags] for r, a in every]
+        )
 
-    def meeting(state: int) -> int:
-        r, a = divmod(state, 2)
-        return sum(1 << s for s in states if met(r, s // 2, a, s % 2))
+    def possible(r: int, q: int, a: int, b: int) -> object:
+        near = q in (r, r - COLS, r + COLS) or (abs(q - r) == 1 and q // COLS == r // COLS)
+        return near and cells[q] == "." and kept(r, q, a, b)
 
-    moves = tuple({sides[b]: answers(state, b) for b in (0, 1)} for state in states)
-    fair = [sides[value] for value in again] or [sum(sides)]
-    assumed = tuple((side,) * len(states) for side in fair)
-    goals = (tuple(map(meeting, states)),)
-    bits, nothing = len(states).bit_length() - 1, (0,) * len(states)
-    game = oracle.Game(oracle.Specification(()), bits, 1, 1, moves, nothing, assumed, goals)
-    return bool(oracle.solve(game).winning & 1)
+    everything, start = moves(lambda *_: True), np.arange(2 * len(cells)) == 0
+    successors = np.array([[2 * q + b for q in regions] for b in flags])
+    fair = [everything & (np.array(flags)[:, None] == value) for value in again] or [everything]
+    env, sys, goal = everything[:, :, 0], moves(possible), moves(met)
+    return bool(solve(Game((), successors, start, start, env, sys, fair, [goal])).winning[0])
 
 
 @pytest.mark.parametrize("seed", range(3 * WANTED))

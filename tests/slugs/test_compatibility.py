@@ -9,7 +9,9 @@ from pathlib import Path
 import pytest
 
 from once import beside
-from oracle import build_game, extract, read_slugsin, solve, to_json, to_text
+from oracle.automata import to_json, to_text
+from oracle.game import build_game, extract, solve
+from oracle.text import read_slugsin
 from slugs.commands import run
 
 HEAD = '{"version": 0,\n "slugs": "0.0.1",\n\n "variables": '
@@ -51,12 +53,11 @@ PRINTED = {
 def test_a_strategy_is_printed_as_by_upstream(
     slugs_binary: Path, tmp_path: Path, text: str, nodes: str, listed: str
 ) -> None:
-    specification = read_slugsin(text)
-    automaton = extract(solve(build_game(specification)))
+    automaton = extract(solve(build_game(read_slugsin(text))))
     assert _printed(slugs_binary, tmp_path, text, "--jsonOutput") == HEAD + nodes
-    assert to_json(specification, automaton) == HEAD + nodes
+    assert to_json(automaton) == HEAD + nodes
     assert _printed(slugs_binary, tmp_path, text) == listed
-    assert to_text(specification, automaton) == listed
+    assert to_text(automaton) == listed
 
 
 def test_a_structured_file_prints_its_inputs_first(slugs_binary: Path, tmp_path: Path) -> None:

@@ -13,8 +13,8 @@ import pytest
 
 from oracle.duel import Duel
 from oracle.generator import deep_formulas, dense_game, independent_game, random_specification
-from oracle.rendering import to_slugsin
 from oracle.specification import Specification
+from oracle.text import to_slugsin
 from slugs.commands import STRATEGY, run
 
 BATCH = 50

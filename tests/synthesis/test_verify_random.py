@@ -11,31 +11,32 @@ from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
 from random import Random
-from typing import Any
 
 import pytest
 
-import oracle
-from oracle.damage import DAMAGES, Damage, no_memory, without_unreachable
-from safenav.errors import SynthesizerError, Verdict
+from oracle.automata import (
+    DAMAGES,
+    Automaton,
+    Damage,
+    check_counterstrategy,
+    check_strategy,
+    from_json,
+    no_memory,
+    to_json,
+    without_unreachable,
+)
+from oracle.game import Game, build_game, extract, solve
+from oracle.generator import random_specification
+from oracle.text import inputs_first, to_structuredslugs
+from safenav.errors import Verdict
 from safenav.formula.parser import parse
 from safenav.formula.syntax import evaluate
-from safenav.spec.specification import (
-    Constraint,
-    Origin,
-    Owner,
-    Section,
-    Specification,
-    Variable,
-    read_specification,
-)
+from safenav.spec.specification import Section, Specification, read_specification
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.program import Binary
 from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.strategy import Strategy
-from safenav.verify.automaton import cyclic_parts
-from safenav.verify.completions import Clause, Completions, Slot
-from safenav.verify.verification import Failure, Fault, Verification, first_failure, verify
+from safenav.verify.verification import Failure, Fault, Verification, verify
 
 GAMES = int(os.environ.get("SAFENAV_RANDOM_GAMES", "400"))
 AT_LEAST = 30
@@ -46,115 +47,88 @@ class Sample:
     """A random game with an automaton that wins it for one of the players."""
 
     seed: int
-    reference: oracle.Specification
+    game: Game
     spec: Specification
-    automaton: oracle.Automaton
+    automaton: Automaton
     counter: bool
 
-    def parsed(self, automaton: oracle.Automaton) -> Strategy:
-        return Strategy.parse(oracle.to_json(self.reference, automaton).encode(), self.spec)
+    def parsed(self, automaton: Automaton) -> Strategy:
+        return Strategy.parse(to_json(automaton).encode(), self.spec)
 
-    def verify(self, automaton: oracle.Automaton) -> Verification:
+    def verify(self, automaton: Automaton) -> Verification:
         return verify(self.spec, self.parsed(automaton), self.counter)
 
-    def starts(self, automaton: oracle.Automaton) -> list[int]:
+    def starts(self, automaton: Automaton) -> list[int]:
         return [*self.parsed(automaton).initial(self.counter)]
 
-    def complaints(self, automaton: oracle.Automaton) -> list[str]:
+    def complaints(self, automaton: Automaton) -> list[str]:
         """What the oracle's own checker says about the reachable part: it looks at all nodes."""
         reachable = without_unreachable(automaton, self.starts(automaton))
-        check = oracle.check_counterstrategy if self.counter else oracle.check_strategy
-        return check(oracle.build_game(self.reference), reachable)
+        return (check_counterstrategy if self.counter else check_strategy)(self.game, reachable)
 
 
 @cache
-def _game(seed: int) -> tuple[oracle.Specification, Specification]:
-    source = Random(seed)
-    reference = oracle.inputs_first(
-        oracle.random_specification(
-            source, integers=seed % 2 == 0, bits=3 + seed % 4, many_goals=seed % 3 == 0
-        )
-    )
-    return reference, read_specification(oracle.to_structuredslugs(reference, source))
-
-
-@cache
-def _strategies() -> tuple[Sample, ...]:
-    """The strategies of all realizable ones among the games."""
-    found = []
+def samples(synthesizer: Synthesizer) -> dict[bool, list[Sample]]:
+    """The oracle's strategies of all realizable ones among the games, and (True) what slugs answers
+    to the others."""
+    found: dict[bool, list[Sample]] = {False: [], True: []}
     for seed in range(GAMES):
-        reference, spec = _game(seed)
-        solution = oracle.solve(oracle.build_game(reference))
-        if oracle.is_realizable(solution.game, solution.winning):
-            found.append(Sample(seed, reference, spec, oracle.extract(solution), False))
-    return tuple(found)
+        source = Random(seed)
+        drawn = random_specification(
+            source, integers=seed % 2 == 0, bits=3 + seed % 4, many_goals=seed % 3 != 1
+        )
+        reference = inputs_first(drawn)
+        solution = solve(build_game(reference))
+        spec = read_specification(to_structuredslugs(reference, source))
+        if counter := not solution.realizable():
+            result = synthesizer.counterstrategy(spec)
+            assert result.verdict is Verdict.UNREALIZABLE and result.strategy_json is not None
+            automaton = from_json(reference, result.strategy_json.decode())
+        else:
+            automaton = extract(solution)
+        found[counter].append(Sample(seed, solution.game, spec, automaton, counter))
+    return found
 
 
 @pytest.fixture(scope="module")
-def counterstrategies(slugs: Binary) -> tuple[Sample, ...]:
-    """What slugs answers to the unrealizable ones."""
+def synthesizer(slugs: Binary) -> Synthesizer:
     if not slugs.native:
         pytest.skip("the binary of SAFENAV_SLUGS has no counterstrategies as JSON")
-    synthesizer = Synthesizer(slugs, cache=Cache(None))
-    realizable = {sample.seed for sample in _strategies()}
-    found = []
-    for seed in range(GAMES):
-        if seed not in realizable:
-            reference, spec = _game(seed)
-            result = synthesizer.counterstrategy(spec)
-            assert result.verdict is Verdict.UNREALIZABLE
-            assert result.strategy_json is not None
-            automaton = oracle.from_json(reference, result.strategy_json.decode())
-            found.append(Sample(seed, reference, spec, automaton, True))
-    return tuple(found)
+    return Synthesizer(slugs, cache=Cache(None))
 
 
-def test_every_strategy_of_the_oracle_is_accepted() -> None:
-    samples = _strategies()
-    assert len(samples) > GAMES // 4
-    for sample in samples:
+KINDS = pytest.mark.parametrize("counter", [False, True], ids=["strategies", "counterstrategies"])
+
+
+@KINDS
+def test_those_of_oracle_and_slugs_prove_one_verdict(
+    counter: bool, synthesizer: Synthesizer
+) -> None:
+    """Each is accepted, and none as a proof of the other verdict."""
+    found = samples(synthesizer)[counter]
+    assert len(found) > GAMES // 4
+    for sample in found:
         verification = sample.verify(sample.automaton)
         assert verification.ok, f"seed {sample.seed}: {verification.failures[0]}"
+    for sample in found[:100]:
+        assert not verify(sample.spec, sample.parsed(sample.automaton), not counter).ok, sample.seed
 
 
-def test_every_counterstrategy_of_slugs_is_accepted(
-    counterstrategies: tuple[Sample, ...],
-) -> None:
-    assert len(counterstrategies) > GAMES // 4
-    for sample in counterstrategies:
-        verification = sample.verify(sample.automaton)
-        assert verification.ok, f"seed {sample.seed}: {verification.failures[0]}"
-
-
-def test_no_automaton_proves_both_verdicts(counterstrategies: tuple[Sample, ...]) -> None:
-    """A strategy is no counterstrategy and the other way round."""
-    for sample in _strategies()[:100]:
-        assert not verify(sample.spec, sample.parsed(sample.automaton), True).ok, sample.seed
-    for sample in counterstrategies[:100]:
-        assert not verify(sample.spec, sample.parsed(sample.automaton)).ok, sample.seed
-
-
+@KINDS
 @pytest.mark.parametrize("damage", DAMAGES, ids=lambda damage: damage.__name__)
-def test_damaged_strategies_are_refused_for_the_right_reason(damage: Damage) -> None:
-    _judge_damage(_strategies(), damage)
-
-
-@pytest.mark.parametrize("damage", DAMAGES, ids=lambda damage: damage.__name__)
-def test_damaged_counterstrategies_are_refused_for_the_right_reason(
-    damage: Damage, counterstrategies: tuple[Sample, ...]
+def test_damaged_ones_are_refused_for_the_right_reason(
+    counter: bool, damage: Damage, synthesizer: Synthesizer
 ) -> None:
-    _judge_damage(counterstrategies, damage)
-
-
-def _judge_damage(samples: tuple[Sample, ...], damage: Damage) -> None:
     """Damage may do no harm; but what the oracle refuses is refused, and each complaint is true."""
     tally: Counter[str] = Counter()
-    for sample in samples:
+    for sample in samples(synthesizer)[counter]:
         source, sound = Random(sample.seed), sample.automaton
-        if not any(node.successors for node in sound.nodes):
+        if not sound.edges:
             continue
         for _ in range(6 if damage is no_memory else 2):  # few games have memory to confuse
             automaton = damage(sound, sample.starts(sound), source)
+            if automaton == sound:
+                continue
             verification = sample.verify(automaton)
             if verification.ok:
                 assert sample.complaints(automaton) == [], f"seed {sample.seed}"
@@ -178,17 +152,18 @@ def _confirm(sample: Sample, strategy: Strategy, failure: Failure) -> None:
         steps = list(pairwise((*failure.cycle, failure.cycle[0])))
         assert failure.cycle[0] == node, words
         assert all(b in strategy.transitions[a] for a, b in steps), words
-        fair, goals = (
-            {c.formula for c in spec.section(section) if _met(strategy, steps, c.formula)}
+        missed = {
+            section: {
+                c.formula for c in spec.section(section) if not _met(strategy, steps, c.formula)
+            }
             for section in (Section.ENV_LIVENESS, Section.SYS_LIVENESS)
-        )
+        }
         if failure.fault is Fault.GOALS_MET:
-            assert len(goals) == len({c.formula for c in spec.section(Section.SYS_LIVENESS)}), words
+            assert not missed[Section.SYS_LIVENESS], words
             return
         assert failure.constraint is not None
-        assert failure.constraint.formula not in fair | goals, words
-        if failure.fault is Fault.STARVED_GOAL:
-            assert len(fair) == len({c.formula for c in spec.section(Section.ENV_LIVENESS)}), words
+        assert failure.constraint.formula in missed[failure.constraint.section], words
+        assert failure.fault is Fault.STARVED_ASSUMPTION or not missed[Section.ENV_LIVENESS], words
     elif failure.fault in (Fault.FORBIDDEN_INPUT, Fault.BROKEN_GUARANTEE):
         assert failure.constraint is not None, words
         assert failure.successor in strategy.transitions[node], words
@@ -198,23 +173,6 @@ def _confirm(sample: Sample, strategy: Strategy, failure: Failure) -> None:
 def _met(strategy: Strategy, steps: list[tuple[int, int]], formula: str) -> bool:
     parsed = parse(formula)
     return any(evaluate(parsed, strategy.values(a), strategy.values(b)) for a, b in steps)
-
-
-def test_a_wrong_strategy_is_an_error_of_the_synthesizer(
-    answering: Any, patrol: Specification, patrol_json: bytes
-) -> None:
-    """With ``verify``, what the binary says is not believed: and not kept in the cache."""
-    document = json.loads(patrol_json)
-    document["nodes"]["1"]["trans"] = [1, 2]
-    liar = answering("realizable", json.dumps(document).encode())
-    with pytest.raises(SynthesizerError, match=r"wrong result(.|\n)*region = 5"):
-        Synthesizer(liar, verifier=first_failure).synthesize(patrol)
-    believed = Synthesizer(liar).synthesize(patrol)
-    assert (believed.cached, believed.verified) == (False, None)
-    honest = answering("realizable", patrol_json)
-    for cached in (False, True):
-        result = Synthesizer(honest, verifier=first_failure).synthesize(patrol)
-        assert (result.verified, result.cached) == (True, cached)
 
 
 def test_a_value_that_a_variable_does_not_have_is_a_failure(
@@ -234,35 +192,39 @@ def test_a_value_that_a_variable_does_not_have_is_a_failure(
     assert found == [Fault.RANGE]
 
 
-ANY = Constraint(Section.ENV_TRANS, "", Origin("", ""))
+PAIRS = [f"b{i} != b{59 - i}" for i in range(30)]
+"""Of 2^30 beginnings of a move, tied last, all but two are alike."""
+FIRST = " ".join([f"!b{i}" for i in range(30)] + [f"b{i}" for i in range(30, 60)])
 
 
-def test_unconnected_variables_are_not_multiplied_out() -> None:
-    """Sixty Boolean inputs have 2^60 valuations; counting them takes no time."""
-    inputs = [Variable(f"b{i}", Owner.INPUT) for i in range(60)]
-    unknown = [Slot(variable, True) for variable in inputs]
-    formulas = [Clause(ANY, parse("b0 -> b0'")), Clause(ANY, parse("b1' | b2'"))]
-    counter = Completions([Slot(inputs[0], False)], unknown, formulas)
-    assert counter.count([(0,), (1,)]) == [3 * 2**58, 3 * 2**57]
+@pytest.mark.parametrize(
+    ("assumed", "promised", "counter", "missing"),
+    [
+        pytest.param(PAIRS, [], False, FIRST, id="the first of 2^30 is missing"),
+        pytest.param([*PAIRS, "b58 & b59 & b0"], [], False, None, id="no input is possible"),
+        pytest.param(["b0 -> b3", "b1 | b2"], [], False, "!b0 !b1 b2 !b3", id="unconnected"),
+        pytest.param(PAIRS, ["done & (b59 | b0)"], True, "", id="each of 2^30 has an answer"),
+        pytest.param([], ["done & (b59 | b0)"], True, None, id="some of 2^60 have none"),
+    ],
+)
+def test_moves_are_neither_listed_nor_multiplied_out(
+    assumed: list[str], promised: list[str], counter: bool, missing: str | None
+) -> None:
+    """Sixty Boolean inputs have 2^60 valuations; an automaton without nodes lacks some of them."""
+    inputs = [f"b{i}" for i in range(60)]
+    lines = ["[INPUT]", *inputs, "[OUTPUT]", "done", "[ENV_INIT]", *assumed]
+    spec = read_specification("\n".join([*lines, "[SYS_INIT]", *promised]) + "\n")
+    empty = json.dumps({"variables": [*inputs, "done"], "nodes": {}}).encode()
+    found = verify(spec, Strategy.parse(empty, spec), counter).failures
+    assert [each.fault for each in found] == [Fault.NO_START] * (missing is not None)
+    assert all((missing or "") in each.detail for each in found)
 
 
-def test_a_move_is_found_without_a_search_among_the_others() -> None:
-    """Pairs that are tied last leave 2^30 beginnings; of 2^30 moves all but two are alike."""
-    inputs = [Slot(Variable(f"b{i}", Owner.INPUT), True) for i in range(60)]
-    pairs = [Clause(ANY, parse(f"b{i}' != b{59 - i}'")) for i in range(30)]
-    assert next(Completions((), inputs, pairs).each(())) == (0,) * 30 + (1,) * 30
-    impossible = [*pairs, Clause(ANY, parse("b58' & b59' & b0'"))]
-    assert list(Completions((), inputs, impossible).each(())) == []
-    output = [Slot(Variable("done", Owner.OUTPUT), True)]
-    answers = Completions(inputs, output, [Clause(ANY, parse("done' & (b59' | b0')"))])
-    assert Completions((), inputs, pairs).unanswered(answers) is None
-    moves = Completions((), inputs, [])
-    assert moves.unanswered(answers) == (0,) * 60
-
-
-def test_a_long_cycle_needs_no_recursion() -> None:
-    count = 100_000
-    edges = [(n, (n + 1) % count) for n in range(count)]
-    assert set(cyclic_parts(edges).values()) == {0}
-    assert cyclic_parts(edges[:-1]) == {}
-    assert cyclic_parts([(0, 0), (0, 1), (1, 2), (2, 2)]).keys() == {0, 2}
+def test_inputs_that_are_tied_over_many_values_are_counted() -> None:
+    """2^30 values of three tied inputs, of which one value each is possible."""
+    text = "[INPUT]\nx:0...1023\ny:0...1023\nz:0...1023\n[ENV_TRANS]\nx' = y'\ny' = z' & z' = 7\n"
+    node = {"rank": 0, "state": [1, 1, 1, *[0] * 7] * 3, "trans": [0]}
+    names = [f"{n}@{k}" if k else f"{n}@0.0.1023" for n in "xyz" for k in range(10)]
+    spec = read_specification(text + "[ENV_INIT]\nx + y + z = 21\nx = 7\ny = 7\n")
+    strategy = Strategy.parse(json.dumps({"variables": names, "nodes": {"0": node}}).encode(), spec)
+    assert verify(spec, strategy).ok

@@ -7,7 +7,7 @@ from functools import partial, reduce
 from random import Random
 from typing import Any
 
-from oracle import formula as oracle
+from oracle import specification as oracle
 from oracle.specification import SECTIONS, Specification, Variable
 from safenav.formula import syntax
 from safenav.formula.parser import parse
@@ -96,12 +96,9 @@ def _turned(formula: syntax.Formula) -> oracle.Formula:
             return oracle.Compare(relation.value, _terms(left), _terms(right))
         case syntax.Operation(operator, operands):
             parts = [*map(_turned, operands)]
-            match operator:
-                case syntax.Connective.NOT:
-                    return oracle.Not(parts[0])
-                case syntax.Connective.NEXT:
-                    return oracle.Next(parts[0])
-            return reduce(partial(oracle.Binary, operator.value), parts)
+            if len(parts) == 1:
+                return oracle.apply(operator.value, *parts)
+            return reduce(partial(oracle.apply, operator.value), parts)
 
 
 def _terms(term: syntax.Term) -> tuple[oracle.Number, ...]:

@@ -6,10 +6,9 @@ from collections.abc import Callable
 from dataclasses import replace
 from random import Random
 
-from oracle.formula import Atom, Binary, Formula, Not
 from oracle.generator import random_specification
-from oracle.rendering import inputs_first
-from oracle.specification import Section, Specification
+from oracle.specification import Atom, Formula, Section, Specification, apply
+from oracle.text import inputs_first
 
 
 def drawn(source: Random) -> Specification:
@@ -32,21 +31,21 @@ Conflict = tuple[Section, list[Formula]]
 
 def _literal(source: Random, name: str, primed: bool) -> Formula:
     atom = Atom(name, primed)
-    return atom if source.random() < 0.5 else Not(atom)
+    return atom if source.random() < 0.5 else apply("!", atom)
 
 
 def _start(source: Random, inputs: list[str], outputs: list[str]) -> Conflict:
     """Some initial inputs, or none, leave an output."""
     out = Atom(source.choice(outputs))
     if not inputs:
-        return "sys_init", [out, Not(out)]
+        return "sys_init", [out, apply("!", out)]
     first, second = (_literal(source, source.choice(inputs), False) for _ in range(2))
-    return "sys_init", [Binary("->", first, out), Binary("->", second, Not(out))]
+    return "sys_init", [apply("->", first, out), apply("->", second, apply("!", out))]
 
 
 def _contradiction(source: Random, _: list[str], outputs: list[str]) -> Conflict:
     out = Atom(source.choice(outputs), True)
-    return "sys_trans", [out, Not(out)]
+    return "sys_trans", [out, apply("!", out)]
 
 
 def _dead_end(source: Random, inputs: list[str], outputs: list[str]) -> Conflict:
@@ -54,20 +53,20 @@ def _dead_end(source: Random, inputs: list[str], outputs: list[str]) -> Conflict
     if not inputs:
         return _contradiction(source, inputs, outputs)
     guard = _literal(source, source.choice(outputs), source.random() < 0.5)
-    return "sys_trans", [Binary("->", guard, _literal(source, source.choice(inputs), True))]
+    return "sys_trans", [apply("->", guard, _literal(source, source.choice(inputs), True))]
 
 
 def _withheld(source: Random, inputs: list[str], outputs: list[str]) -> Conflict:
     """A goal that needs an input."""
     out = _literal(source, source.choice(outputs), False)
     need = _literal(source, source.choice(inputs or outputs), False)
-    return "sys_liveness", [Binary("&", out, need)]
+    return "sys_liveness", [apply("&", out, need)]
 
 
 def _alternating(source: Random, _: list[str], outputs: list[str]) -> Conflict:
     """Outputs that never change."""
     name = source.choice(outputs)
-    return "sys_trans", [Binary("<->", Atom(name, True), Atom(name)), _literal(source, name, True)]
+    return "sys_trans", [apply("<->", Atom(name, True), Atom(name)), _literal(source, name, True)]
 
 
 _CONFLICTS: list[Callable[[Random, list[str], list[str]], Conflict]] = [

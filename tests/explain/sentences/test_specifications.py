@@ -23,12 +23,10 @@ from explain.sentences.judge import (
     with_lines,
 )
 from explain.sentences.specifications import drawn
-from oracle.automaton import from_json
-from oracle.checker import check_strategy
-from oracle.formula import Atom, Not
+from oracle.automata import check_strategy, from_json
 from oracle.game import build_game
-from oracle.rendering import to_plain
-from oracle.specification import Specification
+from oracle.specification import Atom, Specification, apply
+from oracle.text import to_plain
 from safenav.cli.synth import explain
 from safenav.explain.play import Cause, vacuities
 from safenav.spec.specification import read_specification
@@ -80,7 +78,7 @@ def test_every_claim_about_a_specification_is_true(
     judge.check_play(play["ending"], play["walk"], play["cycle"], dict(play["pressure"]), goal)
     for assumption in data["assumptions"]:
         negated, name = re.fullmatch(r"(!?)(\w+)'", assumption).groups()  # type: ignore[union-attr]
-        fair = Not(Atom(name, True)) if negated else Atom(name, True)
+        fair = apply("!", Atom(name, True)) if negated else Atom(name, True)
         more = with_lines(spec, [*lines_of(spec), ("env_liveness", fair)])
         assert realizable(more) and not realizable(never(more))
 
@@ -98,12 +96,10 @@ def test_a_win_is_vacuous_exactly_if_the_environment_cannot_keep_its_assumptions
     assert not check_strategy(game, automaton)
     print(text)
     found = {each.cause: each.path for each in vacuities(result.strategy)}
-    if not game.env_init:
+    if not game.env_init.any():
         assert [*found] == [Cause.NO_BEGINNING]
         return
-    graph = networkx.DiGraph(
-        (n, t) for n, node in enumerate(automaton.nodes) for t in node.successors
-    )
+    graph = networkx.DiGraph(automaton.edges)
     graph.add_nodes_from(range(len(automaton.nodes)))
     starts = result.strategy.initial()
     reached = {*starts}.union(*(networkx.descendants(graph, start) for start in starts))
@@ -114,7 +110,7 @@ def test_a_win_is_vacuous_exactly_if_the_environment_cannot_keep_its_assumptions
             (automaton.nodes[a].state, automaton.nodes[b].state)
             for a, b in graph.subgraph(part).edges
         ]
-        if steps and all(any(fair[a] >> b & 1 for a, b in steps) for fair in game.assumptions):
+        if steps and all(any(game.has(fair, *step) for step in steps) for fair in game.assumptions):
             alive |= part
     unfair = {node for node in reached if not alive & {node, *networkx.descendants(graph, node)}}
     for cause, nodes in ((Cause.DEAD_END, stuck), (Cause.UNFAIR, unfair)):
