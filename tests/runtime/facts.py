@@ -1,5 +1,44 @@
-"""Facts about the run of a case file: the check that each key of its lines ``#:`` stands for."""
+"""Case files: scenarios of which a run once went wrong, or that show a behaviour, with their facts.
 
+The first comment of a file is its story. Its lines ``#:`` are YAML:
+
+- ``TYPE``: fields of all lines of this type, in their order (null: not checked); ``a.b`` is the
+  field b of the field a, and ``...WORDS`` are words of a text
+- ``some TYPE``, ``no TYPE``, ``3 TYPE``: fields of lines that the trace has, does not have, or has
+  so often
+- ``in order``: the first lines with these fields, ``[TYPE, FIELDS, INDEX]``, come in this order
+- ``explained``, ``left_open``: words of the outcome's explanation, and the orders left open there
+- ``story``, ``no story``, ``check``, ``no check``: words that the story of the run has or has not,
+  and that ``safenav check`` prints or does not print
+- ``notes``: words of the claims that the audit could not judge
+- ``certified``: a bundle of the run is accepted, with these words
+- ``damaged``: the audit refuses the trace without a ``line`` (``[TYPE, FIELDS, INDEX]``), with
+  other ``fields`` of it or without one (``drop``), ``and`` more of these: the words ``found``, the
+  broken ``rule``
+- ``forged``: likewise, the checker of bundles does not accept the bundle with the damaged trace
+- ``cut``: from before each pass on, resumed, the run has the same ``outcome``, or even the same
+  ``moves``
+- ``waits``: an operator attends the live run, and intervenes with these words at each wait;
+  ``says``: with which it intervenes after a tick or pass, or with the data of a page;
+  ``refused WORDS > WHY`` is impossible, or data with the reason ``refused``
+- ``world``: in which it is played (``WORLDS``); ``slides``, ``jams``, ``looks``, ``faults``,
+  ``speeds``: what goes wrong there (``worlds.py``); ``there``: words of the scenario with others,
+  with which the world differs from it; ``failures``: the policy for them; ``lies``: the world may
+  tell what breaks rules
+- ``refused``: the scenario is not loaded; words of the message
+- ``scenario``: the shipped one that is played
+- ``clocks``: it is played on each of these
+- ``or``: it is also played with these words replaced
+- ``but``: it is also played with the words ``with`` replaced (default: none), where other
+  facts hold (perhaps those of the file, merged); ``clocks``
+
+Unless it has another ``outcome``, the mission is completed. Each trace must pass the audit. An
+exhaustive search over joint states, which shares no code with safenav, has decided what the teams
+of ``orders`` can do.
+"""
+
+from collections.abc import Iterable, Iterator
+from itertools import count
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -11,38 +50,65 @@ from msgspec import convert
 from msgspec.structs import replace
 
 from certify.making import bundle_at, certified, files_of, judged, lines_of, rewrite, with_lines
-from once import from_yaml
-from runtime.continued import moves, rests
+from once import SCENARIOS, from_yaml
+from runtime import worlds
 from runtime.played import Line, Run, begin, loaded, whole
-from runtime.worlds import Clocked, Distant, Driven, Faulty, Remote, Swinging
 from safenav.cli.check import check as command
 from safenav.errors import InputError, UsageError
+from safenav.files import json_line
 from safenav.report.terminal.story import Story
 from safenav.run.checked import check_trace
+from safenav.runtime.run.checkpoint import resumption
 from safenav.runtime.run.mission import Mission
-from safenav.scenario.model import Failures
+from safenav.scenario.model import Failures, Scenario
+from safenav.trace.file import as_data, read_bytes
 from safenav.trace.records import KINDS
 from support.damage import damage, fits, value
 
 Facts = dict[str, Any]
-WORLDS: dict[str, Any] = {
-    **{"simulated": None, "faulty": Faulty, "driven": Driven},
-    **{"remote": Remote, "clocked": Clocked, "distant": Distant, "swinging": Swinging},
+WORLDS: dict[str, Any] = {"simulated": None} | {
+    each.__name__.lower(): each
+    for each in (
+        *(worlds.Faulty, worlds.Driven, worlds.Remote, worlds.Clocked),
+        *(worlds.Distant, worlds.Swinging),
+    )
 }
 WRONG = ("slides", "jams", "looks", "faults", "speeds")
 CASES = Path(__file__).parent / "cases"
+RESTS = 12
+"""Most passes of a run before which it is resumed."""
 
 
 def read_case(file: Path) -> tuple[str, Facts]:
     """Return the scenario and the facts of a case file."""
     lines = file.read_text().splitlines(keepends=True)
     facts = from_yaml("".join(line[3:] for line in lines if line.startswith("#:"))) or {}
-    return "".join(line for line in lines if not line.startswith("#:")), facts
+    text = "".join(line for line in lines if not line.startswith("#:"))
+    shipped = facts.pop("scenario", None)
+    return (SCENARIOS / f"{shipped}.yaml").read_text() if shipped else text, facts
 
 
 def case(name: str) -> str:
     """Return the scenario of a case, ``FOLDER/STEM``."""
     return read_case(CASES / f"{name}.yaml")[0]
+
+
+def cases() -> Iterator[Any]:
+    """The scenario and the facts of each run of each case file, as parameters of a test."""
+    for file in sorted(CASES.rglob("*.yaml")):
+        text, said = read_case(file)
+        clocks, others = said.pop("clocks", [""]), said.pop("but", [])
+        variants = [(change, clocks, said) for change in [{}, *said.pop("or", [])]]
+        variants += [(each.pop("with", {}), each.pop("clocks", clocks), each) for each in others]
+        for change, played, facts in variants:
+            facts = {key: facts[key] for key in facts if key not in ("scenario", "but")}
+            for clock in played:
+                changed = f"{text}clock: {clock}\n" if clock else text
+                for was, now in change.items():
+                    assert was in changed, (file, was)
+                    changed = changed.replace(was, now)
+                name = " ".join(filter(None, [file.stem, clock, *change.values()]))
+                yield pytest.param(changed, facts, id=name)
 
 
 def hold(text: str, facts: Facts) -> None:
@@ -62,7 +128,10 @@ def hold(text: str, facts: Facts) -> None:
     _printed(text, facts)
     _recorded(run, facts)
     for edit in edits:
-        _refused(run, edit)
+        damaged = _damaged(run, edit)
+        told = damaged.findings
+        assert told and edit.get("found", "") in told, told
+        assert edit.get("rule", "") in {"", *damaged.broken}, told
     if cut:
         _cut(run, text, cut)
     for edit in forged:
@@ -88,7 +157,7 @@ def staged(text: str, facts: Facts) -> Run:
         for line in says.get(mission.tick, ()):
             _intervene(mission, line)
         if waits is not None and mission.waiting is not None and mission.still:
-            for line in left.pop(0) if left or not isinstance(world, Clocked) else ():
+            for line in left.pop(0) if left or not isinstance(world, worlds.Clocked) else ():
                 _intervene(mission, line)
         mission.step()
     assert lies or not run.findings, run.findings
@@ -112,23 +181,27 @@ def _intervene(mission: Mission, line: str | Facts) -> None:
     assert why in str(error.value), error.value
 
 
-def _has(text: str, words: list[str]) -> None:
+def _has(text: str, words: Iterable[str], without: Iterable[str] = ()) -> None:
     assert all(each in text for each in words), text
+    assert not any(each in text for each in without), text
 
 
 def _printed(text: str, facts: Facts) -> None:
     """Check the story of the run, and what ``safenav check`` prints about the scenario."""
-    if "story" in facts or "no story" in facts:
-        lines, scenario = list[str](), loaded(text)
-        story = Story(scenario, lambda line: lines.append(click.unstyle(str(line))), maps=False)
-        Mission(scenario, listeners=[story]).run()
-        told = "\n".join(lines)
-        _has(told, facts.pop("story", ()))
-        assert not any(words in told for words in facts.pop("no story", ())), told
-    if "check" in facts or "no check" in facts:
-        output = CliRunner().invoke(command, ["-"], input=whole(text)).output
-        _has(output, facts.pop("check", ()))
-        assert not any(words in output for words in facts.pop("no check", ())), output
+    for printed, key in ((_story, "story"), (_check, "check")):
+        if key in facts or f"no {key}" in facts:
+            _has(printed(text), facts.pop(key, ()), facts.pop(f"no {key}", ()))
+
+
+def _story(text: str) -> str:
+    lines, scenario = list[str](), loaded(text)
+    story = Story(scenario, lambda line: lines.append(click.unstyle(str(line))), maps=False)
+    Mission(scenario, listeners=[story]).run()
+    return "\n".join(lines)
+
+
+def _check(text: str) -> str:
+    return CliRunner().invoke(command, ["-"], input=whole(text)).output
 
 
 def _recorded(run: Run, facts: Facts) -> None:
@@ -140,15 +213,15 @@ def _recorded(run: Run, facts: Facts) -> None:
     for what, rows in ({"outcome": [{"outcome": "completed"}]} | facts).items():
         some, _, kind = what.rpartition(" ")
         fields = {name.rstrip("_") for name in KINDS[kind].__struct_fields__}
-        assert {key.partition(".")[0] for row in rows for key in row} <= fields, what
+        assert {key.partition(".")[0] for row in rows or () for key in row} <= fields, what
         for row in rows if some else ():
-            count = len(_all(run, kind, row))
-            expected = {"some": count > 0, "no": count == 0}
-            assert expected[some] if some in expected else count == int(some), (what, row, count)
-        if not some:
-            found = run.all(kind)
-            assert len(found) == len(rows), (what, found)
-            for row, line in zip(rows, found, strict=True):
+            found = len(_all(run, kind, row))
+            expected = {"some": found > 0, "no": found == 0}
+            assert expected[some] if some in expected else found == int(some), (what, row, found)
+        if not some and rows is not None:
+            lines = run.all(kind)
+            assert len(lines) == len(rows), (what, lines)
+            for row, line in zip(rows, lines, strict=True):
                 assert fits(line, row), (row, {key: value(line, key) for key in row})
 
 
@@ -159,14 +232,6 @@ def _all(run: Run, kind: str, fields: Facts) -> list[Line]:
 def _found(run: Run, kind: str, fields: Facts | None = None, nth: int = 0) -> Line:
     """One of these lines, by default the first."""
     return _all(run, kind, fields or {})[nth]
-
-
-def _refused(run: Run, edit: Facts) -> None:
-    """The audit refuses the damaged trace."""
-    damaged = _damaged(run, edit)
-    words, rule = edit.get("found", ""), edit.get("rule")
-    told, broken = damaged.findings, damaged.broken
-    assert told and words in told and (not rule or rule in broken), told
 
 
 def _forged(bundle: Path, edit: Facts) -> None:
@@ -186,7 +251,27 @@ def _damaged(run: Run, edit: Facts) -> Run:
 
 def _cut(run: Run, text: str, alike: str) -> None:
     """Check that each rest of the run has its outcome, or the moves of the whole run."""
-    expected = moves(run.records)
-    for number, rest in enumerate(rests(loaded(text))):
+    for number, rest in enumerate(_rests(loaded(text), run.outcome["tick"])):
+        assert not rest.findings, rest.findings
         assert rest.outcome["outcome"] == run.outcome["outcome"], number
-        assert alike != "moves" or moves(rest.records) == expected, number
+        assert alike != "moves" or _moves(rest) == _moves(run), number
+
+
+def _rests(scenario: Scenario, ticks: int) -> Iterator[Run]:
+    """The whole traces of runs that are resumed before some of their passes."""
+    mission, run = begin(scenario)
+    for number in count():
+        if mission.result is not None:
+            return
+        if number % (1 + (1 + ticks) // RESTS) == 0:
+            kept = mission._run.kept().checkpoint(len(run.records), run.lines[0].strip().encode())
+            trace = read_bytes("".join([*run.lines, json_line(as_data(kept))]).encode())
+            rest = Run()
+            Mission(scenario, begun=resumption(trace, scenario), listeners=[rest]).run()
+            yield rest
+        mission.step()
+
+
+def _moves(run: Run) -> list[tuple[str, int, int, str]]:
+    keys = "robot", "from", "to", "by"
+    return [tuple(one[key] for key in keys) for one in run.all("move")]

@@ -1,65 +1,100 @@
-"""Scenarios of which a run once went wrong, or that show a behaviour, each with its facts.
+"""Runs of case files (``facts.py`` has their keys) and of the shipped scenarios, on both clocks."""
 
-The first comment of a file is its story. Its lines ``#:`` are YAML:
-
-- ``TYPE``: fields of all lines of this type, in their order; ``a.b`` is the field b of the field
-  a, and ``...WORDS`` are words of a text
-- ``some TYPE``, ``no TYPE``, ``3 TYPE``: fields of lines that the trace has, does not have, or has
-  so often
-- ``in order``: the first lines with these fields, ``[TYPE, FIELDS]``, come in this order
-- ``explained``, ``left_open``: words of the outcome's explanation, and the orders left open there
-- ``story``, ``no story``, ``check``, ``no check``: words that the story of the run has or has not,
-  and that ``safenav check`` prints or does not print
-- ``notes``: words of the claims that the audit could not judge
-- ``certified``: a bundle of the run is accepted, with these words
-- ``damaged``: the audit refuses the trace without a ``line`` (``[TYPE, FIELDS, INDEX]``), with
-  other ``fields`` of it or without one (``drop``), ``and`` more of these: the words ``found``, the
-  broken ``rule``
-- ``forged``: likewise, the checker of bundles does not accept the bundle with the damaged trace
-- ``cut``: from before each pass on, resumed, the run has the same ``outcome``, or even the same
-  ``moves``
-- ``waits``: an operator attends the live run, and intervenes with these words at each wait;
-  ``says``: with which it intervenes after a tick or pass, or with the data of a page;
-  ``refused WORDS > WHY`` is impossible, or data with the reason ``refused``
-- ``world``: in which it is played (``facts.WORLDS``); ``slides``, ``jams``, ``looks``, ``faults``,
-  ``speeds``: what goes wrong there (``worlds.py``); ``there``: words of the scenario with others,
-  with which the world differs from it; ``failures``: the policy for them; ``lies``: the world may
-  tell what breaks rules
-- ``refused``: the scenario is not loaded; words of the message
-- ``clocks``: it is played on each of these
-- ``or``: it is also played with these words replaced
-- ``but``: it is also played with the words ``with`` replaced (default: none), where other
-  facts hold; ``clocks``
-
-Unless it has another ``outcome``, the mission is completed. Each trace must pass the audit. An
-exhaustive search over joint states, which shares no code with safenav, has decided what the teams
-of ``orders`` can do.
-"""
-
-from collections.abc import Iterator
-from typing import Any
+import json
+import sys
+from pathlib import Path
+from random import Random
 
 import pytest
+from msgspec.structs import replace
 
-from runtime.facts import CASES, Facts, hold, read_case
+from children import ran
+from once import SCENARIOS, trace_of_shipped
+from runtime.facts import Facts, cases, hold
+from runtime.played import Run, completed
+from safenav import Mission
+from safenav.batch.case import Ledger, differences
+from safenav.run.checked import check_trace
+from safenav.scenario.model import Clock, Scenario
+from safenav.scenario.reading.loader import load_scenario
+from safenav.trace.file import read_bytes
+from support.durations import Uneven
 
-
-def cases() -> Iterator[Any]:
-    for file in sorted(CASES.rglob("*.yaml")):
-        text, said = read_case(file)
-        clocks, others = said.pop("clocks", [""]), said.pop("but", [])
-        variants = [(change, clocks, said) for change in [{}, *said.pop("or", [])]]
-        variants += [(each.pop("with", {}), each.pop("clocks", clocks), each) for each in others]
-        for change, played, facts in variants:
-            for clock in played:
-                changed = f"{text}clock: {clock}\n" if clock else text
-                for was, now in change.items():
-                    assert was in changed, (file, was)
-                    changed = changed.replace(was, now)
-                name = " ".join(filter(None, [file.stem, clock, *change.values()]))
-                yield pytest.param(changed, facts, id=name)
+SHIPPED = sorted(path.stem for path in SCENARIOS.glob("*.yaml"))
+LIVE = [
+    *("case_study_2", "beam", "corridor_swap", "team_of_six"),
+    *("night_round", "parked_robot", "warehouse_orders", "battery_delivery"),
+]
 
 
 @pytest.mark.parametrize(("text", "facts"), [*cases()])
 def test_case(text: str, facts: Facts) -> None:
     hold(text, facts)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SHIPPED)
+def test_the_audit_accepts_the_run_of_each_shipped_scenario(name: str) -> None:
+    scenario = load_scenario(SCENARIOS / f"{name}.yaml")
+    assert scenario.expect.outcome is not None
+    file = trace_of_shipped(name)
+    audit = check_trace(file)
+    assert audit.findings == (), "\n".join(map(str, audit.findings))
+    assert audit.complete
+    ledger = Ledger()
+    for record in read_bytes(file.read_bytes()).records:
+        ledger(record)
+    assert differences(scenario.expect, ledger) == []
+
+
+def live(name: str) -> Scenario:
+    return replace(load_scenario(SCENARIOS / f"{name}.yaml"), clock=Clock.LIVE)
+
+
+@pytest.mark.parametrize("name", LIVE)
+def test_shipped_scenarios_complete_in_time(name: str) -> None:
+    scenario, run, ledger = live(name), Run(), Ledger()
+    result = Mission(scenario, listeners=[run, ledger]).run()
+    assert result.outcome == "completed", result.explanation
+    assert differences(scenario.expect, ledger) == []
+    assert not run.findings
+    times = [line["t"] for line in run.records[1:]]
+    assert times == sorted(times) and result.makespan == pytest.approx(times[-1])
+    under_way, together = set(), 0
+    for line in run.records:
+        if line["type"] in ("depart", "arrive"):
+            (under_way.add if line["type"] == "depart" else under_way.discard)(line["robot"])
+            together = max(together, len(under_way))
+    assert together >= 2
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_beliefs_hold_for_any_durations(seed: int) -> None:
+    """Robots at half to double speed, every fifth step five times as long."""
+    scenario, draw = live(f"case_study_{1 + seed}_beliefs"), Random(seed)
+    speeds = {robot.name: draw.uniform(0.5, 2) for robot in scenario.robots}
+    world = Uneven(scenario, speeds=speeds, delayed=0.2, seed=seed)
+    run = completed(scenario, world=world)
+    assert not run.all("assumption")
+    assert run.all("belief", seen=True) and run.all("belief", seen=False)
+
+
+def test_a_run_repeats_with_other_hashes_and_with_cached_strategies(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Robots are examined in the scenario's order, so the same one is named in each process."""
+    monkeypatch.setenv("SAFENAV_CACHE", str(tmp_path / "cache"))
+    told, cached = [], []
+    for name, clock in (("night_round", "live"), ("case_study_3", "lockstep")):
+        for seed in "01":
+            monkeypatch.setenv("PYTHONHASHSEED", seed)
+            trace = tmp_path / f"{seed}.jsonl"
+            words = (SCENARIOS / f"{name}.yaml", "--clock", clock, "--trace", trace)
+            assert ran([sys.executable, "-m", "safenav", "run", *words]).returncode == 0
+            lines = [json.loads(line) for line in trace.read_text().splitlines()]
+            kept = ("plan", "move", "depart", "arrive")
+            told.append([line for line in lines if line["type"] in kept])
+            cached.append({line["cached"] for line in lines if line["type"] == "synthesis"})
+    assert told[0] == told[1] and told[2] == told[3]
+    assert any(line["type"] == "plan" for line in told[0]) and told[2]
+    assert cached[2:] == [{False}, {True}]
