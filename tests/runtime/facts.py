@@ -22,9 +22,9 @@ The first comment of a file is its story. Its lines ``#:`` are YAML:
   ``says``: with which it intervenes after a tick or pass, or with the data of a page;
   ``refused WORDS > WHY`` is impossible, or data with the reason ``refused``
 - ``world``: in which it is played (``WORLDS``); ``slides``, ``jams``, ``looks``, ``faults``,
-  ``speeds``: what goes wrong there (``worlds.py``); ``there``: words of the scenario with others,
-  with which the world differs from it; ``failures``: the policy for them; ``lies``: the world may
-  tell what breaks rules
+  ``speeds``, ``opens``, ``claims``: what goes wrong there (``worlds.py``); ``there``: words of the
+  scenario with others, with which the world differs from it; ``failures``: the policy for them;
+  ``lies``: the world may tell what breaks rules
 - ``refused``: the scenario is not loaded; words of the message
 - ``scenario``: the shipped one that is played
 - ``clocks``: it is played on each of these
@@ -73,7 +73,7 @@ WORLDS: dict[str, Any] = {"simulated": None} | {
         *(worlds.Distant, worlds.Swinging),
     )
 }
-WRONG = ("slides", "jams", "looks", "faults", "speeds")
+WRONG = ("slides", "jams", "looks", "faults", "speeds", "opens", "claims")
 CASES = Path(__file__).parent / "cases"
 RESTS = 12
 """Most passes of a run before which it is resumed."""
@@ -157,7 +157,8 @@ def staged(text: str, facts: Facts) -> Run:
         for line in says.get(mission.tick, ()):
             _intervene(mission, line)
         if waits is not None and mission.waiting is not None and mission.still:
-            for line in left.pop(0) if left or not isinstance(world, worlds.Clocked) else ():
+            assert left or mission.tick <= max(says, default=0) or isinstance(world, worlds.Clocked)
+            for line in left.pop(0) if left else ():
                 _intervene(mission, line)
         mission.step()
     assert lies or not run.findings, run.findings

@@ -1,8 +1,11 @@
-"""Worlds with impossible answers and malformed reports: an error names the call, a robot is lost or
-the report dropped; what goes wrong in true reports is ``cases/failures`` and ``cases/outside``."""
+"""Worlds of a user's own: impossible answers and malformed reports name the call, make a robot lost
+or are dropped; clocks, syntheses and monitors. What goes wrong in true reports is
+``cases/failures`` and ``cases/outside``."""
 
 import math
 from collections.abc import Callable, Sequence
+from pathlib import Path
+from threading import Event
 from typing import Any
 
 import click
@@ -11,10 +14,12 @@ from msgspec.structs import replace
 
 from runtime.facts import case
 from runtime.played import Run, begin, completed, loaded, play
-from runtime.worlds import Bare, Driven, Faulty
-from safenav import Mission
-from safenav.errors import ExitCode
+from runtime.worlds import Bare, Clocked, Driven, Faulty
+from safenav import Mission, Synthesizer
+from safenav.errors import ExitCode, Outcome, SynthesizerError, Verdict
+from safenav.plan import search
 from safenav.report.terminal.story import Story
+from safenav.runtime.control.answers import Answers
 from safenav.runtime.worlds.lockstep import WorldError
 from safenav.runtime.worlds.protocol import (
     Acted,
@@ -30,6 +35,12 @@ from safenav.runtime.worlds.protocol import (
 from safenav.runtime.worlds.simulation import LiveSimulation, SimulatedWorld
 from safenav.scenario.model import Failures, Need, Obstacle, Robot, Scenario
 from safenav.scenario.reading.catalogue import built_in
+from safenav.synthesis.cache import Cache
+from safenav.synthesis.program import find_binary
+from safenav.synthesis.strategy import Strategy
+from safenav.team.apply import rounds
+from safenav.team.floor import Floor
+from safenav.trace.records import Record
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Heading
 from safenav.world.poses import Pose
@@ -100,60 +111,50 @@ def test_an_inconsistent_world_is_an_error_with_its_reason(
 
 
 RING = case("failures/ring")
-Report = Callable[[Arrived], Any]
 
 
-class Told(Faulty):
-    """Instead of the second arrival of ``a`` something else is reported."""
-
-    def __init__(self, scenario: Scenario, report: Callable[[Arrived], Sequence[Any]]) -> None:
-        super().__init__(scenario, [["a", 2, "told"]])
-        self.report = report
-
-    def _struck(self, event: Arrived, what: str, where: list[Any]) -> Sequence[Any]:
-        del what, where
-        return self.report(event)
+def ring(**failures: Any) -> Scenario:
+    return replace(loaded(RING), failures=Failures(**failures))
 
 
-@pytest.mark.parametrize(
-    ("report", "reason"),
-    [
-        (
-            lambda e: Elsewhere(e.at, "a", Pose(9, "up"), command=e.command),
-            "`pose.heading` must be",
-        ),  # type: ignore[arg-type]
-        (lambda e: Failed(e.at, "a", None, "", command=e.command), "`pose` must be an object"),  # type: ignore[arg-type]
-        (lambda e: Lost(e.at, "a", frozenset(), command=e.command), "names no region"),
-        (lambda e: Arrived("now", "a", command=e.command), "its time is 'now', not seconds"),  # type: ignore[arg-type]
-        (lambda e: Arrived(math.nan, "a", command=e.command), "its time is nan, not seconds"),
-        (
-            lambda e: Blocked(e.at, "a", Pose(9), Obstacle(DOOR, 26), command=e.command),
-            "blocked by door@26, which is not in region 10",
-        ),
-    ],
-)
-def test_a_malformed_end_of_a_step_makes_the_robot_lost(report: Report, reason: str) -> None:
-    run = play(RING, world=lambda scenario: Told(scenario, lambda event: [report(event)]))
-    lost = run.one("arrive", result="lost")
-    assert {9, 10} == {*lost["regions"]} and reason in lost["reason"]
-    assert run.outcome["cause"] == "out_of_service"
+UP: Any = "up"
+NOW: Any = "now"
+MALFORMED: list[tuple[str, Callable[[Arrived], Any], str]] = [
+    ("lost", lambda e: Elsewhere(e.at, "a", Pose(9, UP), command=e.command), "`pose.heading` must"),
+    ("lost", lambda e: Failed(e.at, "a", None, "", command=e.command), "`pose` must be an object"),  # type: ignore[arg-type]
+    ("lost", lambda e: Lost(e.at, "a", frozenset(), command=e.command), "names no region"),
+    ("lost", lambda e: Arrived(NOW, "a", command=e.command), "its time is 'now', not seconds"),
+    ("lost", lambda e: Arrived(math.nan, "a", command=e.command), "its time is nan, not seconds"),
+    (
+        "lost",
+        lambda e: Blocked(e.at, "a", Pose(9), Obstacle(DOOR, 26), command=e.command),
+        "blocked by door@26, which is not in region 10",
+    ),
+    ("late", lambda e: Sensed(e.at, Obstacle(DOOR, 29), by="nobody"), "robot is named 'nobody'"),
+    ("late", lambda e: Sensed(e.at, "door"), "`obstacle` must be an object"),  # type: ignore[arg-type]
+    ("late", lambda _: Sensed(NOW, Obstacle(DOOR, 29), there=False), "its time is 'now'"),
+    ("late", lambda _: "arrived", "'arrived' is not an event"),
+    ("late", lambda e: Arrived(e.at, "a"), "it names no command (command=, the number"),
+    ("late", lambda e: Arrived(e.at, "a", command=str(e.command)), "`command` must be a whole"),  # type: ignore[arg-type]
+]
 
 
-@pytest.mark.parametrize(
-    ("report", "reason"),
-    [
-        (lambda e: Sensed(e.at, Obstacle(DOOR, 29), by="nobody"), "no robot is named 'nobody'"),
-        (lambda e: Sensed(e.at, "door"), "`obstacle` must be an object"),  # type: ignore[arg-type]
-        (lambda _: Sensed("now", Obstacle(DOOR, 29), there=False), "its time is 'now'"),  # type: ignore[arg-type]
-        (lambda _: "arrived", "'arrived' is not an event"),
-        (lambda e: Arrived(e.at, "a"), "it names no command (command=, the number"),
-        (lambda e: Arrived(e.at, "a", command=str(e.command)), "`command` must be a whole"),  # type: ignore[arg-type]
-    ],
-)
-def test_malformed_reports_beside_the_ends_of_commands_are_dropped(
-    report: Report, reason: str
+@pytest.mark.parametrize(("end", "report", "reason"), MALFORMED)
+def test_a_malformed_report_is_dropped_unless_it_ends_a_step(
+    end: str, report: Callable[[Arrived], Any], reason: str
 ) -> None:
-    run = completed(RING, world=lambda s: Told(s, lambda event: [report(event), event]))
+    """Of the robot that makes such a step nobody knows where it is."""
+
+    def told(event: Arrived) -> list[Any]:
+        return [report(event), event][: 1 if end == "lost" else 2]
+
+    run = play(RING, world=lambda scenario: Faulty(scenario, [["a", 2, told]]))
+    if end == "lost":
+        lost = run.one("arrive", result="lost")
+        assert {9, 10} == {*lost["regions"]} and reason in lost["reason"]
+        assert run.outcome["cause"] == "out_of_service"
+        return
+    assert run.outcome["outcome"] == "completed"
     (late,) = run.all("late")
     assert reason in late["reason"]
     of_a = "command" in reason
@@ -189,15 +190,12 @@ def test_a_clock_that_returns_no_time_is_reported(clock: Callable[[], Any], told
 
 
 def test_a_robot_is_lost_although_its_world_cannot_cancel_the_command() -> None:
-    class Deaf(LiveSimulation):
-        def wait(self, timeout: float | None) -> list[WorldEvent]:
-            return [e for e in super().wait(timeout) if getattr(e, "robot", None) != "a"]
-
+    class Deaf(Faulty):
         def cancel(self, robot: Robot) -> None:
             raise OSError(f"no connection to {robot.name}")
 
-    scenario = replace(loaded(RING), failures=Failures(timeout=20))
-    reason = play(scenario, world=Deaf).one("arrive", result="lost")["reason"]
+    world = Deaf(ring(), [["a", None, "silent"]])
+    reason = play(ring(timeout=20), world=world).one("arrive", result="lost")["reason"]
     assert reason == "no end within 20.0 s after it was cancelled (cancel: no connection to a)"
 
 
@@ -220,25 +218,23 @@ class SinceEpoch(Bare):
 
 @pytest.mark.parametrize("timeout", [1.1, 1.7])
 def test_waits_are_long_enough_for_clocks_that_advance_by_them(timeout: float) -> None:
-    scenario = replace(loaded(RING), failures=Failures(timeout=timeout))
-    lost = play(scenario, world=SinceEpoch()).all("arrive", result="lost")
+    lost = play(ring(timeout=timeout), world=SinceEpoch()).all("arrive", result="lost")
     assert {line["robot"] for line in lost} == {"a", "b"}
     assert [line["t"] for line in lost] == [pytest.approx(2 * timeout, abs=0.2)] * 2
 
 
-class Sudden(Bare):
-    """Steps take no time by the world's clock, but for each seventh, which takes half a second."""
-
-    step, steps = 0.5, 0
-
-    def start(self, robot: Robot, pose: Pose, command: int) -> WorldEvent | None:
-        self.steps += 1
-        if self.steps % 7:
-            return Arrived(self.time, robot.name, command=command)
-        return super().start(robot, pose, command)
-
-
 def test_steps_that_take_no_time_make_the_patience_no_shorter_than_a_second() -> None:
+    class Sudden(Bare):
+        """Each seventh step takes half a second by the world's clock, the others nothing."""
+
+        step, steps = 0.5, 0
+
+        def start(self, robot: Robot, pose: Pose, command: int) -> WorldEvent | None:
+            self.steps += 1
+            if self.steps % 7:
+                return Arrived(self.time, robot.name, command=command)
+            return super().start(robot, pose, command)
+
     world = Sudden()
     run = completed(RING, world=world)
     assert world.steps > 14 and not run.all("arrive", result="lost")
@@ -247,7 +243,7 @@ def test_steps_that_take_no_time_make_the_patience_no_shorter_than_a_second() ->
 @pytest.mark.parametrize("result", ActResult)
 def test_a_world_that_repeats_a_result_is_not_commanded_forever(result: ActResult) -> None:
     """It answers immediately, about what it was not asked to act on; no time passes meanwhile."""
-    scenario, asked, run = loaded(case("outside/no_joint_action_in_transit")), list[str](), Run()
+    scenario, asked = loaded(case("outside/no_joint_action_in_transit")), list[str]()
 
     class Echo(LiveSimulation):
         def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> Any:
@@ -256,7 +252,7 @@ def test_a_world_that_repeats_a_result_is_not_commanded_forever(result: ActResul
             found = ((scenario.obstacles[0], result),)
             return Acted(self.now(), robot.name, found, command=command)
 
-    Mission(scenario, world=Echo(scenario), listeners=[run]).run()
+    run = play(scenario, world=Echo, lies=True)
     assert run.outcome["outcome"] == "completed"
     assert 0 < len(asked) <= 2 * len(run.all("arrive")) + 2 * len(scenario.robots)
     told = {line["reason"] for line in run.all("late")}
@@ -323,13 +319,175 @@ def test_a_blocking_world_makes_a_step_of_several_ticks_when_it_begins() -> None
     assert run.one("move", robot="slow")["toward"] == 27 and world.count["slow"] == 1
 
 
-class Outside(Driven):
-    """A world of a user: no simulation, it does what it is told."""
-
-    def act(self, robot: Robot) -> Any:
-        self.truth.changes(10**6, ())  # what is ordered is there
-        return super().act(robot)
-
-
 def test_orders_reach_the_team_in_another_world() -> None:
+    class Outside(Driven):
+        def act(self, robot: Robot) -> Any:
+            self.truth.changes(10**6, ())  # what is ordered is there
+            return super().act(robot)
+
     assert completed(case("orders/of_an_operator"), world=Outside).all("order")
+
+
+def test_a_world_determines_inputs_without_a_schedule() -> None:
+    class Caller(Driven):
+        def inputs(self, tick: int) -> dict[str, bool]:
+            return {"call": 6 <= tick <= 8, "alarm": False}
+
+    fire = case("inputs/fire").replace("{at: [4-9, 20]}", "{}")
+    lines = play(fire.replace("call: {}", "call: {at: 6-8}"), world=Caller).all("inputs")
+    assert [(line["tick"], line["values"]["call"]) for line in lines] == [(6, True), (9, False)]
+
+
+def test_a_run_in_which_no_robot_moves_waits_for_inputs_of_its_world() -> None:
+    class Street(Bare):
+        def inputs(self, tick: int) -> dict[str, bool]:
+            del tick
+            return {"green": self.time > 30.0, "alarm": 2.0 < self.time < 60.0}
+
+    assert completed(case("inputs/green"), world=Street()).outcome["t"] >= 60.0
+
+
+def test_the_judge_accepts_a_last_order_that_a_real_clock_delays_a_little() -> None:
+    """A drive hears the time of an order at the next message, and ends in that pass."""
+    run = completed(f"{case('waiting/order_left_open_only_at_the_end')}clock: live\n")
+    last = [line["t"] for line in run.all("inputs")][-1]
+    for record in run.records:
+        if record.get("t", 0.0) >= last:
+            record["t"] += 0.0003
+    assert not run.findings
+
+
+# Syntheses and searches without an answer, or with a wrong one.
+
+
+def test_a_run_continues_although_an_obsolete_synthesis_never_ends(tmp_path: Path) -> None:
+    """The synthesizer does not answer from when a robot has seen the door that a person opens."""
+    flag, slow = tmp_path / "flag", tmp_path / "slugs"
+    slow.write_text(
+        f'#!/bin/sh\n[ -e "{flag}" ] && exec sleep 1000\nexec "{find_binary().path}" "$@"\n'
+    )
+    slow.chmod(0o755)
+    scenario, run = loaded(case("outside/opened_during_the_action")), Run()
+    world = Clocked(scenario)
+    world.simulation, world.pauses = Faulty(scenario, opens=31), False
+
+    def sees(record: Record) -> None:
+        if record.type == "violation":
+            flag.touch()
+
+    synthesizer = Synthesizer(slow, seconds=None, cache=Cache(None))
+    Mission(scenario, synthesizer, world=world, listeners=[run, sees]).run()
+    assert flag.exists() and run.one("gone")
+    assert run.outcome["outcome"] == "completed" and not run.findings
+
+
+def test_a_run_that_is_completed_waits_for_no_strategy() -> None:
+    """The cart has done its round, and is to go around a gate that appears before it, while the
+    synthesizer is kept from answering; the bee does its own meanwhile."""
+    answers = Event()
+
+    class Gated(Synthesizer):
+        def synthesize_all(self, *given: Any, **more: Any) -> Any:
+            answers.wait()
+            return super().synthesize_all(*given, **more)
+
+    def done() -> int:
+        run = mission._run
+        return rounds(run.team.members[0].objective, run.state.robots[0].own)
+
+    class Sudden(Clocked):
+        pauses = False
+
+        def sense(self, robot: Robot, region: int) -> Obstacle | None:
+            appears = robot.name == "cart" and region == 24 and done()
+            return replace(gate, region=24) if appears else None
+
+    text = case("operator/gate").replace("[[2, 8]", "[[2, 3]")
+    scenario, run = loaded(text.replace("[[1, 9], [1, 1]]", "[[1, 1], [1, 3]]")), Run()
+    (gate,) = scenario.obstacles
+    mission = Mission(scenario, Gated(), world=Sudden(scenario), listeners=[run])
+    answers.set()
+    mission.start()
+    for _ in range(1000):
+        if done():
+            answers.clear()
+        if mission.result is None:
+            mission.step()
+    answers.set()
+    assert mission.result is not None and mission.result.outcome is Outcome.COMPLETED
+    assert run.all("violation") and not run.findings
+
+
+def test_a_result_that_arrives_during_the_look_up_is_not_lost(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A question is answered between two looks: the run is told of it the next time."""
+    looks = iter([False, *[True] * 9])
+    monkeypatch.setattr(Answers, "ready", property(lambda _: next(looks)))
+    answers = Answers(Synthesizer())
+    answers._awaited = True
+    assert [answers.fresh(), answers.fresh(), answers.fresh()] == [False, True, False]
+
+
+def test_an_exhausted_search_names_the_robot_out_of_service(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Only an operator brings the robot back, whatever plan another search would find."""
+    plan = Answers.plan
+
+    def spent(answers: Answers, floor: Floor, *about: Any) -> Any:
+        return plan(answers, floor, *about) if 0 in floor.robots else None
+
+    monkeypatch.setattr(Answers, "plan", spent)
+    world = Faulty(ring(), [["a", 1, "fatal"]])
+    outcome = play(RING, world=world, lies=True).outcome
+    assert (outcome["outcome"], outcome["cause"]) == ("operator_needed", "out_of_service")
+    assert outcome["explanation"].startswith("a (its steps fail) out of service; search budget")
+
+
+def test_a_proof_that_exceeds_its_budget_is_not_a_verdict(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(search, "PROOF", 1)
+    monkeypatch.setattr(search, "SINGLES", 1)
+    assert play(case("objectives/once_with_a_trapped_helper")).outcome["outcome"] == "search_limit"
+
+
+def test_without_a_strategy_the_run_ends_with_the_broken_assumption() -> None:
+    """There is no other strategy for the bee than the first."""
+
+    class Once(Synthesizer):
+        def synthesize_all(self, specs: Any, *given: Any, **more: Any) -> Any:
+            found = super().synthesize_all(specs, *given, **more)
+            none = {"verdict": Verdict.UNREALIZABLE, "strategy": None}
+            again = [spec.robot for spec in specs] == ["bee"]
+            return [replace(result, **none) for result in found] if again else found
+
+    scenario, run = loaded(case("outside/breaks_an_assumption")), Run()
+    world = Driven(scenario, slides={"rover": {2: 22}})
+    result = Mission(scenario, Once(cache=Cache(None)), world=world, listeners=[run]).run()
+    assert result.outcome is Outcome.ASSUMPTION_VIOLATED
+    assert "stay, or step to a neighbouring region" in result.explanation
+    assert run.all("assumption")
+
+
+def test_a_strategy_through_a_wall_is_stopped_before_the_wall() -> None:
+    """The synthesizer answers as if there were no wall at 10, and claims that it is the answer."""
+
+    class BlindToWalls(Synthesizer):
+        def synthesize_all(self, specs: Any, *given: Any, **more: Any) -> Any:
+            seen = [
+                spec.without(c for c in spec.constraints if c.regions == (10,)) for spec in specs
+            ]
+            return [
+                replace(result, strategy=Strategy.parse(result.strategy_json or b"", spec))
+                for spec, result in zip(
+                    specs, super().synthesize_all(seen, *given, **more), strict=True
+                )
+            ]
+
+    around, run = SCENARIO.replace('"#.....#"', '"#..#..#", "#.....#"'), Run()
+    synthesizer = BlindToWalls(cache=Cache(None))
+    with pytest.raises(SynthesizerError, match=r"drone leads from 9 .* to 10 ") as caught:
+        Mission(loaded(around), synthesizer, listeners=[run]).run()
+    assert caught.value.exit_code is ExitCode.INTERNAL
+    assert [line["to"] for line in run.all("move")] == [9]
+    assert run.outcome["outcome"] == "error"

@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from math import inf
 from typing import Any
 
 from msgspec.structs import replace
@@ -102,7 +103,8 @@ class Clocked(Remote):
 class Faulty(Uneven):
     """A simulation whose events are changed before the mission receives them. ``faults``: a robot,
     a number of its arrivals (``{to: REGION}``: those there; null: each), what becomes of them, and
-    regions; ``jams``: by robot, how many of its actions fail."""
+    regions; ``jams``: by robot, how many of its actions fail; ``opens``: when a person opens the
+    first obstacle, which a sensor reports; ``claims``: actions are reported as done."""
 
     def __init__(
         self,
@@ -110,10 +112,13 @@ class Faulty(Uneven):
         faults: Iterable[Sequence[Any]] = (),
         jams: Mapping[str, int] | None = None,
         speeds: Mapping[str, float] | None = None,
+        opens: float = inf,
+        claims: bool = False,
     ) -> None:
         super().__init__(scenario, speeds=speeds)
         self.scenario, self.faults, self.jams = scenario, [*faults], dict(jams or {})
-        self.count = Counter[str]()
+        self.opens, self.claims = opens, claims
+        self.count, self.asked = Counter[str](), dict[str, Sequence[Obstacle]]()
         self.last: dict[str, Pose] = {robot.name: robot.start for robot in scenario.robots}
 
     def start(self, robot: Robot, pose: Pose, command: int) -> None:
@@ -122,6 +127,7 @@ class Faulty(Uneven):
 
     def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> Acted | None:
         self.truth.cleared = {obstacle.name for obstacle in obstacles}
+        self.asked[robot.name] = obstacles
         there = [*obstacles, *(o for o, _ in self.truth.within_reach(robot) if o not in obstacles)]
         if not (there and self.jams.get(robot.name)):
             return super().act(robot, obstacles, command)
@@ -130,9 +136,20 @@ class Faulty(Uneven):
         return Acted(self.now(), robot.name, failed, command=command)
 
     def wait(self, timeout: float | None) -> list[WorldEvent]:
-        return [told for event in super().wait(timeout) for told in self._told(event)]
+        if self.opens < inf:
+            timeout = min(inf if timeout is None else timeout, self.opens - self.now())
+        told = [told for event in super().wait(timeout) for told in self._told(event)]
+        if self.now() < self.opens:
+            return told
+        self.opens, door = inf, self.scenario.obstacles[0]
+        self.truth.take_away(door.name)
+        self.truth.changes(0, ())
+        return [*told, Sensed(self.now(), door, there=False)]
 
-    def _told(self, event: WorldEvent) -> Sequence[WorldEvent]:
+    def _told(self, event: WorldEvent) -> Sequence[Any]:
+        if isinstance(event, Acted) and self.claims:
+            done = tuple((each, ActResult.DONE) for each in self.asked[event.robot])
+            return [replace(event, found=done)]
         if not isinstance(event, Arrived):
             return [event]
         self.count[event.robot] += 1
@@ -142,7 +159,9 @@ class Faulty(Uneven):
                 return self._struck(event, what, where)
         return [event]
 
-    def _struck(self, event: Arrived, what: str, where: list[Any]) -> Sequence[WorldEvent]:
+    def _struck(self, event: Arrived, what: Any, where: list[Any]) -> Sequence[Any]:
+        if callable(what):
+            return list(what(event))
         at, name, command = event.at, event.robot, event.command
         ends = frozenset(where or {self.last[name].region, self._poses[name].region})
         match what:
