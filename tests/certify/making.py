@@ -19,10 +19,9 @@ from safenav.certify.bundle import bundle_of_run, programs, proofs_of, write_fil
 from safenav.judge.bundle import check as checker
 from support.damage import Line, text
 
-ROOT = Path(__file__).parents[2]
-
 Files = dict[str, bytes]
 """A bundle as data: content by name, without the manifest."""
+TEXTS: dict[str, str] = from_yaml(Path(__file__).with_name("scenarios.yaml").read_text())
 
 
 @cache
@@ -34,12 +33,8 @@ def bundle_at(name: str, text: str) -> Path:
         scenario.write_text(whole(text))
         bundle_of_run(scenario, folder / name)
 
-    return (
-        made_once(f"bundle of {name} {hashlib.sha256(text.encode()).hexdigest()[:8]}", make) / name
-    )
-
-
-TEXTS: dict[str, str] = from_yaml(Path(__file__).with_name("scenarios.yaml").read_text())
+    digest = hashlib.sha256(text.encode()).hexdigest()[:8]
+    return made_once(f"bundle of {name} {digest}", make) / name
 
 
 @cache
@@ -98,7 +93,7 @@ def certified(text: str) -> str:
     return said
 
 
-def run_checker(bundle: Path, *, program: Path | None = None) -> tuple[int, str]:
+def run_checker(bundle: Path, program: Path | None = None) -> tuple[int, str]:
     """Exit status and output of the checker (default: the bundle's own copy)."""
     program = program or bundle / "check.py"
     done = ran([sys.executable, "-I", "-S", str(program), str(bundle)], cwd="/", env={})

@@ -1,11 +1,14 @@
-"""Strategies as graphs, and progress measures, as the checker of bundles reads them."""
+"""Files of strategies and specifications, and progress measures, as the checker of bundles reads
+them."""
 
 from typing import Any
 
 import pytest
 
-from safenav.components import components
+from safenav.errors import InputError
 from safenav.judge.bundle import strategies as checker
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.spec.specification import read_specification
 from safenav.verify.automaton import NoMeasureError, measure
 
 FALLS = "the measure does not decrease from node"
@@ -45,57 +48,88 @@ def test_any_progress_measure_that_decreases_or_has_a_violated_assumption_is_a_p
         checker.check_measure(*given)
 
 
-def document(variables: list[str], states: list[list[int]], after: list[list[int]]) -> Any:
-    each = enumerate(zip(states, after, strict=True))
-    nodes = {str(k): {"state": state, "trans": trans} for k, (state, trans) in each}
-    return {"variables": variables, "nodes": nodes}
-
-
-def test_a_strategy_of_many_edges_is_too_large(monkeypatch: pytest.MonkeyPatch) -> None:
-    given = document(["y", "x"], [[0, 0], [1, 0], [0, 1]], [[1, 2], [1, 2], [0]])
-    graph = checker.Strategy(given, ["y"])
-    assert (graph.reach([1]), graph.edges([0, 2])) == ([0, 1, 2], ([0, 0, 2], [1, 2, 0]))
-    monkeypatch.setattr(checker, "MOST_EDGES", 4)
-    with pytest.raises(checker.BundleTooLargeError, match="5 edges"):
-        checker.Strategy(given, ["y"])
-
-
-def test_the_bits_of_a_number_have_its_range_in_their_names() -> None:
-    graph = checker.Strategy(document(["n@0.5.7", "n@1"], [[0, 0], [0, 1]], [[], []]), [])
-    assert graph.columns == {"n": [5, 7]}
-
-
-@pytest.mark.parametrize(
-    ("variables", "told"),
-    [
-        (["x", "x"], "not the next one"),
-        (["n@0.0.3", "n@2"], "not the next one"),
-        (["n@1", "n@0.0.3"], "not the next one"),
-        (["n@0", "n@1"], "not a bit of a variable"),
-        (["n@0.0.3", "n@1.0.3"], "not a bit of a variable"),
-        (["n@0.0.2", "n@1"], "out of its range"),
-        (["lambda x", "x"], "not a bit of a variable"),
-        (["\uff58", "x"], "not a bit of a variable"),  # to Python the same name as x
-        (["x"], "does not hold 1 bits"),
-    ],
-)
-def test_bits_that_are_not_understood_are_refused(variables: list[str], told: str) -> None:
-    with pytest.raises(checker.RefusedError, match=told):
-        checker.Strategy(document(variables, [[1, 1]], [[0]]), [])
-
-
-@pytest.mark.parametrize(("state", "trans"), [([2], [0]), ([1], [1]), ([1], [-1])])
-def test_nodes_that_lead_nowhere_are_refused(state: list[int], trans: list[int]) -> None:
-    with pytest.raises(checker.RefusedError, match="or leads nowhere"):
-        checker.Strategy(document(["x"], [state], [trans]), [])
-
-
-def test_components_follow_their_successors() -> None:
-    assert components([[1], [2], [1, 3], []]) == [[3], [2, 1], [0]]
-
-
 def test_a_cycle_that_meets_every_assumption_and_no_goal_has_no_measure() -> None:
     edges, never = ([0, 1], [1, 0]), [False, False]
     assert measure(2, edges, never, [[True, False], never])["a"] == [1, 1]
     with pytest.raises(NoMeasureError):
         measure(2, edges, never, [[True, False], [False, True]])
+
+
+def strategy(bits: list[str], *nodes: tuple[list[int], list[int]]) -> checker.Strategy:
+    given = {str(k): {"state": state, "trans": trans} for k, (state, trans) in enumerate(nodes)}
+    return checker.Strategy({"variables": bits, "nodes": given}, [])
+
+
+def test_a_strategy_of_many_edges_is_too_large(monkeypatch: pytest.MonkeyPatch) -> None:
+    given: Any = ["y", "x"], ([0, 0], [1, 2]), ([1, 0], [1, 2]), ([0, 1], [0])
+    assert strategy(*given).reach([1]) == [0, 1, 2]
+    monkeypatch.setattr(checker, "MOST_EDGES", 4)
+    with pytest.raises(checker.BundleTooLargeError, match="5 edges"):
+        strategy(*given)
+
+
+def test_the_bits_of_a_number_have_its_range_in_their_names() -> None:
+    graph = strategy(["n@0.5.7", "n@1"], ([0, 0], []), ([0, 1], []))
+    assert graph.columns == {"n": [5, 7]}
+
+
+@pytest.mark.parametrize(
+    ("bits", "state", "trans", "told"),
+    [
+        (["x", "x"], [1, 1], [0], "not the next one"),
+        (["n@0.0.3", "n@2"], [1, 1], [0], "not the next one"),
+        (["n@1", "n@0.0.3"], [1, 1], [0], "not the next one"),
+        (["n@0", "n@1"], [1, 1], [0], "not a bit of a variable"),
+        (["n@0.0.3", "n@1.0.3"], [1, 1], [0], "not a bit of a variable"),
+        (["n@0.0.2", "n@1"], [1, 1], [0], "out of its range"),
+        (["lambda x", "x"], [1, 1], [0], "not a bit of a variable"),
+        # To Python the same name as x.
+        (["\uff58", "x"], [1, 1], [0], "not a bit of a variable"),
+        (["x"], [1, 1], [0], "does not hold 1 bits"),
+        (["x"], [2], [0], "or leads nowhere"),
+        (["x"], [1], [1], "or leads nowhere"),
+        (["x"], [1], [-1], "or leads nowhere"),
+    ],
+)
+def test_nodes_and_bits_that_are_not_understood_are_refused(
+    bits: list[str], state: list[int], trans: list[int], told: str
+) -> None:
+    with pytest.raises(checker.RefusedError, match=told):
+        strategy(bits, (state, trans))
+
+
+SPECIFICATION = """# a light
+[INPUT]
+somebody
+[OUTPUT]
+light
+[ENV_TRANS]
+# an assumption: none{}!somebody'
+[SYS_TRANS]
+light' <-> somebody'
+"""
+SCENARIO = """safenav: 1
+name: "{}"
+until: {{rounds: 1}}
+robots: {{a: {{model: quadcopter, start: 6, objective: {{hold: 6}}}}}}
+map: {{grid: ["#####", "#...#", "#####"]}}
+# comment{}seed: 3
+"""
+
+
+@pytest.mark.parametrize("separator", ["\r", "\f", "\x85", "\u2028"], ids=ascii)
+def test_a_line_ends_at_a_line_feed_for_every_reader(separator: str) -> None:
+    """Behind other characters, what is a comment to one program would be a formula to another."""
+    code = rf"U\+{ord(separator):04X}"
+    with pytest.raises(InputError, match=f"spec:7:22: not text: .*{code}"):
+        read_specification(SPECIFICATION.format(separator), "spec")
+    with pytest.raises(InputError, match=f"6:10: not text: .*{code}"):
+        load_scenario_text(SCENARIO.format("a", separator))
+    with pytest.raises(InputError, match=f"the text holds .*{code}"):
+        load_scenario_text(SCENARIO.format(rf"a\u{ord(separator):04X}b", ""))
+
+
+def test_tabs_and_carriage_returns_before_line_feeds_are_fine() -> None:
+    spec = read_specification(SPECIFICATION.format("\t").replace("\n", "\r\n"))
+    assert len(spec.constraints) == 1
+    assert load_scenario_text(SCENARIO.format("x", "").replace("\n", "\r\n")).name == "x"

@@ -49,10 +49,11 @@ from click.testing import CliRunner
 from msgspec import convert
 from msgspec.structs import replace
 
-from certify.making import bundle_at, certified, files_of, judged, lines_of, rewrite, with_lines
+from certify.making import files_of, judged, lines_of, rewrite, with_lines
 from once import SCENARIOS, from_yaml
 from runtime import worlds
 from runtime.played import Line, Run, begin, loaded, whole
+from safenav.certify.bundle import bundle_of_trace
 from safenav.cli.check import check as command
 from safenav.errors import InputError, UsageError
 from safenav.files import json_line
@@ -134,10 +135,14 @@ def hold(text: str, facts: Facts) -> None:
         assert edit.get("rule", "") in {"", *damaged.broken}, told
     if cut:
         _cut(run, text, cut)
-    for edit in forged:
-        _forged(bundle_at("plan", text), edit)
-    if proven:
-        _has(certified(text), () if proven is True else proven)
+    if forged or proven:
+        with TemporaryDirectory() as folder:
+            (trace := Path(folder) / "run.jsonl").write_text(run.text)
+            made = bundle_of_trace(trace, Path(folder) / "bundle")
+            said = "\n".join(claim["text"] for claim in made.verdict.claims)
+            _has(said, () if proven is True else proven)
+            for edit in forged:
+                _forged(made.path, edit)
 
 
 def staged(text: str, facts: Facts) -> Run:

@@ -1,0 +1,209 @@
+"""A robot's task as a trace of only a header and one synthesis: controllers of random robots under
+random circumstances are accepted, whatever their verdict, and errors planted in the compiler are
+caught (``planted.yaml``).
+
+Among the tests the campaign is short; SAFENAV_FUZZ=1000 tries as many others."""
+
+import json
+import os
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import pytest
+from msgspec.structs import replace
+
+from once import from_yaml
+from safenav.certify.bundle import files_of_run, write_files
+from safenav.errors import ResourceLimitError, Verdict
+from safenav.files import json_line
+from safenav.judge.bundle.evidence import Evidence
+from safenav.judge.engine import judge
+from safenav.runtime.control.strategies import Controller
+from safenav.runtime.run.lines import synthesis_line
+from safenav.scenario.model import Clock, Scenario
+from safenav.scenario.objective import Patrol, Visit
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.spec.belief import automatic
+from safenav.spec.compile import compile_task
+from safenav.spec.specification import Section, Specification
+from safenav.spec.task import NO_MEMORY, Known, Memory, ObjectiveForm, Observed, Task
+from safenav.synthesis.cache import Cache
+from safenav.synthesis.slugs import Synthesizer
+from safenav.trace import records
+from safenav.trace.file import as_data
+from safenav.trace.vocabulary import Reason
+from safenav.verify.verification import first_failure
+from safenav.world.map import Partition
+
+Data = Mapping[str, Any]
+MODELS = {
+    "rover": {"mobility": "free", "layer": "ground", "capabilities": []},
+    "walker": {"mobility": "heading", "layer": "ground", "capabilities": []},
+    "drone": {"mobility": "free", "layer": "air", "capabilities": []},
+}
+
+
+def scenario_of(grid: Sequence[str], robots: Data, more: Data) -> Scenario:
+    about = {"safenav": 1, "map": {"grid": grid}, "robots": robots, "catalogue": {"robots": MODELS}}
+    return load_scenario_text(json.dumps(about | more), "task.yaml", reachable=False)
+
+
+def task_of(scenario: Scenario, closed: Sequence[int] = (), awaited: int | None = None) -> Task:
+    """The task of the first robot at the start. ``closed``: known obstacles; ``awaited``: the
+    target that it remembers."""
+    robot = scenario.robots[0]
+    names = {o.region: o.name for o in scenario.obstacles}
+    return Task(
+        robot=robot,
+        pose=robot.start,
+        objective=robot.objective,
+        memory=NO_MEMORY if awaited is None else Memory(awaited),
+        blocked=tuple(Known(r, names[r], "it is there") for r in closed),
+        observed=tuple(
+            Observed(other.name, other.start.region)
+            for other in scenario.robots[1:]
+            if other.name in robot.tracks
+        ),
+        partition=None if scenario.partition is None else Partition(scenario.partition),
+        live=scenario.clock is Clock.LIVE,
+    )
+
+
+def refusal(scenario: Scenario, task: Task, spec: Specification, folder: Path) -> str:
+    """Why the checker refuses the controller that is synthesized from a specification for a task,
+    '' if it accepts it."""
+    synthesizer = Synthesizer(cache=Cache(folder / "cache"), verifier=first_failure)
+    answer = synthesizer.synthesize(spec)
+    listed = scenario.partition or automatic(scenario.map).cells
+    cells = tuple(tuple(sorted(cell)) for cell in listed)
+    form = ObjectiveForm(task.objective, task.memory.index)
+    line = synthesis_line(
+        0, Reason.INITIAL, Controller(task, task.objective, form, answer), scenario.map
+    )
+    name, at, closed = task.robot.name, task.pose.region, {each.region for each in task.blocked}
+    lines: list[records.Record] = [
+        records.Header(0, records.VERSION, "test", scenario.recorded, cells=cells),
+        *(  # met before
+            records.Violation(0, name, at, o.region, o.name, o.type.action)
+            for o in scenario.obstacles
+            if o.region in closed
+        ),
+        replace(line, t=0.0 if task.live else None, node=None if answer.strategy is None else 0),
+    ]
+    trace = "".join(json_line(as_data(each)) for each in lines).encode()
+    files = files_of_run(trace, {}, synthesizer)
+    write_files(folder, files)
+    evidence = Evidence({name: folder / name for name in files})
+    judged = judge(trace.splitlines(keepends=True), evidence.rules())  # it is not a run
+    if judged.findings:
+        return judged.findings[0].explanation
+    claims = [claim["kind"] for claim in evidence.claims]
+    wanted = "keeps" if answer.verdict is Verdict.REALIZABLE else "unrealizable"
+    return "" if wanted in claims else f"nothing was established: {claims}"
+
+
+PLANTED = from_yaml(Path(__file__).with_name("planted.yaml").read_text())
+ACCEPTED = set[str]()
+"""Tasks whose strategy is accepted without an error."""
+
+
+def planted(spec: Specification, what: dict[str, Any]) -> Specification:
+    """The specification with an error."""
+    if more := what.get("more"):
+        section, formula = more
+        extra = replace(spec.constraints[0], section=Section(section), formula=formula, regions=())
+        return replace(spec, constraints=(*spec.constraints, extra))
+    wanted = [c for c in spec.constraints if what.get("section") in (None, c.section.value)]
+    if parts := what.get("without"):
+        return spec.without([c for c in wanted if any(part in c.formula for part in parts)])
+    after = spec.constraints
+    for old, new in what.get("exchange", {}).items():
+        after = tuple(
+            replace(c, formula=c.formula.replace(old, new)) if before in wanted else c
+            for before, c in zip(spec.constraints, after, strict=True)
+        )
+    return replace(spec, constraints=after)
+
+
+@pytest.mark.parametrize("name", PLANTED["errors"])
+def test_a_planted_error_is_caught(name: str, tmp_path: Path) -> None:
+    error = PLANTED["errors"][name]
+    grid = PLANTED["grids"][error.get("grid", "open")].split()
+    scenario = scenario_of(grid, error["robots"], error.get("more", {}))
+    task, what = task_of(scenario, **error.get("about", {})), error["planted"]
+    spec = compile_task(task, scenario.map)
+    if (right := spec.to_structuredslugs()) not in ACCEPTED:
+        assert refusal(scenario, task, spec, tmp_path / "right") == ""
+        ACCEPTED.add(right)
+    wrong = planted(
+        compile_task(replace(task, live=what.get("live", task.live)), scenario.map), what
+    )
+    assert wrong.to_structuredslugs() != right
+    assert error["reason"] in refusal(scenario, task, wrong, tmp_path / "wrong")
+
+
+COUNT = int(os.environ.get("SAFENAV_FUZZ", "40"))
+FIRST = 0 if "SAFENAV_FUZZ" not in os.environ else 100_000
+
+
+def random_scenario(source: Random) -> Scenario:
+    """A small room with walls, one to three robots, perhaps an obstacle that is known."""
+    rows, cols = source.randint(2, 4), source.randint(3, 6)
+    grid = [
+        "".join("#" if source.random() < 0.15 else "." for _ in range(cols)) for _ in range(rows)
+    ]
+    if source.random() < 0.8:
+        grid = ["#" * (cols + 2), *(f"#{row}#" for row in grid), "#" * (cols + 2)]
+    free = [[r, c] for r, row in enumerate(grid) for c, cell in enumerate(row) if cell == "."]
+    source.shuffle(free)
+    if len(free) < 3:
+        return random_scenario(source)
+    tracks = source.choice([False, True])
+    names = [f"r{n}" for n in range(min(source.choice([1, 1, 2, 2, 3]), len(free) - 2))]
+    robots = {}
+    for name, start in zip(names, free, strict=False):
+        robots[name] = robot = {"model": source.choice(["rover", "walker"]), "start": start}
+        robot |= {"avoids": [], "tracks": [n for n in names if n != name and tracks]}
+        robot |= {"vision": source.randint(1, 4)} if tracks else {}
+        if robot["model"] == "walker":
+            robot["heading"] = source.choice(["north", "east", "south", "west"])
+        robot["objective"] = _objective(source, free, len(grid[0]))
+    return scenario_of(grid, robots, {"obstacles": [{"type": "door", "region": free[-1]}]})
+
+
+def _objective(source: Random, free: list[list[int]], cols: int) -> Data:
+    kind = source.choice(["patrol", "visit", "visit", "cover", "hold", "ltl"])
+    count = 2 if kind == "patrol" else source.randint(1, min(3, len(free)))
+    wanted = source.sample(free, count)
+    if kind != "ltl":
+        return {kind: wanted[0] if kind == "hold" else wanted}
+    first, *_, last = (row * cols + col for row, col in (wanted[0], wanted[-1]))
+    seen = f"seen' <-> (seen | region = {first})"
+    goal = f"region' = {last} & seen'"
+    return {
+        "ltl": {
+            "memory": {"seen": "bool"},
+            "init": "!seen",
+            "safety": seen,
+            "liveness": [goal],
+        }
+    }
+
+
+@pytest.mark.parametrize("seed", range(FIRST, FIRST + COUNT))
+def test_the_controller_of_a_random_robot_is_accepted(
+    seed: int, tmp_path: Path, played: Callable[[], None]
+) -> None:
+    source = Random(seed)
+    scenario = random_scenario(source)
+    objective, hidden = scenario.robots[0].objective, scenario.obstacles[0].region
+    in_turn = isinstance(objective, Patrol | Visit)
+    awaited = source.randrange(len(objective.targets)) if in_turn else None
+    task = task_of(scenario, [hidden] if source.random() < 0.4 else [], awaited)
+    try:
+        assert refusal(scenario, task, compile_task(task, scenario.map), tmp_path) == ""
+    except ResourceLimitError as limit:  # a strategy may be too large for the checker
+        pytest.skip(str(limit))
+    played()
