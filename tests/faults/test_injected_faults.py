@@ -1,63 +1,133 @@
-"""Faults outside safenav, one test each: nothing is lost, nothing is executed, no traceback."""
+"""Faults outside safenav: nothing is lost, nothing is executed, no traceback."""
 
+import ctypes
 import json
+import os
+import resource
+import sys
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from subprocess import CompletedProcess
+from typing import Any
 
-from faults.conftest import CASE_STUDY, Process, Script, no_privileges, records, small_files
+import pytest
+
+import warm
+from children import ran
+from once import ROOT, SCENARIOS
+from safenav.run.checked import check_trace
+from safenav.synthesis.program import find_binary
+
+CASE_STUDY = SCENARIOS / "case_study_1.yaml"
+_PR_CAPBSET_DROP, _CAP_DAC_OVERRIDE, _CAP_DAC_READ_SEARCH = 24, 1, 2
+
+Safenav = Callable[..., CompletedProcess[str]]
 
 
-def test_a_killed_synthesizer_leaves_a_sound_trace(safenav: Process, slugs_that: Script) -> None:
-    done = safenav("run", CASE_STUDY, "--trace", "t.jsonl", SAFENAV_SLUGS=slugs_that("kill -9 $$"))
-    assert done.returncode == 4
-    assert "SIGKILL" in done.stderr
-    trace = records(safenav.folder / "t.jsonl")
-    assert trace[-1]["outcome"] == "error"
-    assert any(record["type"] == "move" for record in trace)
+@pytest.fixture
+def safenav(tmp_path: Path) -> Safenav:
+    """Runs ``safenav ARGUMENTS...`` in a directory and with a cache of its own, and checks that
+    there is no traceback; ``limit``: of the process."""
+    own = {**os.environ, "SAFENAV_CACHE": str(tmp_path / "cache"), "NO_COLOR": "1"}
+
+    def run(*arguments: object, limit: Any = None, **variables: str) -> CompletedProcess[str]:
+        environment = {**own, **variables}
+        if limit is None:
+            done = warm.safenav(*arguments, cwd=tmp_path, env=environment)
+        else:  # Python 3.11 does not notice that a compiled file was cut off, and others read it
+            environment |= {"PYTHONPATH": str(ROOT), "PYTHONDONTWRITEBYTECODE": "1"}
+            words = [sys.executable, "-m", "safenav", *arguments]
+            done = ran(words, cwd=tmp_path, env=environment, preexec_fn=limit)
+        assert "Traceback" not in done.stderr
+        return done
+
+    return run
 
 
-def test_a_wrong_strategy_is_never_executed(safenav: Process, slugs_that: Script) -> None:
-    # The lowest bit of every region is turned: the robot would walk somewhere else.
-    turn = 's/"state": \\[0/"state": [2/; s/"state": \\[1/"state": [0/; s/\\[2/[1/'
-    wrong = slugs_that(f'"$SLUGS" "$@" | sed \'{turn}\'')
-    done = safenav("run", CASE_STUDY, "--trace", "t.jsonl", SAFENAV_SLUGS=wrong)
-    assert done.returncode == 4
-    assert "gave a wrong result" in done.stderr
-    assert records(safenav.folder / "t.jsonl")[-1]["outcome"] == "error"
+def records(trace: Path) -> list[dict[str, Any]]:
+    """The lines of a trace, every one of them whole; the audit must find nothing."""
+    assert check_trace(trace).findings == ()
+    return [json.loads(line) for line in trace.read_text(encoding="utf-8").splitlines()]
+
+
+def small_files(most: int = 4096) -> None:
+    """No file of the process may grow beyond 4 kB: what a full disk looks like."""
+    resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
+
+
+def no_privileges() -> None:
+    """Let read-only files be read-only for root as well."""
+    if os.geteuid() == 0:
+        library = ctypes.CDLL(None)
+        for capability in (_CAP_DAC_OVERRIDE, _CAP_DAC_READ_SEARCH):
+            library.prctl(_PR_CAPBSET_DROP, capability, 0, 0, 0)
+
+
+TURN = 's/"state": \\[0/"state": [2/; s/"state": \\[1/"state": [0/; s/\\[2/[1/'
+"""The lowest bit of every region is turned: the robot would walk somewhere else."""
+FAILS = """#!/bin/sh
+SLUGS="{slugs}"
+if [ "$1" = --version ]; then exec "$SLUGS" --version; fi
+echo asked >> "{count}"
+if [ "$(wc -l < "{count}")" -lt 3 ] || ! mkdir "{count}.failed" 2>/dev/null; then
+    exec "$SLUGS" "$@"
+fi
+{answer}
+"""
+"""The real synthesizer but for one answer in mid-run."""
+
+
+@pytest.mark.parametrize(
+    ("answer", "why"),
+    [
+        ("kill -9 $$", "SIGKILL"),
+        (f'"$SLUGS" "$@" | sed \'{TURN}\'', "gave a wrong result"),
+        ('"$SLUGS" "$@" | head -c 100', "not JSON"),
+    ],
+    ids=["killed", "wrong", "cut off"],
+)
+def test_an_answer_that_is_no_strategy_is_never_executed(
+    answer: str, why: str, safenav: Safenav, tmp_path: Path
+) -> None:
+    slugs, trace = tmp_path / "slugs that fails", tmp_path / "t.jsonl"
+    slugs.write_text(
+        FAILS.format(slugs=find_binary().path, count=tmp_path / "count", answer=answer)
+    )
+    slugs.chmod(0o755)
+    done = safenav("run", CASE_STUDY, "--trace", trace, SAFENAV_SLUGS=str(slugs))
+    assert done.returncode == 4 and why in done.stderr
+    *lines, last = records(trace)
+    assert last["outcome"] == "error"
+    assert any(line["type"] == "move" for line in lines)
     # Wrong results are not cached: the next run, with the real slugs, requests them again.
     assert safenav("run", CASE_STUDY).returncode == 0
 
 
-def test_a_strategy_that_is_cut_off_is_refused(safenav: Process, slugs_that: Script) -> None:
-    cut = slugs_that('"$SLUGS" "$@" | head -c 100')
-    done = safenav("run", CASE_STUDY, "--trace", "t.jsonl", SAFENAV_SLUGS=cut)
-    assert done.returncode == 4
-    assert "not JSON" in done.stderr
-    assert records(safenav.folder / "t.jsonl")[-1]["outcome"] == "error"
-
-
-def test_a_full_disk_is_reported_and_leaves_complete_lines(safenav: Process) -> None:
+def test_a_full_disk_is_reported_and_leaves_complete_lines(
+    safenav: Safenav, tmp_path: Path
+) -> None:
     # The trace: reported immediately, and all written lines but the last are complete.
     beyond_the_header = partial(small_files, 8192)
     done = safenav("run", CASE_STUDY, "--trace", "t.jsonl", limit=beyond_the_header)
     assert done.returncode == 2
     assert "cannot write the trace t.jsonl" in done.stderr
-    *whole, _ = (safenav.folder / "t.jsonl").read_text(encoding="utf-8").split("\n")
+    *whole, _ = (tmp_path / "t.jsonl").read_text(encoding="utf-8").split("\n")
     assert json.loads(whole[0])["type"] == "header"
     assert all(json.loads(line) for line in whole)
     # The files of a synthesis: all or none, and no new folder.
-    (safenav.folder / "old").mkdir()
+    (tmp_path / "old").mkdir()
     for folder in ("old", "new/out"):
         done = safenav("synth", CASE_STUDY, "-o", folder, limit=small_files)
         assert done.returncode == 2
         assert "cannot write" in done.stderr
-    assert [*(safenav.folder / "old").iterdir()] == [] and not (safenav.folder / "new").exists()
+    assert [*(tmp_path / "old").iterdir()] == [] and not (tmp_path / "new").exists()
     # The cache: the run continues without it.
     assert safenav("run", CASE_STUDY, limit=small_files).returncode == 0
 
 
-def test_path_names_may_have_spaces_and_unicode(safenav: Process) -> None:
-    folder = safenav.folder / "mein Gebäude 建物" / "it's 'here'"
+def test_path_names_may_have_spaces_and_unicode(safenav: Safenav, tmp_path: Path) -> None:
+    folder = tmp_path / "mein Gebäude 建物" / "it's 'here'"
     folder.mkdir(parents=True)
     scenario, trace = folder / "сценарий 1.yaml", folder / "след ü.jsonl"
     scenario.write_text(CASE_STUDY.read_text(encoding="utf-8"), encoding="utf-8")
@@ -73,19 +143,17 @@ def test_path_names_may_have_spaces_and_unicode(safenav: Process) -> None:
     assert (folder / "page ü.html").stat().st_size > 1000
 
 
-def test_no_file_is_written_outside_the_named_folder(safenav: Process) -> None:
+def test_no_file_is_written_outside_the_named_folder(safenav: Safenav, tmp_path: Path) -> None:
     text = CASE_STUDY.read_text(encoding="utf-8")
     for name in ("../../evil", "/tmp/evil", "a/b", "..", "nul\\0"):
-        file = safenav.folder / "names.yaml"
-        file.write_text(text.replace("  digit:", f'  "{name}":'))
+        (tmp_path / "names.yaml").write_text(text.replace("  digit:", f'  "{name}":'))
         done = safenav("synth", "names.yaml", "-o", "out")
         assert done.returncode == 2
         assert "cannot name a robot" in done.stderr or "names.yaml:" in done.stderr
-    assert not (safenav.folder / "out").exists()
-    locked = safenav.folder / "locked"
+    assert not (tmp_path / "out").exists()
+    locked, a_file = tmp_path / "locked", tmp_path / "file"
     locked.mkdir()
     locked.chmod(0o555)
-    a_file = safenav.folder / "file"
     a_file.write_text("kept")
     for place in (locked / "out", a_file, a_file / "below", "/proc/nowhere"):
         done = safenav("synth", CASE_STUDY, "-o", place, limit=no_privileges)
