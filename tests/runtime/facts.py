@@ -137,7 +137,7 @@ def hold(text: str, facts: Facts) -> None:
         _cut(run, text, cut)
     if forged or proven:
         with TemporaryDirectory() as folder:
-            (trace := Path(folder) / "run.jsonl").write_text(run.text)
+            (trace := Path(folder) / "run.jsonl").write_text("".join(run.lines))
             made = bundle_of_trace(trace, Path(folder) / "bundle")
             said = "\n".join(claim["text"] for claim in made.verdict.claims)
             _has(said, () if proven is True else proven)
