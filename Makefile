@@ -125,7 +125,7 @@ fuzz: install slugs-test ## long campaigns: games, proofs, missions; with clang 
 	SAFENAV_FUZZ=$(FUZZ) SAFENAV_PROOF=$(FUZZ) SAFENAV_RANDOM_GAMES=$(FUZZ) $(BIN)/pytest -n $(JOBS) --dist worksteal \
 	  tests/hostile tests/campaigns tests/certify tests/proof tests/motion/test_random_missions.py \
 	  tests/motion/test_requirements.py \
-	  tests/slugs/test_random_games.py tests/slugs/test_sanitized.py \
+	  tests/slugs/test_random_games.py \
 	  tests/spec/test_belief.py \
 	  tests/runtime/test_rules_of_objectives.py tests/runtime/test_inputs.py \
 	  tests/synthesis/test_verify_random.py \

@@ -2,6 +2,7 @@
 
 import subprocess
 from pathlib import Path
+from typing import Any
 
 from children import ran
 from once import beside
@@ -26,10 +27,10 @@ STRATEGY = ("--explicitStrategy", "--jsonOutput")
 
 
 def run(
-    binary: Path, folder: Path, *arguments: str | Path, text: str = ""
+    binary: Path, folder: Path, *arguments: str | Path, text: str = "", **options: Any
 ) -> subprocess.CompletedProcess[str]:
-    """Run the command in the folder."""
-    return ran([binary, *arguments], cwd=folder, input=text)
+    """Run the command in the folder. ``options``: as of ``subprocess.run``."""
+    return ran([binary, *arguments], cwd=folder, input=text, **options)
 
 
 def failure(file: Path, automaton: Path, *, counter: bool = False) -> str | None:

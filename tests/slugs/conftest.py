@@ -41,12 +41,12 @@ def own_slugs(slugs_binary: Path) -> Path:
 
 @pytest.fixture(scope="session")
 def sanitized() -> Path:
-    """The build with assertions and sanitizers: SAFENAV_SLUGS_SANITIZED names another one."""
+    """The binary with assertions and sanitizers: SAFENAV_SLUGS_SANITIZED names another build."""
     named = os.environ.get("SAFENAV_SLUGS_SANITIZED")
-    build = Path(named) if named else ROOT / "slugs" / "build-sanitized"
-    if not (build / "slugs").is_file():
-        pytest.skip(f"no {build / 'slugs'}: run `make slugs-test`")
-    return build.resolve()
+    binary = (Path(named) if named else ROOT / "slugs" / "build-sanitized") / "slugs"
+    if not binary.is_file():
+        pytest.skip(f"no {binary}: run `make slugs-test`")
+    return binary.resolve()
 
 
 @pytest.fixture

@@ -1,72 +1,251 @@
-"""Whole runs of the command: options, streams, exit statuses and messages."""
+"""Whole runs of the command: streams, files, limits, interrupts, and odd texts. What it prints:
+``test_transcripts.py``."""
 
 import json
-import re
+import resource
+import signal
+import subprocess
+import time
+from collections.abc import Callable
 from pathlib import Path
 
+import pytest
+
+from children import ran
 from slugs.commands import FOLLOW, STRATEGY, failure, run
 
-
-def test_version_is_the_one_of_the_build(own_slugs: Path, folder: Path) -> None:
-    """One number, declared in CMakeLists.txt."""
-    cmake = Path(__file__).resolve().parents[2] / "slugs" / "CMakeLists.txt"
-    declared = re.search(r"project\(slugs VERSION ([0-9.]+)", cmake.read_text())
-    assert declared is not None
-    done = run(own_slugs, folder, "--version")
-    assert (done.returncode, done.stdout, done.stderr) == (0, f"slugs {declared[1]}\n", "")
+FILE = "follow.structuredslugs"
+OUT = (*STRATEGY, FILE, "out.json")
 
 
 def test_strategy_goes_to_the_file_or_to_standard_output(own_slugs: Path, folder: Path) -> None:
     """The same bytes either way, and whatever way the specification comes."""
-    to_stdout = run(own_slugs, folder, *STRATEGY, "follow.structuredslugs")
-    to_file = run(own_slugs, folder, *STRATEGY, "follow.structuredslugs", "out.json")
-    from_stdin = run(own_slugs, folder, *STRATEGY, "-", text=FOLLOW)
-    dash = run(own_slugs, folder, "-", "-", *STRATEGY, text=FOLLOW)
-    assert to_file.stdout == ""
-    assert json.loads(to_stdout.stdout)["variables"] == [
-        "light@0.0.2",
-        "light@1",
-        "at@0.0.2",
-        "at@1",
-    ]
-    assert (folder / "out.json").read_text() == to_stdout.stdout
-    assert from_stdin.stdout == dash.stdout == to_stdout.stdout
-    text = run(own_slugs, folder, "--explicitStrategy", "follow.structuredslugs").stdout
-    assert text.startswith(
-        "State 0 with rank 0 -> <light@0.0.2:0, light@1:0, at@0.0.2:0, at@1:0>\n"
-    )
+    whole = run(own_slugs, folder, *STRATEGY, FILE).stdout
+    assert json.loads(whole)["variables"] == ["light@0.0.2", "light@1", "at@0.0.2", "at@1"]
+    assert run(own_slugs, folder, *OUT).stdout == ""
+    assert (folder / "out.json").read_text() == whole
+    for words in ((*STRATEGY, "-"), ("-", "-", *STRATEGY)):
+        assert run(own_slugs, folder, *words, text=FOLLOW).stdout == whole
 
 
-def test_strategy_and_counterstrategy_are_verified(own_slugs: Path, folder: Path) -> None:
-    """With both options there is a certificate for either verdict."""
-    both = ("--explicitStrategy", "--counterStrategy", "--jsonOutput")
+def test_with_both_options_there_is_a_certificate_for_either_verdict(
+    own_slugs: Path, folder: Path
+) -> None:
     for name, status in (("follow", 0), ("stuck", 10)):
         file = f"{name}.structuredslugs"
-        assert run(own_slugs, folder, *both, file, "out.json").returncode == status
+        done = run(own_slugs, folder, *STRATEGY, "--counterStrategy", file, "out.json")
+        assert done.returncode == status
         assert failure(folder / file, folder / "out.json", counter=status == 10) is None
-        (folder / "out.json").unlink()
-    # Either option alone prints nothing on the other verdict.
-    for name, option in (("stuck", "--explicitStrategy"), ("follow", "--counterStrategy")):
-        done = run(own_slugs, folder, option, f"{name}.structuredslugs", "out.json")
-        assert done.returncode == (10 if name == "stuck" else 0)
-        assert not (folder / "out.json").exists()
 
 
-def test_translation_is_the_same_game(own_slugs: Path, folder: Path) -> None:
-    """It has no integers, reads back and has the same strategy."""
-    assert run(own_slugs, folder, "--translate", "follow.structuredslugs", "t").returncode == 0
-    translated = (folder / "t").read_text()
-    assert translated.startswith("[INPUT]\nlight@0.0.2\nlight@1\n\n[OUTPUT]\nat@0.0.2\nat@1\n")
-    assert "..." not in translated.replace("# limits of light:0...2", "").replace(
-        "# limits of at:0...2", ""
+@pytest.mark.parametrize(
+    ("output", "said"),
+    [
+        ("out.txt 2>&-", ""),
+        ("out.txt 2>/dev/full", ""),
+        (">/dev/full", "cannot write to standard output: No space left on device"),
+        (">&-", "cannot write to standard output: Bad file descriptor"),
+        ("/dev/full", "cannot write '/dev/full': No space left on device"),
+    ],
+)
+def test_output_that_cannot_be_written_is_an_error(
+    own_slugs: Path, folder: Path, output: str, said: str
+) -> None:
+    """Exit status 4 and the reason; without a verdict no file gets a strategy."""
+    command = f'"$0" {" ".join(STRATEGY)} {FILE} {output}'
+    done = ran(["/bin/sh", "-c", command, own_slugs], cwd=folder)
+    assert done.returncode == 4
+    assert said in done.stderr
+    assert not (folder / "out.txt").exists()
+
+
+def _limited(kind: int, size: int) -> Callable[[], None]:
+    def limit() -> None:
+        resource.setrlimit(kind, (size, size))
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+
+    return limit
+
+
+def test_a_file_that_grows_too_large_leaves_nothing(own_slugs: Path, folder: Path) -> None:
+    """The older strategy stays when the new one does not fit."""
+    (folder / "out.json").write_text("older")
+    before = sorted(folder.iterdir())
+    done = run(own_slugs, folder, *OUT, preexec_fn=_limited(resource.RLIMIT_FSIZE, 100))
+    assert done.returncode == 4
+    assert "cannot write 'out.json': File too large" in done.stderr
+    assert sorted(folder.iterdir()) == before
+    assert (folder / "out.json").read_text() == "older"
+
+
+def test_the_file_keeps_its_mode_and_links(own_slugs: Path, folder: Path) -> None:
+    """Renaming over a link would cut it; a new file has the mode that the umask gives."""
+    (folder / "real.json").write_text("older")
+    (folder / "real.json").chmod(0o600)
+    (folder / "link.json").symlink_to("real.json")
+    assert run(own_slugs, folder, *STRATEGY, FILE, "link.json").returncode == 0
+    assert (folder / "link.json").is_symlink()
+    assert (folder / "real.json").read_text().startswith("{")
+    assert (folder / "real.json").stat().st_mode & 0o777 == 0o600
+    (folder / "plain").touch()
+    run(own_slugs, folder, *OUT)
+    assert (folder / "out.json").stat().st_mode == (folder / "plain").stat().st_mode
+
+
+@pytest.mark.parametrize(
+    ("limit", "words", "message"),
+    [
+        (("--timeout", "0.2"), (*STRATEGY, "endless.structuredslugs", "out.json"), "time limit"),
+        (("--memory", "1"), (*STRATEGY, "crowded.structuredslugs", "out.json"), "memory limit"),
+        (("--timeout", "0.005"), ("long.slugsin",), "time limit"),
+        (("--memory", "2"), ("--translate", "long.slugsin"), "memory limit"),
+    ],
+    ids=["solving", "building", "reading", "translating"],
+)
+def test_a_limit_ends_the_run_in_order(
+    own_slugs: Path, folder: Path, limit: tuple[str, str], words: tuple[str, ...], message: str
+) -> None:
+    """Exit status 3, how far it got, and no strategy."""
+    long = "[OUTPUT]\na\nb\n[SYS_TRANS]\n" + "| a & b " * 1_000_000 + "a\n"
+    (folder / "long.slugsin").write_text(long)
+    before = sorted(folder.iterdir())
+    done = run(own_slugs, folder, *limit, *words)
+    assert (done.returncode, done.stdout) == (3, "")
+    assert done.stderr.splitlines()[-1].startswith(f"slugs: {message} reached while ")
+    assert sorted(folder.iterdir()) == before
+
+
+def test_a_strategy_with_too_many_nodes_is_given_up(own_slugs: Path, folder: Path) -> None:
+    """The verdict stands, and nothing is written; as many nodes as there are may be listed."""
+    whole = run(own_slugs, folder, *STRATEGY, FILE).stdout
+    count = len(json.loads(whole)["nodes"])
+    enough = run(own_slugs, folder, "--nodes", str(count), *STRATEGY, FILE)
+    assert (enough.returncode, enough.stdout) == (0, whole)
+    done = run(own_slugs, folder, "--nodes", str(count - 1), *OUT)
+    assert done.returncode == 3
+    verdict, limit = done.stderr.splitlines()[-2:]
+    assert verdict.startswith("RESULT: Specification is realizable")
+    assert limit.startswith("slugs: node limit reached while ")
+    assert not (folder / "out.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("number", "words", "said"),
+    [
+        (signal.SIGINT, (*STRATEGY, "endless.structuredslugs", "out.json"), "interrupted while "),
+        (signal.SIGHUP, (*STRATEGY, "endless.structuredslugs", "out.json"), "interrupted while "),
+        (signal.SIGTERM, ("-",), "interrupted while reading"),
+        (None, ("--timeout", "0.1", "-"), "time limit reached while reading"),
+    ],
+)
+def test_an_interrupt_ends_the_run_in_order(
+    own_slugs: Path,
+    folder: Path,
+    number: signal.Signals | None,
+    words: tuple[str, ...],
+    said: str,
+) -> None:
+    """An older strategy stays as it was, and no temporary file remains; also while it waits for
+    standard input that never comes."""
+    (folder / "out.json").write_text("older")
+    before = sorted(folder.iterdir())
+    pipe = subprocess.PIPE
+    with subprocess.Popen(
+        [own_slugs, *words], cwd=folder, stdin=pipe, stderr=pipe, text=True
+    ) as process:
+        assert process.stderr is not None
+        assert process.stderr.readline().startswith("slugs ")
+        if number is not None:
+            time.sleep(0.1)
+            process.send_signal(number)
+        errors = process.stderr.read()
+        assert process.wait(timeout=300) == 3
+    assert errors.startswith(f"slugs: {said}")
+    assert sorted(folder.iterdir()) == before
+    assert (folder / "out.json").read_text() == "older"
+
+
+def test_a_sum_takes_only_the_bits_of_its_value(own_slugs: Path, folder: Path) -> None:
+    """3,000 terms: the formulas of their sum stay in 40 MB, as diagrams and before."""
+    total = " + ".join(["x"] * 3000)
+    text = f"[OUTPUT]\nx: 0...7\n[SYS_INIT]\nx = 7\n[SYS_TRANS]\n{total} = 21000\nx' = x\n"
+    assert run(own_slugs, folder, "--memory", "40", "-", text=text).returncode == 0
+
+
+def test_the_default_memory_limit_is_half_of_the_memory_available(
+    own_slugs: Path, folder: Path
+) -> None:
+    """A text of 60 MB where a process may have 100 MB; `--memory` lifts the limit."""
+    (folder / "large.slugsin").write_text("[OUTPUT]\na\n" + ("#" * 999 + "\n") * 60_000)
+    allowed = {"preexec_fn": _limited(resource.RLIMIT_AS, 100 << 20)}
+    done = run(own_slugs, folder, "large.slugsin", **allowed)
+    assert done.returncode == 3
+    assert done.stderr.splitlines()[-1] == (
+        "slugs: memory limit reached while reading the specification; the limit is half of what "
+        "this machine allows, 50 MB: --memory MB sets another"
     )
-    direct = run(own_slugs, folder, *STRATEGY, "follow.structuredslugs")
-    assert run(own_slugs, folder, *STRATEGY, "t").stdout == direct.stdout
-    again = run(own_slugs, folder, "--translate", "t").stdout
-    assert run(own_slugs, folder, *STRATEGY, "-", text=again).stdout == direct.stdout
+    assert run(own_slugs, folder, "--memory", "90", "large.slugsin", **allowed).returncode == 0
 
 
-def test_translation_keeps_the_order_of_declarations(own_slugs: Path, folder: Path) -> None:
-    """In slugsin it is the order of the file, whoever owns the variables."""
-    text = "[OUTPUT]\nb\n\n[INPUT]\na\n\n[OUTPUT]\nc\n\n[SYS_TRANS]\n| a c'\n"
-    assert run(own_slugs, folder, "--translate", "-", text=text).stdout == text
+def test_deep_diagrams_need_no_deep_stack(own_slugs: Path, folder: Path) -> None:
+    """Diagrams of 4,000 levels, and a strategy of 1,500 bits, on a stack of 128 KB."""
+
+    def text(count: int, *, stays: bool) -> str:
+        names = [f"o{k}" for k in range(count)]
+        product = " ".join(["&"] * (count - 1) + [f"{name}'" for name in names])
+        held = "\n".join(f"! ^ {name}' {name}" for name in names) if stays else product
+        sections = ("[OUTPUT]", *names, "[SYS_INIT]", *names, "[SYS_TRANS]", held)
+        return "\n".join([*sections, "[SYS_LIVENESS]", product, ""])
+
+    small = {"preexec_fn": _limited(resource.RLIMIT_STACK, 128 << 10)}
+    done = run(own_slugs, folder, "-", text=text(4_000, stays=False), **small)
+    assert done.returncode == 0, done.stderr
+    done = run(own_slugs, folder, *STRATEGY, "-", text=text(1_500, stays=True), **small)
+    assert done.returncode == 0, done.stderr
+    assert [node["trans"] for node in json.loads(done.stdout)["nodes"].values()] == [[0]]
+
+
+NUMBER = b"[INPUT]\na\nx: 0...7\n[OUTPUT]\nready\n[SYS_TRANS]\n"
+A = b"[OUTPUT]\na\n[SYS_TRANS]\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "status"),
+    [
+        pytest.param(NUMBER.replace(b"\n", b"\r\n") + b"ready'\r\n", 0, id="CRLF"),
+        pytest.param(b"\xef\xbb\xbf" + NUMBER, 0, id="byte order mark"),
+        pytest.param(NUMBER + b"\t ready' \t", 0, id="no newline at the end"),
+        pytest.param(b"[SYS_INIT]\nb\n[OUTPUT]\na\n[OUTPUT]\nb\n", 0, id="sections in any order"),
+        pytest.param(b"[INPUT]\n[OUTPUT]\n", 0, id="no variables"),
+        pytest.param(b"[OUTPUT]\nF\nU\n[SYS_TRANS]\nF & U\n", 0, id="variables named as operators"),
+        pytest.param(b"[OUTPUT]\na-b\nx[1]\n[SYS_TRANS]\n| a-b' x[1]\n", 0, id="names of slugsin"),
+        pytest.param(A + b"!" * 99_999 + b"a\n", 0, id="negations"),
+        pytest.param(NUMBER + b"(" * 99_999 + b"a" + b")" * 99_999, 0, id="parentheses"),
+        pytest.param(NUMBER + b"next(" + b"(" * 99_999 + b"a" + b")" * 100_000, 0, id="X"),
+        pytest.param(NUMBER + b"a & " * 99_999 + b"a", 0, id="a long conjunction"),
+        pytest.param(NUMBER + b"x + " * 999 + b"x < 3", 0, id="a long sum"),
+        pytest.param(A + b"| a " * 99_999 + b"a\n", 0, id="deep prefix"),
+        pytest.param(A + b"$ 1 " * 99_999 + b"a\n", 0, id="deep buffers"),
+        pytest.param(b"\0", 2, id="NUL"),
+        pytest.param(A + b"a\0\n", 2, id="NUL in a formula"),
+        pytest.param(NUMBER + b"\xff\xfe\n", 2, id="not UTF-8"),
+        pytest.param(b"\x7fELF" + bytes(range(256)) * 50, 2, id="a binary file"),
+        pytest.param(NUMBER + b"(" * 99_999, 2, id="open parentheses"),
+        pytest.param(A + b"$ 4000000000 a", 2, id="a huge buffer"),
+        pytest.param(b"[INPUT]\n" + b"a" * 999_999 + b"\n" + b"b " * 99_999, 2, id="long lines"),
+        pytest.param(NUMBER + b"x = " + b"7" * 99_999, 2, id="a long number"),
+        pytest.param(b"[SYS_TRANS]\n" + b"nonsense\n" * 5000, 2, id="thousands of errors"),
+    ],
+)
+def test_unusual_texts_are_read_or_refused(own_slugs: Path, text: bytes, status: int) -> None:
+    """Line ends, marks, depth and length that a person or a generator may produce; of a file that
+    is not text an error, no crash, and nothing on the terminal that is not printable."""
+    done = subprocess.run([own_slugs, "--translate", "-"], input=text, capture_output=True)
+    said = done.stderr.decode()
+    assert (done.returncode, "error" in said) == (status, status == 2), said
+    assert status == 2 or not said
+    assert status == 0 or not done.stdout
+    assert all(character.isprintable() or character == "\n" for character in said)
+    assert max(map(len, said.splitlines()), default=0) < 300
+    assert said.count(" error: ") <= 1000
+    assert "5000 errors" in said or "nonsense" not in said
