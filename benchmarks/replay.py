@@ -2,7 +2,7 @@
 
 Measured in headless Chromium, from the page's own navigation and frame timestamps:
 
-    python benchmarks/replay.py [--ticks 1000] [--robots 6] [--seconds 5]
+    python benchmarks/replay.py [--ticks 1000] [--seconds 5]
 
 Bars: a page of 1,000 ticks and 6 robots under 1 MB, open in under a second, 60 frames per second;
 the 3D page of case study 1 (software rendering) under 400 kB, open in 3 s, 30 frames per second.
@@ -21,8 +21,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 from frames import described, gaps_of
 
-from report import made_traces
 from report.browser import Browser, Keys
+from report.runs import own
 from runtime.played import play
 from safenav.report.page.html import page_of
 from safenav.run.reading import read_run
@@ -39,12 +39,12 @@ def main() -> None:
     """Measure and print one line a figure."""
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("--ticks", type=int, default=1000)
-    options.add_argument("--robots", type=int, default=6)
     options.add_argument("--seconds", type=float, default=5.0)
     chosen = options.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        lines = play(made_traces.crowded(chosen.robots, chosen.ticks)).records
-        trace = made_traces.write(lines, Path(folder) / "crowd.jsonl")
+        lines = play(own("crowd").replace("ticks: 240", f"ticks: {chosen.ticks}")).lines
+        trace = Path(folder) / "crowd.jsonl"
+        trace.write_text("".join(lines))
         page = Path(folder) / "crowd.html"
         before = time.process_time()
         page.write_text(page_of(read_run(trace), trace.name))

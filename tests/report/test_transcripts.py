@@ -4,95 +4,39 @@ picture. ``make golden`` rewrites the files in ``transcripts/``: review the diff
 import json
 import os
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from xml.etree import ElementTree
 
 import click
 import pytest
 
-from once import SCENARIOS, beside
-from report import made_traces
-from runtime.played import loaded, play
+from report.runs import TOLD, run_of, text_of, trace_of
+from runtime.played import loaded
 from safenav.report.page.html import encoded
 from safenav.report.picture.scene import svg_of
 from safenav.report.terminal.story import Story
-from safenav.run.reading import run_of
 from safenav.run.run import Run
 from safenav.run.values import StoryKind
-from safenav.trace.file import Trace, read_bytes
+from safenav.trace.file import read_trace
 
 TRANSCRIPTS = Path(__file__).with_name("transcripts")
 
 
-def own(name: str) -> str:
-    return beside(__file__, f"scenarios/{name}.yaml")
-
-
-def shipped(name: str) -> str:
-    return (SCENARIOS / f"{name}.yaml").read_text(encoding="utf-8")
-
-
-LONELY = """\
-safenav: 1
-map: {grid: ["#########", "#...#...#", "#.......#", "#...#...#", "#########"]}
-robots: {quad: {model: quadcopter, start: 10, objective: OBJECTIVE}}
-MORE
-"""
-
-
-def lonely(objective: str, more: str = "until: {rounds: 2}") -> str:
-    return LONELY.replace("OBJECTIVE", objective).replace("MORE", more)
-
-
-TWICE = "obstacles: [{type: door, region: 22, %s until: 5}, {type: door, region: 22, from: 8, \
-until: 10}]\nuntil: {rounds: 4}"
-ALARM = "inputs: {alarm: {at: [3-8]}}\nuntil: {rounds: 3}"
-TIMED = "until: {rounds: 2, by: 60}\nlate: go_on"
-
-CASES: dict[str, Callable[[], str]] = {
-    "door": lambda: shipped("case_study_1"),
-    "chain": lambda: shipped("case_study_3"),
-    "beliefs": lambda: shipped("case_study_1_beliefs"),
-    "joint_plan": lambda: shipped("corridor_swap"),
-    "loads": lambda: shipped("warehouse_orders"),
-    "detour": lambda: made_traces.DETOUR,
-    "meeting": lambda: made_traces.MEETING,
-    "slow": lambda: made_traces.SLOW,
-    "charges": lambda: own("cart"),
-    "two_needs": lambda: own("two_needs"),
-    "pushed": lambda: own("pushed"),
-    "zone": lambda: own("zone"),
-    "operator": lambda: own("failing"),
-    "once": lambda: lonely("{once: [12, 11]}", "until: {rounds: 1}"),
-    "hold": lambda: lonely("{hold: 12}", "until: {rounds: 3}"),
-    "formulas": lambda: lonely("{ltl: {liveness: [region = 10, region = 12]}}"),
-    "twice": lambda: lonely("{patrol: [10, 12]}", TWICE % ""),
-    "twice_later": lambda: lonely("{patrol: [10, 12]}", TWICE % "from: 2,"),
-    "alarm": lambda: lonely("{patrol: [10, 12]}, when: {alarm: {hold: 11}}", ALARM),
-    "slack": lambda: lonely("{visit: [10, 16], within: 17}", TIMED),
-    "late": lambda: shipped("case_study_1").split("expect:")[0] + "resolve_within: 2\n",
-}
-
-
-def transcript(text: str) -> str:
-    trace = _trace(text)
-    run = run_of(trace)
-    lines = [*_story(text, trace), "", *_page(run), "", *_words(run)]
+def transcript(name: str) -> str:
+    run = run_of(name)
+    lines = [*_story(name), "", *_page(run), "", *_words(run)]
     plain = re.sub(r" in \d[\d.]* (ms|s)\b| in under 1 ms|, from the cache", "", "\n".join(lines))
     return re.sub(r"\(.*? summed\), .*? total", "(...)", plain) + "\n"
 
 
-def _trace(text: str) -> Trace:
-    return read_bytes(play(text).text.encode())
-
-
-def _story(text: str, trace: Trace) -> Iterator[str]:
+def _story(name: str) -> list[str]:
     said: list[str] = []
-    story = Story(loaded(text), lambda line: said.append(click.unstyle(str(line))), maps=False)
+    tell = Story(loaded(text_of(name)), lambda line: said.append(click.unstyle(line)), maps=False)
+    trace = read_trace(trace_of(name))
     for record in (trace.header, *trace.records):
-        story(record)
-    yield from said
+        tell(record)
+    return said
 
 
 def _page(run: Run) -> Iterator[str]:
@@ -129,12 +73,12 @@ def _golden(found: str, name: str) -> None:
     assert found == file.read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", TOLD)
 def test_the_words_of_a_run_stay_the_same(name: str) -> None:
-    _golden(transcript(CASES[name]()), f"{name}.txt")
+    _golden(transcript(name), f"{name}.txt")
 
 
 @pytest.mark.parametrize("name", ["door", "zone", "loads", "slow"])
 def test_the_picture_of_a_run_stays_the_same(name: str) -> None:
     """Open the file to review it: targets, intentions, names, loads, exclusions, steps, legend."""
-    _golden(_picture(run_of(_trace(CASES[name]()))), f"{name}.svg")
+    _golden(_picture(run_of(name)), f"{name}.svg")

@@ -11,14 +11,16 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 
 from motion.runs import live_trace
-from once import SCENARIOS, beside
+from once import SCENARIOS, beside, trace_of_shipped
 from report.browser import Browser, Keys
 from runtime.worlds import Driven
 from safenav import LiveView, Mission, load_scenario
 from safenav.errors import UsageError
 from safenav.run.checked import check_trace
+from safenav.run.reading import run_of
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.file import Trace, read_bytes
 from safenav.trace.records import Appeared, Inputs, Resolved
@@ -323,10 +325,9 @@ def test_a_user_orders_work_and_sets_an_input(browser: Browser, tmp_path: Path) 
 
 
 def test_a_mission_in_a_world_of_ones_own_is_seen_as_it_happens(browser: Browser) -> None:
-    scenario = load_scenario(SCENARIOS / "case_study_3_beliefs.yaml")
-    fleet = Driven(scenario)
-    with LiveView(scenario, browser=False) as view:
-        mission = Mission(scenario, world=fleet, listeners=[view])
+    fleet = Driven(SHIPPED)
+    with LiveView(SHIPPED, browser=False) as view:
+        mission = Mission(SHIPPED, world=fleet, listeners=[view])
         mission.start()
         browser.open(view.address)
         for _ in range(9):
@@ -339,7 +340,8 @@ def test_a_mission_in_a_world_of_ones_own_is_seen_as_it_happens(browser: Browser
         while mission.result is None:
             mission.step()
         assert mission.result.outcome == "completed"
-        _late_page_shows_the_same(browser, view, mission.result.ticks)
+        ticks = mission.result.ticks
+        browser.wait(lambda: "completed" in browser.words("header") and browser.tick == ticks)
         saved = Page(view.address).get("save/trace").splitlines()
         ends = [json.loads(saved[at])["type"] for at in (0, -1)]
         assert ends == ["header", "outcome"]
@@ -347,23 +349,20 @@ def test_a_mission_in_a_world_of_ones_own_is_seen_as_it_happens(browser: Browser
         view.wait()
 
 
-def test_a_page_of_a_live_run_shows_what_a_late_one_shows(browser: Browser) -> None:
-    trace = read_bytes(live_trace("team_of_six"))
-    with LiveView(trace.header.scenario, browser=False) as view:
-        view(trace.header)
-        browser.open(view.address)
-        browser.wait(lambda: browser.all(".clock"))
-        for record in trace.records:
-            view(record)
-        _late_page_shows_the_same(browser, view, 0)
-
-
-def _late_page_shows_the_same(browser: Browser, view: LiveView, ticks: int) -> None:
-    """At the first events of the run: the news of all ticks add up to the whole run."""
+@pytest.mark.parametrize("name", ["case_study_3_beliefs", "live"])
+def test_a_page_that_heard_each_tick_shows_what_a_late_one_shows(
+    browser: Browser, name: str
+) -> None:
+    """The news of all ticks add up to the whole run, which pages get when it ends."""
+    live = name == "live"
+    whole = read_bytes(live_trace("team_of_six") if live else trace_of_shipped(name).read_bytes())
+    trace = replace(whole, records=whole.records[:-1])
+    run = run_of(trace)
 
     def shown() -> list[str]:
-        browser.wait(lambda: "completed" in browser.words("header"))
-        browser.wait(lambda: not ticks or browser.tick == ticks)
+        """The page at the first events of the run, once it has all ticks."""
+        end = "return Number(document.querySelector('.timeline input')?.max)"
+        browser.wait(lambda: browser.run(end) == pytest.approx(run.time(run.last), abs=0.01))
         found: list[str] = browser.run("""
             const press = (key, shiftKey) => document.body.dispatchEvent(
                 new KeyboardEvent("keydown", {key, shiftKey, bubbles: true}));
@@ -381,9 +380,15 @@ def _late_page_shows_the_same(browser: Browser, view: LiveView, ticks: int) -> N
         """)
         return found
 
-    first = shown()
-    browser.open(view.address)
-    assert len({*first}) > 5 and shown() == first
+    with LiveView(trace.header.scenario, browser=False) as view:
+        view(trace.header)
+        browser.open(view.address)
+        browser.wait(lambda: browser.all(".clock"))
+        for record in trace.records:
+            view(record)
+        first = shown()
+        browser.open(view.address)
+        assert len({*first}) > 5 and shown() == first
 
 
 def test_a_port_in_use_is_refused() -> None:
