@@ -1,0 +1,263 @@
+"""Batches as people and CI use them: results on the disk, reports, processes, interruption. What
+they print, and which files they find: ``cli/transcripts/batch*.txt``."""
+
+import json
+import os
+import pty
+import re
+import signal
+import subprocess
+import time
+import xml.etree.ElementTree as ET
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+
+from batch.conftest import SAFENAV, SlugsLog, Write, safenav, scenario, started, wait_until
+from once import ROOT
+from safenav.batch.case import Case, CaseVerdict, Conditions, Result
+from safenav.batch.pool import Pool
+from safenav.batch.search import find_cases
+from safenav.batch.session import Report, ResultsFile, run_batch
+from safenav.batch.worker import Worker, leave, run_case
+from safenav.certify.check import sources_of
+from safenav.errors import SafenavError, UsageError
+from safenav.report.batch import summary
+from synthesis.requests import gone
+
+BATCH = (ROOT / "docs" / "batch.md").read_text(encoding="utf-8")
+QUICK = Case("quick.yaml", "quick.yaml", scenario())
+
+
+def junit(file: str) -> ET.Element:
+    """A report, which keeps to the schema."""
+    import xmlschema
+
+    xmlschema.XMLSchema(str(Path(__file__).with_name("junit.xsd"))).validate(file)
+    return ET.parse(file).getroot()
+
+
+def test_a_broken_scenario_a_crash_and_a_hang_do_not_take_the_batch_down(
+    write: Write, slugs: SlugsLog
+) -> None:
+    write("bad.yaml", text="safenav: 1\nmap: [")
+    write("crash.yaml", "crasher")
+    write("fails.yaml", "broken")
+    write("other.yaml", expect="{outcome: completed}")
+    write("quick.yaml")
+    done = safenav(".", "--json", "--out", "out", "--junit", "j.xml")
+    assert done.returncode == 1
+    # Alone: on a busy machine the others take longer than a second.
+    write("hang.yaml", "sleeper")
+    hung = safenav("hang.yaml", "--time-limit", "1", "--json", "--out", "hung")
+    assert (hung.returncode, "0 passed, 1 hung" in hung.stderr) == (1, True)
+    found = [*json.loads(done.stdout)["results"], *json.loads(hung.stdout)["results"]]
+    results = {result["name"]: result for result in found}
+    told = {
+        "bad.yaml": ("invalid", "bad.yaml:3:1: not YAML"),
+        "crash.yaml": ("crashed", "the process that ran it died: killed by SIGSEGV"),
+        "fails.yaml": ("error", "order ü <&> ]]>"),
+        "hang.yaml": ("hung", "stopped after 1 s (time limit)"),
+        "other.yaml": ("different", "outcome: expected completed, got unrealizable"),
+        "quick.yaml": ("passed", ""),
+    }
+    assert results.keys() == told.keys()
+    for name, (verdict, reason) in told.items():
+        assert results[name]["verdict"] == verdict
+        assert reason in "\n".join(results[name]["reasons"])
+        failure = [*Path("hung" if verdict == "hung" else "out", "failures").glob(f"{name}-*/*")]
+        assert ("trace.jsonl" in {file.name for file in failure}) == (
+            name not in ("bad.yaml", "quick.yaml")
+        )
+    for name in ("crash.yaml", "hang.yaml"):  # the stack shows where it was
+        assert "slugs.py" in results[name]["detail"]
+    assert "1 passed, 1 invalid, 1 crashed, 1 error, 1 different" in done.stderr
+    assert slugs.all_gone()
+    root = junit("j.xml")
+    assert [root.get(key) for key in ("tests", "failures", "errors")] == ["5", "1", "3"]
+    error = root.find(".//testcase[@name='fails.yaml']/error")
+    assert error is not None and "order ü <&> ]]>" in str(error.get("message"))
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_batch_is_resumed_where_it_was(
+    write: Write, slugs: SlugsLog, number: signal.Signals
+) -> None:
+    for letter in "abcdefgh":
+        write(f"{letter}.yaml", "quick" if letter in "abc" else "sleeper")
+    words = [".", "--out", "out", "--jobs", "2"]
+    state = Path("out/results.jsonl")
+    with started(*words, "--junit", "junit.xml") as batch:
+        wait_until(batch, lambda: state.exists() and state.read_text().count("\n") >= 3)
+        batch.send_signal(number)
+        output, errors = batch.communicate(timeout=300)
+    assert batch.returncode == 130
+    assert "; interrupted" in output
+    assert "--resume" in errors
+    assert slugs.all_gone()
+    done = [json.loads(line)["name"] for line in state.read_text().splitlines()]
+    assert sorted(done) == ["a.yaml", "b.yaml", "c.yaml"]
+    for letter in "defgh":
+        write(f"{letter}.yaml")
+    assert len(junit("junit.xml").findall(".//skipped")) == 5
+    slugs.path.unlink()
+    resumed = safenav(*words, "--resume")
+    assert resumed.returncode == 0
+    assert "8 passed in" in resumed.stdout and "(3 of them done before)" in resumed.stdout
+    assert len(slugs.pids) == 5
+    assert len(state.read_text().splitlines()) == 8
+
+
+@pytest.mark.parametrize("cut", [1, 200])
+def test_a_line_that_was_cut_off_costs_one_case(write: Write, slugs: SlugsLog, cut: int) -> None:
+    for letter in "abc":
+        write(f"{letter}.yaml")
+    safenav(".", "--out", "out")
+    results = Path("out/results.jsonl")
+    results.write_bytes(results.read_bytes()[: -1 - cut])
+    assert "(2 of them done before)" in safenav(".", "--out", "out", "--resume").stdout
+    assert len(slugs.pids) == 4
+    assert len(results.read_text().splitlines()) == 3
+
+
+def test_two_batches_do_not_share_a_folder(tmp_path: Path) -> None:
+    with (
+        ResultsFile(tmp_path, resume=False),
+        pytest.raises(UsageError, match="another batch is writing"),
+    ):
+        ResultsFile(tmp_path, resume=True)
+    ResultsFile(tmp_path, resume=True).__exit__(None, None, None)
+    (tmp_path / "file").write_text("")
+    with pytest.raises(UsageError, match="cannot write the results"):
+        ResultsFile(tmp_path / "file", resume=False)
+
+
+def test_workers_end_when_the_batch_is_killed(slugs: SlugsLog, write: Write) -> None:
+    write("a.yaml", "sleeper")
+    with started("a.yaml") as batch:
+        wait_until(batch, lambda: bool(slugs.pids))
+        worker = slugs.parent()
+        batch.send_signal(signal.SIGKILL)
+    assert gone(worker)
+    assert slugs.all_gone()
+
+
+def test_a_process_that_is_ended_during_a_synthesis_ends_in_order(
+    write: Write, slugs: SlugsLog
+) -> None:
+    """Its interpreter waited for a thread, then aborted."""
+    write("a.yaml", "sleeper")
+    (case,) = find_cases(["a.yaml"]).cases
+    with ThreadPoolExecutor(1) as threads:
+        running = threads.submit(run_case, "ended", case, Conditions())
+        while not slugs.pids:
+            time.sleep(0.01)
+        os.kill(slugs.parent(), signal.SIGTERM)
+        result, _ = running.result()
+    died = ["the process that ran it died: exit status 0"]
+    assert (result.detail, result.reasons) == ("", died)
+    assert slugs.all_gone()
+
+
+def test_no_case_begins_in_a_batch_that_has_ended(slugs: SlugsLog) -> None:
+    """A thread that had taken the next case started a new process for it, and the end of the batch
+    waited for that."""
+    leave("interrupted")
+    with pytest.raises(SafenavError, match="the batch has ended"):
+        run_case("interrupted", QUICK, Conditions())
+    assert not slugs.pids
+
+
+def test_a_process_that_does_not_react_is_killed(tmp_path: Path) -> None:
+    worker = Worker()
+    assert worker.run(QUICK, Conditions(), tmp_path / "trace.jsonl").passed
+    os.kill(worker.pid, signal.SIGSTOP)
+    worker.end()
+    assert not worker.alive
+
+
+def test_an_environment_in_which_no_worker_starts_is_an_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "yaml.py").write_text("raise RuntimeError('no yaml here')")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    with pytest.raises(SafenavError, match=r"(?s)does not start.*no yaml here"):
+        run_batch([QUICK], Pool(1, Conditions()))
+
+
+def test_a_terminal_shows_the_progress_of_a_batch(write: Write) -> None:
+    write("a.yaml", expect="{outcome: completed}")
+    write("b.yaml", "slow")
+    master, terminal = pty.openpty()
+    subprocess.run(
+        [*SAFENAV, "batch", ".", "--jobs", "1"],
+        stdout=subprocess.DEVNULL,
+        stderr=terminal,
+        check=False,
+    )
+    os.close(terminal)
+    seen = os.read(master, 10_000)
+    os.close(master)
+    assert b"a.yaml: outcome: expected completed" in seen
+    assert b"1/2, 1 failed; running b.yaml (0 s)" in seen
+    assert seen.endswith(b"\r\x1b[K")
+
+
+def test_the_table_starts_with_failed_cases_and_then_slow_ones() -> None:
+    """Names and reasons give no orders to the terminal: a file may have any name, and a reason may
+    quote what a process has written."""
+
+    def ended(name: str, seconds: float, verdict: CaseVerdict = CaseVerdict.PASSED) -> Result:
+        reasons = [] if verdict is CaseVerdict.PASSED else ["killed by \x1b[2J"]
+        return Result(name, name, {}, "", verdict, reasons, seconds=seconds)
+
+    results = [ended(f"{number}.yaml", number / 10) for number in range(12)]
+    results += [ended("a/\x1b[2J.yaml", 0, CaseVerdict.CRASHED), ended("slow.yaml", 3)]
+    cases = tuple(Case(result.name, result.file) for result in results)
+    lines = summary(Report(cases, {result.name: result for result in results}, seconds=7.5))
+    text = re.sub("\x1b\\[[0-9]*m", "", "\n".join(lines))
+    shown = [line.split()[0] for line in text.splitlines()[2:6]]
+    assert shown == ["a/?[2J.yaml", "slow.yaml", "11.yaml", "10.yaml"]
+    assert "\n... and 3 more passed\n" in text
+    assert "\na/?[2J.yaml: crashed\n  killed by ?[2J\n" in text
+    assert text.endswith("13 passed, 1 crashed in 7.5 s") and "\x1b" not in text
+
+
+@pytest.mark.parametrize(
+    ("named", "files"),
+    [
+        ("{grid: ['#####', '#...#', '#####']}", []),
+        ("{image: floor.pgm, rows: 1, cols: 1}", ["floor.pgm"]),
+        ("{ros: maps/floor.yaml, resolution: 0.5}", ["floor.yaml", "floor.pgm"]),
+        ("{movingai: arena.map}", ["arena.map"]),
+    ],
+    ids=["drawn", "image", "ros", "movingai"],
+)
+def test_a_bundle_holds_the_scenario_and_each_file_that_it_names(
+    named: str, files: list[str], tmp_path: Path
+) -> None:
+    (tmp_path / "maps").mkdir()
+    (tmp_path / "maps/floor.yaml").write_text("resolution: 0.5\nimage: floor.pgm\n")
+    for name in ("floor.pgm", "maps/floor.pgm", "arena.map", "own.yaml", "unrelated.png"):
+        (tmp_path / name).write_text("first")
+    text = f"map: {named}\ncatalogue: own.yaml\n"
+    held = sources_of(tmp_path / "lab.yaml", text)
+    assert (held.keys(), held["lab.yaml"]) == ({"lab.yaml", "own.yaml", *files}, text.encode())
+    same = sources_of(tmp_path / "floor.yaml", text)  # two files of one name, in two folders
+    assert ("_floor.yaml" in same) == ("floor.yaml" in files)
+
+
+def test_the_documentation_names_every_verdict() -> None:
+    assert [v for v in CaseVerdict if f"| `{v.value}` |" not in BATCH] == []
+
+
+def test_the_documented_library_example_runs(
+    write: Write, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write("scenarios/good.yaml")
+    write("scenarios/wrong.yaml", expect="{outcome: completed}")
+    (example,) = re.findall(r"^```python\n(.*?)^```", BATCH, re.MULTILINE | re.DOTALL)
+    exec(compile(example, "docs/batch.md", "exec"), {})
+    reasons = "['outcome: expected completed, got unrealizable']"
+    assert capsys.readouterr().out == f"scenarios/wrong.yaml different {reasons}\n"
