@@ -2,7 +2,8 @@
 
 import json
 import re
-from math import atan2
+from collections.abc import Callable
+from math import atan2, pi
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +14,43 @@ from cli.conftest import Command
 from once import ROOT, trace_of_shipped
 from safenav.report.bag import TRAIL
 
+Bag = dict[str, list[tuple[float, Any]]]
+"""Topic -> (seconds, message) of every message, all of them deserialized by the definitions that
+the bag itself holds."""
+Export = Callable[..., Bag]
+
 
 @pytest.fixture
 def trace() -> Path:
     return trace_of_shipped("case_study_1")
+
+
+@pytest.fixture
+def exported(safenav: Command, tmp_path: Path) -> Export:
+    """Export a trace, and read the bag."""
+    from rosbags.highlevel import AnyReader
+    from rosbags.typesys import Stores, get_typestore
+
+    ros = get_typestore(Stores.ROS2_HUMBLE)
+
+    def export(*words: object) -> Bag:
+        done = safenav("export", *words, "-o", "run.mcap")
+        assert done.returncode == 0, done.stderr
+        found: Bag = {}
+        with AnyReader([tmp_path / "run.mcap"]) as reader:
+            for connection, time, data in reader.messages():
+                message = reader.deserialize(data, connection.msgtype)
+                theirs = ros.deserialize_cdr(data, connection.msgtype)
+                assert values(message) == values(theirs), "the same by ROS's own definitions"
+                found.setdefault(connection.topic, []).append((time / 1e9, message))
+        return found
+
+    return export
+
+
+def values(message: object) -> str:
+    """All fields of a message, without the constants of its type."""
+    return re.sub(r"\b[A-Z_]{2,}=\d+, ", "", str(message))
 
 
 def lines(trace: Path, kind: str) -> list[dict[str, Any]]:
@@ -24,35 +58,15 @@ def lines(trace: Path, kind: str) -> list[dict[str, Any]]:
     return [line for line in told if line["type"] == kind]
 
 
-def read(bag: Path) -> dict[str, list[tuple[float, Any]]]:
-    """Topic -> (seconds, message) of every message, all of them deserialized by the definitions
-    that the bag itself holds."""
-    from rosbags.highlevel import AnyReader
-
-    found: dict[str, list[tuple[float, Any]]] = {}
-    with AnyReader([bag]) as reader:
-        for connection, time, data in reader.messages():
-            message = reader.deserialize(data, connection.msgtype)
-            found.setdefault(connection.topic, []).append((time / 1e9, message))
-    return found
-
-
-def test_the_bag_holds_the_facts_of_the_trace(
-    safenav: Command, trace: Path, tmp_path: Path
-) -> None:
-    done = safenav("export", trace, "-o", "run.mcap", "--side", "0.5")
-    assert done.returncode == 0, done.stderr
-    bag = read(tmp_path / "run.mcap")
+def test_the_bag_holds_the_facts_of_the_trace(exported: Export, trace: Path) -> None:
+    bag = exported(trace, "--side", "0.5")
     topics = " ".join(sorted(topic.removeprefix("/") for topic in bag))
-    others = "map obstacles places plan quad/path robots rosout tf"
-    assert topics == f"digit/path {others}"
-    header = lines(trace, "header")[0]["scenario"]["map"]
+    assert topics == "digit/path map obstacles places plan quad/path robots rosout tf"
+    world = lines(trace, "header")[0]["scenario"]["map"]
     ((_, grid),) = bag["/map"]
-    assert (grid.info.width, grid.info.height) == (header["cols"], header["rows"])
-    southward = [grid.data[r * 13 : (r + 1) * 13] for r in reversed(range(7))]
-    drawn = ["".join("#" if value == 100 else "." for value in row) for row in southward]
-    cells = range(header["cols"] * header["rows"])
-    assert "".join(drawn) == "".join("#" if r in header["walls"] else "." for r in cells)
+    assert (grid.info.width, grid.info.height) == (world["cols"], world["rows"])
+    northward = np.flipud(np.reshape(grid.data, (world["rows"], world["cols"])))
+    assert np.flatnonzero(northward == 100).tolist() == sorted(world["walls"])
 
     moves = {(move["tick"], move["robot"]): move for move in lines(trace, "move")}
     facing = {"east": 0, "north": 1, "west": 2, "south": -1}
@@ -63,13 +77,12 @@ def test_the_bag_holds_the_facts_of_the_trace(
             place = transform.transform.translation
             assert (place.x, place.y) == pytest.approx(((col + 0.5) * 0.5, (6.5 - row) * 0.5))
             turn = transform.transform.rotation
-            quarter = 2 * atan2(turn.z, turn.w) / (3.141592653589793 / 2)
             if move["heading"] is not None:
-                assert (round(quarter) - facing[move["heading"]]) % 4 == 0
+                quarter = round(2 * atan2(turn.z, turn.w) / (pi / 2))
+                assert (quarter - facing[move["heading"]]) % 4 == 0
 
     paths = [len(message.poses) for _, message in bag["/quad/path"]]
     assert max(paths) == TRAIL < len(paths), "a bag grows with the ticks, not with their square"
-
     told = [message.msg for _, message in bag["/rosout"]]
     assert any("requests help with door@47" in text for text in told)
     assert told[-1].startswith("completed")
@@ -78,78 +91,54 @@ def test_the_bag_holds_the_facts_of_the_trace(
 
 
 def test_a_robot_named_map_has_another_frame_than_the_map(
-    safenav: Command, trace: Path, tmp_path: Path
+    exported: Export, trace: Path, tmp_path: Path
 ) -> None:
     """Its frame was its own parent, so that no viewer could place any robot."""
     (tmp_path / "map.jsonl").write_text(trace.read_text().replace('"quad"', '"map"'))
-    assert safenav("export", "map.jsonl", "-o", "map.mcap", "--side", "1").returncode == 0
-    bag = read(tmp_path / "map.mcap")
-    tree = {(t.header.frame_id, t.child_frame_id) for _, m in bag["/tf"] for t in m.transforms}
+    transforms = [t for _, m in exported("map.jsonl", "--side", "1")["/tf"] for t in m.transforms]
+    tree = {(each.header.frame_id, each.child_frame_id) for each in transforms}
     assert tree == {("map", "map_2"), ("map", "digit")}
 
 
-def test_foxglove_gets_bodies_names_and_the_plan(safenav: Command, tmp_path: Path) -> None:
+def test_foxglove_gets_bodies_names_and_the_plan(
+    exported: Export, safenav: Command, tmp_path: Path
+) -> None:
     clinic = ROOT / "tests/report/scenarios/clinic.yaml"
     assert safenav("run", clinic, "--trace", "clinic.jsonl").returncode == 0
-    trace = tmp_path / "clinic.jsonl"
-    assert safenav("export", trace, "-o", "clinic.mcap").returncode == 0
-    bag = read(tmp_path / "clinic.mcap")
-    ((_, robots),) = bag["/robots"]
-    bodies = [marker for marker in robots.markers if marker.ns == "bodies"]
+    bag = exported("clinic.jsonl")
     frames = {transform.child_frame_id for transform in bag["/tf"][0][1].transforms}
-    assert {marker.header.frame_id for marker in bodies} == frames
-    assert all(marker.frame_locked for marker in robots.markers)
-    heights = {marker.header.frame_id: marker.pose.position.z for marker in bodies}
-    assert heights["eye"] > heights["hugo"] > 0
-    assert {marker.text for marker in robots.markers if marker.ns == "names"} == frames
-    noses = {marker.header.frame_id for marker in robots.markers if marker.ns == "headings"}
-    assert noses == frames - {"eye"}
+    ((_, robots),) = bag["/robots"]
+    parts: dict[str, dict[str, Any]] = {"bodies": {}, "names": {}, "headings": {}}
+    for marker in robots.markers:
+        parts[marker.ns][marker.header.frame_id] = marker
+        assert marker.frame_locked
+    heights = {name: body.pose.position.z for name, body in parts["bodies"].items()}
+    assert heights.keys() == frames and heights["eye"] > heights["hugo"] > 0
+    assert {marker.text for marker in parts["names"].values()} == frames
+    assert parts["headings"].keys() == frames - {"eye"}
 
     ((_, places),) = bag["/places"]
     named = {marker.text: marker.pose.position for marker in places.markers if marker.text}
     assert len(named) == 20
     assert (named["dock"].x, named["dock"].y) == pytest.approx((22.5 * 1.5, 1.5 * 1.5))
 
-    plans = lines(trace, "plan")
+    trace = tmp_path / "clinic.jsonl"
+    plans, ended = lines(trace, "plan"), {line["tick"] for line in lines(trace, "plan_end")}
     shown = {round(seconds): message.markers for seconds, message in bag["/plan"]}
     for plan in plans:
         ways = {m.text: len(m.points) for m in shown.get(plan["tick"], []) if m.ns == "ways"}
-        ended = {line["tick"] for line in lines(trace, "plan_end")}
         moving = {name: len(way) for name, way in plan["robots"].items() if len(way) > 1}
         assert ways == moving or plan["tick"] in ended
     assert plans
-    targets = [marker for marker in shown[0] if marker.ns == "targets"]
-    assert {marker.text for marker in targets} == frames
+    assert {marker.text for marker in shown[0] if marker.ns == "targets"} == frames
     assert shown[0][0].action == 3, "each message replaces the plan before"
 
 
-def values(message: object) -> str:
-    """All fields of a message, without the constants of its type."""
-    return re.sub(r"\b[A-Z_]{2,}=\d+, ", "", str(message))
-
-
-def test_the_definitions_are_those_of_ros(safenav: Command, trace: Path, tmp_path: Path) -> None:
-    """The bytes mean the same to a reader that has ROS's own definitions."""
-    from rosbags.highlevel import AnyReader
-    from rosbags.typesys import Stores, get_typestore
-
-    assert safenav("export", trace, "-o", "run.mcap", "--side", "1").returncode == 0
-    store = get_typestore(Stores.ROS2_HUMBLE)
-    with AnyReader([tmp_path / "run.mcap"]) as reader:
-        for connection, _, data in reader.messages():
-            own = reader.deserialize(data, connection.msgtype)
-            theirs = store.deserialize_cdr(data, connection.msgtype)
-            assert values(own) == values(theirs)
-
-
 def test_robots_are_at_the_positions_of_the_motion(
-    safenav: Command, trace: Path, tmp_path: Path
+    exported: Export, safenav: Command, trace: Path, tmp_path: Path
 ) -> None:
     assert safenav("export", trace, "--motion", "motion.jsonl").returncode == 0
-    export = ("export", trace, "motion.jsonl", "-o", "run.mcap")
-    done = safenav(*export, "-o", "run.npz", "--rate", "20")
-    assert done.returncode == 0, done.stderr
-    transforms = read(tmp_path / "run.mcap")["/tf"]
+    transforms = exported(trace, "motion.jsonl", "-o", "run.npz", "--rate", "20")["/tf"]
     times = [seconds for seconds, _ in transforms]
     makespan = json.loads((tmp_path / "motion.jsonl").read_text().splitlines()[-1])["makespan"]
     assert times == sorted(times) and times[0] == 0
@@ -161,8 +150,6 @@ def test_robots_are_at_the_positions_of_the_motion(
             told.setdefault(one.child_frame_id, []).append((place.x, place.y))
     with np.load(tmp_path / "run.npz") as columns:
         for name, places in told.items():
-            for at, axis in enumerate("xy"):
-                found = [place[at] for place in places]
-                assert found == pytest.approx(columns[f"{name}.{axis}"], abs=1e-9)
-    found = safenav(*export, "--side", "0.5")
-    assert found.returncode == 2 and "leave out --side" in found.stderr
+            expected = np.stack([columns[f"{name}.x"], columns[f"{name}.y"]], axis=1)
+            assert np.abs(np.array(places) - expected).max() < 1e-9
+    assert told

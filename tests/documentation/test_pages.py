@@ -1,4 +1,5 @@
-"""Every fenced block of every page: the pages are followed word for word in an empty folder.
+"""Every fenced block of every page, and the examples of every ``--help``, are followed word for word
+in an empty folder.
 
 Blocks with a title are files. In a console block each line after ``$`` is typed; the lines after it
 must be the beginnings of output lines, in order; ``...`` stands for any lines in between. Pages of
@@ -8,6 +9,7 @@ fragments, patterns, formats) is tested beside the package that it describes.
 """
 
 import ast
+import inspect
 import json
 import os
 import re
@@ -21,15 +23,14 @@ from importlib import import_module
 from pathlib import Path
 from xml.etree import ElementTree
 
-import click
 import pytest
 
 import warm
-from once import from_yaml
-from safenav.cli import group
+from children import ran
+from once import ROOT, from_yaml
+from safenav.cli import COMMANDS, command_of, group
 from safenav.scenario.reading.loader import load_scenario_text
 
-ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", *sorted(DOCS.rglob("*.md"))]
 FOLLOWED = ("tutorial",)
@@ -43,8 +44,7 @@ def environment(tmp_path: Path) -> dict[str, str]:
     """``safenav`` and ``python`` are those of the tests."""
     programs = tmp_path / "programs"
     programs.mkdir()
-    main = "from safenav.cli import main; main()"
-    for name, words in (("safenav", f'-c "{main}"'), ("python", "")):
+    for name, words in (("safenav", "-m safenav"), ("python", ""), ("python3", "")):
         script = programs / name
         script.write_text(f'#!/bin/sh\nexec {sys.executable} {words} "$@"\n')
         script.chmod(0o755)
@@ -52,17 +52,15 @@ def environment(tmp_path: Path) -> dict[str, str]:
     return {**os.environ, "PATH": f"{programs}:/usr/bin:/bin", **own}
 
 
-def typed(command: str, folder: Path, environment: dict[str, str]) -> list[str]:
-    """What a command writes, checked for the exit code that its comment names."""
+def typed(command: str, folder: Path, environment: dict[str, str], code: int = 0) -> list[str]:
+    """What a command writes, checked for the exit code, which its comment may name."""
     wanted = re.search(r"# exit code (\d+)", command)
     name, *words = shlex.split(command, comments=True)
     if name == "safenav" and not re.search(r"[|&;<>$*]", command):  # else for a shell
         done = warm.safenav(*words, cwd=folder, env=environment, together=True)
     else:
-        both = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
-        shell = ["sh", "-c", command]
-        done = subprocess.run(shell, cwd=folder, env=environment, timeout=300, check=False, **both)  # type: ignore[call-overload]
-    assert done.returncode == (int(wanted[1]) if wanted else 0), f"{command}\n{done.stdout}"
+        done = ran(["sh", "-c", f"{{ {command}\n}} 2>&1"], cwd=folder, env=environment)
+    assert done.returncode == (int(wanted[1]) if wanted else code), f"{command}\n{done.stdout}"
     return str(done.stdout).splitlines()
 
 
@@ -79,25 +77,22 @@ def compare(command: str, shown: list[str], output: list[str]) -> None:
         place, anywhere = found + 1, False
 
 
-def known(shown: str) -> None:
-    """Check that the commands shown and their options exist."""
-    context = click.Context(group)
-    for name, words in re.findall(r"(?:^|&& )safenav ([a-z]+)([^#&|;]*)", shown, re.MULTILINE):
-        found = group.get_command(context, name)
-        assert found is not None, shown
-        options = {
-            o for each in found.get_params(context) for o in (*each.opts, *each.secondary_opts)
-        }
-        unknown = {*re.findall(r"(?<= )--?[a-z][\w-]*", words)} - options
-        assert not unknown, f"{shown}: {unknown}"
+def check_commands(shown: str) -> None:
+    """Check that the options of all commands that a text names exist."""
+    for name, rest in re.findall(r"safenav (\w+)((?: [^`|&#;)\n]*)?)", shown):
+        if name in COMMANDS:
+            params = command_of(name).params
+            known = {option for each in params for option in (*each.opts, *each.secondary_opts)}
+            named = {*re.findall(r"(?<= )--?[a-z0-9][a-z0-9-]*", rest)} - {"--help"}
+            assert named <= known, f"safenav {name} {named - known}"
 
 
 def read(language: str, text: str) -> None:
     """Check a block that is not run."""
     match language:
         case "sh" | "":
-            for line in text.splitlines():
-                known(line)
+            typed_names = re.findall(r"(?:^|&& )safenav ([a-z]+)", text, re.MULTILINE)
+            assert {*typed_names} <= COMMANDS.keys(), text
         case "yaml":
             data = from_yaml(text)
             if isinstance(data, dict) and {"safenav", "map", "robots"} <= data.keys():
@@ -119,7 +114,9 @@ def test_a_page_can_be_followed(page: Path, tmp_path: Path, environment: dict[st
     folder = tmp_path / "empty"
     folder.mkdir()
     (folder / "scenarios").symlink_to(ROOT / "scenarios")
-    for language, title, text in BLOCK.findall(page.read_text(encoding="utf-8")):
+    whole = page.read_text(encoding="utf-8")
+    check_commands(whole)
+    for language, title, text in BLOCK.findall(whole):
         if title:
             (folder / title).write_text(text, encoding="utf-8")
         elif language == "sh" and page.stem in FOLLOWED:
@@ -133,6 +130,39 @@ def test_a_page_can_be_followed(page: Path, tmp_path: Path, environment: dict[st
     for made in MADE.get(page.stem, ()):
         assert (folder / made).stat().st_size > 100
     assert page.parent != DOCS or page.name in (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
+
+
+def test_the_page_of_commands_has_all() -> None:
+    text = (DOCS / "commands.md").read_text(encoding="utf-8")
+    assert [name for name in COMMANDS if f"`safenav {name}" not in text] == []
+
+
+SERVERS = re.compile(r"(safenav studio|--live)")
+"""They serve until Ctrl-C: tests/studio starts them."""
+EXAMPLE = re.compile(r"^  ((?:safenav|python3|mkdir|head|echo|SAFENAV_\w+=).*)", re.MULTILINE)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["safenav", *COMMANDS])
+def test_the_examples_of_help_run_one_after_the_other(
+    name: str, tmp_path: Path, environment: dict[str, str]
+) -> None:
+    command = group if name == "safenav" else command_of(name)
+    text = f"{inspect.cleandoc(str(command.help))}\n{command.epilog}"
+    folder = tmp_path / "empty"
+    folder.mkdir()
+    if "your own map" in text:
+        own = "office.yaml" if name == "draw" else "office_map.yaml"
+        for there, file in (
+            *(("rooms.png", "floor.png"), ("office.pgm", "office.pgm"), ("office.yaml", own)),
+        ):
+            shutil.copy(ROOT / "tests" / "maps" / there, folder / file)
+    lines = EXAMPLE.findall(text)
+    assert lines
+    for line in lines:
+        for part in () if SERVERS.search(line) else line.split("&&"):
+            limited = re.search(r"--(max-ticks|time-limit) 20\b", part)
+            typed(part.strip(), folder, environment, code=3 if limited else 0)
 
 
 @pytest.mark.slow

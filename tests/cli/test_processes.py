@@ -1,0 +1,149 @@
+"""The command as a process: its streams, its interruption, and the files that it writes."""
+
+import json
+import os
+import pty
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import networkx
+import pytest
+
+from children import ran
+from cli.conftest import Command
+from once import SCENARIOS
+from safenav.synthesis.program import find_binary
+from slugs.commands import STRATEGY
+
+HELLO = SCENARIOS / "hello.yaml"
+CATALOGUE = ("new", "--catalogue")
+
+
+def program(*words: object, before: str = "") -> list[str]:
+    """A new process of safenav, which begins with a statement."""
+    main = f"{before}\nfrom safenav.cli import main; main()"
+    return [sys.executable, "-c", f"import sys; sys.argv[0] = 'safenav'{main}", *map(str, words)]
+
+
+def run(*words: object, before: str = "", **options: Any) -> subprocess.CompletedProcess[str]:
+    return ran(program(*words, before=before), **options)
+
+
+def test_a_cache_that_cannot_be_written_is_reported_without_code(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("in the way")
+    cache = {"SAFENAV_CACHE": str(tmp_path / "file" / "cache"), "NO_COLOR": "1"}
+    done = run("check", HELLO, env={**os.environ, **cache})
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.startswith("warning: ")
+    assert "warnings.warn" not in done.stderr and ".py" not in done.stderr
+
+
+def test_an_output_on_a_full_disk_is_not_a_defect() -> None:
+    with Path("/dev/full").open("w") as full:
+        done = run(*CATALOGUE, capture_output=False, stdout=full, stderr=subprocess.PIPE)
+    assert done.returncode == 2
+    assert "cannot write the output: No space left on device" in done.stderr
+
+
+@pytest.mark.parametrize(("name", "code"), [("hello", 0), ("unrealizable/forbidden_way", 1)])
+def test_a_closed_pipe_changes_no_exit_code(name: str, code: int) -> None:
+    """It always was 1, which says that a robot is unrealizable."""
+    piped = '"$@" | true; exit ${PIPESTATUS[0]}'
+    done = ran(["bash", "-c", piped, "-", *program("check", SCENARIOS / f"{name}.yaml")])
+    assert (done.returncode, done.stderr) == (code, "")
+
+
+@pytest.mark.parametrize("closed", [">&-", "2>&-", "<&- >&- 2>&-"])
+def test_standard_streams_may_be_closed(closed: str, tmp_path: Path) -> None:
+    """As for a service. The trace is not what is written to them."""
+    trace = tmp_path / "t.jsonl"
+    done = ran(["sh", "-c", f'exec "$@" {closed}', "-", *program("run", HELLO, "--trace", trace)])
+    assert (done.returncode, done.stderr) == (0, "")
+    assert bool(done.stdout) == (closed == "2>&-")
+    assert [json.loads(line)["type"] for line in trace.read_text().splitlines()][-1] == "outcome"
+
+
+def test_a_terminal_that_is_closed_ends_the_program_as_interrupted() -> None:
+    controller, terminal = pty.openpty()
+    command = program(*CATALOGUE, before="; input()")
+    asked = subprocess.PIPE
+    with subprocess.Popen(command, stdin=asked, stdout=terminal, stderr=terminal) as process:
+        os.close(terminal)
+        os.close(controller)
+        process.communicate(b"\n", timeout=300)
+    assert process.returncode == 130
+
+
+FAILING = """
+import sys, safenav.cli, safenav.errors
+def failing(*_, **__):
+    try:
+        raise KeyboardInterrupt
+    except KeyboardInterrupt as interruption:
+        raise {}
+safenav.cli.group.main = failing"""
+AT_START = """
+import signal, sys, safenav.cli
+def interrupted(*_, **__):
+    raise KeyboardInterrupt
+{} = interrupted"""
+
+
+@pytest.mark.parametrize(
+    "before",
+    [
+        *map(
+            AT_START.format,
+            ("signal.getsignal", "safenav.cli.group.main", "safenav.cli._open_closed_streams"),
+        ),
+        *map(
+            FAILING.format,
+            (
+                "ValueError('half a step')",
+                "ValueError('half a step') from interruption",
+                "safenav.errors.SynthesizerError('half a step')",
+                "safenav.errors.SynthesizerError('half a step') from interruption",
+            ),
+        ),
+    ],
+    ids=["signals", "group", "streams", "after", "from", "tool after", "tool from"],
+)
+def test_an_interruption_is_told_as_such_also_at_the_very_start_and_if_a_step_fails(
+    before: str,
+) -> None:
+    done = run(*CATALOGUE, before=before)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "error: interrupted\n")
+
+
+@pytest.mark.parametrize("wanted", [True, False])
+def test_colours_are_for_terminals_and_can_be_switched_off(wanted: bool, tmp_path: Path) -> None:
+    (tmp_path / "s.yaml").write_text("safenav: 2\n")
+    environment = {**os.environ, "NO_COLOR": "" if wanted else "1", "TERM": "xterm"}
+    for scenario, told in ((HELLO, "realizable"), (tmp_path / "s.yaml", "error")):
+        near, far = pty.openpty()
+        run("check", scenario, capture_output=False, stdout=far, stderr=far, env=environment)
+        os.close(far)
+        said = os.read(near, 10_000).decode()
+        os.close(near)
+        assert told in said
+        assert ("\x1b[" in said) == wanted
+
+
+def test_strategy_files_load_again_and_give_the_same_strategy(
+    safenav: Command, tmp_path: Path
+) -> None:
+    done = safenav("synth", SCENARIOS / "case_study_1.yaml", "-o", "out")
+    assert done.returncode == 0, done.stderr
+    for robot in ("quad", "digit"):
+        files = tmp_path / "out" / robot
+        strategy = files.with_suffix(".json").read_bytes()
+        graph = networkx.read_graphml(files.with_suffix(".graphml"))
+        assert len(graph.nodes) == len(json.loads(strategy)["nodes"])
+        assert files.with_suffix(".dot").read_text().count(" -> ") == len(graph.edges)
+        specification = files.with_suffix(".structuredslugs")
+        again = subprocess.run(
+            [find_binary().path, *STRATEGY, specification], capture_output=True, check=True
+        )
+        assert again.stdout == strategy
