@@ -1,5 +1,5 @@
-"""Every fenced block of every page, and the examples of every ``--help``, are followed word for word
-in an empty folder.
+"""Every fenced block of every page, and the examples of every ``--help``, are followed in an empty
+folder, word for word.
 
 Blocks with a title are files. In a console block each line after ``$`` is typed; the lines after it
 must be the beginnings of output lines, in order; ``...`` stands for any lines in between. Pages of

@@ -13,42 +13,40 @@ from typing import Any
 import pytest
 import yaml
 
+import safenav
 from children import ran
-from once import made_once
+from once import ROOT, made_once
 from safenav.synthesis.program import find_own_binary
 
-ROOT = Path(__file__).parents[2]
 SCRIPT = ROOT / "packaging" / "wheel.py"
 MAKER: dict[str, Any] = runpy.run_path(str(SCRIPT))
 
 
 def elf(machine: int = 62, headers: tuple[int, ...] = (1,)) -> bytes:
     """The beginning of a 64 bit program with these program headers."""
-    head = b"\x7fELF\x02\x01".ljust(18, b"\0") + struct.pack("<H", machine)
-    head = head.ljust(32, b"\0") + struct.pack("<Q", 64)
-    head = head.ljust(54, b"\0") + struct.pack("<HH", 56, len(headers))
-    return head.ljust(64, b"\0") + b"".join(
-        struct.pack("<I", kind).ljust(56, b"\0") for kind in headers
-    )
-
-
-def test_the_platform_is_read_from_the_program() -> None:
-    assert MAKER["machine_of"](elf()) == "x86_64"
-    assert MAKER["machine_of"](elf(machine=183)) == "aarch64"
+    head = struct.pack("<6s12xH12xQ14xHH6x", b"\x7fELF\x02\x01", machine, 64, 56, len(headers))
+    return head + b"".join(struct.pack("<I52x", kind) for kind in headers)
 
 
 @pytest.mark.parametrize(
-    ("program", "words"),
+    ("program", "found"),
     [
-        (b"#!/bin/sh\n", "no 64 bit"),
-        (elf(headers=(1, 2)), "shared libraries"),
-        (elf(headers=(3, 1)), "shared libraries"),
-        (elf(machine=243), "processor 243"),
+        (elf(), "x86_64"),
+        (elf(machine=183), "aarch64"),
+        (b"#!/bin/sh\n", "is no 64 bit"),
+        (elf(headers=(1, 2)), "needs shared libraries"),
+        (elf(headers=(3, 1)), "needs shared libraries"),
+        (elf(machine=243), "is for the processor 243"),
     ],
-    ids=["a script", "dynamic", "with an interpreter", "another processor"],
+    ids=["x86", "arm", "a script", "dynamic", "with an interpreter", "another processor"],
 )
-def test_a_program_that_would_not_run_everywhere_is_refused(program: bytes, words: str) -> None:
-    with pytest.raises(ValueError, match=words):
+def test_the_platform_is_read_from_a_program_that_runs_everywhere(
+    program: bytes, found: str
+) -> None:
+    if " " not in found:
+        assert MAKER["machine_of"](program) == found
+        return
+    with pytest.raises(ValueError, match=found):
         MAKER["machine_of"](program)
 
 
@@ -110,14 +108,14 @@ def test_a_new_environment_without_compiler_plays_a_scenario_elsewhere(
     environment = {"PATH": str(fresh / "bin"), "HOME": str(tmp_path), "NO_COLOR": "1"}
     assert shutil.which("c++", path=environment["PATH"]) is None
 
-    def say(*words: str) -> str:
+    def say(*words: str, code: int = 0) -> str:
         done = ran(words, cwd=elsewhere, env=environment)
-        assert done.returncode == 0, done.stdout + done.stderr
-        return done.stdout
+        assert done.returncode == code, done.stdout + done.stderr
+        return done.stdout + done.stderr
 
-    program = str(fresh / "bin" / "safenav")
-    into = ("--python", str(fresh / "bin" / "python"))
-    say(sys.executable, "-m", "pip", *into, "install", "--no-compile", "--quiet", str(wheel))
+    program, python = (str(fresh / "bin" / name) for name in ("safenav", "python"))
+    pip = (sys.executable, "-m", "pip", "--python", python)
+    say(*pip, "install", "--no-compile", "--quiet", str(wheel))
     say(program, "new", "x.yaml")
     assert "completed" in say(program, "run", "x.yaml", "--html", "x.html")
     assert "safenav" in (elsewhere / "x.html").read_text(encoding="utf-8")
@@ -125,27 +123,17 @@ def test_a_new_environment_without_compiler_plays_a_scenario_elsewhere(
     assert "1 passed" in say(program, "batch", "x.yaml")
     say(program, "run", "x.yaml", "--trace", "x.jsonl")
     say(program, "check", "x.jsonl")
-    done = ran([program, "export", "x.jsonl", "--report"], cwd=elsewhere, env=environment)
-    assert done.returncode == 2
-    assert "safenav export needs numpy, which is not installed" in done.stderr
-    assert "pip install 'numpy>=1.26' 'daqp>=0.7,<1'" in done.stderr
     hidden = "import importlib.util as util; print(util.find_spec('numpy'))"
-    assert say(str(fresh / "bin" / "python"), "-c", hidden) == "None\n", "numpy is an extra"
-
-
-@pytest.mark.slow
-def test_without_numpy_a_map_file_is_refused_with_the_extra_to_install(
-    wheel: Path, tmp_path: Path
-) -> None:
-    """Found from the wheel alone: it is unpacked, and numpy is hidden from it."""
-    zipfile.ZipFile(wheel).extractall(tmp_path)
-    scenario = tmp_path / "s.yaml"
-    scenario.write_text("safenav: 1\nmap: {image: floor.png, rows: 2, cols: 2}\nrobots: {}\n")
-    hidden = "import sys; sys.modules['numpy'] = None; from safenav.cli import main; main()"
-    done = ran([sys.executable, "-c", hidden, "check", str(scenario)], cwd=tmp_path)
-    assert done.returncode == 2
-    assert "a map file needs numpy, which is not installed" in done.stderr
-    assert "pip install 'numpy>=1.26' 'pillow>=10'" in done.stderr
+    assert say(python, "-c", hidden) == "None\n", "numpy is an extra"
+    image = "safenav: 1\nmap: {image: floor.png, rows: 2, cols: 2}\nrobots: {}\n"
+    (elsewhere / "s.yaml").write_text(image)
+    for words, needs, install in (
+        (("export", "x.jsonl", "--report"), "safenav export", "'numpy>=1.26' 'daqp>=0.7,<1'"),
+        (("check", "s.yaml"), "a map file", "'numpy>=1.26' 'pillow>=10'"),
+    ):
+        said = say(program, *words, code=2)
+        assert f"{needs} needs numpy, which is not installed" in said
+        assert f"pip install {install}" in said
 
 
 def test_the_classifiers_are_the_pythons_that_the_workflows_test() -> None:
@@ -159,8 +147,6 @@ def test_the_classifiers_are_the_pythons_that_the_workflows_test() -> None:
 
 
 def test_the_citation_names_the_version_and_the_paper() -> None:
-    import safenav
-
     cited = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
     assert cited["version"] == safenav.__version__
     assert cited["preferred-citation"]["title"].startswith("Leveraging Heterogeneous")
