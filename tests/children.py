@@ -2,6 +2,7 @@
 
 import os
 import subprocess
+import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,6 +15,19 @@ def ran(words: Iterable[object], **options: Any) -> subprocess.CompletedProcess[
     """Run a program to its end; what it wrote is text. ``options``: as of ``subprocess.run``."""
     usual = {"capture_output": True, "text": True, "timeout": 900, "check": False}
     return subprocess.run([*map(str, words)], **usual | options)
+
+
+def gone(pid: int) -> bool:
+    """Whether a process that is not our child has ended, waiting a moment for init."""
+    for _ in range(15_000):
+        try:
+            if Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z":
+                return True  # killed; its new parent has not looked yet
+            os.kill(pid, 0)
+        except (ProcessLookupError, FileNotFoundError):
+            return True
+        time.sleep(0.02)
+    return False
 
 
 @contextmanager

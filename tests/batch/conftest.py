@@ -11,8 +11,7 @@ from pathlib import Path
 import pytest
 
 import warm
-from children import none_left
-from synthesis.requests import gone
+from children import gone, none_left
 
 SLUGS = """\
 #!/bin/sh

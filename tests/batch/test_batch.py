@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 
 from batch.conftest import SAFENAV, SlugsLog, Write, safenav, scenario, started, wait_until
+from children import gone
 from once import ROOT
 from safenav.batch.case import Case, CaseVerdict, Conditions, Result
 from safenav.batch.pool import Pool
@@ -24,7 +25,6 @@ from safenav.batch.worker import Worker, leave, run_case
 from safenav.certify.check import sources_of
 from safenav.errors import SafenavError, UsageError
 from safenav.report.batch import summary
-from synthesis.requests import gone
 
 BATCH = (ROOT / "docs" / "batch.md").read_text(encoding="utf-8")
 QUICK = Case("quick.yaml", "quick.yaml", scenario())

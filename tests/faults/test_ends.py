@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 import pytest
 
 import warm
-from children import ran
+from children import gone, ran
 from once import SCENARIOS
 from safenav.errors import Outcome
 from safenav.files import write_all
@@ -29,7 +29,6 @@ from safenav.run.checked import check_trace
 from safenav.runtime.run.mission import Mission
 from safenav.scenario.reading.loader import load_scenario
 from safenav.synthesis.slugs import Synthesizer
-from synthesis.requests import gone
 
 HELLO, WAREHOUSE = SCENARIOS / "hello.yaml", SCENARIOS / "warehouse.yaml"
 INTERRUPTED = 130

@@ -10,7 +10,6 @@ from children import none_left
 from once import beside
 from safenav.spec.specification import Specification, read_specification
 from safenav.synthesis.program import Binary, find_own_binary
-from synthesis.requests import UPSTREAM, Script
 
 
 @pytest.fixture
@@ -26,7 +25,7 @@ def patrol_json() -> bytes:
 
 
 @pytest.fixture
-def script(tmp_path: Path) -> Script:
+def script(tmp_path: Path) -> Callable[[str], Binary]:
     """Makes a shell script that stands for a slugs binary. Like upstream's, it does not know
     ``--version`` and reads its request from a file, unless it handles them itself."""
 
@@ -40,16 +39,16 @@ def script(tmp_path: Path) -> Script:
 
 
 @pytest.fixture
-def answering(script: Script, tmp_path: Path) -> Callable[..., Binary]:
-    """Makes a binary that prints a verdict, a file's content, and exits."""
+def answering(script: Callable[[str], Binary], tmp_path: Path) -> Callable[[bytes], Binary]:
+    """Makes a binary that says realizable and prints a strategy; ``calls`` has a line for each."""
 
-    def make(verdict: str, printed: bytes, status: int = 0, prefix: str = UPSTREAM) -> Binary:
+    def make(printed: bytes) -> Binary:
         output = tmp_path / f"printed-{len(list(tmp_path.iterdir()))}"
         output.write_bytes(printed)
         return script(
-            f'{prefix}cat "{output}"\n'
-            f"echo 'RESULT: Specification is {verdict}.' >&2\n"
-            f"exit {status}"
+            'if [ "$1" = --version ]; then echo "slugs 9.9.9"; exit 0; fi\n'
+            f'echo call >> "{tmp_path}/calls"; cat "{output}"\n'
+            "echo 'RESULT: Specification is realizable.' >&2"
         )
 
     return make
@@ -66,11 +65,9 @@ def slugs() -> Binary:
 
 
 @pytest.fixture(autouse=True)
-def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """No test sees or fills the user's cache."""
-    directory = tmp_path / "cache"
-    monkeypatch.setenv("SAFENAV_CACHE", str(directory))
-    return directory
+    monkeypatch.setenv("SAFENAV_CACHE", str(tmp_path / "cache"))
 
 
 @pytest.fixture(autouse=True)

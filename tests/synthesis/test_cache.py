@@ -22,22 +22,6 @@ def cache(tmp_path: Path) -> Cache:
     return Cache(tmp_path / "answers")
 
 
-@pytest.fixture
-def counting(
-    script: Callable[[str], Binary], patrol_json: bytes, tmp_path: Path
-) -> tuple[Binary, Callable[[], int]]:
-    """A binary that notes each time it is asked, and how often that was."""
-    (tmp_path / "strategy").write_bytes(patrol_json)
-    calls = tmp_path / "calls"
-    calls.touch()
-    binary = script(
-        'if [ "$1" = --version ]; then echo "slugs 9.9.9"; exit 0; fi\n'
-        f'echo call >> "{calls}"; cat "{tmp_path}/strategy"\n'
-        "echo 'RESULT: Specification is realizable.' >&2"
-    )
-    return binary, lambda: len(calls.read_text().split())
-
-
 def _files(cache: Cache) -> list[Path]:
     assert cache.directory is not None
     return sorted(p for p in cache.directory.rglob("*") if p.is_file())
@@ -54,19 +38,14 @@ def test_every_flipped_byte_and_every_truncation_is_detected(cache: Cache) -> No
     good = file.read_bytes()
     damaged = [good[:cut] for cut in range(len(good))]
     damaged += [good[:i] + bytes([good[i] ^ 1]) + good[i + 1 :] for i in range(len(good))]
-    damaged += [good + b"x", b"\0" * len(good)]
-    for data in damaged:
+    for data in (*damaged, good + b"x", b"\0" * len(good)):
         file.write_bytes(data)
         assert cache.load(KEY) is None
         assert not file.exists(), "a damaged entry is dropped"
-
-
-def test_an_entry_under_another_name_is_not_believed(cache: Cache) -> None:
     cache.store(KEY, ENTRY)
-    (file,) = _files(cache)
     other = "ab1" + KEY[3:]
     file.rename(file.with_name(other + file.suffix))
-    assert cache.load(other) is None
+    assert cache.load(other) is None, "an entry under another name is not believed"
 
 
 def test_the_oldest_results_are_removed_from_a_full_cache(tmp_path: Path) -> None:
@@ -115,45 +94,43 @@ def test_a_full_disk_leaves_no_half_entry(cache: Cache, monkeypatch: pytest.Monk
     assert _files(cache) == []
 
 
+@pytest.mark.parametrize(
+    ("named", "xdg", "folder"),
+    [
+        ("/here", None, Path("/here")),
+        ("OFF", None, None),
+        (None, "/xdg", Path("/xdg/safenav")),
+        (None, "not/absolute", Path("/home/me/.cache/safenav")),
+    ],
+)
 def test_the_environment_determines_the_folder_of_the_cache(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    named: str | None, xdg: str | None, folder: Path | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setenv("SAFENAV_CACHE", str(tmp_path / "here"))
-    assert Cache.from_environment().directory == tmp_path / "here"
-    monkeypatch.setenv("SAFENAV_CACHE", "OFF")
-    assert Cache.from_environment().directory is None
-    monkeypatch.delenv("SAFENAV_CACHE")
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "xdg"))
-    assert Cache.from_environment().directory == tmp_path / "xdg" / "safenav"
-    monkeypatch.setenv("XDG_CACHE_HOME", "not/absolute")
-    monkeypatch.setenv("HOME", str(tmp_path / "home"))
-    assert Cache.from_environment().directory == tmp_path / "home" / ".cache" / "safenav"
+    for name, value in (("SAFENAV_CACHE", named), ("XDG_CACHE_HOME", xdg), ("HOME", "/home/me")):
+        monkeypatch.delenv(name, raising=False)
+        if value is not None:
+            monkeypatch.setenv(name, value)
+    assert Cache.from_environment().directory == folder
 
 
-def test_the_second_time_no_prompt_appears(
-    counting: tuple[Binary, Callable[[], int]], patrol: Specification
+def test_a_result_is_asked_for_once(
+    answering: Callable[[bytes], Binary],
+    patrol: Specification,
+    patrol_json: bytes,
+    tmp_path: Path,
 ) -> None:
-    binary, calls = counting
-    first = Synthesizer(binary).synthesize(patrol)
-    second = Synthesizer(binary).synthesize(patrol)
-    assert calls() == 1
+    """Another request, or another binary in its place, is synthesized again."""
+    binary = answering(patrol_json)
+    first, second = (Synthesizer(binary).synthesize(patrol) for _ in range(2))
     assert (first.cached, second.cached) == (False, True)
     assert second.strategy_json == first.strategy_json
     assert second.strategy_sha256 == first.strategy_sha256
     assert second.seconds == first.seconds
     assert second.strategy is not None and second.strategy.initial() == (0,)
-
-
-def test_another_request_or_binary_is_synthesized_again(
-    counting: tuple[Binary, Callable[[], int]], patrol: Specification
-) -> None:
-    binary, calls = counting
-    Synthesizer(binary).synthesize(patrol)
-    Synthesizer(binary).synthesize(patrol, strategy=False)
-    assert calls() == 2
+    assert not Synthesizer(binary).synthesize(patrol, strategy=False).cached
     binary.path.write_text(binary.path.read_text() + "# a newer version\n")
     assert not Synthesizer(Binary(binary.path)).synthesize(patrol).cached
-    assert calls() == 3
+    assert (tmp_path / "calls").read_text() == "call\n" * 3
 
 
 def test_a_text_is_kept_under_its_sha256_and_a_damaged_one_is_gone(tmp_path: Path) -> None:

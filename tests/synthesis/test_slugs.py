@@ -1,30 +1,61 @@
-"""Requests to a slugs binary: verdicts, limits, and every way in which a program can fail."""
+"""Requests to a slugs binary: verdicts, limits, and every way in which a program can fail; in
+threads, under signals. No process is left behind."""
 
+import json
 import os
+import signal
+import subprocess
 import sys
+import threading
+import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from safenav.errors import ExitCode, ResourceLimitError, SynthesizerError, Verdict
-from safenav.spec.specification import Specification
+from children import gone, ran
+from safenav.errors import (
+    ExitCode,
+    ResourceLimitError,
+    SafenavError,
+    SynthesizerError,
+    Verdict,
+)
+from safenav.spec.specification import Constraint, Origin, Section, Specification
 from safenav.synthesis.cache import Cache
-from safenav.synthesis.program import Binary
-from safenav.synthesis.slugs import Synthesizer
+from safenav.synthesis.program import Binary, die_with_parent
+from safenav.synthesis.slugs import SynthesisProgress, Synthesizer
 from safenav.verify.verification import first_failure
-from synthesis.requests import NATIVE, UPSTREAM, Answering, Script, ask, gone, impossible
+from slugs.commands import ENDLESS
+
+Script = Callable[[str], Binary]
+UPSTREAM = 'if [ "$1" = --version ]; then echo "unknown parameter" >&2; exit 1; fi\n'
+NATIVE = 'if [ "$1" = --version ]; then echo "slugs 9.9.9"; exit 0; fi\n'
+REALIZABLE, UNREALIZABLE = (
+    f"echo 'RESULT: Specification is {word}.' >&2\n" for word in ("realizable", "unrealizable")
+)
+NONE = Cache(None)
+
+
+def impossible(spec: Specification) -> Specification:
+    wall = Constraint(Section.SYS_TRANS, "region' != 5", Origin("obstacles.wall", "no entry"))
+    return spec.with_more(wall)
+
+
+@pytest.fixture
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("safenav.synthesis.slugs._HEARTBEAT_SECONDS", 0.05)
+    monkeypatch.setattr("safenav.synthesis.slugs.OVERTIME_SECONDS", 0.1)
 
 
 def test_a_result_contains_size_time_and_strategy(
-    answering: Answering, patrol: Specification, patrol_json: bytes
+    answering: Callable[[bytes], Binary], patrol: Specification, patrol_json: bytes
 ) -> None:
-    result = Synthesizer(answering("realizable", patrol_json)).synthesize(patrol)
-    assert result.robot == "carrier"
-    assert result.states == 9
+    result = Synthesizer(answering(patrol_json)).synthesize(patrol)
+    assert (result.robot, result.states, result.detail) == ("carrier", 9, "")
     assert result.strategy_json == patrol_json
     assert result.strategy is not None and result.strategy.initial() == (0,)
     assert result.strategy_sha256 is not None and len(result.strategy_sha256) == 64
-    assert result.detail == ""
     assert (result.cached, result.verified) == (False, None)
     assert 0 < result.seconds < 300
 
@@ -35,71 +66,85 @@ def test_our_binary_gets_the_specification_on_standard_input_with_its_limits(
     binary = script(
         NATIVE
         + f'cd "{tmp_path}"; cat > given; echo "$@" > arguments; echo "$SLUGS_PARENT" > parent\n'
-        "echo 'RESULT: Specification is unrealizable.' >&2; exit 10"
+        + UNREALIZABLE
+        + "exit 10"
     )
     binary = Binary(binary.path, ours=True)
-    synthesizer = Synthesizer(binary, seconds=7.5, memory_mb=100, cache=Cache(None))
+    synthesizer = Synthesizer(binary, seconds=7.5, memory_mb=100, cache=NONE)
     assert synthesizer.synthesize(patrol).verdict is Verdict.UNREALIZABLE
     assert (tmp_path / "given").read_text() == patrol.to_structuredslugs()
     assert int((tmp_path / "parent").read_text()) == os.getpid(), "it ends with this process"
-    arguments = (tmp_path / "arguments").read_text().split()
-    limits = ["--nodes", "200000", "--timeout", "7.5", "--memory", "100"]
-    assert arguments == ["--explicitStrategy", "--jsonOutput", *limits, "-"]
+    limits = "--nodes 200000 --timeout 7.5 --memory 100"
+    assert (tmp_path / "arguments").read_text() == f"--explicitStrategy --jsonOutput {limits} -\n"
+    fair = Constraint(Section.ENV_LIVENESS, "request", Origin("", ""))
+    synthesizer.synthesize(patrol.with_more(fair))
+    assert "--biasForAction" in (tmp_path / "arguments").read_text()
 
 
-def test_a_strategy_with_too_many_states_is_a_limit(script: Script, patrol: Specification) -> None:
-    binary = script(
-        NATIVE + "echo 'RESULT: Specification is realizable.' >&2\n"
-        "echo 'slugs: node limit reached' >&2; exit 3"
-    )
-    with pytest.raises(ResourceLimitError, match="strategy of carrier has more than 200,000 sta"):
-        ask(binary, patrol)
+ANSWERS: dict[str, tuple[str, object, str]] = {
+    "time": ("echo 'time limit reached in it. 3' >&2; exit 3", Verdict.TIMEOUT, "in it. 3"),
+    "memory": ("echo 'memory limit reached' >&2; exit 3", Verdict.OUT_OF_MEMORY, "limit reached"),
+    "nodes": (
+        f"{REALIZABLE} echo 'slugs: node limit reached' >&2; exit 3",
+        ResourceLimitError,
+        "strategy of carrier has more than 200,000 sta",
+    ),
+    "rejected": (
+        "echo '-:7:3: unexpected U' >&2; exit 2",
+        SynthesizerError,
+        r"rejects the spec(.|\n)*unexpected U",
+    ),
+    "segmentation fault": (
+        "echo oh dear >&2; kill -SEGV $$",
+        SynthesizerError,
+        r"crashed \(SIGSEGV\)(.|\n)*oh dear",
+    ),
+    "abort": ("kill -ABRT $$", SynthesizerError, r"crashed \(SIGABRT\)(.|\n)*printed nothing"),
+    "killed": ("kill -KILL $$", SynthesizerError, "killed from outside"),
+    "interrupted": (
+        "echo 'slugs: interrupted while solving' >&2; exit 3",
+        SynthesizerError,
+        "was interrupted from outside",
+    ),
+    "status": ("exit 7", SynthesizerError, r"no verdict \(exit status 7\)"),
+    "wrong status": (f"{REALIZABLE} exit 7", SynthesizerError, "but ended with exit status 7"),
+    "binary words": ("head -c 100000 /dev/urandom >&2", SynthesizerError, "no verdict"),
+    "no strategy": (REALIZABLE, SynthesizerError, "wrong result: the strategy is not"),
+    "empty strategy": (f"echo '{{}}'; {REALIZABLE}", SynthesizerError, "wrong result"),
+}
+"""What a binary does, and the verdict or the error, with words of its detail or message."""
 
 
-def test_our_binary_translates_for_a_foreign_one(
-    script: Script, patrol: Specification, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(("body", "expected", "words"), ANSWERS.values(), ids=ANSWERS)
+def test_limits_are_verdicts_and_failures_errors_with_the_last_words_of_the_binary(
+    script: Script, patrol: Specification, body: str, expected: object, words: str
 ) -> None:
-    own = script(NATIVE + 'test "$1 $2" = "--translate -" && tr a-z A-Z')
-    monkeypatch.setattr("safenav.synthesis.slugs.find_own_binary", lambda: own)
-    foreign = script(
-        UPSTREAM + f'cat "$3" > "{tmp_path}/given"; echo "$@" > "{tmp_path}/arguments"\n'
-        "echo 'RESULT: Specification is unrealizable.' >&2"
-    )
-    assert ask(foreign, patrol) is Verdict.UNREALIZABLE
-    assert (tmp_path / "given").read_text() == patrol.to_structuredslugs().upper()
-    *options, file = (tmp_path / "arguments").read_text().split()
-    assert options == ["--explicitStrategy", "--jsonOutput"]
-    assert file.endswith(".slugsin") and not Path(file).exists()
-    monkeypatch.setattr("safenav.synthesis.slugs.find_own_binary", lambda: None)
-    with pytest.raises(SynthesizerError, match="reads no structured slugs"):
-        ask(foreign, patrol)
+    synthesizer = Synthesizer(script(NATIVE + body), seconds=300, cache=NONE)
+    if isinstance(expected, Verdict):
+        result = synthesizer.synthesize(patrol)
+        assert (result.verdict, result.strategy) == (expected, None)
+        assert words in result.detail
+        return
+    with pytest.raises(SafenavError, match=words) as raised:
+        synthesizer.synthesize(patrol)
+    assert type(raised.value) is expected
+    internal = expected is SynthesizerError
+    assert internal is (raised.value.exit_code is ExitCode.INTERNAL)
+    assert internal is ("robot 'carrier'" in str(raised.value))
 
 
-def test_a_failed_translation_is_an_error(
-    script: Script, patrol: Specification, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("stream", ["1", "2"])
+@pytest.mark.parametrize(("kind", "limit"), [(NATIVE, 1), (UPSTREAM, 64)], ids=["own", "foreign"])
+def test_a_binary_that_floods_its_output_is_stopped_at_the_memory_limit(
+    kind: str, limit: int, stream: str, script: Script, patrol: Specification
 ) -> None:
-    own = script(NATIVE + "echo 'translation is broken' >&2; exit 4")
-    monkeypatch.setattr("safenav.synthesis.slugs.find_own_binary", lambda: own)
-    with pytest.raises(SynthesizerError, match=r"does not translate(.|\n)*translation is broken"):
-        ask(script(UPSTREAM), patrol)
-
-
-@pytest.mark.parametrize(
-    ("words", "verdict"),
-    [
-        ("time limit reached in iteration 3", Verdict.TIMEOUT),
-        ("memory limit reached (100 MB)", Verdict.OUT_OF_MEMORY),
-    ],
-)
-def test_limits_that_our_binary_keeps_are_verdicts_with_its_last_words(
-    script: Script, patrol: Specification, words: str, verdict: Verdict
-) -> None:
-    binary = script(NATIVE + f"echo '{words}' >&2; exit 3")
-    result = Synthesizer(binary).synthesize(patrol)
-    assert (result.verdict, result.detail, result.strategy) == (verdict, words, None)
+    binary = script(kind + f"exec yes >&{stream}")
+    with pytest.raises(ResourceLimitError, match=f"more than {limit} MiB"):
+        Synthesizer(binary, memory_mb=limit, cache=NONE).synthesize(patrol)
 
 
 @pytest.mark.parametrize("prefix", [UPSTREAM, NATIVE], ids=["upstream", "ours"])
+@pytest.mark.usefixtures("quick")
 def test_a_binary_that_hangs_is_killed_with_its_children(
     script: Script,
     patrol: Specification,
@@ -107,9 +152,7 @@ def test_a_binary_that_hangs_is_killed_with_its_children(
     prefix: str,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("safenav.synthesis.slugs.OVERTIME_SECONDS", 0.1)
-    child = tmp_path / "child"
-    own = script(NATIVE + "cat")
+    child, own = tmp_path / "child", script(NATIVE + "cat")
     monkeypatch.setattr("safenav.synthesis.slugs.find_own_binary", lambda: own)
     binary = script(prefix + f'echo working >&2; sleep 900 & echo $! > "{child}"; sleep 900; wait')
     result = Synthesizer(binary, seconds=1).synthesize(patrol)
@@ -127,85 +170,220 @@ def test_a_foreign_binary_is_held_to_its_memory(script: Script, patrol: Specific
         "print('RESULT: Specification is unrealizable.', file=sys.stderr)\n"
     )
     binary = script(UPSTREAM + f'exec "{sys.executable}" -c "{eater}"')
-    free = Synthesizer(binary, memory_mb=None, cache=Cache(None))
-    assert free.synthesize(patrol).verdict is Verdict.UNREALIZABLE
-    bound = Synthesizer(binary, memory_mb=200, cache=Cache(None))
-    assert bound.synthesize(patrol).verdict is Verdict.OUT_OF_MEMORY
+    for limit, verdict in ((None, Verdict.UNREALIZABLE), (200, Verdict.OUT_OF_MEMORY)):
+        synthesizer = Synthesizer(binary, memory_mb=limit, cache=NONE)
+        assert synthesizer.synthesize(patrol).verdict is verdict
 
 
-@pytest.mark.parametrize(
-    ("body", "complaint"),
-    [
-        ("echo '-:7:3: unexpected U' >&2; exit 2", r"rejects the spec(.|\n)*unexpected U"),
-        ("echo oh dear >&2; kill -SEGV $$", r"crashed \(SIGSEGV\)(.|\n)*oh dear"),
-        ("kill -ABRT $$", r"crashed \(SIGABRT\)(.|\n)*printed nothing"),
-        ("kill -KILL $$", "killed from outside"),
-        ("echo 'slugs: interrupted while solving' >&2; exit 3", r"was interrupted from outside"),
-        ("exit 7", r"no verdict \(exit status 7\)"),
-        ("head -c 100000 /dev/urandom >&2", "no verdict"),
-        ("echo 'RESULT: Specification is realizable.' >&2", "wrong result: the strategy is not"),
-        ("echo '{}'; echo 'RESULT: Specification is realizable.' >&2", "wrong result"),
-    ],
-    ids=[
-        "rejected", "segmentation fault", "abort", "killed", "interrupted", "status",
-        "binary words", "no strategy", "empty strategy",
-    ],
-)  # fmt: skip
-def test_a_broken_binary_is_an_error_with_its_last_words(
-    script: Script, patrol: Specification, body: str, complaint: str
+def test_upstreams_manners_give_the_same_answers(
+    slugs: Binary,
+    script: Script,
+    patrol: Specification,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    with pytest.raises(SynthesizerError, match=complaint) as raised:
-        ask(script(NATIVE + body), patrol)
-    assert raised.value.exit_code is ExitCode.INTERNAL
-    assert "robot 'carrier'" in str(raised.value)
-
-
-@pytest.mark.parametrize("stream", ["1", "2"])
-@pytest.mark.parametrize(("kind", "limit"), [(NATIVE, 1), (UPSTREAM, 64)], ids=["own", "foreign"])
-def test_a_binary_that_floods_its_output_is_stopped_at_the_memory_limit(
-    kind: str, limit: int, stream: str, script: Script, patrol: Specification
-) -> None:
-    binary = script(kind + f"exec yes >&{stream}")
-    with pytest.raises(ResourceLimitError, match=f"more than {limit} MiB"):
-        Synthesizer(binary, memory_mb=limit, cache=Cache(None)).synthesize(patrol)
-
-
-@pytest.fixture
-def upstream(slugs: Binary, script: Script, monkeypatch: pytest.MonkeyPatch) -> Binary:
-    """The real binary with the manners of upstream's: slugsin files only, no option of ours,
-    status 0 for both verdicts."""
+    """slugsin files only, no option of ours, status 0 for both verdicts: our binary translates, and
+    it has the counterstrategies."""
     if not slugs.native:
         pytest.skip("SAFENAV_SLUGS names a foreign binary")
-    monkeypatch.setattr("safenav.synthesis.slugs.find_own_binary", lambda: slugs)
-    return script(
+    upstream = script(
         'for argument in "$@"; do case "$argument" in\n'
         "--explicitStrategy|--jsonOutput|--counterStrategy) ;;\n"
         '-*) echo "Error: Did not understand parameter $argument" >&2; exit 1;;\n'
         '*.slugsin) ;; *) echo "Error: no slugsin" >&2; exit 1;;\n'
         f'esac; done\n"{slugs.path}" "$@"; exit 0'
     )
-
-
-def test_upstreams_manners_give_the_same_answers(
-    slugs: Binary, upstream: Binary, patrol: Specification
-) -> None:
-    ours, theirs = (
-        Synthesizer(b, cache=Cache(None), verifier=first_failure) for b in (slugs, upstream)
-    )
+    (tmp_path / "files").mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "files"))
+    own = "safenav.synthesis.slugs.find_own_binary"
+    monkeypatch.setattr(own, lambda: slugs)
+    ours, theirs = (Synthesizer(b, cache=NONE, verifier=first_failure) for b in (slugs, upstream))
     assert not theirs.binary.native
-    for spec in (patrol, impossible(patrol)):
+    lost = impossible(patrol)
+    for spec in (patrol, lost):
         assert theirs.synthesize(spec, strategy=False).verdict is ours.synthesize(spec).verdict
         assert theirs.synthesize(spec).strategy_json == ours.synthesize(spec).strategy_json
-
-
-def test_counterstrategies_come_from_our_binary(
-    slugs: Binary, upstream: Binary, patrol: Specification, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    for binary in (slugs, upstream):
-        result = Synthesizer(binary, verifier=first_failure).counterstrategy(impossible(patrol))
+    for synthesizer in (ours, theirs):
+        result = synthesizer.counterstrategy(lost)
         assert (result.verdict, result.verified) == (Verdict.UNREALIZABLE, True)
         assert result.strategy is not None
-    assert Synthesizer(slugs).counterstrategy(patrol).verdict is Verdict.REALIZABLE
-    monkeypatch.setattr("safenav.synthesis.slugs.find_own_binary", lambda: None)
+        assert synthesizer.counterstrategy(patrol).verdict is Verdict.REALIZABLE
+    assert not [*(tmp_path / "files").iterdir()], "files for a foreign binary do not stay"
+    broken = script(NATIVE + "echo 'translation is broken' >&2; exit 4")
+    monkeypatch.setattr(own, lambda: broken)
+    with pytest.raises(SynthesizerError, match=r"does not translate(.|\n)*translation is broken"):
+        theirs.synthesize(patrol)
+    monkeypatch.setattr(own, lambda: None)
+    with pytest.raises(SynthesizerError, match="reads no structured slugs"):
+        theirs.synthesize(patrol)
     with pytest.raises(SynthesizerError, match="no counterstrategies"):
-        Synthesizer(upstream).counterstrategy(impossible(patrol))
+        theirs.counterstrategy(lost)
+
+
+def test_a_wrong_strategy_is_an_error_of_the_synthesizer(
+    answering: Callable[[bytes], Binary], patrol: Specification, patrol_json: bytes
+) -> None:
+    """With ``verify``, what the binary says is not believed, nor what the cache has kept of it."""
+    document = json.loads(patrol_json)
+    document["nodes"]["1"]["trans"] = [1, 2]
+    liar = answering(json.dumps(document).encode())
+    for _ in range(2):
+        with pytest.raises(SynthesizerError, match=r"wrong result(.|\n)*region = 5"):
+            Synthesizer(liar, verifier=first_failure).synthesize(patrol)
+        believed = Synthesizer(liar).synthesize(patrol)
+        assert (believed.cached, believed.verified) == (False, None)
+    honest = answering(patrol_json)
+    for cached in (False, True):
+        result = Synthesizer(honest, verifier=first_failure).synthesize(patrol)
+        assert (result.verified, result.cached) == (True, cached)
+
+
+def test_several_run_in_parallel_and_return_in_order(
+    script: Script, patrol: Specification, tmp_path: Path
+) -> None:
+    """Each of two waits for the other to have started, so they cannot run one by one."""
+    if (os.cpu_count() or 1) < 2:
+        pytest.skip("one processor: nothing runs at once")
+    binary = script(
+        NATIVE + f'cat > "{tmp_path}/in.$$"; cd "{tmp_path}"\n'
+        "while [ $(ls in.* | wc -l) -lt 2 ]; do sleep 0.01; done\n"
+        "if grep -q '!= 5' in.$$; then\n"
+        f"  while [ ! -e heard ]; do sleep 0.01; done; {UNREALIZABLE} exit 10\nfi\n{REALIZABLE}"
+    )
+    heard: list[SynthesisProgress] = []
+
+    def listener(progress: SynthesisProgress) -> None:
+        heard.append(progress)
+        if progress.result is not None:
+            (tmp_path / "heard").touch()
+
+    results = Synthesizer(binary, seconds=300).synthesize_all(
+        [impossible(patrol), patrol], strategy=False, progress=listener
+    )
+    assert [r.verdict for r in results] == [Verdict.UNREALIZABLE, Verdict.REALIZABLE]
+    finished = [(p.index, p.result) for p in heard if p.result is not None]
+    assert finished == [(1, results[1]), (0, results[0])]
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_long_synthesis_reports_that_it_still_runs(
+    script: Script, patrol: Specification, tmp_path: Path
+) -> None:
+    running: list[SynthesisProgress] = []
+
+    def listener(progress: SynthesisProgress) -> None:
+        if progress.result is None:
+            running.append(progress)
+        if len(running) == 2:
+            (tmp_path / "heard").touch()
+
+    wait = f'while [ ! -e "{tmp_path}/heard" ]; do sleep 0.01; done\n'
+    binary = script(NATIVE + wait + REALIZABLE)
+    Synthesizer(binary).synthesize_all([patrol], strategy=False, progress=listener)
+    assert running[0].robot == "carrier"
+    assert 0 < running[0].seconds < running[-1].seconds
+
+
+@pytest.mark.parametrize("failing", ["binary", "listener"])
+@pytest.mark.usefixtures("quick")
+def test_one_failure_ends_all_the_others(
+    failing: str, script: Script, patrol: Specification, tmp_path: Path
+) -> None:
+    def listener(progress: SynthesisProgress) -> None:
+        if failing == "listener":
+            raise RuntimeError(f"running for {progress.seconds} s")
+
+    crash = f"if grep -q '!= 5' \"{tmp_path}/in.$$\"; then kill -SEGV $$; fi; "
+    crash *= failing == "binary"
+    binary = script(NATIVE + f'cat > "{tmp_path}/in.$$"\n{crash}sleep 900')
+    specs = [impossible(patrol), patrol, patrol, patrol]
+    with pytest.raises((SynthesizerError, RuntimeError), match=r"SIGSEGV|running for"):
+        Synthesizer(binary).synthesize_all(specs, progress=listener)
+    started = [*tmp_path.glob("in.*")]
+    assert len(started) <= (os.cpu_count() or 1) + (failing == "binary")
+    assert all(gone(int(file.suffix[1:])) for file in started)
+
+
+_CALLER = """
+import sys
+from pathlib import Path
+from safenav.errors import SynthesizerError
+from safenav.spec.specification import Specification
+from safenav.synthesis.slugs import Synthesizer
+try:
+    Synthesizer(Path(sys.argv[1]), seconds=60).synthesize_all([Specification("r", "r", (), ())] * 2)
+except KeyboardInterrupt:
+    print("interrupted")
+    sys.exit(130)
+"""
+
+
+@pytest.mark.parametrize(
+    ("sent", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 128 + signal.SIGTERM)]
+)
+def test_a_signal_ends_the_syntheses_before_the_caller_ends(
+    script: Script, tmp_path: Path, sent: signal.Signals, status: int
+) -> None:
+    binary = script(NATIVE + f'echo $$ >> "{tmp_path}/pids"; sleep 900; wait')
+    (tmp_path / "pids").touch()
+    with subprocess.Popen(
+        [sys.executable, "-c", _CALLER, str(binary.path)], stdout=subprocess.PIPE, text=True
+    ) as caller:
+        for _ in range(15_000):
+            pids = (tmp_path / "pids").read_text().split()
+            if len(pids) >= min(2, os.cpu_count() or 1):
+                break
+            time.sleep(0.02)
+        caller.send_signal(sent)
+        printed, _ = caller.communicate(timeout=300)
+    assert caller.returncode == status
+    assert printed == ("interrupted\n" if sent is signal.SIGINT else "")
+    assert pids and all(gone(int(pid)) for pid in pids)
+
+
+def test_a_synthesizer_ends_with_an_owner_that_is_killed_or_does_not_begin(
+    slugs: Binary, tmp_path: Path
+) -> None:
+    """The owner may end before the program, or for a foreign one its wrapper, asks the kernel to be
+    killed with it."""
+    file = tmp_path / "endless.structuredslugs"
+    file.write_text(ENDLESS)
+    program = (
+        "import os, subprocess, sys\n"
+        "subprocess.run(sys.argv[1:], env={'SLUGS_PARENT': str(os.getpid())})"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", program, slugs.path, file], stderr=subprocess.PIPE
+    ) as owner:
+        assert owner.stderr is not None and owner.stderr.readline().startswith(b"slugs ")
+        children = Path(f"/proc/{owner.pid}/task/{owner.pid}/children").read_text().split()
+        owner.kill()
+    assert children and gone(int(children[0]))
+    done = ran([slugs.path, "--version"], env={"SLUGS_PARENT": "1"})
+    assert done.returncode == -signal.SIGKILL
+    command = die_with_parent([str(slugs.path), "--version"])
+    assert ran(command).stdout
+    other = "import subprocess, sys; sys.exit(subprocess.call(sys.argv[1:]))"
+    done = ran([sys.executable, "-c", other, *command])
+    assert (done.returncode, done.stdout) == (1, "")
+
+
+def test_the_applications_own_handler_of_sigterm_is_kept(
+    script: Script, patrol: Specification
+) -> None:
+    class TerminatedError(Exception):
+        pass
+
+    def handler(*_: object) -> None:
+        raise TerminatedError
+
+    before = signal.signal(signal.SIGTERM, handler)
+    try:
+        timer = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGTERM))
+        timer.start()
+        with pytest.raises(TerminatedError):
+            Synthesizer(script(NATIVE + "sleep 900")).synthesize(patrol)
+        timer.join()
+        assert signal.getsignal(signal.SIGTERM) is handler
+    finally:
+        signal.signal(signal.SIGTERM, before)

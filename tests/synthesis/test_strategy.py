@@ -3,7 +3,6 @@ GraphML. Nodes and how they are followed: ``test_verify_random``."""
 
 import io
 import json
-import re
 from typing import Any
 
 import networkx
@@ -27,57 +26,45 @@ def test_a_variable_with_one_value_has_no_bits_but_a_value() -> None:
     assert strategy.values(0) == {"at": 7}
     assert strategy.find_initial({"at": 7}) == 0
     assert strategy.find_initial({"at": 8}) is None
-
-
-def test_an_unknown_variable_is_an_error(strategy: Strategy) -> None:
     with pytest.raises(KeyError):
-        strategy.find_initial({"nowhere": 4})
+        strategy.find_initial({"nowhere": 7})
 
 
-def _changed(data: bytes, *path: Any, value: Any) -> bytes:
-    document = json.loads(data)
-    place = document
-    for key in path[:-1]:
-        place = place[key]
-    place[path[-1]] = value
-    return json.dumps(document).encode()
-
-
-MALFORMED = from_yaml(beside(__file__, "malformed.yaml"))
-
-
-@pytest.mark.parametrize(("path", "value", "complaint"), MALFORMED)
+@pytest.mark.parametrize(
+    ("path", "value", "complaint"), from_yaml(beside(__file__, "malformed.yaml"))
+)
 def test_a_malformed_strategy_is_refused_with_the_reason(
     patrol: Specification, patrol_json: bytes, path: list[Any], value: Any, complaint: str
 ) -> None:
+    place = document = json.loads(patrol_json)
+    for key in path[:-1]:
+        place = place[key]
+    place[path[-1]] = value
     with pytest.raises(SynthesizerError, match=complaint):
-        Strategy.parse(_changed(patrol_json, *path, value=value), patrol)
+        Strategy.parse(json.dumps(document).encode(), patrol)
 
 
 def test_graphml_loads_again_with_every_value(strategy: Strategy) -> None:
     graph = networkx.read_graphml(io.BytesIO(to_graphml(strategy).encode()), node_type=int)
     assert sorted(graph.nodes) == list(range(9))
-    assert graph.number_of_edges() == strategy.edges
     for node, rank in enumerate(strategy.ranks):
         data, values = graph.nodes[node], strategy.values(node)
         assert data["value_region"] == values["region"]
         assert data["value_request"] == values["request"]
-        assert data["goal"] == rank
-        assert data["initial"] == (node == 0)
+        assert (data["goal"], data["initial"]) == (rank, node == 0)
         assert set(graph.adj[node]) == set(strategy.transitions[node])
     assert graph.nodes[3]["label"] == "region=5 !request"
     assert graph.edges[1, 4]["inputs"] == "request"
 
 
 def test_dot_names_every_node_and_edge_in_words(strategy: Strategy) -> None:
-    dot = to_dot(strategy)
-    nodes = re.findall(r"^  (\d+) \[label=\"(.*?)\"(, peripheries=2)?\];$", dot, re.MULTILINE)
-    assert [int(number) for number, _, _ in nodes] == list(range(9))
-    assert nodes[0] == ("0", r"0: goal 0\nregion=3\n!request", ", peripheries=2")
-    assert nodes[3] == ("3", r"3: goal 0\nregion=5\n!request", "")
-    edges = re.findall(r"^  (\d+) -> (\d+);$", dot, re.MULTILINE)
-    expected = [(n, s) for n, successors in enumerate(strategy.transitions) for s in successors]
-    assert [(int(a), int(b)) for a, b in edges] == expected
+    head, *lines = to_dot(strategy).split("\n  ")
+    nodes, edges = lines[3:12], lines[12:]
+    assert head.startswith('digraph "carrier" {')
+    assert nodes[0] == r'0 [label="0: goal 0\nregion=3\n!request", peripheries=2];'
+    assert nodes[3] == r'3 [label="3: goal 0\nregion=5\n!request"];'
+    expected = [f"{n} -> {s};" for n, after in enumerate(strategy.transitions) for s in after]
+    assert "\n".join(edges) == "\n".join([*expected[:-1], expected[-1] + "\n}\n"])
 
 
 def test_strange_titles_do_no_harm(patrol: Specification, patrol_json: bytes) -> None:
@@ -90,8 +77,7 @@ def test_strange_titles_do_no_harm(patrol: Specification, patrol_json: bytes) ->
 
 def test_a_printed_specification_reads_back(patrol: Specification) -> None:
     again = read_specification(patrol.to_structuredslugs(), "again", "carrier")
-    assert again.variables == patrol.variables
+    assert (again.variables, again.title) == (patrol.variables, patrol.title)
     assert [(c.section, c.formula) for c in again.constraints] == [
         (c.section, c.formula) for c in patrol.constraints
     ]
-    assert again.title == patrol.title
