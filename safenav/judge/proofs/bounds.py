@@ -166,12 +166,15 @@ class Bound:
         return {p: max(t, since) for p, t in former.items() if p[0] in earlier.regions}
 
 
-def _left(robot: Robot, wanted: int) -> Iterator[list[frozenset[int]]]:
+def _left(robot: Robot, wanted: int, tick: int) -> Iterator[list[frozenset[int]]]:
     """Yield the sequences of targets that a robot may still have to meet."""
     own, progress = robot.own, robot.progress
-    if own.settles:
-        first = progress.ahead if own.ends else 0
-        yield [*own.targets[first:]] if not progress.stayed and progress.since is None else []
+    if own.ends:
+        there = progress.stayed or progress.since is not None
+        yield [] if there else [*own.targets[progress.ahead :]]
+        return
+    if own.settles:  # each tick at its target is a round
+        yield [own.targets[-1]] * (wanted - progress.rounds(own, tick))
         return
     left, turn = max(own.count * wanted - progress.goals, 0), progress.turn
     free = own.strict and turn is None and robot.first is None
@@ -189,7 +192,7 @@ def mission(bound: Bound, tick: int) -> int:
         if not own.ordered:
             continue
         s.world.spend(own.count * wanted)
-        choices = [*_left(robot, wanted)]
+        choices = [*_left(robot, wanted, tick)]
         if not tick:  # a target on which it starts may count; each tick at the last is a round
             strict = own.strict and own.literal
             orders = [own.targets[k:] + own.targets[:k] for k in range(own.count)]
@@ -214,7 +217,7 @@ def lost_problems(e: Line, s: State) -> Iterator[str]:
             return
         due = clock.begun + (clock.within or 0)
         done = robot.progress.rounds(robot.own, e.tick) if robot.own.in_turn else 0
-        least = min(bound.round(e.of, one) for one in _left(robot, done + 1))
+        least = min(bound.round(e.of, one) for one in _left(robot, done + 1, e.tick))
     else:
         least = bound.resolution(e.of)
     if due != e.due:
