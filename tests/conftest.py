@@ -6,6 +6,7 @@ A shell starts background jobs with SIGINT ignored, which child processes inheri
 
 from __future__ import annotations
 
+import fcntl
 import gc
 import os
 import shutil
@@ -19,7 +20,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from drawn import PLAYED, Plays
-from once import FOLDER
+from once import FOLDER, RUNNING
 
 if TYPE_CHECKING:
     from report.browser import Browser
@@ -31,6 +32,9 @@ def pytest_configure(config: pytest.Config) -> None:
     if FOLDER not in os.environ:  # else another process of this test run has made it
         folder = tempfile.mkdtemp(prefix="safenav-tests-")
         os.environ[FOLDER] = folder
+        running = (Path(folder) / RUNNING).open("w")
+        fcntl.flock(running, fcntl.LOCK_EX)
+        config.add_cleanup(running.close)
         config.add_cleanup(lambda: shutil.rmtree(folder, ignore_errors=True))
     config.pluginmanager.register(Plays())
     untimed = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])

@@ -20,6 +20,8 @@ from safenav.trace.file import TraceWriter
 
 FOLDER = "SAFENAV_TEST_FOLDER"
 """The variable that names the folder of this test run; it is removed at the end."""
+RUNNING = "running"
+"""The file there that is locked until the end."""
 
 ROOT = Path(__file__).resolve().parents[1]
 SCENARIOS = ROOT / "scenarios"

@@ -18,6 +18,7 @@ import json
 import os
 import pkgutil
 import select
+import signal
 import socket
 import subprocess
 import sys
@@ -25,31 +26,22 @@ import tempfile
 import threading
 import traceback
 from collections.abc import Mapping
-from functools import cache
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
-from once import FOLDER, locked
+from once import FOLDER, RUNNING, locked
 
-TESTS = Path(__file__).parent
-PROGRAM = "from warm import serve; serve({0}, {1!r})"
 LIBRARIES = ("networkx", "numpy", "PIL.Image", "resvg_py", "daqp", "mcap.writer")
-LONGEST = 1 << 16
+LONGEST = 1 << 18
 PAUSE = 0.5
-"""Seconds after which the program looks whether anybody is connected."""
+"""Seconds after which the program looks whether the test run has ended."""
 
 Done = subprocess.CompletedProcess[str]
 
 
-def safenav(
-    *arguments: object,
-    cwd: Path | None = None,
-    env: Mapping[str, str] | None = None,
-    text: str = "",
-    together: bool = False,
-) -> Done:
-    """Run ``safenav ARGUMENTS...`` with ``text`` on its standard input; warnings are errors."""
-    return program("safenav.cli", *arguments, cwd=cwd, env=env, text=text, together=together)
+def safenav(*arguments: object, **options: Any) -> Done:
+    """Run ``safenav ARGUMENTS...``, ``options`` as below; warnings are errors."""
+    return program("safenav.cli", *arguments, **options)
 
 
 def program(
@@ -60,148 +52,112 @@ def program(
     text: str = "",
     together: bool = False,
 ) -> Done:
-    """Run a module's ``main`` in the same way; what it returns is the exit status. ``together``:
-    standard output has what it writes to standard error as well."""
+    """Run a module's ``main`` with ``text`` on its standard input; what it returns is the exit
+    status. ``together``: standard output has what it writes to standard error as well."""
     words = [str(argument) for argument in arguments]
-    with (
-        tempfile.TemporaryFile() as given,
-        tempfile.TemporaryFile() as out,
-        tempfile.TemporaryFile() as err,
-    ):
+    with contextlib.ExitStack() as opened:
+        given, out, err = (opened.enter_context(tempfile.TemporaryFile("w+b")) for _ in range(3))
         given.write(text.encode())
         given.seek(0)
         files = [stream.fileno() for stream in (given, out, out if together else err)]
-        status = _ask(b"run", files, module, words, cwd, env)
-        texts = []
-        for stream in (out, err):
-            stream.seek(0)
-            texts.append(stream.read().decode())
-    return subprocess.CompletedProcess([module, *words], status, *texts)
+        with _asked(module, words, files, cwd, env) as connection:
+            connection.recv(LONGEST)
+            status = connection.recv(LONGEST)
+        assert status, "the program that starts commands has ended"
+        out.seek(0)
+        err.seek(0)
+        texts = [out.read().decode(), err.read().decode()]
+    return subprocess.CompletedProcess([module, *words], int(status), *texts)
 
 
 def started(
     *arguments: object, out: int, cwd: Path | None = None, env: Mapping[str, str] | None = None
 ) -> int:
-    """Start ``safenav ARGUMENTS...``, which writes its output to ``out``; return its process id,
-    which is not reused until the next command."""
+    """Start ``safenav ARGUMENTS...``, which writes its output to ``out``; return its process id."""
     words = [str(argument) for argument in arguments]
     with Path(os.devnull).open("rb") as nothing:
-        return _ask(b"start", [nothing.fileno(), out, out], "safenav.cli", words, cwd, env)
+        files = [nothing.fileno(), out, out]
+        with _asked("safenav.cli", words, files, cwd, env) as connection:
+            return int(connection.recv(LONGEST))
 
 
-def _ask(
-    word: bytes,
-    files: list[int],
+def _asked(
     module: str,
     words: list[str],
+    files: list[int],
     cwd: Path | None,
     env: Mapping[str, str] | None,
-) -> int:
-    """The exit status of a command that is run, or the process id of one that is started."""
+) -> socket.socket:
+    """Start a command; return a connection with its process id, and then its exit status."""
     place, environment = str(cwd or Path.cwd()), dict(env or os.environ)
     asked = {"module": module, "words": words, "cwd": place, "env": environment}
-    server = _server()
-    with tempfile.TemporaryFile() as question:
-        question.write(json.dumps(asked).encode())
-        question.flush()
-        socket.send_fds(server, [word], [*files, question.fileno()])
-    answer = server.recv(LONGEST)
-    assert answer, "the program that starts commands has ended"
-    return int(answer)
+    connection = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    path = Path(os.environ[FOLDER]) / "warm.socket"
+    with locked(path.with_suffix(".lock")):
+        if not path.exists():
+            _start(path)
+    connection.connect(str(path))
+    socket.send_fds(connection, [json.dumps(asked).encode()], files)
+    return connection
 
 
-@cache
-def _server() -> socket.socket:
-    """A connection to the program, one for this process."""
-    place = Path(os.environ[FOLDER]) / "warm.socket"
-    ours = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-    with locked(place.with_suffix(".lock")):  # the program cannot end before we connect
-        try:
-            ours.connect(str(place))
-        except (FileNotFoundError, ConnectionRefusedError):
-            _start(place)
-            ours.connect(str(place))
-    atexit.register(ours.close)  # when all have, the program ends
-    return ours
-
-
-def _start(place: Path) -> None:
+def _start(path: Path) -> None:
     """Start the program, which accepts connections from now on."""
-    place.unlink(missing_ok=True)
-    paths = [str(TESTS), *filter(None, sys.path)]
+    paths = [str(Path(__file__).parent), *filter(None, sys.path)]
     with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as listening:
-        listening.bind(str(place))
+        listening.bind(str(path))
         listening.listen(64)
-        program = PROGRAM.format(listening.fileno(), str(place.with_suffix(".lock")))
-        starter = subprocess.run(
-            [sys.executable, "-W", "error", "-c", program],
+        subprocess.run(
+            [sys.executable, "-W", "error", "-c", f"import warm; warm.serve({listening.fileno()})"],
             pass_fds=[listening.fileno()],
             env={**os.environ, "PYTHONPATH": os.pathsep.join(paths), "OPENBLAS_NUM_THREADS": "1"},
             stdin=subprocess.DEVNULL,
-            check=False,
+            check=True,
         )
-    assert starter.returncode == 0
 
 
-def serve(number: int, lock: str) -> None:
-    """Fork for each connection, until all have ended."""
-    connecting = Path(lock).open()  # noqa: SIM115 (to the end)
+def serve(number: int) -> None:
+    """Fork for each connection, until the test run has ended."""
     if os.fork():
         os._exit(0)
+    running = (Path(os.environ[FOLDER]) / RUNNING).open()
     _import_everything()
     listening = socket.socket(fileno=number)
-    served = 0
+    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # ended children leave nothing
     while True:
-        if not served:
-            fcntl.flock(connecting, fcntl.LOCK_EX)
-            if not select.select([listening], [], [], 0.0)[0]:
-                listening.close()  # later connections are refused, and start another program
-                break
-            fcntl.flock(connecting, fcntl.LOCK_UN)
         if select.select([listening], [], [], PAUSE)[0]:
             connection, _ = listening.accept()
             if not os.fork():
                 listening.close()
+                running.close()
                 _serve(connection)
             connection.close()
-            served += 1
-        with contextlib.suppress(ChildProcessError):
-            while os.waitpid(-1, os.WNOHANG)[0]:
-                served -= 1
-    fcntl.flock(connecting, fcntl.LOCK_UN)  # commands that continue also have the file
-    os._exit(0)
+        with contextlib.suppress(BlockingIOError):
+            fcntl.flock(running, fcntl.LOCK_SH | fcntl.LOCK_NB)
+            os._exit(0)
 
 
 def _serve(connection: socket.socket) -> NoReturn:
-    """Fork for each request, until the connection ends."""
-    while True:
-        word, files, _, _ = socket.recv_fds(connection, LONGEST, 4)
-        if not word:
-            os._exit(0)
-        with contextlib.suppress(ChildProcessError):
-            while os.waitpid(-1, os.WNOHANG)[0]:  # what was started and has ended
-                pass
-        child = os.fork()
-        if not child:
-            connection.close()
-            _become(files)
-        for file in files:
-            os.close(file)
-        answer = child
-        if word == b"run":
-            answer = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-        with contextlib.suppress(BrokenPipeError):
-            connection.send(str(answer).encode())
+    """Fork for the request of a connection."""
+    signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+    asked, files, _, _ = socket.recv_fds(connection, LONGEST, 3)
+    child = os.fork()
+    if not child:
+        connection.close()
+        _become(json.loads(asked), files)
+    for file in files:
+        os.close(file)
+    with contextlib.suppress(BrokenPipeError):
+        connection.send(str(child).encode())
+        status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        connection.send(str(status).encode())
+    os._exit(0)
 
 
-def _become(files: list[int]) -> NoReturn:
+def _become(asked: Mapping[str, Any], files: list[int]) -> NoReturn:
     """Run the requested command in this process, to its end."""
-    for number, file in enumerate(files[:3]):
+    for number, file in enumerate(files):
         os.dup2(file, number)
-    with os.fdopen(files[3], "rb") as question:
-        question.seek(0)
-        asked = json.loads(question.read())
-    for file in files[:3]:
         os.close(file)
     os.chdir(asked["cwd"])
     os.environ.clear()
