@@ -5,8 +5,8 @@ from pathlib import Path
 from random import Random
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
-from support.boards import Data, Draft, open_floor, rooms, scattered
-from support.missions import mission
+from support.floors import open_floor, rooms, scattered
+from support.missions import HEADINGS, Data, Draft, mission
 
 __all__ = ["benchmark", "benchmark_map", "crowd", "maps_folder", "mirrored", "mission", "scattered"]
 
@@ -17,7 +17,7 @@ def mirrored(count: int) -> Data:
     """Quadcopters on an open floor that go to mirrored places on the other side: four of them on
     4 x 12 regions, twelve on 6 x 12."""
     rows = 4 if count <= 4 else 6
-    draft = Draft(Random(count), open_floor(rows, 12), f"mirrored {count}")
+    draft = Draft(Random(count), open_floor(rows, 12), f"mirrored {count}", 1, 3000)
     west = [(r, c) for c in (1, 2) for r in range(1, rows + 1)][:count]
     for k, (row, col) in enumerate(west):
         start, target = [row, col], [rows + 1 - row, 13 - col]
@@ -26,7 +26,7 @@ def mirrored(count: int) -> Data:
             "start": start,
             "objective": {"visit": [target, start]},
         }
-    return draft.data(1, 3000, count)
+    return draft.data
 
 
 def maps_folder() -> Path | None:
@@ -51,9 +51,9 @@ def benchmark(robots: int, flyers: int, doors: int, seed: int) -> Data:
     random = Random(f"benchmark {seed}")
     text, tasks = benchmark_map(folder)
     cols = len(text[0])
-    draft = Draft(random, text, f"random-32-32-10 {robots} {seed}")
+    draft = Draft(random, text, f"random-32-32-10 {robots} {seed}", 1, 5000)
     draft.models["rover"] = {"mobility": "free", "layer": "ground", "capabilities": ["push"]}
-    taken: set[int] = set()
+    taken, goals = set[int](), set[int]()
     for x, y, goal_x, goal_y in tasks[seed:]:
         start, goal = y * cols + x, goal_y * cols + goal_x
         k = len(draft.robots)
@@ -62,18 +62,18 @@ def benchmark(robots: int, flyers: int, doors: int, seed: int) -> Data:
         if start in taken or start == goal:
             continue
         model = "digit" if k % 2 else "rover"
-        draft.robot(f"{model}{k}", model, start, {"visit": [goal, start]})
-        if draft.can_go_on(f"{model}{k}"):
+        robot = {"model": model, "start": start, "objective": {"visit": [goal, start]}}
+        robot |= {"heading": random.choice(HEADINGS)} if model == "digit" else {}
+        if draft.accepted(robots={f"{model}{k}": robot}):
+            draft.robots[f"{model}{k}"] = robot
             taken.add(start)
-        else:
-            del draft.robots[f"{model}{k}"]
+            goals.add(goal)
     for k in range(flyers):
-        draft.place(f"quad{k}", "quadcopter", ("visit",), set())
-    goals = {r for robot in draft.mission().robots for target in robot.targets for r in target}
-    narrow = [r for r in draft.narrow() if r not in goals] or draft.free
-    while len(draft.obstacles) < doors:
-        draft.obstacle("door", random.choice(narrow))
-    return draft.data(1, 5000, seed)
+        draft.place(f"quad{k}", "quadcopter", lambda _: draft.targets("visit"))
+    narrow = [r for r in draft.narrow() if r not in taken | goals] or draft.free
+    for region in random.sample(narrow, doors):
+        draft.obstacle("door", region)
+    return draft.data
 
 
 def crowd(seed: int, count: int) -> Data:
@@ -82,17 +82,18 @@ def crowd(seed: int, count: int) -> Data:
     while True:
         down, across = (1, 2) if count < 4 else (2, 2) if count < 10 else (2, 3)
         grid = rooms(random, down, across, random.randint(3, 4), random.randint(3, 5))
-        draft = Draft(random, grid, f"crowd of {count}, {seed}")
+        draft = Draft(random, grid, f"crowd of {count}, {seed}", 1, 4000)
         draft.models["rover"] = {"mobility": "free", "layer": "ground", "capabilities": ["push"]}
         draft.models["cart"] = {"mobility": "free", "layer": "ground"}
-        taken: set[int] = set()
         for k in range(count):
             model = (
                 "quadcopter" if k % 5 == 4 else random.choice(["digit", "rover", "rover", "cart"])
             )
-            draft.place(f"{model}{k}", model, KINDS, taken)
+            draft.place(
+                f"{model}{k}", model, lambda _, draft=draft: draft.targets(random.choice(KINDS))
+            )
         doors = draft.narrow()
         for region in random.sample(doors, min(len(doors), random.randint(0, 3))):
             draft.obstacle(random.choice(["door", "door", "uncertainty"]), region)
         if len(draft.robots) == count:
-            return draft.data(1, 4000, seed)
+            return draft.data

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any, TypeVar
 
 import pytest
@@ -22,35 +22,29 @@ LEAST = 0.8
 PLAYED = "played"
 
 T = TypeVar("T")
-D = TypeVar("D", str, Mapping[str, Any], dict[str, Any])
+D = TypeVar("D", str, dict[str, Any])
 
 
-def tried(attempt: Callable[[int], T], seed: int) -> tuple[T, int]:
-    """Return what an attempt with a seed gives, and the number of refusals before: an attempt that
-    raises InputError is repeated with another seed, which follows from this one.
-
-    Fails if 60 in a row are refused."""
+def tried(attempt: Callable[[int], T], seed: int) -> T:
+    """Return what an attempt with a seed gives: one that raises InputError is repeated with another
+    seed, which follows from this one. Fails if 60 in a row are refused."""
     errors = list[str]()
     for again in range(MOST):
         try:
-            return attempt(seed + again * APART), again
+            return attempt(seed + again * APART)
         except InputError as error:
             errors.append(str(error).partition("\n")[0])
     raise AssertionError(f"seed {seed}: {MOST} draws refused, the last for: {errors[-1]}")
 
 
-def loads(
-    draw: Callable[[int], D], seed: int, load: Callable[[str], Scenario] = load_scenario_text
-) -> tuple[D, Scenario]:
-    """Return a seed's scenario, as it was drawn and as loaded: the first that is accepted.
-
-    ``draw``: returns it as YAML text or as data."""
+def loads(draw: Callable[[int], D], seed: int) -> tuple[D, Scenario]:
+    """Return a seed's scenario, as it was drawn and as loaded: the first that is accepted."""
 
     def attempt(number: int) -> tuple[D, Scenario]:
         made = draw(number)
-        return made, load(made if isinstance(made, str) else json.dumps(made))
+        return made, load_scenario_text(made if isinstance(made, str) else json.dumps(made))
 
-    return tried(attempt, seed)[0]
+    return tried(attempt, seed)
 
 
 class Plays:
@@ -74,16 +68,6 @@ class Plays:
             if len(cases) >= 5 and sum(cases) < LEAST * len(cases)
         ]
 
-    @property
-    def folders(self) -> dict[str, tuple[int, int]]:
-        """By folder of tests: the cases that played, and all."""
-        found: dict[str, tuple[int, int]] = {}
-        for name, cases in self._cases.items():
-            folder = name.rpartition("/")[0]
-            played, all_ = found.get(folder, (0, 0))
-            found[folder] = played + sum(cases), all_ + len(cases)
-        return dict(sorted(found.items()))
-
     @pytest.hookimpl(wrapper=True)
     def pytest_sessionfinish(self, session: pytest.Session) -> object:
         if self.idle and not hasattr(session.config, "workerinput"):
@@ -93,7 +77,7 @@ class Plays:
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
         if self._cases:
             terminalreporter.section("random tests: cases that played something")
-            for folder, (played, all_) in self.folders.items():
-                terminalreporter.line(f"{folder}: {played} of {all_}")
+            for name, cases in sorted(self._cases.items()):
+                terminalreporter.line(f"{name}: {sum(cases)} of {len(cases)}")
         for line in self.idle:
             terminalreporter.line(f"ERROR {line}, fewer than {LEAST:.0%}", red=True)

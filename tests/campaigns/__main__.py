@@ -34,9 +34,10 @@ def drawn(
         data = mission(family, number)
         data |= {"clock": "live"} if {"live", "faults"} & {*switches} else {}
         data |= {"coordination": "assignable"} if "assignable" in switches else {}
+        data |= {"coordination": "resynthesis"} if "certified" in switches else {}
         return data, play(data, seed, **options)
 
-    (data, one), _ = tried(attempt, seed)
+    data, one = tried(attempt, seed)
     return data, one, options
 
 

@@ -17,7 +17,8 @@ from safenav.cli.run import run
 from safenav.cli.synth import explain
 from safenav.errors import InputError, SafenavError
 from scenario.mistakes import places
-from support.examples import campaign, scenarios
+from support.examples import campaign
+from support.missions import mission
 
 pytestmark = pytest.mark.slow
 
@@ -35,7 +36,7 @@ def damaged(draw: st.DrawFn) -> dict[str, Any]:
     """A valid scenario with one to three values replaced, removed, or put somewhere else. No
     robot tracks another: that makes strategies of 20,000 states, which ask nothing more of the
     readers."""
-    data = copy.deepcopy(draw(scenarios(robots=2)))
+    data = mission("tracked", draw(st.integers(0, 10**6)))
     for robot in data["robots"].values():
         robot.pop("tracks", None)
     for _ in range(draw(st.sampled_from([1, 1, 1, 2, 3]))):

@@ -1,5 +1,5 @@
 """Rules beside an objective (``avoid``, ``always``): judged by a game and a walk over the trace of
-this file's own, for a robot alone; teams: ``support.mixed``."""
+this file's own, for a robot alone; teams: ``support.missions``."""
 
 import json
 import os
@@ -145,7 +145,7 @@ def accepted(seed: int) -> tuple[Drawn, Scenario]:
 def test_an_objective_with_rules_is_realizable_iff_a_walk_keeps_them(
     seed: int, played: Callable[[], None]
 ) -> None:
-    (drawn, scenario), _ = tried(accepted, seed)
+    drawn, scenario = tried(accepted, seed)
     (answer,) = first_results(scenario, default_synthesizer(scenario)).values()
     assert answer.realizable == drawn.can(), drawn.text()
     played()

@@ -4,20 +4,14 @@
 """
 
 import os
-from functools import partial
-from typing import Any
 
 from hypothesis import HealthCheck, settings
-from hypothesis import strategies as st
 
-from drawn import loads
 from safenav.runtime.run.mission import default_synthesizer
 from safenav.scenario.model import Scenario
-from safenav.scenario.reading.loader import load_scenario_text
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
 from safenav.verify.verification import first_failure
-from support.mixed import tracked_mission
 
 
 def campaign(bounded: int) -> settings:
@@ -30,20 +24,6 @@ def campaign(bounded: int) -> settings:
         print_blob=True,
         suppress_health_check=list(HealthCheck),
     )
-
-
-@st.composite
-def scenarios(draw: st.DrawFn, robots: int = 4) -> dict[str, Any]:
-    """A random mission, as data, with at most this many robots, that the loader accepts, even if
-    their targets are out of reach."""
-
-    def made(number: int) -> dict[str, Any]:
-        mission = tracked_mission(number)
-        mission["robots"] = dict([*mission["robots"].items()][:robots])
-        return mission
-
-    load = partial(load_scenario_text, reachable=False)
-    return loads(made, draw(st.integers(0, 10**6)), load)[0]
 
 
 def quiet(scenario: Scenario) -> Synthesizer:

@@ -13,8 +13,7 @@ from safenav.team.apply import apply, initial
 from safenav.team.floor import Floor, Joint, floor_now
 from safenav.team.state import Is, State
 from safenav.team.team import Team, team_of
-from support.boards import Data
-from support.missions import mission
+from support.missions import Data, mission
 
 FAMILIES = ("labs", "tight_needs", "parking_hidden")
 MOST_EVENTS = 2_000

@@ -12,7 +12,7 @@ from runtime.played import play
 from safenav.team.apply import initial
 from safenav.team.battery import NEVER
 from safenav.team.team import team_of
-from support.boards import free_in, walled
+from support.floors import free_in, walled
 
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) or 20
 

@@ -10,7 +10,6 @@ from safenav.scenario.reading.loader import load_scenario_text
 from safenav.team.apply import initial
 from safenav.team.floor import Floor, floor_now
 from safenav.team.team import team_of
-from support.missions import mission
 
 SCENARIO = """
 safenav: 1
@@ -116,10 +115,6 @@ def test_charged_robots_never_step_into_one_region_nor_exchange_theirs() -> None
                 found.add(after.poses)
                 left.append(after)
     assert len(found) > 9
-
-
-def test_eight_robots_on_thirteen_regions_complete() -> None:
-    completed(mission("crowd_hidden", 203))
 
 
 def test_a_mission_of_many_rounds_is_planned_part_by_part() -> None:

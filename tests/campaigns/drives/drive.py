@@ -29,7 +29,7 @@ from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace import records
 from safenav.trace.file import TraceWriter, read_bytes
 from support.examples import quiet
-from support.mixed import SIDES, metric_mission
+from support.missions import SIDES, mission
 
 TOLD_OF_TRANSPORT = ("measured clock", "measured rate")
 """Rules of motions that say of a drive that its messages came late, or that clocks differ."""
@@ -125,7 +125,7 @@ def late_mission(seed: int) -> Data:
     random = Random(f"late {seed}")
     if random.random() < 0.5:
         return _rooms(random)
-    data = metric_mission(seed)
+    data = mission("metric", seed)
     data["clock"] = "live"
     data["limits"] = {"ticks": 300, "synthesis_seconds": 20, "seconds": 240}
     for key in ("by", "within"):

@@ -14,7 +14,7 @@ from safenav.team.state import Stage
 from safenav.team.team import Need, Obstacle
 from safenav.world.map import RegionMap
 from safenav.world.poses import Mobility, PoseGraph, bits, region_mask
-from support.boards import walled
+from support.floors import walled
 
 FUZZ = int(os.environ.get("SAFENAV_FUZZ", "0"))
 BATCHES, IN_BATCH = (FUZZ // 50 or 1, 100) if FUZZ else (1, 40)

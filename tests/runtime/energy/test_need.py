@@ -10,7 +10,7 @@ from safenav.scenario.model import Battery
 from safenav.team.battery import NEVER, Energy
 from safenav.world.map import RegionMap
 from safenav.world.poses import Mobility, PoseGraph, bits
-from support.boards import walled
+from support.floors import walled
 
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) or 30
 State = tuple[int, int]
