@@ -221,7 +221,10 @@ def _judge(data: Mapping[str, Any], played: Played, world: FaultyWorld | None) -
 
 def _broken_promises(lines: Sequence[Mapping[str, Any]]) -> list[str]:
     """Plans that the robots have followed to their end, whereupon they need another one although
-    nothing else has happened: a plan completes the mission, or all that it serves."""
+    nothing else has happened: a plan completes the mission, or all that it serves. Rounds that are
+    due within a time continue after that."""
+    if any("within" in robot for robot in lines[0]["scenario"]["robots"]):
+        return []
     ended, found = False, list[str]()
     for line in lines:
         if line["type"] == "plan_end":
