@@ -202,6 +202,12 @@ def _drop_edge(document: Any, source: Random) -> bool:
     return bool(node["trans"]) and node["trans"].pop() is not None
 
 
+def _double_edge(document: Any, source: Random) -> bool:
+    node = document["nodes"][source.choice(sorted(document["nodes"]))]
+    node["trans"] += node["trans"][:1]
+    return bool(node["trans"])
+
+
 def _flip_bit(document: Any, source: Random) -> bool:
     node = document["nodes"][source.choice(sorted(document["nodes"]))]
     node["state"][source.randrange(len(node["state"]))] ^= 1
@@ -244,12 +250,13 @@ def _counter_input(document: Any, source: Random) -> bool:
     return True
 
 
-ALWAYS = {"a transition gone", "no measure"}
+ALWAYS = {"a transition gone", "a transition twice", "no measure"}
 """Never accepted. Otherwise a bundle may be: with another answer of the strategy that is right as
 well, by waiting where it meets its goals, or by another measure that still falls."""
 MUTANTS: dict[str, tuple[str, Change]] = {
     "a transition": ("strategies/", _redirect),
     "a transition gone": ("strategies/", _drop_edge),
+    "a transition twice": ("strategies/", _double_edge),
     "a bit of a state": ("strategies/", _flip_bit),
     "a measure": ("proofs/", _measure),
     "no measure": ("proofs/", _no_measure),
