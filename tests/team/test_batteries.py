@@ -1,7 +1,8 @@
-"""A random robot alone with a battery: what the need of its first pose promises."""
+"""The least charges of a random robot alone with a battery, by a search over pose, target and
+charge: with these, and no less, it continues forever, and its run is completed."""
 
-import json
 import os
+from collections import defaultdict
 from collections.abc import Callable
 from random import Random
 
@@ -13,50 +14,109 @@ from safenav.team.apply import initial
 from safenav.team.battery import NEVER
 from safenav.team.team import team_of
 from support.floors import free_in, walled
+from support.missions import Data
 
-COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) or 20
+COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) or 50
+HEADINGS = ("north", "east", "south", "west")
+State = tuple[int, int]
+"""A pose, which is the region and the heading times the size of the map, and a charge."""
 
 
-def scenario(seed: int) -> str:
+def drawn(seed: int) -> Data:
     """A small space with chargers; some robots use charge by standing."""
     random = Random(f"batteries {seed}")
-    grid = walled(random, random.randint(3, 5), random.randint(4, 7), 0.2)
+    grid = walled(random, random.randint(2, 4), random.randint(3, 5), 0.2)
     free = free_in(grid)
-    stay = random.choice((0, 0, 1))
-    capacity = random.randint(10, 24) * (1 + stay)
-    battery = {"capacity": capacity, "charge": random.randint(1, 4) + stay, "stay": stay}
+    stay, kind = random.choice((0, 0, 1)), random.choice(("visit", "visit", "patrol", "once"))
+    capacity = random.randint(4, 16) * (1 + stay)
+    battery = {"capacity": capacity, "charge": random.choice((1, 3, 5)) + stay, "stay": stay}
     model = {
         "mobility": random.choice(("free", "free", "heading")),
         "layer": "ground",
-        "battery": battery | {"start": random.randint(capacity // 2, capacity)},
+        "battery": battery | {"start": random.randint(1, capacity)},
     }
-    objective = {random.choice(("visit", "visit", "patrol", "once")): random.sample(free, 2)}
-    robot = {"model": "cart", "start": random.choice(free), "heading": "east"}
-    return json.dumps(
-        {
-            "safenav": 1,
-            "map": {"grid": grid},
-            "catalogue": {"robots": {"cart": model}},
-            "robots": {"cart": robot | {"objective": objective}},
-            "chargers": random.sample(free, random.choice((1, 2))),
-            "until": {"rounds": random.choice((1, 2))},
-            "limits": {"ticks": 600},
-        }
-    )
+    count = min(len(free), 2 if kind == "patrol" else random.choice((1, 2, 3)))
+    robot = {"model": "cart", "start": random.choice(free), "heading": random.choice(HEADINGS)}
+    return {
+        "safenav": 1,
+        "map": {"grid": grid},
+        "catalogue": {"robots": {"cart": model}},
+        "robots": {"cart": robot | {"objective": {kind: random.sample(free, count)}}},
+        "chargers": random.sample(free, min(len(free), random.choice((1, 2, 3)))),
+        "until": {"rounds": random.choice((1, 2))},
+        "limits": {"ticks": 600},
+    }
+
+
+def walks(data: Data) -> dict[State, set[State]]:
+    """The states before each one: by a step, a charge, or a stay."""
+    grid, model = data["map"]["grid"], data["catalogue"]["robots"]["cart"]
+    battery, cols, size = model["battery"], len(grid[0]), len(grid) * len(grid[0])
+    before = defaultdict[State, set[State]](set)
+    turns = model["mobility"] == "heading"
+    for region in free_in(grid):
+        for heading in range(4 if turns else 1):
+            pose = heading * size + region
+            for charge in range(battery["capacity"] + 1):
+                after = [
+                    ((way if turns else 0) * size + region + step, charge - 1)
+                    for way, step in enumerate((-cols, 1, cols, -1))
+                    if "".join(grid)[region + step] == "."
+                    and not (turns and way == (heading + 2) % 4)
+                ]
+                if region in data["chargers"]:
+                    after.append((pose, min(battery["capacity"], charge + battery["charge"])))
+                elif charge >= 1:  # else it is out of service
+                    after.append((pose, charge - battery["stay"]))
+                for state in after:
+                    if state[1] >= 0:
+                        before[state].add((pose, charge))
+    return before
+
+
+def lasting(data: Data) -> list[set[State]]:
+    """For each next target the states from which all targets are met infinitely often, or the last
+    one is where it settles: the greatest sets from which a walk leads to the target and into the
+    set of the next one."""
+    before, ((kind, targets),) = walks(data), data["robots"]["cart"]["objective"].items()
+    size = len("".join(data["map"]["grid"]))
+    found = [set().union(*before.values()) for _ in targets]
+    while True:
+        after = []
+        for turn, target in enumerate(targets):
+            last = turn + 1 == len(targets)
+            then = found[(turn if kind == "once" else 0) if last else turn + 1]
+            good = set[State]()
+            left = [state for state in then if state[0] % size == target]
+            while left:
+                more = before[left.pop()] - good
+                good |= more
+                left += more
+            after.append(good & found[turn])
+        if after == found:
+            return found
+        found = after
 
 
 @pytest.mark.parametrize("seed", range(COUNT))
-def test_a_robot_alone_completes_its_rounds_if_its_charge_suffices(
+def test_a_robot_alone_continues_iff_its_charge_suffices(
     seed: int, played: Callable[[], None]
 ) -> None:
-    _, plan = loads(scenario, seed)
+    data, plan = loads(drawn, seed)
     (member,), (robot,) = team_of(plan).members, initial(team_of(plan)).robots
-    energy = member.energy
+    energy, capacity = member.energy, plan.robots[0].model.battery.capacity  # type: ignore[union-attr]
     assert energy is not None
-    need = float(energy.need(member.floor, robot.pose, energy.turn(robot.own.memory)))
+    good, turn = lasting(data), energy.turn(robot.own.memory)
+    for found, states in zip(energy.needs(member.floor), good, strict=True):
+        poses = {pose for pose, _ in states}
+        assert found.keys() == poses
+        for pose in poses:
+            charges = sorted(charge for at, charge in states if at == pose)
+            assert charges == list(range(int(found[pose]), capacity + 1))
+    suffices = (robot.pose, energy.battery.start) in good[turn]
     end = play(plan).outcome
-    suffices = need <= energy.battery.start
-    assert (end["outcome"] == "completed") is suffices, plan
+    assert (end["outcome"] == "completed") is suffices, data
     if not suffices:
+        need = energy.need(member.floor, robot.pose, turn)
         assert end["refused"] == {"cart.battery": None if need >= NEVER else need}
     played()
