@@ -1,7 +1,6 @@
 """The regions to which a robot can be sent from a pose without losing its own objective."""
 
 import pytest
-from msgspec.structs import replace
 
 from safenav.scenario.model import Robot, RobotModel
 from safenav.scenario.objective import Cover, Hold, Ltl, Objective, Visit
@@ -12,12 +11,16 @@ from safenav.world.poses import Mobility, Pose
 
 CORRIDOR = RegionMap.from_grid(["#######", "#.....#", "#######"])  # regions 8 to 12
 RING = RegionMap.from_grid(["#####", "#...#", "#.#.#", "#...#", "#####"])  # 6 to 18 around 12
+WEST = Heading.WEST
 
 
-def sent(world: RegionMap, start: Pose, objective: Objective) -> AssignableRegions:
+def sent(
+    start: Pose, objective: Objective, world: RegionMap = CORRIDOR, *blocked: int
+) -> AssignableRegions:
     mobility = Mobility.FREE if start.heading is None else Mobility.HEADING
     robot = Robot("r", RobotModel("m", mobility, "ground", frozenset()), start, objective)
-    return assignable_regions(Task(robot, start, objective, assignable=True), world)
+    known = tuple(Known(region, "door", "it stays") for region in blocked)
+    return assignable_regions(Task(robot, start, objective, blocked=known, assignable=True), world)
 
 
 def visit(*regions: int) -> Visit:
@@ -37,17 +40,31 @@ def visit(*regions: int) -> Visit:
             {8, 9},
             id="no way back to its goal",
         ),
+        pytest.param(
+            Ltl(safety=("region = 11 -> region' != 11",), liveness=("region = 8",)),
+            {8, 9, 10},
+            id="not where it cannot wait",
+        ),
     ],
 )
 def test_a_robot_is_sent_to_regions_that_keep_its_objective_possible(
     objective: Objective, regions: set[int]
 ) -> None:
-    assert sent(CORRIDOR, Pose(9), objective) == AssignableRegions(frozenset(regions))
+    assert sent(Pose(9), objective) == AssignableRegions(frozenset(regions))
+
+
+def test_irreversible_steps_obstacles_and_directions_count() -> None:
+    assert sent(Pose(9), visit(9), CORRIDOR, 11).places == {8, 9, 10}  # obstacles stay
+    both = Cover((frozenset({18}), frozenset({8})))  # both directions around are equivalent
+    around = sent(Pose(6, Heading.EAST), both, RING)
+    assert around == AssignableRegions(frozenset(RING.free))
+    # If the objective is lost already, nothing is assigned.
+    assert sent(Pose(11, WEST), visit(12)) == AssignableRegions(frozenset({11}))
 
 
 def test_behind_a_one_way_step_it_is_sent_on_only() -> None:
     ltl = Ltl(safety=("region = 10 -> region' != 9",), liveness=("region = 12",))
-    found = sent(CORRIDOR, Pose(9), ltl)
+    found = sent(Pose(9), ltl)
     ways = {here: {to for to in range(13) if found.allows(Pose(here), {}, to)} for here in (9, 10)}
     assert ways == {9: {8, 9, 10, 11, 12}, 10: {10, 11, 12}}
     assert found.homes == ()
@@ -55,14 +72,12 @@ def test_behind_a_one_way_step_it_is_sent_on_only() -> None:
 
 def test_with_headings_a_corridor_is_one_way() -> None:
     """Its goal is either end: it can be sent as far as to the one that it faces."""
-    found = sent(CORRIDOR, Pose(11, Heading.WEST), Visit((frozenset({8, 11}),)))
-    west = [Pose(region, Heading.WEST) for region in (8, 9, 10, 11)]
-    ways = [{to for to in range(13) if found.allows(pose, {}, to)} for pose in west]
+    found = sent(Pose(11, WEST), Visit((frozenset({8, 11}),)))
+    poses = [Pose(region, WEST) for region in (8, 9, 10, 11)]
+    ways = [{to for to in range(13) if found.allows(pose, {}, to)} for pose in poses]
     assert ways == [{8}, {8, 9}, {8, 9, 10}, {8, 9, 10}]
-    assert {frozenset(pose.region for pose, _ in home.states) for home in found.homes} == {
-        frozenset({8, 9, 10}),
-        frozenset({11}),
-    }
+    homes = {frozenset(pose.region for pose, _ in home.states) for home in found.homes}
+    assert homes == {frozenset({8, 9, 10}), frozenset({11})}
 
 
 def test_the_memory_of_the_robot_counts() -> None:
@@ -73,25 +88,7 @@ def test_the_memory_of_the_robot_counts() -> None:
         liveness=("region = 10",),
         memory={"done": None},
     )
-    found = sent(CORRIDOR, Pose(9), ltl)
+    found = sent(Pose(9), ltl)
     ways = [{to for to in range(13) if found.allows(Pose(9), {"done": k}, to)} for k in (0, 1)]
     assert ways == [{8, 9, 10, 11, 12}, {9, 10, 11, 12}]
     assert not found.allows(Pose(12), {"done": 0}, 8)  # it will be done when it leaves
-
-
-def test_both_directions_around_are_equivalent() -> None:
-    found = sent(RING, Pose(6, Heading.EAST), Cover((frozenset({18}), frozenset({8}))))
-    assert found == AssignableRegions(frozenset(RING.free))
-
-
-def test_nothing_is_assigned_if_the_objective_is_lost_already() -> None:
-    found = sent(CORRIDOR, Pose(11, Heading.WEST), visit(12))
-    assert found == AssignableRegions(frozenset({11}))
-
-
-def test_obstacles_that_stay_are_walls() -> None:
-    model = RobotModel("m", Mobility.FREE, "ground", frozenset())
-    robot = Robot("r", model, Pose(9), visit(9))
-    task = Task(robot, Pose(9), visit(9), assignable=True)
-    shut = replace(task, blocked=(Known(11, "door", "it stays"),))
-    assert assignable_regions(shut, CORRIDOR).places == {8, 9, 10}

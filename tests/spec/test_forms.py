@@ -8,7 +8,7 @@ from random import Random
 import pytest
 
 from safenav.explain.explanation import play
-from safenav.scenario.objective import Cover, Hold, Objective, Once, Patrol, TargetObjective, Visit
+from safenav.scenario.objective import Cover, Hold, Objective, Once, Patrol, Visit
 from safenav.spec.task import Memory, ObjectiveForm, Weakening, can_keep, concession, forms
 from safenav.world.map import Heading, RegionMap
 from safenav.world.poses import Mobility, Pose, PoseGraph, region_mask
@@ -16,6 +16,10 @@ from safenav.world.poses import Mobility, Pose, PoseGraph, region_mask
 
 def floor(*rows: str) -> RegionMap:
     return RegionMap.from_grid(rows)
+
+
+def at(*regions: int) -> frozenset[int]:
+    return frozenset(regions)
 
 
 def test_it_agrees_with_the_game_played_out() -> None:
@@ -29,12 +33,9 @@ def test_it_agrees_with_the_game_played_out() -> None:
         heading = random.choice([None, *Heading])
         mobility = Mobility.FREE if heading is None else Mobility.HEADING
         pose = Pose(random.choice(world.free), heading)
-        some = random.sample(world.free, 3)
-        patrol: TargetObjective = Patrol(
-            (frozenset(some[:1]), frozenset(some[1 : random.randint(2, 3)]))
-        )
-        if random.random() < 0.5:
-            patrol = Patrol(tuple(frozenset({region}) for region in some))
+        a, b, c = random.sample(world.free, 3)
+        targets = [(at(a), at(b)), (at(a), at(b, c)), (at(a, b), at(b, c)), (at(a), at(b), at(c))]
+        patrol = Patrol(random.choice((*targets, targets[-1])))
         blocked = frozenset(random.sample(world.free, random.randint(0, 2)))
         for memory in range(len(patrol.targets)):
             played = play(mobility, pose, patrol, Memory(memory), world, blocked).winnable
@@ -45,35 +46,52 @@ def test_it_agrees_with_the_game_played_out() -> None:
     assert min(counts.values()) > 100
 
 
-def at(*regions: int) -> frozenset[int]:
-    return frozenset(regions)
-
-
 def climbed(objective: Objective, start: int, turn: int = 0, **about: bool) -> list[ObjectiveForm]:
     """The forms for a robot in a corridor of five regions."""
     graph = PoseGraph(floor("....."), Mobility.FREE)
     return list(forms(objective, turn, Pose(start), graph, **about))
 
 
+ONE = (at(0),)
+PATROL = Patrol((at(1), at(4)))
 PLAIN = Visit((at(1), at(4)))
+WIDE = Patrol((at(0), at(1, 2)))
+LITERAL = Patrol((at(0), at(1, 2)), literal=True)
 
 
 @pytest.mark.parametrize(
-    "objective", [Visit((at(0), at(4))), Cover((at(0),)), Hold((at(3),)), Once((at(0),))]
+    ("objective", "start", "turn", "about", "expected"),
+    [
+        *(
+            (objective, 2, 0, {"shared": True}, [(objective, 0, None)])
+            for objective in (
+                Visit((at(0), at(4))),
+                Cover((at(0),)),
+                Hold((at(3),)),
+                Once((at(0),)),
+            )
+        ),
+        (PATROL, 2, 0, {}, [(PATROL, 0, None), (PATROL, 1, "TURNED"), (PLAIN, 0, "KEPT")]),
+        (PATROL, 2, 1, {}, [(PATROL, 1, None), (PATROL, 0, "TURNED"), (PLAIN, 1, "KEPT")]),
+        (PATROL, 0, 0, {}, [(PATROL, 0, None), (PLAIN, 0, "KEPT")]),
+        (PATROL, 0, 1, {}, [(PATROL, 0, "TURNED"), (PLAIN, 1, "KEPT")]),
+        (PATROL, 2, 0, {"shared": True}, [(PLAIN, 0, "SHARED")]),
+        (PATROL, 2, 0, {"assigned": True}, [(PLAIN, 0, "ASSIGNED")]),
+        (WIDE, 3, 0, {}, [(WIDE.relaxed(), 0, "CORRIDOR")]),
+        (LITERAL, 3, 0, {}, [(LITERAL, 0, None)]),
+    ],
 )
-def test_other_objectives_have_one_form(objective: Objective) -> None:
-    assert climbed(objective, 2, shared=True) == [ObjectiveForm(objective, 0)]
-
-
-def test_a_patrol_is_weakened_one_form_at_a_time() -> None:
-    patrol = Patrol((at(1), at(4)))
-    turned = ObjectiveForm(patrol, 1, Weakening.TURNED)
-    last = ObjectiveForm(PLAIN, 0, Weakening.KEPT)
-    assert climbed(patrol, 2) == [ObjectiveForm(patrol, 0), turned, last]
-    assert climbed(patrol, 0) == [ObjectiveForm(patrol, 0), last]
-    assert climbed(patrol, 0, 1) == [
-        ObjectiveForm(patrol, 0, Weakening.TURNED),
-        ObjectiveForm(PLAIN, 1, Weakening.KEPT),
+def test_a_patrol_is_weakened_one_form_at_a_time(
+    objective: Objective,
+    start: int,
+    turn: int,
+    about: dict[str, bool],
+    expected: list[tuple[Objective, int, str | None]],
+) -> None:
+    """Other objectives, and literal ones, have one form; among others a patrol is alternation from
+    the start."""
+    assert climbed(objective, start, turn, **about) == [
+        ObjectiveForm(form, first, Weakening[why] if why else None) for form, first, why in expected
     ]
 
 
@@ -88,35 +106,23 @@ def test_a_patrol_of_three_begins_with_the_next_target_that_it_can() -> None:
     )
 
 
-def test_a_robot_that_must_cross_a_target_patrols_by_alternation() -> None:
-    wide = Patrol((at(0), at(1, 2)))
-    (chosen_form,) = climbed(wide, 3)
-    assert chosen_form == ObjectiveForm(Visit((at(0), at(1, 2))), 0, Weakening.CORRIDOR)
-    assert concession(wide, chosen_form) == (
+def test_a_concession_has_its_reason() -> None:
+    crosses = ObjectiveForm(WIDE.relaxed(), 0, Weakening.CORRIDOR)
+    assert concession(WIDE, crosses) == (
         "may cross a target on the way: the corridor leaves no other path"
     )
-    assert climbed(Patrol((at(0), at(1, 2)), literal=True), 3) == [
-        ObjectiveForm(Patrol((at(0), at(1, 2)), literal=True), 0)
-    ]
-
-
-def test_among_others_a_patrol_is_alternation_from_the_start() -> None:
-    patrol = Patrol((at(1), at(4)))
-    assert climbed(patrol, 2, shared=True) == [ObjectiveForm(PLAIN, 0, Weakening.SHARED)]
-    assert climbed(patrol, 2, assigned=True) == [ObjectiveForm(PLAIN, 0, Weakening.ASSIGNED)]
-    assert concession(patrol, ObjectiveForm(PLAIN, 0, Weakening.SHARED)) == (
+    assert concession(PATROL, ObjectiveForm(PLAIN, 0, Weakening.SHARED)) == (
         "may cross a target on the way and wait at one: it shares its floor with others"
     )
 
 
 def test_obstacles_and_mobility_are_named_if_they_are_the_reason() -> None:
-    ring = floor("...", ".#.", "...")
-    patrol = Patrol((at(0), at(2)))
-    graph = PoseGraph(ring, Mobility.FREE)
-    (chosen_form,) = forms(Patrol((at(0), at(1, 2))), 0, Pose(5), graph, region_mask([7]))
-    assert chosen_form.weakening is Weakening.OBSTACLES
-    heading = PoseGraph(floor("....", "....", "...."), Mobility.HEADING)
+    ring = PoseGraph(floor("...", ".#.", "..."), Mobility.FREE)
+    (form,) = forms(WIDE, 0, Pose(5), ring, region_mask([7]))
+    assert form.weakening is Weakening.OBSTACLES
+    patrol, pose = Patrol((at(0), at(2))), Pose(5, Heading.EAST)
+    room = PoseGraph(floor("....", "....", "...."), Mobility.HEADING)
+    assert next(forms(patrol, 0, pose, room)).weakening is None
     narrow = PoseGraph(floor("....."), Mobility.HEADING)
-    assert next(forms(patrol, 0, Pose(5, Heading.EAST), heading)).weakening is None
-    (chosen_form,) = forms(patrol, 0, Pose(3, Heading.EAST), narrow)
-    assert chosen_form.weakening is Weakening.MOBILITY
+    (form,) = forms(patrol, 0, Pose(3, Heading.EAST), narrow)
+    assert form.weakening is Weakening.MOBILITY

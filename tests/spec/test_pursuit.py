@@ -1,24 +1,28 @@
-"""The automaton of an objective and its formulas say the same, step by step; strategies of visits
-keep their order, and those that avoid others never meet them."""
+"""The automaton of an objective and its formulas say the same, step by step, and the steps of a
+robot are those of its map; strategies of visits keep their order, and those that avoid others never
+meet them."""
 
 from itertools import product
 from pathlib import Path
 from random import Random
 
 import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
 
 from safenav.errors import Verdict
 from safenav.formula.parser import parse
-from safenav.formula.syntax import evaluate
+from safenav.formula.syntax import evaluate, predicate
 from safenav.scenario.model import Robot, RobotModel
 from safenav.scenario.objective import Cover, Hold, Once, Patrol, TargetObjective, Visit
 from safenav.spec.compile import assumption_names, busy, compile_task, encode
 from safenav.spec.specification import Section
-from safenav.spec.task import NO_MEMORY, Memory, Task
+from safenav.spec.task import NO_MEMORY, Known, Memory, Task
 from safenav.synthesis.slugs import Synthesizer
 from safenav.verify.verification import first_failure
 from safenav.world.map import Heading, RegionMap
 from safenav.world.poses import Mobility, Pose, bits, plain_graph
+from support.examples import campaign
 
 REGIONS = range(9)
 
@@ -49,29 +53,27 @@ def values(memory: int, region: int) -> dict[str, int]:
 
 
 @pytest.mark.parametrize("objective", OBJECTIVES, ids=str)
-def test_a_step_is_allowed_and_counts_as_by_the_formulas(
-    objective: TargetObjective,
-) -> None:
-    pursuit = objective
+def test_a_step_is_allowed_and_counts_as_by_the_formulas(objective: TargetObjective) -> None:
     # A visit has a memory where goals are assigned at runtime; see below.
     encoding = encode(objective, "robots.r", 3, NO_MEMORY, assigned=True)
-    parsed = [(c.section, parse(c.formula)) for c in encoding.constraints]
-    rules = [formula for section, formula in parsed if section is Section.SYS_TRANS]
-    goals = [formula for section, formula in parsed if section is Section.SYS_LIVENESS]
-    memories = range(len(pursuit.targets)) if pursuit.in_turn else (0,)
+    rules, goals = (
+        [predicate(parse(c.formula)) for c in encoding.constraints if c.section is section]
+        for section in (Section.SYS_TRANS, Section.SYS_LIVENESS)
+    )
+    memories = range(len(objective.targets)) if objective.in_turn else (0,)
     steps = 0
     for memory, region, then, after in product(memories, REGIONS, memories, REGIONS):
         before, now = values(memory, region), values(then, after)
-        if objective.strict and pursuit.begin(region, memory) != memory:
+        if objective.strict and objective.begin(region, memory) != memory:
             continue  # a state that the formulas never let it be in
-        kept = all(evaluate(rule, before, now) for rule in rules)
-        turned = pursuit.turned(memory, region) if pursuit.in_turn else memory
-        assert kept == (then == turned and not pursuit.forbidden(memory, region, after))
+        kept = all(rule(before, now) for rule in rules)
+        turned = objective.turned(memory, region) if objective.in_turn else memory
+        assert kept == (then == turned and not objective.forbidden(memory, region, after))
         if kept:
-            met = tuple(i for i, goal in enumerate(goals) if evaluate(goal, before, now))
-            counts = pursuit.met(then, after)
-            if pursuit.in_turn and pursuit.settles:  # the last one alone is a goal forever
-                counts = (0,) if len(pursuit.targets) - 1 in counts else ()
+            met = tuple(i for i, goal in enumerate(goals) if goal(before, now))
+            counts = objective.met(then, after)
+            if objective.in_turn and objective.settles:  # the last one alone is a goal forever
+                counts = (0,) if len(objective.targets) - 1 in counts else ()
             assert met == counts
             steps += 1
     assert steps > 20
@@ -79,10 +81,9 @@ def test_a_step_is_allowed_and_counts_as_by_the_formulas(
 
 @pytest.mark.parametrize("objective", OBJECTIVES[:7], ids=str)
 def test_it_starts_as_the_formulas_require(objective: Patrol | Visit) -> None:
-    pursuit = objective
-    for region, memory in product(REGIONS, range(len(pursuit.targets))):
+    for region, memory in product(REGIONS, range(len(objective.targets))):
         encoding = encode(objective, "robots.r", region, Memory(memory), assigned=True)
-        start = values(pursuit.begin(region, memory), region)
+        start = values(objective.begin(region, memory), region)
         for constraint in encoding.constraints:
             if constraint.section is Section.SYS_INIT:
                 assert evaluate(parse(constraint.formula), start, {})
@@ -120,20 +121,16 @@ def test_a_strategy_takes_the_targets_of_a_visit_in_their_order(
     here = 1 << plain.number(pose)
     for _ in range(3 * count):
         memory = visit.turned(memory, strategy.values(node)["region"])
-        steps = 1 if here & plain.on(visit.targets[memory]) else 0
-        steps = (
-            steps
-            or plain.steps_between(here, plain.on(visit.targets[memory]), plain.everywhere)
-            or 0
-        )
+        target = plain.on(visit.targets[memory])
+        steps = 1 if here & target else plain.steps_between(here, target, plain.everywhere) or 0
         for _ in range(steps):  # the shortest way to the next target, or a stay at it
             (node,) = strategy.transitions[node]
             now = strategy.values(node)
             facing = Heading(now["heading"]) if heading is not None else None
             here = 1 << plain.number(Pose(now["region"], facing))
-            if now["region"] in visit.targets[memory]:
+            if here & target:
                 break
-        assert strategy.values(node)["region"] in visit.targets[memory]
+        assert here & target
 
 
 WORLD = RegionMap.from_grid([".....", ".###.", "....."])
@@ -165,3 +162,38 @@ def test_it_never_enters_an_occupied_region_and_meets_its_targets(names: tuple[s
         assert there == here or there not in taken
         visited.add(there)
     assert {0, 14} <= visited
+
+
+@campaign(30)
+@given(st.data())
+def test_the_steps_of_a_robot_are_those_of_its_map(data: st.DataObject) -> None:
+    """To free neighbours that are neither blocked nor lost; never backwards with a heading; and it
+    may stay where it is, also if that has been blocked."""
+    rows, cols = data.draw(st.sampled_from([(1, 5), (2, 3), (3, 3), (3, 2), (4, 1)]))
+    line = st.lists(st.sampled_from("...#"), min_size=cols, max_size=cols).map("".join)
+    grid = data.draw(st.lists(line, min_size=rows, max_size=rows))
+    world = RegionMap.from_grid(grid)
+    assume(world.free)
+    mobility = data.draw(st.sampled_from([*Mobility]))
+    facings = [*Heading] if mobility is Mobility.HEADING else [None]
+    poses = [Pose(region, facing) for region in range(rows * cols) for facing in facings]
+    here = data.draw(st.sampled_from([pose for pose in poses if pose.region in world.free]))
+    blocked = data.draw(st.frozensets(st.sampled_from(world.free), max_size=2))
+    lost = data.draw(st.frozensets(st.sampled_from(poses), max_size=2))
+    known = tuple(Known(region, "door", "it is closed") for region in sorted(blocked))
+    visit = Visit((at(world.free[0]),))
+    robot = Robot("a", RobotModel("rover", mobility, "ground", frozenset()), here, visit)
+    spec = compile_task(Task(robot, here, visit, blocked=known, forbidden=lost), world)
+    rules = [predicate(parse(c.formula)) for c in spec.section(Section.SYS_TRANS)]
+    offsets = {(-1, 0): 0, (0, 1): 1, (1, 0): 2, (0, -1): 3}
+    for a, b in product(poses, poses):
+        if a.region not in world.free:
+            continue
+        (row, col), (then, beside) = divmod(a.region, cols), divmod(b.region, cols)
+        side, stays = offsets.get((then - row, beside - col)), a.region == b.region
+        turns = a.heading is None or (a.heading != (side or 0) ^ 2 and b.heading == side)
+        possible = a.heading == b.heading if stays else side is not None and turns
+        open_ = b.region not in blocked or a.region == b.region == here.region
+        expected = possible and grid[then][beside] == "." and open_ and b not in lost
+        before, after = ({"region": p.region, "heading": p.heading or 0} for p in (a, b))
+        assert all(rule(before, after) for rule in rules) == expected, (a, b)
