@@ -9,12 +9,13 @@ import jsonschema
 import pytest
 import yaml
 
-from once import from_yaml
+from once import beside, from_yaml
 from safenav.errors import Diagnostic, InputError
 from safenav.fleet import file as fleet_file
 from safenav.fleet.file import template_text
+from safenav.fleet.robots import unserved
 from safenav.scenario.lint import imprecise
-from safenav.scenario.model import Failures
+from safenav.scenario.model import Failures, Scenario
 from safenav.scenario.reading.loader import load_scenario, load_scenario_text
 from scenario.mistakes import disagreement, keys_of, mistakes, places
 from warm import safenav
@@ -25,10 +26,10 @@ SCHEMA = json.loads(fleet_file.schema_text())
 HEAD = "safenav-fleet: 1\ntransport: ros2\n"
 
 
-def loaded(text: str, folder: Path) -> fleet_file.FleetFile:
-    path = folder / "fleet.yaml"
-    path.write_text(text)
-    return fleet_file.load_fleet(path, load_scenario(CASE))
+def loaded(text: str, folder: Path, scenario: Scenario | None = None) -> fleet_file.FleetFile:
+    """A fleet file, of case study 1 unless told."""
+    (folder / "fleet.yaml").write_text(text)
+    return fleet_file.load_fleet(folder / "fleet.yaml", scenario or load_scenario(CASE))
 
 
 def test_own_keys_win_over_defaults(tmp_path: Path) -> None:
@@ -90,13 +91,8 @@ def test_fleet_files_of_the_documentation_load(page: str, tmp_path: Path) -> Non
         }
         world = {"grid": ["." * 8] * 8}
         scenario = yaml.safe_dump({"safenav": 1, "map": world, "robots": robots})
-        (tmp_path / "fleet.yaml").write_text(fleet)
-        loaded = fleet_file.load_fleet(tmp_path / "fleet.yaml", load_scenario_text(scenario))
-        assert loaded.stations.keys() == {*names}
-
-
-def test_without_a_network_nothing_leaves_the_machine(tmp_path: Path) -> None:
-    assert loaded(HEAD, tmp_path).network == fleet_file.Network(0, "lo", ("127.0.0.1",))
+        stations = loaded(fleet, tmp_path, load_scenario_text(scenario)).stations
+        assert stations.keys() == {*names}
 
 
 @pytest.mark.parametrize(("side", "tolerance"), [(2.0, 0.3), (1.0, 0.2), (0.6, 0.18)])
@@ -110,20 +106,17 @@ map: {{resolution: {side}, grid: ["####", "#..#", "####"]}}
 catalogue: {{robots: {{cart: {{mobility: free, layer: ground, size: 0.6, speed: 1}}}}}}
 robots: {{a: {{model: cart, start: 5, objective: {{visit: [6, 5]}}}}}}
 """
-    path = tmp_path / "fleet.yaml"
-    path.write_text(template_text(load_scenario_text(text)))
-    station = fleet_file.load_fleet(path, load_scenario_text(text)).stations["a"]
+    scenario = load_scenario_text(text)
+    station = loaded(template_text(scenario), tmp_path, scenario).stations["a"]
     assert station.tolerance == pytest.approx(tolerance)
-    assert side == 0.6 or not list(imprecise(load_scenario_text(text), {"a": tolerance}))
+    assert side == 0.6 or not list(imprecise(scenario, {"a": tolerance}))
 
 
 @pytest.mark.parametrize("name", ["case_study_1", "beam", "hello"])
 def test_the_template_loads_and_fits_the_schema(name: str, tmp_path: Path) -> None:
     scenario = load_scenario(ROOT / "scenarios" / f"{name}.yaml")
     text = template_text(scenario)
-    path = tmp_path / "fleet.yaml"
-    path.write_text(text)
-    fleet = fleet_file.load_fleet(path, scenario)
+    fleet = loaded(text, tmp_path, scenario)
     assert set(fleet.stations) == {robot.name for robot in scenario.robots}
     for robot in scenario.robots:
         assert set(fleet.stations[robot.name].act) == set(robot.capabilities)
@@ -135,14 +128,12 @@ def test_the_template_loads_and_fits_the_schema(name: str, tmp_path: Path) -> No
 
 @pytest.mark.parametrize("side", [0.4, 1.0, 2.0])
 def test_default_distances_end_inside_the_region(side: float, tmp_path: Path) -> None:
-    path = tmp_path / "fleet.yaml"
-    path.write_text(HEAD + "defaults: {follow: {}}\n")
-    scenario = load_scenario_text(
-        CASE.read_text().replace("map:\n", f"map:\n  resolution: {side}\n")
-    )
-    station = fleet_file.load_fleet(path, scenario).stations["quad"]
+    """And by default nothing leaves the machine."""
+    text = CASE.read_text().replace("map:\n", f"map:\n  resolution: {side}\n")
+    fleet = loaded(HEAD + "defaults: {follow: {}}\n", tmp_path, load_scenario_text(text))
+    assert fleet.network == fleet_file.Network(0, "lo", ("127.0.0.1",))
+    station = fleet.stations["quad"]
     assert station.tolerance == pytest.approx(min(0.3, 0.3 * side))
-    assert station.follow is not None
     assert station.off(side) == pytest.approx(min(0.25, 0.25 * side))
 
 
@@ -185,7 +176,34 @@ def test_a_mistake_is_reported_with_its_position(text: str, told: str, tmp_path:
 def test_new_writes_a_fleet_file(tmp_path: Path) -> None:
     done: Any = safenav("new", "--fleet", CASE, cwd=tmp_path)
     assert done.returncode == 0 and "--fleet fleet.yaml --rehearse" in done.stderr
-    fleet_file.load_fleet(tmp_path / "fleet.yaml", load_scenario(CASE))
+    loaded((tmp_path / "fleet.yaml").read_text(), tmp_path)
+
+
+SERVED = (
+    "robots: {fetch: {act: {unlock: key}}, one: {act: {lift: grip}}, two: {act: {lift: grip}}}\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("robots", "told"),
+    [
+        (SERVED, []),
+        (
+            SERVED.replace("unlock: key", "").replace("lift: grip}}}", "lfit: grip}}}"),
+            [
+                "two has no service for 'lift', which a crate needs",
+                "two has no service for 'lift', which a parcel needs",
+                "fetch has no service for 'unlock', which a gate needs",
+                "a service for 'lfit', which no robot can perform",
+            ],
+        ),
+    ],
+    ids=["all", "some"],
+)
+def test_actions_without_services_are_named(robots: str, told: list[str], tmp_path: Path) -> None:
+    yard = load_scenario_text(beside(__file__, "scenarios/crate_and_gate.yaml"))
+    found = [*unserved(yard, loaded(HEAD + robots, tmp_path, yard))]
+    assert len(found) == len(told) and all(map(str.__contains__, found, told)), found
 
 
 FULL: dict[str, Any] = {

@@ -1,5 +1,7 @@
-"""The simulation in metres: contacts, and robots that act on obstacles."""
+"""The simulation in metres: contacts, robots that act on obstacles, and drives (drives.yaml)."""
 
+import json
+import time
 from math import pi
 from typing import Any
 
@@ -8,10 +10,16 @@ from msgspec.structs import replace
 
 pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
 
-from fleet.lab import watched
-from once import beside
+import numpy as np
+
+from fleet.lab import driven, watched
+from once import beside, from_yaml
 from safenav.fleet.lab.physics import Physics, straight
 from safenav.fleet.transport import Places
+from safenav.motion.check.execution import trackings
+from safenav.motion.columns import columns_at
+from safenav.motion.file import Action, Reset, Segment
+from safenav.run.checked import check_trace
 from safenav.scenario.model import Need, Obstacle, ObstacleType
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_scenario_text
@@ -21,194 +29,185 @@ from safenav.world.poses import Pose
 HALL = """\
 safenav: 1
 name: hall
-map:
-  resolution: 2.0
-  origin: [3.0, -4.0]
-  grid: |
-    #######
-    #.....#
-    #######
+map: {resolution: 2.0, origin: [3.0, -4.0], grid: ["#######", "#.....#", "#######"]}
 robots:
-  {{digit: {{model: digit, start: {begins}, heading: east, objective: {{hold: {begins}}}}},
-   quad: {{model: quadcopter, start: 12, objective: {{visit: [8, 12]}}}}}}
-obstacles: {obstacles}
-catalogue: {{obstacles: {{crate: {{action: push, resolve_at: neighbours}},
-  rubble: {{action: clear, resolve_at: neighbours}}}}}}
+  digit: {model: digit, start: 8, heading: east, objective: {hold: 8}}
+  quad: {model: quadcopter, start: 12, objective: {visit: [8, 12]}}
 """
-FREE = HALL.format(obstacles="[]", begins=8)
+YARD = beside(__file__, "scenarios/two_lifters.yaml")
+CRATE, GATE, DOOR = (Obstacle(built_in().obstacles[each], 10) for each in ("crate", "gate", "door"))
 
 
-def hall(obstacles: str = "[]", begins: int = 8) -> tuple[Physics, Places]:
-    text = HALL.format(obstacles=obstacles, begins=begins)
-    scenario = load_scenario_text(text, "hall.yaml")
-    assert scenario.map.frame is not None
-    places = Places(scenario.map, scenario.map.frame)
-    return watched(Physics(places, scenario.robots, scenario.obstacles)), places
+class Floor:
+    """The physics of a scenario with obstacles."""
 
+    def __init__(self, *obstacles: Obstacle, text: str = YARD) -> None:
+        scenario = load_scenario_text(text, "made.yaml")
+        assert scenario.map.frame is not None
+        self.places = Places(scenario.map, scenario.map.frame)
+        self.physics: Any = watched(Physics(self.places, scenario.robots, obstacles))
 
-def gone(physics: Physics, places: Places, name: str, region: int, limit: float = 30.0) -> Any:
-    """Send a robot to a region; how that ended."""
-    physics.send(name, *places.centre(region), 0.0 if name == "digit" else None)
-    return ended(physics, name, "end", limit)
+    def ended(self, name: str, key: str) -> Any:
+        until = self.physics.now + 30.0
+        while self.physics.now < until:
+            self.physics.step(0.1)
+            if (found := self.physics.state(name)[key]) is not None:
+                return found
+        return None
 
+    def goes(self, name: str, region: int, east: float = 0.0) -> Any:
+        """Send a robot to a region, or metres east of its centre; how that ended."""
+        x, y = self.places.centre(region)
+        self.physics.send(name, x + east, y, 0.0 if name == "digit" else None)
+        return self.ended(name, "end")
 
-def ended(physics: Physics, name: str, key: str, limit: float = 30.0) -> Any:
-    until = physics.now + limit
-    while physics.now < until:
-        physics.step(0.1)
-        state = physics.state(name)
-        if state[key] is not None:
-            return state[key]
-    return None
+    def acts(self, name: str, action: str) -> Any:
+        self.physics.perform(name, action)
+        return self.ended(name, "acted")
+
+    def ahead(self, name: str = "left") -> float:
+        """Metres from a robot to what is in its east."""
+        return float(self.physics.scan(name)[1][0])
 
 
 def test_a_drone_is_stopped_by_a_closed_door_and_a_walker_opens_it() -> None:
     """By entering its region: not from beside it."""
-    physics, places = hall("[{type: door, region: 10}]")
-    assert gone(physics, places, "quad", 11) == "succeeded"
-    assert gone(physics, places, "quad", 10) == "aborted"
-    assert gone(physics, places, "quad", 12) == "succeeded"
-    assert gone(physics, places, "digit", 9) == "succeeded"
-    _, ranges = physics.scan("digit")
-    assert ranges[0] < 2.0  # the door, straight ahead
-    physics.perform("digit", "push")
-    assert ended(physics, "digit", "acted") == "failed"
-    assert gone(physics, places, "digit", 10) == "succeeded"
-    physics.perform("digit", "push")
-    assert ended(physics, "digit", "acted") == "done"
-    assert set(physics.log()["contacts"]) == {"door@10 quad"}
-    assert gone(physics, places, "digit", 9) == "succeeded"
-    _, ranges = physics.scan("digit")
-    assert ranges[0] > 4.0
-    for region in (11, 10):
-        assert gone(physics, places, "quad", region) == "succeeded"
+    hall = Floor(DOOR, text=HALL)
+    assert [hall.goes("quad", n) for n in (11, 10, 12)] == ["succeeded", "aborted", "succeeded"]
+    assert hall.goes("digit", 9) == "succeeded"
+    assert hall.ahead("digit") < 2.0  # the door, straight ahead
+    assert hall.acts("digit", "push") == "failed"
+    assert hall.goes("digit", 10) == "succeeded"
+    assert hall.acts("digit", "push") == "done"
+    assert set(hall.physics.log()["contacts"]) == {"door@10 quad"}
+    assert hall.goes("digit", 9) == "succeeded"
+    assert hall.ahead("digit") > 4.0
+    assert [hall.goes("quad", region) for region in (11, 10)] == ["succeeded"] * 2
 
 
 @pytest.mark.parametrize(("heading", "yaw"), [(Heading.NORTH, pi / 2), (Heading.WEST, pi)])
 def test_regions_and_headings_follow_a_turned_map(heading: Heading, yaw: float) -> None:
-    text = FREE.replace("origin: [3.0, -4.0]", "origin: [3.0, -4.0, 0.3]")
-    scenario = load_scenario_text(text, "hall.yaml")
-    assert scenario.map.frame is not None
-    places = Places(scenario.map, scenario.map.frame)
-    for region in range(scenario.map.size):
-        assert places.region(*places.centre(region)) == region
+    places = Floor(text=HALL.replace("-4.0]", "-4.0, 0.3]")).places
+    regions = range(places.world.size)
+    assert [places.region(*places.centre(region)) for region in regions] == [*regions]
     assert places.yaw(Pose(8, heading)) == pytest.approx(yaw + 0.3)
     assert places.heading(yaw + 0.3 + 0.5) is heading and places.region(-50.0, 0.0) is None
 
 
-YARD = beside(__file__, "scenarios/two_lifters.yaml")
-CRATE = Obstacle(built_in().obstacles["crate"], 10)
-GATE = Obstacle(built_in().obstacles["gate"], 10)
-
-
-def yard(*obstacles: Obstacle, text: str = YARD) -> Physics:
-    scenario = load_scenario_text(text, "yard.yaml")
-    assert scenario.map.frame is not None
-    return watched(Physics(Places(scenario.map, scenario.map.frame), scenario.robots, obstacles))
-
-
 def test_a_gate_stops_its_robot_until_it_is_unlocked() -> None:
-    physics = yard(GATE, text=YARD.replace("mir250", "fetch", 1).replace("mir250", "spot"))
-    there = (*physics._places.centre(10), None)
-    physics.perform("right", "push")
-    assert ended(physics, "right", "acted") == "failed"
-    physics.send("right", *there)
-    assert ended(physics, "right", "end") == "aborted"
-    physics.perform("left", "unlock")
-    assert ended(physics, "left", "acted") == "done"
-    physics.send("right", *there)
-    assert ended(physics, "right", "end") == "succeeded"
-    physics.perform("right", "push")
-    assert ended(physics, "right", "acted") == "done" and not physics.standing
+    yard = Floor(GATE, text=YARD.replace("mir250", "fetch", 1).replace("mir250", "spot"))
+    assert yard.acts("right", "push") == "failed" and yard.goes("right", 10) == "aborted"
+    assert yard.acts("left", "unlock") == "done" and yard.goes("right", 10) == "succeeded"
+    assert yard.acts("right", "push") == "done" and not yard.physics.standing
 
 
 def test_a_crate_is_lifted_by_two_robots_at_once() -> None:
     """One alone fails. References that come meanwhile do not move it away."""
-    physics = yard(CRATE, Obstacle(built_in().obstacles["elevator"], 12))
+    yard = Floor(CRATE, Obstacle(built_in().obstacles["elevator"], 12))
+    physics, (x, y) = yard.physics, yard.places.centre(9)
     physics.perform("left", "lift")
     physics.perform("right", "call")
-    x, y = physics._places.centre(9)
     physics.follow("left", straight(physics.now, (x, y, 0.0), (x - 0.5, y, 0.0), 1.0))
-    assert ended(physics, "left", "acted") == "failed"
+    assert yard.ended("left", "acted") == "failed"
     assert physics.state("left")["x"] == pytest.approx(x, abs=0.01)
     for name in ("left", "right"):
         physics.perform(name, "lift")
-    assert [ended(physics, name, "acted") for name in ("left", "right")] == ["done"] * 2
+    assert [yard.ended(name, "acted") for name in ("left", "right")] == ["done"] * 2
     assert not physics.standing
 
 
-@pytest.mark.parametrize(("truth", "word"), [("true", "done"), ("false", "untraversable")])
-def test_a_robot_senses_whether_a_region_is_traversable(truth: str, word: str) -> None:
-    physics, places = hall(f"[{{type: uncertainty, region: 10, traversable: {truth}}}]")
-    assert gone(physics, places, "quad", 11) == "succeeded"
-    assert physics.noticed("quad")[10] == "uncertainty@10"
-    physics.perform("quad", "sense")
-    assert ended(physics, "quad", "acted") == word
-    assert physics.noticed("quad")[10] is None
-
-
-def test_there_is_nothing_to_do_about_an_obstacle_that_has_disappeared() -> None:
-    physics = yard(replace(CRATE, goes=1))
-    physics.perform("left", "lift")
-    assert ended(physics, "left", "acted") == "nothing"
-
-
-def ahead(physics: Physics) -> float:
-    """Metres from the left robot to what is in its east."""
-    return float(physics.scan("left")[1][0])
+@pytest.mark.parametrize(("truth", "word"), [(True, "done"), (False, "untraversable")])
+def test_a_robot_senses_whether_a_region_is_traversable(truth: bool, word: str) -> None:
+    hall = Floor(Obstacle(built_in().obstacles["uncertainty"], 10, truth), text=HALL)
+    assert hall.goes("quad", 11) == "succeeded"
+    assert hall.physics.noticed("quad")[10] == "uncertainty@10"
+    assert hall.acts("quad", "sense") == word
+    assert hall.physics.noticed("quad")[10] is None
 
 
 def test_obstacles_appear_and_disappear_at_their_times() -> None:
-    """One that appears where an equal one has been is another one; none appears around a robot."""
-    physics = yard(replace(CRATE, goes=2), replace(CRATE, appears=4))
-    assert ahead(physics) < 1.5
-    physics.step(3.0)
-    assert ahead(physics) > 2.0
-    physics.send("left", *physics._places.centre(10), None)
-    assert ended(physics, "left", "end") == "succeeded" and physics.now > 4.0
-    physics.step(1.0)
-    assert ahead(physics) > 1.0  # the other robot
-    x, y = physics._places.centre(9)
-    physics.send("left", x + 0.95, y, None)  # it still reaches into region 10
-    assert ended(physics, "left", "end") == "succeeded"
-    assert physics.log()["regions"]["left"] == 9
-    physics.step(0.5)
-    assert not physics.standing
-    physics.send("left", x, y, None)
-    assert ended(physics, "left", "end") == "succeeded"
-    assert ahead(physics) < 1.5
+    """One that appears where an equal one has been is another one; none appears around a robot, and
+    there is nothing to do about one that has disappeared."""
+    yard = Floor(replace(CRATE, goes=2), replace(CRATE, appears=4))
+    assert yard.ahead() < 1.5
+    yard.physics.step(1.0)
+    assert yard.acts("left", "lift") == "nothing" and yard.ahead() > 2.0
+    assert yard.goes("left", 10) == "succeeded" and yard.physics.now > 4.0
+    yard.physics.step(1.0)
+    assert yard.ahead() > 1.0  # the other robot
+    assert yard.goes("left", 9, east=0.95) == "succeeded"  # it still reaches into region 10
+    assert yard.physics.log()["regions"]["left"] == 9
+    yard.physics.step(0.5)
+    assert not yard.physics.standing
+    assert yard.goes("left", 9) == "succeeded" and yard.ahead() < 1.5
 
 
 @pytest.mark.parametrize(
-    ("blocks", "stops"),
-    [
-        (None, True),
-        (frozenset({"left"}), True),
-        (frozenset({"right"}), False),
-        (frozenset(), False),
-    ],
+    ("blocks", "stops"), [(None, True), ({"left"}, True), ({"right"}, False), (set(), False)]
 )
-def test_an_obstacle_stops_those_that_it_blocks(blocks: frozenset[str] | None, stops: bool) -> None:
-    physics = yard(replace(CRATE, type=replace(CRATE.type, blocks=blocks)))
-    assert (ahead(physics) < 1.5) is (blocks != frozenset())
-    physics.send("left", *physics._places.centre(10), None)
-    assert ended(physics, "left", "end") == ("aborted" if stops else "succeeded")
+def test_an_obstacle_stops_those_that_it_blocks(blocks: set[str] | None, stops: bool) -> None:
+    kind = replace(CRATE.type, blocks=None if blocks is None else frozenset(blocks))
+    yard = Floor(replace(CRATE, type=kind))
+    assert (yard.ahead() < 1.5) is (blocks != set())
+    assert yard.goes("left", 10) == ("aborted" if stops else "succeeded")
 
 
 def test_a_load_is_fetched_and_put_down_elsewhere() -> None:
     """An order stops no robot, so it has no body, and what is done there counts for it."""
-    parcel = ObstacleType(
-        "parcel",
-        "lift",
-        frozenset({9}),
-        blocks=frozenset(),
-        listed=(Need("lift", at=frozenset({9})), Need("lift", at=frozenset({11}), same=True)),
-    )
+    needs = Need("lift", at=frozenset({9})), Need("lift", at=frozenset({11}), same=True)
+    parcel = ObstacleType("parcel", "lift", frozenset({9}), blocks=frozenset(), listed=needs)
     orders = Obstacle(parcel, 9, ordered=True), Obstacle(parcel, 9, ordered=True, number=2)
-    physics = yard(*orders)
+    yard = Floor(*orders)
     for name in ("left", "right"):  # it takes two, and puts down two; a third one finds nothing
         for done in ("done", "done", "nothing"):
-            physics.bring(orders[0])  # as the team names it; a fulfilled one stays fulfilled
-            physics.perform(name, "lift")
-            assert ended(physics, name, "acted") == done
-    assert not physics.standing
+            yard.physics.bring(orders[0])  # as the team names it; a fulfilled one stays fulfilled
+            assert yard.acts(name, "lift") == done
+    assert not yard.physics.standing
+
+
+DRIVES = from_yaml(beside(__file__, "drives.yaml"))
+
+
+@pytest.mark.parametrize("case", DRIVES, ids=lambda case: case["name"])
+def test_a_drive_in_the_simulation(case: dict[str, Any]) -> None:
+    texts = [beside(__file__, f"scenarios/{case['scenario']}{end}.yaml") for end in ("", ".fleet")]
+    for was, now in case.get("or", {}).items():
+        texts = [text.replace(was, now) for text in texts]
+    drive = driven(texts[0], texts[1], tuple(case.get("goals", ())))
+    lines = [json.loads(line) for line in drive.lines]
+    assert drive.outcome == case.get("outcome", "completed")
+    assert check_trace(drive.lines).findings == ()
+    assert {finding.rule for finding in drive.judged()} == {*case.get("breaks", ())}
+    assert not {line["type"] for line in lines} & {*case.get("no", ())}
+    steps = [line for line in lines if line["type"] == "arrive" and line["result"] != "arrived"]
+    assert sorted({(s["at"], s["result"]) for s in steps}) == [*map(tuple, case.get("ends", ()))]
+    actions = drive.motion.of(Action)
+    acts = sorted([one.robot, one.action, one.obstacle] for one in actions)
+    assert acts == case.get("acts", []) and len({(one.t0, one.t1) for one in actions}) <= 1
+    for name, least, most in [case["rests"]] if "rests" in case else ():  # before the door
+        place = columns_at(drive.motion, name, np.array([actions[0].t0])).place[0]
+        assert least < place < most
+    resets, tracked = drive.motion.of(Reset), trackings(drive.motion, drive.trace)
+    assert all(case["held"] in reset.reason for reset in resets) if resets else "held" not in case
+    west, east = case.get("between", (-1e9, 1e9))
+    assert all(west < reset.x < east for reset in resets)
+    if "between" in case:
+        assert all(case["held"] in step["reason"] for step in steps) and len(resets) >= len(steps)
+        assert [one.held for one in tracked] == [len(resets)] and tracked[0].off > 0.2
+    elif resets:  # it is lost
+        ends = max(piece.t1 for piece in drive.motion.of(Segment))
+        assert ends == resets[-1].t <= drive.motion.outcome.makespan
+    assert all(one.off < case.get("off", 1e9) for one in tracked)
+
+
+def test_a_drive_of_the_simulation_does_not_depend_on_the_machine() -> None:
+    """Time stands still there while the mission thinks, however long that takes."""
+    blocked = [beside(__file__, f"scenarios/blocked{end}.yaml") for end in ("", ".fleet")]
+    quick = driven(*blocked)
+    slow = driven.__wrapped__(*blocked, listeners=(lambda _: time.sleep(0.05),))
+    own = {"seconds", "synthesis_seconds", "cached"}
+    one, two = (
+        [{k: v for k, v in json.loads(line).items() if k not in own} for line in drive.lines]
+        for drive in (quick, slow)
+    )
+    assert one == two and quick.motion.lines == slow.motion.lines

@@ -2,17 +2,19 @@
 
 import json
 from itertools import pairwise
+from math import cos, sin
 
 import numpy as np
 import pytest
 from msgspec.structs import replace
 
+from fleet.lab import driven
 from motion.runs import motion, played, trace_bytes
 from safenav.errors import InputError, UsageError
 from safenav.motion import waypoints
 from safenav.motion.check.verdict import check_motion
-from safenav.motion.columns import columns_of
-from safenav.motion.file import parsed, text_of
+from safenav.motion.columns import columns_at, columns_of
+from safenav.motion.file import GoalLine, Measured, parsed, text_of
 from safenav.motion.making import motion_of
 from safenav.trace.file import read_bytes
 
@@ -71,21 +73,18 @@ def test_no_motion_is_made_of_moves_that_no_robot_makes(to: bytes) -> None:
         motion_of(read_bytes(content.replace(old, old[:-2] + to, 1), "moved.jsonl"))
 
 
-NAME = "case_study_1"
-
-
 def test_columns_are_each_other_s_derivatives() -> None:
     for robot in ("digit", "quad"):
-        columns = columns_of(motion(NAME), robot, 1000.0).columns
+        columns = columns_of(motion("case_study_1"), robot, 1000.0).columns
         for axis in "xy":
             speed = np.gradient(columns[axis], 1e-3)
             assert np.abs(speed - columns[f"vel_{axis}"])[1:-1].max() < 0.01
 
 
 def test_columns_are_in_the_world_of_the_map_s_origin() -> None:
-    header = replace(motion(NAME).header, origin=(10.0, 20.0, np.pi / 2))
-    turned = columns_of(replace(motion(NAME), header=header), "digit", 10.0).columns
-    plain = columns_of(motion(NAME), "digit", 10.0).columns
+    header = replace(motion("case_study_1").header, origin=(10.0, 20.0, np.pi / 2))
+    turned = columns_of(replace(motion("case_study_1"), header=header), "digit", 10.0).columns
+    plain = columns_of(motion("case_study_1"), "digit", 10.0).columns
     np.testing.assert_allclose(turned["x"], 10 - plain["y"], atol=1e-9)
     np.testing.assert_allclose(turned["y"], 20 + plain["x"], atol=1e-9)
     np.testing.assert_allclose(turned["vel_x"], -plain["vel_y"], atol=1e-9)
@@ -93,7 +92,7 @@ def test_columns_are_in_the_world_of_the_map_s_origin() -> None:
 
 
 def test_timed_waypoints_are_the_ends_of_moves() -> None:
-    found = waypoints.timed_waypoints(motion(NAME))
+    found = waypoints.timed_waypoints(motion("case_study_1"))
     quad = [waypoint for waypoint in found if waypoint.robot == "quad"]
     assert quad[0].t == 0
     assert (quad[0].x, quad[0].y) == (4.05, 14.85)
@@ -116,3 +115,25 @@ def test_a_run_without_moves_still_has_all_poses() -> None:
     found = columns_of(still, "a", 10.0).columns
     assert set(found["x"]) == {1.5 * 2.7} and set(found["vel_x"]) == {0.0}
     assert check_motion(still, trace) == []
+
+
+def test_columns_and_waypoints_of_a_drive_are_those_measured_or_sent() -> None:
+    pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
+    drive = driven(goals=("spot",)).motion
+    spot = [one for one in waypoints.timed_waypoints(drive) if one.robot == "spot"]
+    x, y, yaw = drive.header.origin
+    (goal,) = drive.of(GoalLine)
+    assert spot[0].x == pytest.approx(x + goal.x * cos(yaw) - goal.y * sin(yaw), abs=1e-5)
+    assert spot[0].y == pytest.approx(y + goal.x * sin(yaw) + goal.y * cos(yaw), abs=1e-5)
+    east = [
+        replace(line, rows=tuple(replace(row, x=row.x + 0.4) for row in line.rows))
+        if isinstance(line, Measured) and line.robot == "quad"
+        else line
+        for line in drive.lines
+    ]
+    moved, times = replace(drive, lines=tuple(east)), np.arange(0.0, drive.outcome.makespan, 0.1)
+    for robot in drive.header.robots:
+        plain, shifted = (columns_at(one, robot, times, False) for one in (drive, moved))
+        assert np.allclose(shifted.place[0] - plain.place[0], 0.4 * (robot == "quad"))
+    planned = columns_at(moved, "quad", times, False, planned=True)
+    assert np.abs(planned.place[0] - columns_at(moved, "quad", times, False).place[0]).min() > 0.3

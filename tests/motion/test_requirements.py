@@ -22,20 +22,8 @@ from safenav.formula.parser import FormulaError
 from safenav.motion.check.requirements import MotionRecording, curve, judged
 from safenav.motion.file import Action
 from safenav.report.page.html import curves_of
+from safenav.stl import syntax as stl
 from safenav.stl.robustness import robustness
-from safenav.stl.syntax import (
-    Arithmetic,
-    Compound,
-    Happens,
-    Literal,
-    Margin,
-    Node,
-    Requirement,
-    RobotSignal,
-    Window,
-    nodes,
-    parse_requirement,
-)
 
 FORMULAS = int(os.environ.get("SAFENAV_FUZZ", "150"))
 FIRST = int(os.environ.get("SAFENAV_FUZZ_SEED", "0"))
@@ -56,12 +44,12 @@ class Made:
     def end(self) -> float:
         return float(len(self.values[0]) - 1)
 
-    def signal(self, which: RobotSignal, times: Array) -> tuple[Array, float]:
+    def signal(self, which: stl.RobotSignal, times: Array) -> tuple[Array, float]:
         row = np.array(self.values[int(which.robots[0][1:])])
         slope = float(np.max(np.abs(np.diff(row)), initial=0.0))
         return np.interp(times, np.arange(len(row)), row), slope
 
-    def instants(self, event: Happens) -> tuple[float, ...]:
+    def instants(self, event: stl.Happens) -> tuple[float, ...]:
         return self.events[int(event.obstacle[1:])]
 
 
@@ -71,54 +59,54 @@ def made(chance: random.Random, length: int = 9, finished: bool = True) -> Made:
     return Made(values, tuple(tuple(chance.sample(moments, 2)) for _ in range(2)), finished)
 
 
-def negation(operand: Requirement) -> Requirement:
-    return Compound("not", (operand,))
-
-
-def formula(chance: random.Random, depth: int, step: float, events: bool) -> Requirement:
+def formula(chance: random.Random, depth: int, step: float, events: bool) -> stl.Requirement:
     """A formula whose windows end at multiples of ``step``. Without events it jumps only at such
     instants, and not just beside them, where a grid has no point: no until, no inner windows that
     begin later than now."""
     if depth == 0:
         if events and chance.random() < 0.5:
-            return Happens("requested", f"o{chance.randrange(2)}")
-        signal = RobotSignal("x", (f"r{chance.randrange(2)}",))
-        return Margin(Arithmetic(chance.choice("+-"), signal, Literal(chance.randint(-3, 3))))
+            return stl.Happens("requested", f"o{chance.randrange(2)}")
+        signal = stl.RobotSignal("x", (f"r{chance.randrange(2)}",))
+        return stl.Margin(
+            stl.Arithmetic(chance.choice("+-"), signal, stl.Literal(chance.randint(-3, 3)))
+        )
 
-    def below() -> Requirement:
+    def below() -> stl.Requirement:
         return formula(chance, chance.randrange(depth), step, events)
 
     begin = step * chance.randrange(4) if events or depth == 3 else 0.0
     end = math.inf if chance.random() < 0.2 else begin + step * chance.randrange(5)
-    window = Window(begin, end)
+    window = stl.Window(begin, end)
     kind = chance.choice((0, 1, 2, 3) if events else (0, 1, 3))
     if kind == 0:
-        return negation(below())
+        return stl.Compound("not", (below(),))
     if kind == 1:
-        return Compound(chance.choice(("and", "or")), (below(), below()))
+        return stl.Compound(chance.choice(("and", "or")), (below(), below()))
     if kind == 2:
-        return Compound(chance.choice(("until", "since")), (below(), below()), window)
+        return stl.Compound(chance.choice(("until", "since")), (below(), below()), window)
     word = chance.choice(("always", "eventually", "once", "historically"))
-    return Compound(word, (below(),), window)
+    return stl.Compound(word, (below(),), window)
 
 
-def defined(tree: Requirement, record: Made, grid: float) -> Callable[[float], tuple[float, float]]:
+def defined(
+    tree: stl.Requirement, record: Made, grid: float
+) -> Callable[[float], tuple[float, float]]:
     """[low, high] of a formula at a time, by definition over the points 0, grid, 2 grid, ..."""
     points = [n * grid for n in range(round(record.end / grid) + 1)]
     end = points[-1]
 
-    def term(node: Node, t: float) -> float:
+    def term(node: stl.Node, t: float) -> float:
         match node:
-            case Literal(value):
+            case stl.Literal(value):
                 return value
-            case RobotSignal():
+            case stl.RobotSignal():
                 return float(record.signal(node, np.array([t]))[0][0])
-            case Arithmetic(operator, left, right):
+            case stl.Arithmetic(operator, left, right):
                 a, b = term(left, t), term(right, t)
                 return a + b if operator == "+" else a - b
         raise AssertionError(node)
 
-    def reach(window: Window, t: float, past: bool) -> tuple[list[float], bool]:
+    def reach(window: stl.Window, t: float, past: bool) -> tuple[list[float], bool]:
         """The points in the window, and whether it continues after the record."""
         sign = -1 if past else 1
         inside = [p for p in points if window.begin <= sign * (p - t) <= window.end]
@@ -126,29 +114,29 @@ def defined(tree: Requirement, record: Made, grid: float) -> Callable[[float], t
         return inside, unknown and not past
 
     @cache
-    def at(node: Requirement, t: float) -> tuple[float, float]:
+    def at(node: stl.Requirement, t: float) -> tuple[float, float]:
         match node:
-            case Margin(inner):
+            case stl.Margin(inner):
                 return (term(inner, t),) * 2
-            case Happens():
+            case stl.Happens():
                 return (1.0 if t in record.instants(node) else -1.0,) * 2
-            case Compound("not", (operand,)):
+            case stl.Compound("not", (operand,)):
                 low, high = at(operand, t)
                 return -high, -low
-            case Compound("and" | "or" as operator, (left, right)):
+            case stl.Compound("and" | "or" as operator, (left, right)):
                 pick = min if operator == "and" else max
                 return tuple(map(pick, at(left, t), at(right, t)))  # type: ignore[return-value]
-            case Compound("always" | "historically", (operand,), window):
+            case stl.Compound("always" | "historically", (operand,), window):
                 inside, unknown = reach(window, t, node.operator == "historically")
                 found = [at(operand, p) for p in inside]
                 high = min((high for _, high in found), default=math.inf)
                 low = min((low for low, _ in found), default=math.inf)
                 return (-math.inf if unknown else low), high
-            case Compound(operator, (operand,), window):
+            case stl.Compound(operator, (operand,), window):
                 word = "always" if operator == "eventually" else "historically"
-                low, high = at(Compound(word, (negation(operand),), window), t)
-                return -high, -low
-            case Compound(operator, (left, right), window):
+                dual = stl.Compound(word, (stl.Compound("not", (operand,)),), window)
+                return at(stl.Compound("not", (dual,)), t)
+            case stl.Compound(operator, (left, right), window):
                 past = operator == "since"
                 inside, unknown = reach(window, t, past)
                 bounds = []
@@ -168,13 +156,52 @@ def defined(tree: Requirement, record: Made, grid: float) -> Callable[[float], t
     return lambda t: at(tree, t)
 
 
-def slack(tree: Node, record: Made, grid: float) -> float:
+def slack(tree: stl.Node, record: Made, grid: float) -> float:
     """By how much the oracle's grid can be wrong: each temporal operator misses less than one
     step of the steepest signal."""
-    if not isinstance(tree, Compound):
+    if not isinstance(tree, stl.Compound):
         return 0.0
     missed = 0.0 if tree.operator in ("not", "and", "or") else 10 * grid
     return max(slack(operand, record, grid) for operand in tree.operands) + missed
+
+
+def sharp(chance: random.Random) -> stl.Requirement:
+    """A formula whose value by definition over quarters of seconds is exact: until and since of
+    events, or one temporal operator over one signal."""
+    words = ("always", "eventually", "once", "historically")
+
+    def window(begins: int, lasts: int, least: float = 0.0) -> stl.Window:
+        begin = 0.5 * chance.randrange(begins)
+        return stl.Window(begin, begin + least + 0.5 * chance.randrange(lasts))
+
+    def event() -> stl.Requirement:
+        found: stl.Requirement = stl.Happens("requested", f"o{chance.randrange(2)}")
+        if chance.random() < 0.5:
+            found = stl.Compound(chance.choice(words), (found,), window(3, 5, 1.0))
+        return stl.Compound("not", (found,)) if chance.random() < 0.6 else found
+
+    signal = stl.Margin(stl.RobotSignal("x", (f"r{chance.randrange(2)}",)))
+    over = (
+        window(6, 6) if chance.random() < 0.8 else stl.Window(0.5 * chance.randrange(6), math.inf)
+    )
+    pair = chance.choice(("until", "since"))
+    match chance.randrange(4):
+        case 0:
+            return stl.Compound(pair, (event(), event()), over)
+        case 1:
+            inner = stl.Compound(pair, (event(), event()), over)
+            return stl.Compound(chance.choice(words), (inner,), window(3, 4, 1.0))
+        case 2:
+            return stl.Compound(pair, (stl.Margin(stl.Literal(50.0)), signal), over)
+    return stl.Compound(chance.choice(words), (signal,), over)
+
+
+def exact(tree: stl.Requirement, record: Made, grid: float) -> None:
+    """Compare each second; only the microseconds around jumps may differ."""
+    found, oracle = robustness(tree, record), defined(tree, record, grid)
+    for t in range(int(record.end) + 1):
+        k = int(np.searchsorted(found.times, t - 1e-9))
+        assert (found.low[k], found.high[k]) == pytest.approx(oracle(t), abs=1e-4), (tree, t)
 
 
 @pytest.mark.parametrize("seed", range(FIRST, FIRST + FORMULAS, 10))
@@ -182,13 +209,7 @@ def test_robustness_agrees_with_its_definition(seed: int) -> None:
     for number in range(10):
         chance = random.Random(1000 * seed + number)
         record = made(chance, finished=chance.random() < 0.5)
-        # Whole seconds without events: only the microseconds around jumps may differ.
-        tree = formula(chance, 3, 1.0, events=False)
-        found, oracle = robustness(tree, record), defined(tree, record, 1.0)
-        for t in range(int(record.end) + 1):
-            k = int(np.searchsorted(found.times, t - 1e-9))
-            expected = oracle(float(t))
-            assert (found.low[k], found.high[k]) == pytest.approx(expected, abs=1e-4), (tree, t)
+        exact(formula(chance, 3, 1.0, events=False), record, 1.0)
         # Events and windows between samples: the verdict may not contradict the definition.
         tree = formula(chance, 3, 0.5, events=True)
         found = robustness(tree, record)
@@ -197,53 +218,16 @@ def test_robustness_agrees_with_its_definition(seed: int) -> None:
         for ours, theirs in ((found.low[0], low), (found.high[0], high)):
             assert ours == theirs or abs(ours - theirs) <= allowed, tree
         # Events alone are exact: no grid is too coarse for them.
-        if not any(isinstance(node, Margin) for node in _leaves(tree)):
+        if not any(isinstance(node, stl.Margin) for node in stl.nodes(tree)):
             assert found.error == 0
             assert (found.low[0], found.high[0]) == pytest.approx((low, high), abs=1e-6), tree
-
-
-def sharp(chance: random.Random) -> Requirement:
-    """A formula whose value by definition over quarters of seconds is exact: until and since of
-    events, or one temporal operator over one signal."""
-
-    def event() -> Requirement:
-        found: Requirement = Happens("requested", f"o{chance.randrange(2)}")
-        if chance.random() < 0.5:
-            word = chance.choice(("once", "eventually", "always", "historically"))
-            window = Window(0.5 * chance.randrange(3), 1.0 + chance.randrange(3))
-            found = Compound(word, (found,), window)
-        return negation(found) if chance.random() < 0.6 else found
-
-    begin = 0.5 * chance.randrange(6)
-    end = math.inf if chance.random() < 0.2 else begin + 0.5 * chance.randrange(6)
-    window, signal = Window(begin, end), Margin(RobotSignal("x", (f"r{chance.randrange(2)}",)))
-    word = chance.choice(("until", "since"))
-    if chance.random() < 0.5:
-        inner = Compound(word, (event(), event()), window)
-        outer = Window(0.5 * chance.randrange(3), 1.0 + 0.5 * chance.randrange(4))
-        word = chance.choice(("always", "eventually", "once", "historically"))
-        return Compound(word, (inner,), outer) if chance.random() < 0.5 else inner
-    if chance.random() < 0.5:
-        return Compound(word, (Margin(Literal(50.0)), signal), window)
-    word = chance.choice(("always", "eventually", "once", "historically"))
-    return Compound(word, (signal,), window)
 
 
 @pytest.mark.parametrize("seed", range(FIRST, FIRST + FORMULAS, 10))
 def test_ends_of_windows_and_instants_of_events_are_exact(seed: int) -> None:
     for number in range(15):
         chance = random.Random(90_000 * (seed + 1) + number)
-        record = made(chance, finished=chance.random() < 0.5)
-        tree = sharp(chance)
-        found, oracle = robustness(tree, record), defined(tree, record, 0.25)
-        for t in range(int(record.end) + 1):
-            k = int(np.searchsorted(found.times, t - 1e-9))
-            expected = oracle(float(t))
-            assert (found.low[k], found.high[k]) == pytest.approx(expected, abs=1e-4), (tree, t)
-
-
-def _leaves(tree: Node) -> list[Node]:
-    return [node for node in nodes(tree) if isinstance(node, Margin | Happens)]
+        exact(sharp(chance), made(chance, finished=chance.random() < 0.5), 0.25)
 
 
 @pytest.mark.parametrize("seed", range(FIRST, FIRST + FORMULAS, 10))
@@ -272,11 +256,11 @@ def test_coarse_samples_err_by_at_most_their_bound(seed: int) -> None:
         end: float = 20.0
         finished: bool = True
 
-        def signal(self, which: RobotSignal, times: Array) -> tuple[Array, float]:
+        def signal(self, which: stl.RobotSignal, times: Array) -> tuple[Array, float]:
             pace = 1.0 + int(which.robots[0][1:])
             return 3 * np.sin(pace * times + self.phase), 3 * pace
 
-        def instants(self, event: Happens) -> tuple[float, ...]:
+        def instants(self, event: stl.Happens) -> tuple[float, ...]:
             return (3.3, 9.7) if event.obstacle == "o0" else (11.1,)
 
     chance = random.Random(seed)
@@ -311,7 +295,7 @@ WRONG = [
 @pytest.mark.parametrize(("text", "column", "words"), WRONG, ids=[text[:20] for text, *_ in WRONG])
 def test_an_error_names_the_column_and_the_fix(text: str, column: int, words: str) -> None:
     with pytest.raises(FormulaError) as caught:
-        parse_requirement(text)
+        stl.parse_requirement(text)
     assert caught.value.column == column
     assert words in f"{caught.value.found} {caught.value.hint}"
 
@@ -321,9 +305,9 @@ def test_case_study_1_is_judged_on_its_motion() -> None:
     recording = MotionRecording(motion("case_study_1"), trace_of("case_study_1"))
     door = "always(requested_door@47 -> eventually[0,{}] resolved_door@47)"
     acts = [line for line in motion("case_study_1").lines if isinstance(line, Action)]
-    (resolved,) = recording.instants(Happens("resolved", "door@47"))
+    (resolved,) = recording.instants(stl.Happens("resolved", "door@47"))
     assert resolved == pytest.approx(max(act.t1 for act in acts), abs=1e-8)
-    (requested,) = recording.instants(Happens("requested", "door@47"))
+    (requested,) = recording.instants(stl.Happens("requested", "door@47"))
     assert resolved - requested == pytest.approx(32.3, abs=0.1)
     verdicts = {
         "always(distance(quad, digit) >= 1.0)": "satisfied",

@@ -19,17 +19,20 @@ from safenav.motion.check.examination import Finding
 from safenav.motion.check.order import disorder
 from safenav.motion.check.verdict import check_motion
 from safenav.motion.columns import columns_at
-from safenav.motion.file import Action, Motion, Moving
-from safenav.motion.geometry import MetricFloor
-from safenav.motion.making import motion_of, mover
-from safenav.motion.mover import Crossing
+from safenav.motion.file import Action, Moving
+from safenav.motion.making import motion_of
 from safenav.motion.timing import dated, in_time, ordered, paces_of
-from safenav.pace.robot import Pace, acted_by, pace_of, resolved
+from safenav.pace.robot import Pace
 from safenav.trace import records
 from safenav.trace.file import Trace, read_bytes
 from safenav.trace.records import Service
 
 SLOWED = int(os.environ.get("SAFENAV_MOTION_SLOWED", "10"))
+
+
+def apart() -> Trace:
+    """Two robots that must not be together in a zone."""
+    return read_bytes(played(beside(__file__, "scenarios/apart.yaml")))
 
 
 class Stroller(Pace):
@@ -56,10 +59,12 @@ def disordered(trace: Trace, seed: int) -> list[Finding]:
     return [*disorder(ordered(trace, serial), serial)]
 
 
-@pytest.mark.parametrize("name", SHIPPED)
+@pytest.mark.parametrize("name", [*SHIPPED, "apart"])
 def test_slow_robots_never_overlap_never_enter_a_door_early_and_all_end(name: str) -> None:
+    """Nor are they together in a forbidden zone."""
+    trace = apart() if name == "apart" else trace_of(name)
     for seed in range(SLOWED):
-        assert disordered(trace_of(name), seed) == []
+        assert disordered(trace, seed) == []
 
 
 def test_a_robot_without_charge_stands_until_its_battery_is_replaced() -> None:
@@ -83,18 +88,10 @@ def test_all_robots_of_a_joint_action_act_at_the_same_time() -> None:
     assert len({act.robot for act in acts}) == 2
 
 
-APART = beside(__file__, "scenarios/apart.yaml")
-
-
-def test_robots_of_any_pace_are_never_together_in_a_forbidden_zone() -> None:
-    trace = read_bytes(played(APART))
-    assert all(disordered(trace, seed) == [] for seed in range(SLOWED))
-
-
 def test_times_that_ignore_conflicts_or_exclusions_are_refused() -> None:
     """As those of robots that heed less than the trace does."""
     for trace, rule in (
-        (read_bytes(played(APART)), "never-together"),
+        (apart(), "never-together"),
         (trace_of("two_digits"), "overlap"),
     ):
         scenario = trace.header.scenario
@@ -146,14 +143,6 @@ def test_a_robot_acts_on_one_thing_after_the_other(kind: str, clock: str) -> Non
     assert [act.t1 - act.t0 for act in acts] == pytest.approx([2.0] * 3)
 
 
-@pytest.mark.parametrize("name", ["out_of_service", "turned"])
-def test_a_run_in_ticks_has_a_motion_that_is_accepted(name: str) -> None:
-    """A step under way ends when its robot goes out of service; after an action in its own region a
-    rover faces its path again."""
-    trace = read_bytes(played(beside(__file__, f"scenarios/{name}.yaml")))
-    assert check_motion(motion_of(trace), trace) == []
-
-
 CLOSING = """\
 safenav: 1
 map: {grid: ["#########", "#...#...#", "#.......#", "#...#...#", "#########"]}
@@ -176,25 +165,20 @@ def test_an_obstacle_appears_and_disappears_at_the_instants_of_its_ticks() -> No
     assert told[records.Gone] == pytest.approx(ends[12])
 
 
-DELAYED = [("beam", 0.4), ("case_study_2", 0.0), ("parked_robot", 0.4), ("case_study_1", 0.4)]
-
-
-def moved(content: bytes) -> tuple[Trace, Motion, list[str]]:
-    """A trace, its motion, and what the checker finds."""
-    trace = read_bytes(content)
-    motion = motion_of(trace)
-    return trace, motion, [str(found) for found in check_motion(motion, trace)]
-
-
-@pytest.mark.parametrize(("name", "delayed"), DELAYED)
+@pytest.mark.parametrize(
+    ("name", "delayed"),
+    [("beam", 0.4), ("case_study_2", 0.0), ("parked_robot", 0.4), ("case_study_1", 0.4)],
+)
 def test_motion_starts_at_departures_and_ends_at_arrivals(name: str, delayed: float) -> None:
-    assert moved(live_trace(name, delayed))[2] == []
+    trace = read_bytes(live_trace(name, delayed))
+    assert check_motion(motion_of(trace), trace) == []
 
 
-def changed(name: str, change: Callable[[list[dict[str, Any]]], None]) -> bytes:
-    lines = [json.loads(line) for line in live_trace(name).splitlines()]
+def changed(change: Callable[[list[dict[str, Any]]], None]) -> Trace:
+    """A live trace of case study 2 with other lines."""
+    lines = [json.loads(line) for line in live_trace("case_study_2").splitlines()]
     change(lines)
-    return "".join(json.dumps(line) + "\n" for line in lines).encode()
+    return read_bytes("".join(json.dumps(line) + "\n" for line in lines).encode())
 
 
 def first(lines: list[dict[str, Any]], **wanted: object) -> dict[str, Any]:
@@ -215,73 +199,26 @@ def test_a_step_that_failed_stays_where_it_began() -> None:
         new = {**depart, "t": arrive["t"] + 1.0, "command": 901}
         lines[place:place] = [new, again]
 
-    _, motion, findings = moved(changed("case_study_2", fail))
-    assert findings == []
-    steps = [p for p in motion.lines if isinstance(p, Moving) and p.robot == "quad"]
+    trace = changed(fail)
+    made = motion_of(trace)
+    assert check_motion(made, trace) == []
+    steps = made.of(Moving, "quad")
     assert steps[0].origin == steps[0].to and steps[0].t1 > 5.0
 
 
 @pytest.mark.parametrize(
-    ("wanted", "found"),
-    [
-        ({"type": "arrive", "robot": "digit", "t": -2.0}, "digit takes 3.54 s"),
-        ({"type": "arrive", "robot": "quad", "at": 54}, "no motion shows how"),
-    ],
+    ("robot", "late", "at", "found"),
+    [("digit", -2.0, None, "digit takes 3.54 s"), ("quad", 0.0, 54, "no motion shows how")],
 )
 def test_a_live_trace_that_no_motion_can_follow_is_refused(
-    wanted: dict[str, Any], found: str
+    robot: str, late: float, at: int | None, found: str
 ) -> None:
     def change(lines: list[dict[str, Any]]) -> None:
-        line = first(lines, type=wanted["type"], robot=wanted["robot"])
-        line |= {"t": line["t"] + wanted.get("t", 0.0), "at": wanted.get("at", line["at"])}
+        line = first(lines, type="arrive", robot=robot)
+        line |= {"t": line["t"] + late, "at": at or line["at"]}
 
     with pytest.raises(InputError, match=found):
-        moved(changed("case_study_2", change))
-
-
-COLS, ROWS = 9, 9
-STEPS = {"east": 1, "north": -COLS, "west": -1, "south": COLS}
-OPPOSITE = {"east": "west", "west": "east", "north": "south", "south": "north"}
-
-
-@pytest.mark.parametrize("kind", ["walker", "rover", "flyer", "disc"])
-@pytest.mark.parametrize("side", [1.9, 2.7, 4.5])
-def test_steps_and_actions_take_as_long_as_their_motion(kind: str, side: float) -> None:
-    dice = random.Random(f"{kind} {side}")
-    motion = resolved(kind, None, None, "ground")
-    assert motion is not None
-    floor, at, heading, now = MetricFloor(ROWS, COLS, side), 40, "east", 0.0
-    moved = mover("r", floor, at, heading, motion)
-    pace = pace_of(motion, COLS, side, heading)
-    for tick in range(60):
-        if dice.random() < 0.3:
-            now += dice.choice([0.5, 5.0])
-        if now > moved.time + 1e-9:
-            moved.halt(tick)
-            moved.rest(tick, max(now, moved.time))
-        if dice.random() < 0.2:
-            beside = at + dice.choice([-1, COLS])
-            now += acted_by([(pace, at)], now, beside)
-            moved.halt(tick)
-            moved.face(tick, beside)
-            moved.rest(tick, moved.time + pace.acting)
-            assert moved.time == pytest.approx(now, abs=1e-9)
-        ways = [w for w in STEPS if w != OPPOSITE[heading] or kind != "walker"]
-        inner = [w for w in ways if divmod(at + STEPS[w], COLS)[0] in range(1, ROWS - 1)]
-        heading = dice.choice([w for w in inner if (at + STEPS[w]) % COLS not in (0, COLS - 1)])
-        to = at + STEPS[heading]
-        seconds = pace.step(now, at, to)
-        moved.move(Crossing(tick, at, to, heading))
-        now, at = now + seconds, to
-        pace.arrived(now)
-        assert moved.time == pytest.approx(now, abs=1e-9)
-
-
-def test_a_robot_of_unknown_motion_takes_a_second_a_tick() -> None:
-    pace = pace_of(None, COLS, ticks=2)
-    assert pace.step(0.0, 40, 41) == 2.0
-    small = pace_of(resolved("walker", None, None, "ground"), COLS, 0.5)
-    assert type(small) is Pace
+        motion_of(changed(change))
 
 
 def test_the_runtime_gets_durations_without_numpy() -> None:

@@ -166,8 +166,11 @@ def _clock(case: Examination, name: str, path: MeasuredPath) -> None:
 
 
 def _errors(case: Examination, name: str, path: MeasuredPath) -> Array:
-    """Metres off the reference at each measurement; 0 while the robot acts, when it has none. The
-    lines of the motion cover only actions that have fulfilled a need."""
+    """Metres off the reference at each measurement; 0 while the robot acts, when it has none, and
+    in a run that took no time, which has no plan. The lines of the motion cover only actions that
+    have fulfilled a need."""
+    if not case.pieces[name]:
+        return np.zeros(len(path.times))
     off: Array = np.hypot(*(path.centres - case.places(name, path.times)).T)
     spans = [(line.t0, line.t1) for line in case.actions if line.robot == name]
     for _, begin, end in _acts(case.trace, name):
@@ -207,8 +210,6 @@ def _tracking(case: Examination, name: str, path: MeasuredPath) -> None:
     """A robot is where its plan has it, within the tolerance in the header, or is held as soon as
     it is not. Its plan then continues from its position, and the trace records a failure or another
     attempt."""
-    if not case.pieces[name]:
-        return  # the rule of continuity reports it
     tolerance = case.numbers[name].get("tolerance", 0.0)
     off = _errors(case, name, path)
     held = np.zeros(len(path.times), dtype=bool)

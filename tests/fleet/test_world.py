@@ -1,53 +1,71 @@
-"""A hall with two robots over a transport that follows a script: ``hall.txt``, a case for each
-paragraph, with its name and its lines. ``->``: the events or the obstacle that must come of it."""
+"""A fleet's world over a transport that follows a script: each command ends by one true event.
+
+``hall.txt`` has a case for each paragraph, with its name and its lines. ``->``: the events, or the
+obstacle, that must come of it. A paragraph ``define NAME`` has the lines for which its name stands.
+"""
 
 import math
 from collections.abc import Callable, Iterator
 
+import pytest
+
 from once import beside
-from safenav.fleet import transport
+from runtime.played import Run
+from safenav import Mission
+from safenav.errors import Outcome, UsageError
+from safenav.fleet import goals, transport
+from safenav.fleet import world as fleet
 from safenav.fleet.file import ScanUse, Station
 from safenav.fleet.world import FleetWorld
 from safenav.runtime.worlds import protocol
-from safenav.scenario.model import Obstacle
+from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.records import Depart
 from safenav.trace.vocabulary import ActResult, MovedBy
 from safenav.world.map import Heading
 from safenav.world.poses import Pose
 
-SCENARIO = """\
+HALL = """\
 safenav: 1
 name: hall
-map:
-  resolution: {resolution}
-  grid: |
-    #######
-    #.....#
-    #.....#
-    #######
+map: {resolution: 1.0, grid: ["#######", "#.....#", "#.....#", "#######"]}
 robots:
-  {{digit: {{model: digit, start: 8, heading: east, objective: {{visit: [8, 12]}}}},
-   quad: {{model: quadcopter, start: 15, objective: {{visit: [15, 19]}}}}}}
+  digit: {model: digit, start: 8, heading: east, objective: {visit: [8, 12]}}
+  quad: {model: quadcopter, start: 15, objective: {visit: [15, 19]}}
 """
 CORRIDOR = beside(__file__, "scenarios/side_room.yaml")
+YARD = beside(__file__, "scenarios/crate_and_gate.yaml")
 SIDES = ("front", "left", "back", "right")
+LIMITS = {"SETTLING": 0.05, "STOPPING": 0.05, "FRESH": 0.05, "LATE": 0.05, "STALE": 0.2}
+LIMITS |= {"PAUSE": 0.02, "RETURNING": 0.05}
+
+
+@pytest.fixture(autouse=True)
+def short_limits(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Time limits of hundredths of seconds."""
+    for name, seconds in LIMITS.items():
+        monkeypatch.setattr(goals, name, seconds)
+    monkeypatch.setattr(fleet, "FRESH", 0.05)
 
 
 class Robots:
     """A transport whose robots do what a script says, goal by goal: the end of the goal, and the
-    robot's position then (in regions east of its start; None: no more messages). Time passes during
-    waits."""
+    robot's position then (in regions east of the map's corner; None: no more messages). Time passes
+    during waits."""
 
-    def __init__(self, side: float = 1.0) -> None:
-        self.side = side
+    def __init__(self, scenario: Scenario) -> None:
+        world, frame = scenario.map, scenario.map.frame
+        self.side = 1.0 if frame is None else frame.resolution[0]
         self.script: list[tuple[str | None, float | None]] = []
         self.results: list[tuple[ActResult, str]] = []
         self.goals: list[transport.GoalPoint] = []
+        self.services: list[str] = []
         self.cancelled: list[str] = []
         self.stamp = self.time = 0.0
-        self.x = {"digit": 1.5, "quad": 1.5}
-        self.y = {"digit": 2.5, "quad": 1.5}
+        starts = {robot.name: world.position(robot.start.region) for robot in scenario.robots}
+        self.x = {name: col + 0.5 for name, (_, col) in starts.items()}
+        self.y = {name: world.rows - row - 0.5 for name, (row, _) in starts.items()}
+        self.yaw = 0.0
         self.post: Callable[[transport.Message], None] = print
 
     def now(self) -> float:
@@ -59,15 +77,20 @@ class Robots:
     def open(self, post: Callable[[transport.Message], None]) -> None:
         self.post = post
         for name in self.x:
-            self.locate(name)
+            self.locate(name, self.yaw)
 
     def locate(self, name: str, yaw: float = 0.0) -> None:
         self.stamp += 1.0
         x, y = self.x[name] * self.side, self.y[name] * self.side
         self.post(transport.Located(name, self.stamp, x, y, yaw))
 
+    def scan(self, name: str, stamp: float, metres: float, side: str) -> None:
+        """A lidar of four rays: one of them hits something."""
+        rays = [metres if each == side else math.inf for each in SIDES]
+        self.post(transport.Scanned(name, stamp, 0.0, math.pi / 2, rays))
+
     def missing(self) -> list[str]:
-        return [] if "digit" in self.x else ["/digit/move_base"]
+        return []
 
     def navigate(self, robot: str, goal: transport.GoalPoint) -> None:
         self.goals.append(goal)
@@ -76,8 +99,7 @@ class Robots:
             self.x[robot] = at
             self.locate(robot)
         if end is not None:
-            ended = transport.GoalEnded(robot, goal.number, transport.GoalEnd(end), "")
-            self.post(ended)
+            self.post(transport.GoalEnded(robot, goal.number, transport.GoalEnd(end)))
 
     def cancel(self, robot: str) -> None:
         self.cancelled.append(robot)
@@ -86,28 +108,15 @@ class Robots:
             self.post(transport.GoalEnded(robot, self.goals[-1].number, transport.GoalEnd.CANCELED))
 
     def perform(self, robot: str, action: str, obstacle: str, number: int) -> None:
-        assert (action, obstacle) == ("push", "door@9")
+        self.services.append(f"{robot} {action} {obstacle}")
         if self.results:
             self.post(transport.Performed(robot, number, *self.results.pop(0)))
 
     def close(self) -> None: ...
 
 
-def scanned(robots: Robots, name: str, metres: float, side: str = "front") -> None:
-    """A scan where the robot stands, and odometry from after it."""
-    robots.stamp += 1.0
-    scan(robots, name, robots.stamp, metres, side)
-    robots.locate(name)
-
-
-def scan(robots: Robots, name: str, stamp: float, metres: float, side: str) -> None:
-    """A lidar of four rays: one of them hits something."""
-    rays = [metres if each == side else math.inf for each in SIDES]
-    robots.post(transport.Scanned(name, stamp, 0.0, math.pi / 2, rays))
-
-
-def cases() -> dict[str, list[str]]:
-    """The lines of each case."""
+def paragraphs() -> dict[str, list[str]]:
+    """The lines of each case and definition."""
     found = {}
     for paragraph in beside(__file__, "hall.txt").strip().split("\n\n"):
         name, *lines = paragraph.splitlines()
@@ -116,7 +125,10 @@ def cases() -> dict[str, list[str]]:
     return found
 
 
-def shown(event: protocol.WorldEvent) -> str:
+CASES = paragraphs()
+
+
+def shown(event: protocol.WorldEvent | None) -> str:
     """An event in the words of a script, without its time and command."""
     words = [type(event).__name__]
     match event:
@@ -143,40 +155,37 @@ class Case:
 
     def __init__(self, lines: list[str]) -> None:
         first = lines[0].split() if lines[0].startswith("hall") else []
-        side = float(first[first.index("side") + 1]) if "side" in first else 1.0
-        self.robots = robots = Robots(side)
-        text = SCENARIO.format(resolution=side)
-        if "corridor" in first:
-            text = CORRIDOR
-            robots.x, robots.y = {"digit": 1.5, "cart": 3.5}, {"digit": 2.5, "cart": 1.5}
-        scenario = load_scenario_text(text, "hall.yaml")
+        side = first[first.index("side") + 1] if "side" in first else "1.0"
+        text = CORRIDOR if "corridor" in first else YARD if "yard" in first else HALL
+        self.scenario = load_scenario_text(text.replace("resolution: 1.0", f"resolution: {side}"))
+        self.robots = robots = Robots(self.scenario)
         station = Station(
             "",
             speed=10.0,
-            act={"push": "push"},
+            act={"push": "push", "lift": "grip", "unlock": "key"},
             scan=ScanUse("door") if "scan" in first else None,
             report="obstacles" if "report" in first else None,
         )
-        self.world = FleetWorld(scenario, dict.fromkeys(robots.x, station), robots)
+        self.world = FleetWorld(self.scenario, dict.fromkeys(robots.x, station), robots)
         self.world.open()
         for name in robots.x if "scan" in first and "blind" not in first else ():
-            scanned(robots, name, 9.0)
-        self.team = {robot.name: robot for robot in scenario.robots}
+            self.scan(name, "9")
+        self.team = {robot.name: robot for robot in self.scenario.robots}
         self.marked, self.commands = 0.0, iter(range(1, 100))
         for line in lines[bool(first) :]:
             self.play(line)
 
     def play(self, line: str) -> None:
+        if f"define {line}" in CASES:
+            for each in CASES[f"define {line}"]:
+                self.play(each)
+            return
         does, _, expected = line.partition(" ->")
         words = does.split()
         if words[0] in self.team:
             words = [words[1], words[0], *words[2:]]
-        try:
-            came = getattr(self, words[0])(*words[1:])
-        except StopIteration:
-            raise AssertionError(f"{line}: too many commands") from None
         wanted = [text for text in expected.strip().split(" | ") if text]
-        told = [*(came or ())]
+        told = [*(getattr(self, words[0])(*words[1:]) or ())]
         same = all(a == b or a.startswith(f"{b}:") for a, b in zip(told, wanted, strict=False))
         assert same and len(told) == len(wanted), f"{line}: {told}"
 
@@ -210,11 +219,11 @@ class Case:
     def scan(self, name: str, metres: str, side: str = "front", *at: str) -> None:
         """Send a scan with odometry, or without it ``at`` a time from the present one, or from that
         of ``mark``."""
-        if not at:
-            scanned(self.robots, name, float(metres), side)
-            return
         since = self.marked if "mark" in at else self.robots.stamp
-        scan(self.robots, name, since + float(at[-1]), float(metres), side)
+        self.robots.stamp += not at
+        self.robots.scan(name, since + float(at[-1] if at else 1.0), float(metres), side)
+        if not at:
+            self.robots.locate(name)
 
     def fan(self, name: str, *ranges: str) -> None:
         """Send a scan of rays near the front."""
@@ -232,27 +241,9 @@ class Case:
     def result(self, word: str, *reason: str) -> None:
         self.robots.results.append((ActResult(word), " ".join(reason)))
 
-    def performed(self, name: str, number: str, word: str) -> None:
-        self.robots.post(transport.Performed(name, int(number), ActResult(word)))
-
-    def passes(self, name: str, _: str) -> None:
-        """Let the quadcopter go from region 15, south of digit, to 17."""
-        for number, x in ((16, 2.5), (17, 3.5)):
-            for line in (f"{name} does succeeded {x}", f"start {name} {number}", "wait 0.02"):
-                self.play(line)
-            self.play(f"scan {name} 9")
-            self.play("wait 0.05 -> Arrived")
-        self.robots.goals.clear()
-
-    def leaves(self, name: str, *_: str) -> None:
-        """Let the quadcopter, which stood in region 9, leave it; digit is to enter it."""
-        for line in (
-            *(f"placed {name} 9", f"at {name} 2.5 2.5", f"scan {name} 9", "scan digit 0.6"),
-            *("wait 0.02", "sense digit 9", f"{name} does succeeded 3.5", f"start {name} 10"),
-            *("wait 0.02", f"scan {name} 9", "wait 0.02 -> Arrived"),
-            *("start digit 9E", "wait 0.02", "goals 1"),
-        ):
-            self.play(line)
+    def performed(self, name: str, number: str, word: str, *reason: str) -> None:
+        done = transport.Performed(name, int(number), ActResult(word), " ".join(reason))
+        self.robots.post(done)
 
     # What the run does
 
@@ -263,8 +254,8 @@ class Case:
     def depart(self, name: str, here: str, to: str) -> None:
         self.world.observe(Depart(1, 1, name, int(here), int(to), "east", MovedBy.STRATEGY))
 
-    def act(self, name: str, *regions: str) -> list[str]:
-        known = [self._obstacle(name, region) for region in regions]
+    def act(self, name: str, *obstacles: str) -> list[str]:
+        known = [self._obstacle(name, obstacle) for obstacle in obstacles]
         found = [obstacle for obstacle in known if obstacle is not None]
         event = self.world.act(self.team[name], found, next(self.commands))
         return [shown(event)] if event is not None else []
@@ -279,7 +270,7 @@ class Case:
         self.world.placed(self.team[name], self._pose(at))
 
     def cleared(self, region: str) -> None:
-        obstacle = self._obstacle("digit", region)
+        obstacle = self._obstacle(next(iter(self.team)), region)
         assert obstacle is not None
         self.world.cleared(obstacle)
 
@@ -287,8 +278,11 @@ class Case:
         found = self._obstacle(name, region)
         return [] if found is None else [found.name]
 
-    def _obstacle(self, name: str, region: str) -> Obstacle | None:
-        return self.world.sense(self.team[name], int(region))
+    def _obstacle(self, name: str, what: str) -> Obstacle | None:
+        """The obstacle of a name, of the scenario, or the one that is known in a region."""
+        if what.isdecimal():
+            return self.world.sense(self.team[name], int(what))
+        return next(one for one in self.scenario.obstacles if one.name == what)
 
     def _pose(self, text: str) -> Pose:
         return Pose(int(text.rstrip("E")), Heading.EAST if text.endswith("E") else None)
@@ -311,6 +305,11 @@ class Case:
             goal = self.robots.goals[-1]
             assert [goal.x, goal.y, goal.yaw] == [float(number) for number in at[1:]]
 
+    def services(self, *words: str) -> None:
+        """Compare the services called: robot, service, obstacle."""
+        assert ", ".join(self.robots.services) == " ".join(words)
+        self.robots.services.clear()
+
     def cancelled(self, *names: str) -> None:
         assert self.robots.cancelled == [*names]
 
@@ -319,3 +318,79 @@ class Case:
 
     def busy(self) -> None:
         assert not self.world.idle
+
+
+@pytest.mark.parametrize("name", [name for name in CASES if not name.startswith("define ")])
+def test_a_command_ends_by_one_event_that_is_true(name: str) -> None:
+    Case(CASES[name])
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"x": {}}, r"no answer in 0\.05 s from /digit/odom, /quad/odom"),
+        (
+            {"x": {"digit": 3.5, "quad": 1.5}},
+            r"digit is in region 10 \(3.50, 2.50 m\).* begins with it in 8 \(.*\n.*of the map",
+        ),
+        ({"yaw": 1.5}, r"digit faces north; the run .* facing east\n"),
+    ],
+    ids=["silent", "elsewhere", "turned"],
+)
+def test_a_robot_that_is_silent_or_begins_in_another_pose_is_named(
+    change: dict[str, object], told: str
+) -> None:
+    scenario = load_scenario_text(HALL)
+    robots, stations = Robots(scenario), {name: Station(f"/{name}") for name in ("digit", "quad")}
+    for name, value in change.items():
+        setattr(robots, name, value)
+    with pytest.raises(UsageError, match=told):
+        FleetWorld(scenario, stations, robots).open(patience=0.05)
+
+
+def test_a_map_without_metres_is_refused() -> None:
+    scenario = load_scenario_text(HALL.replace("resolution: 1.0, ", ""))
+    with pytest.raises(UsageError, match=r"add 'resolution: 1\.0'"):
+        FleetWorld(scenario, {}, Robots(scenario))
+
+
+class Obedient(Robots):
+    """Robots that arrive immediately; a person moves the cart into region 10 when digit first sets
+    out."""
+
+    def step(self) -> None:
+        super().step()
+        for name in self.x:
+            self.locate(name)
+
+    def navigate(self, robot: str, goal: transport.GoalPoint) -> None:
+        if not self.goals:
+            self.y["cart"] = 2.5
+            self.locate("cart")
+        self.goals.append(goal)
+        self.x[robot], self.y[robot] = goal.x, goal.y
+        self.locate(robot)
+        self.post(transport.GoalEnded(robot, goal.number, transport.GoalEnd.SUCCEEDED))
+
+
+def test_no_robot_enters_a_region_into_which_a_person_moved_another() -> None:
+    scenario = load_scenario_text(CORRIDOR)
+    robots, run = Obedient(scenario), Run()
+    stations = {name: Station(f"/{name}") for name in ("digit", "cart")}
+    world = FleetWorld(scenario, stations, robots)
+    world.open()
+    mission = Mission(scenario, world=world, listeners=[run, world.observe], attended=True)
+    mission.start()
+    for _ in range(500):
+        if mission.waiting is not None:
+            break
+        mission.step()
+    assert "lost_cart@10" in mission.waiting.explanation
+    assert 3.5 not in [goal.x for goal in robots.goals]
+    robots.y["cart"] = 1.5  # a person carries it back
+    for _ in range(500):
+        if mission.result is not None:
+            break
+        mission.step()
+    assert mission.result.outcome is Outcome.COMPLETED
+    assert 3.5 in [goal.x for goal in robots.goals] and not run.findings

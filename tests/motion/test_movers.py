@@ -1,0 +1,209 @@
+"""Guarantees of movers: exact joins, dynamics, clearance, feet that stay apart, flights through
+centres, and steps that take as long as their pace predicts."""
+
+import os
+import random
+import re
+from itertools import pairwise
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from msgspec import convert, json
+
+from motion.runs import motion
+from safenav.errors import UsageError
+from safenav.motion import walker as primitives
+from safenav.motion.check.verdict import joined
+from safenav.motion.check.walk import shape_of, walked
+from safenav.motion.columns import sample
+from safenav.motion.file import Flight, Moving, Segment
+from safenav.motion.flyer import HORIZON, AxisTracker
+from safenav.motion.geometry import HEADINGS, MetricFloor, derivative, quintic, turn, values
+from safenav.motion.making import mover
+from safenav.motion.mover import Crossing, Mover
+from safenav.motion.walker import cut_off
+from safenav.pace.gait import Walker, gait_on
+from safenav.pace.robot import Pace, acted_by, pace_of, resolved
+
+SIZE, MIDDLE = 60, 60 * 30 + 30
+MOVES = int(os.environ.get("SAFENAV_MOTION_MOVES", "10000"))
+
+
+def robot(kind: str, side: float) -> Mover:
+    """A robot at rest in the middle of a large floor, facing east."""
+    figures = resolved(kind, None, None, "ground")
+    assert figures is not None
+    return mover("r", MetricFloor(SIZE, SIZE, side), MIDDLE, "east", figures)
+
+
+def crossing(moved: Mover, chance: random.Random, tick: int) -> Crossing:
+    """A step to a region beside it; a walker does not turn round."""
+    ways = [h for h in HEADINGS if moved.kind != "walker" or turn(moved.heading or h, h) != 2]
+    row, col = divmod(moved.region, SIZE)
+    ahead = {h: (row + HEADINGS[h].step[0], col + HEADINGS[h].step[1]) for h in ways}
+    heading = chance.choice([h for h in ways if all(0 <= at < SIZE for at in ahead[h])])
+    return Crossing(tick, moved.region, ahead[heading][0] * SIZE + ahead[heading][1], heading)
+
+
+def wandering(side: float, moves: int, seed: int) -> list[Any]:
+    """Random moves of a walker, straight on or a quarter turn, with stops and starts between."""
+    chance, moved = random.Random(seed), robot("walker", side)
+    found: list[Moving] = []
+    for tick in range(1, moves + 1):
+        if chance.random() < 0.1:
+            found += moved.halt(tick)
+            if chance.random() < 0.5:
+                found += moved.rest(tick, moved.time + chance.uniform(0.1, 3))
+        found += moved.move(crossing(moved, chance, tick))
+    return found
+
+
+def every_primitive(side: float) -> list[Segment]:
+    """Three of each primitive, from a walk that is long enough to hold them all."""
+    found: dict[str, list[Segment]] = {}
+    for segment in wandering(side, 400, seed=1):
+        found.setdefault(segment.primitive, []).append(segment)
+    ways = ("straight", "left", "right")
+    wanted = {"stop", "stand", *(f"{kind} {way}" for kind in ("walk", "start") for way in ways)}
+    assert set(found) == wanted
+    return [segment for segments in found.values() for segment in segments[:3]]
+
+
+def test_ten_thousand_random_moves_join_exactly_and_nothing_grows() -> None:
+    found = wandering(2.7, MOVES, seed=7)
+    gaps = [np.abs(np.subtract(one.goal, other.start)).max() for one, other in pairwise(found)]
+    assert max(gaps) < 1e-9
+    assert all(before.t1 == after.t0 for before, after in pairwise(found))
+
+
+def test_a_quintic_has_its_place_speed_and_acceleration_at_both_ends() -> None:
+    path = quintic(1.6, 0.3, -0.2, 1.1, 0.5, 0.7, -0.9)
+    for order, ends in enumerate(((0.3, 1.1), (-0.2, 0.5), (0.7, -0.9))):
+        found = [values(derivative(path, order), t) for t in (0.0, 1.6)]
+        assert found == pytest.approx(ends)
+
+
+@pytest.mark.parametrize("side", [1.8, 2.4, 2.7, 3.0, 3.7, 4.4, 6.0])
+def test_walker_keeps_to_its_limits_on_regions_of(side: float) -> None:
+    """By the rules of the checker, in each move and from one to the next, with room to spare."""
+    limits: Any = robot("walker", side).limits()
+    wrong: list[Any] = []
+    case: Any = SimpleNamespace(wrong=lambda *found: wrong.append(found))
+    floor, found = MetricFloor(SIZE, SIZE, side), wandering(side, 200, seed=2)
+    for segment in [*every_primitive(side), *found[:20]]:
+        moved = walked(segment, limits)
+        wrong += moved.broken
+        feet = np.array([[foot.x, foot.y] for foot in segment.feet])
+        rims = np.array(floor.corridor(segment.origin, segment.to))
+        for points, room in ((moved.mass.states[:, :2], 0.3), (feet, 0.25), (moved.places, 0.25)):
+            if points.size:
+                assert min((points - rims[:2]).min(), (rims[2:] - points).min()) >= room - 1e-9
+    for before, after in pairwise(found):
+        joined(case, before, after)
+    assert wrong == []
+
+
+def test_segments_of_one_shape_have_one_motion_and_no_number_is_left_out() -> None:
+    """The check solves and judges one of them."""
+    limits: Any = robot("walker", 2.7).limits()
+    known: dict[bytes, Any] = {}
+    for segment in wandering(2.7, 60, seed=3):
+        own, shape = walked(segment, limits), shape_of(segment)
+        other = known.setdefault(shape, own)
+        pairs = (own.mass.states[:, :2], other.mass.states[:, :2]), (own.places, other.places)
+        for mine, its in pairs:
+            moved = other.moved(segment, its.reshape(-1, 2))
+            np.testing.assert_allclose(moved, mine.reshape(-1, 2), atol=1e-8)
+    assert 6 <= len(known) < 20
+    data = json.decode(json.encode(segment))
+    shapes = ("phases", "feet", "swings", "turning", "start", "goal", "t1")
+    text = json.encode({key: data[key] for key in shapes}).decode()
+    numbers = [*re.finditer(r"-?\d+\.\d+(e-?\d+)?", text)]
+    for number in numbers:
+        more = f"{text[: number.start()]}{float(number[0]) + 1e-6}{text[number.end() :]}"
+        other = convert(data | json.decode(more), Segment)
+        assert shape_of(other) != shape_of(segment), number
+    assert len(numbers) > 50
+
+
+@pytest.mark.parametrize(("side", "words"), [(1.2, "1.2 m"), (0.5, "0.5 m"), (1.7, "1.8 m")])
+def test_small_regions_are_refused_with_the_reason(side: float, words: str) -> None:
+    with pytest.raises(UsageError, match=words):
+        robot("walker", side)
+
+
+def test_both_feet_carry_it_long_enough_also_with_very_unequal_steps() -> None:
+    gait = gait_on(1.5, Walker(0.3, 0.3, 1.0))
+    for primitive in (primitives.walk(gait, way, foot) for way in (0, 1) for foot in (1, -1)):
+        carried = sum(hold.up - hold.down for hold in primitive.feet)
+        assert 0.15 < carried / primitive.t1 - 1 < 0.25
+
+
+def test_a_step_that_is_cut_off_ends_in_the_state_that_the_mass_has_then() -> None:
+    limits: Any = robot("walker", 2.7).limits()
+    for segment in every_primitive(2.7):
+        for at in np.linspace(0.05, segment.t1 - segment.t0 - 0.05, 17):
+            cut = cut_off(segment, float(at), limits["omega"])
+            row = sample(segment, np.array([at]), limits)[0]
+            np.testing.assert_allclose(cut.goal, row[[0, 1, 3, 4]], atol=1e-9)
+            last = cut.phases[-1]
+            np.testing.assert_allclose((last.to_x, last.to_y), row[10:12], atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["case_study_1", "case_study_3", "search_and_rescue"])
+def test_a_flyer_passes_centres_without_a_halt_where_its_next_step_follows(name: str) -> None:
+    moved, passed, stopped = motion(name), 0, 0
+    for one, other in pairwise(sorted(moved.of(Flight), key=lambda flight: flight.robot)):
+        own = moved.header.robots[one.robot]
+        if own["kind"] == "flyer" and one.robot == other.robot:
+            row = sample(one, np.array([one.t1 - 1e-6 - one.t0]), own)[0]
+            flies_on = one.primitive == other.primitive == "fly" and one.origin != other.to
+            speed = float(np.hypot(row[3], row[4]))
+            assert (speed > 0.2) is flies_on, (one.robot, one.t1, speed)
+            passed, stopped = passed + flies_on, stopped + (not flies_on)
+    assert passed > 5 and stopped > 1
+
+
+def test_command_keeps_to_the_tilt_limit_and_turns_back_at_the_border() -> None:
+    """Flying towards a border at speed, with a reference beyond it."""
+    given = []
+    for border in (9.0, 0.2):
+        tracker = AxisTracker(0.0, 3.4)
+        tracker.state = np.array([0.0, 1.0, 0.0, 0.0])
+        wanted, low = np.tile([2.0, 0.0, 0.0], (HORIZON, 1)), np.full(HORIZON, -9.0)
+        given.append(tracker.command(wanted, low, np.full(HORIZON, border)))
+        assert tracker.failed == 0
+    free, bound = given
+    assert free == pytest.approx(3.4) and -3.4 <= bound < 0
+
+
+@pytest.mark.parametrize("kind", ["walker", "rover", "flyer", "disc"])
+@pytest.mark.parametrize("side", [1.9, 2.7, 4.5])
+def test_steps_and_actions_take_as_long_as_their_motion(kind: str, side: float) -> None:
+    dice, moved, now = random.Random(f"{kind} {side}"), robot(kind, side), 0.0
+    pace = pace_of(resolved(kind, None, None, "ground"), SIZE, side, "east")
+    for tick in range(60):
+        if dice.random() < 0.3:
+            now += dice.choice([0.5, 5.0])
+        if now > moved.time + 1e-9:
+            moved.halt(tick)
+            moved.rest(tick, max(now, moved.time))
+        if dice.random() < 0.2:
+            beside = moved.region + dice.choice([-1, SIZE])
+            now += acted_by([(pace, moved.region)], now, beside)
+            moved.halt(tick)
+            moved.face(tick, beside)
+            moved.rest(tick, moved.time + pace.acting)
+            assert moved.time == pytest.approx(now, abs=1e-9)
+        step = crossing(moved, dice, tick)
+        now += pace.step(now, step.origin, step.to)
+        moved.move(step)
+        pace.arrived(now)
+        assert moved.time == pytest.approx(now, abs=1e-9)
+
+
+def test_a_robot_of_unknown_motion_takes_a_second_a_tick() -> None:
+    assert pace_of(None, SIZE, ticks=2).step(0.0, 40, 41) == 2.0
+    assert type(pace_of(resolved("walker", None, None, "ground"), SIZE, 0.5)) is Pace
