@@ -25,7 +25,7 @@ def trace_bytes(name: str) -> bytes:
 
 def played(text: str) -> bytes:
     """The trace of a scenario that is given as text."""
-    return play(text).text.encode()
+    return "".join(play(text).lines).encode()
 
 
 @cache
@@ -33,7 +33,7 @@ def live_trace(name: str, delayed: float = 0.0) -> bytes:
     """The trace of a shipped scenario with a clock; a share of its steps takes longer."""
     scenario = replace(load_scenario(SCENARIOS / f"{name}.yaml"), clock=Clock.LIVE)
     world = Uneven(scenario, delayed=delayed, factor=1.7)
-    return play(scenario, world=world).text.encode()
+    return "".join(play(scenario, world=world).lines).encode()
 
 
 @cache
