@@ -199,7 +199,9 @@ def draw(
     from safenav.scenario.reading.map import Division, form_of, load_map
 
     if form_of(scenario) is None:
-        options.refuse(dict.fromkeys(("rows", "cols", "side", "share"), "map files, not scenarios"))
+        if scenario.exists():  # its reader reports a file that is missing
+            unread = dict.fromkeys(("rows", "cols", "side", "share"), "map files, not scenarios")
+            options.refuse(unread)
         plan = load_scenario(scenario)
     else:
         plan = Scenario(scenario.name, load_map(scenario, Division(rows, cols, side, share)), ())

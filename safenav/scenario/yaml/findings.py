@@ -376,8 +376,11 @@ def _within(data: bytes, limit: int) -> bytes:
 def _decoded(data: bytes) -> str:
     for signature, kind in _IMAGES.items():
         if data.startswith(signature):
-            hint = "name the YAML file that refers to it; to see a map alone: safenav draw FILE"
-            raise DocumentError(None, f"this is an image ({kind}), not YAML", hint)
+            hint = (
+                "name it by 'image' of map, or the YAML file of its ROS map by 'ros'; to see it: "
+            )
+            hint += "safenav draw FILE"
+            raise DocumentError(None, f"this is an image ({kind}), not text", hint)
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
