@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Iterator
+from copy import deepcopy
 from dataclasses import dataclass, replace
 from random import Random
 from typing import TYPE_CHECKING
@@ -25,19 +26,19 @@ if TYPE_CHECKING:
 Edge = tuple[int, int]
 
 
-@dataclass(frozen=True)
+@dataclass
 class Node:
     """A state (as a number, see game.py), the memory, and the ids of the successors."""
 
     state: int
     rank: int
-    successors: tuple[int, ...]
+    successors: list[int]
 
 
-@dataclass(frozen=True)
+@dataclass
 class Automaton:
     variables: tuple[str, ...]  # bits, as declared
-    nodes: tuple[Node, ...]
+    nodes: list[Node]
 
     @property
     def edges(self) -> list[Edge]:
@@ -52,7 +53,7 @@ def to_json(automaton: Automaton) -> str:
     """The JSON that `--explicitStrategy --jsonOutput` prints."""
     nodes = ",\n\n".join(
         f'"{number}": {{\n\t"rank": {node.rank},\n'
-        f'\t"state": {automaton.bits(node)},\n\t"trans": {[*node.successors]}\n}}'
+        f'\t"state": {automaton.bits(node)},\n\t"trans": {node.successors}\n}}'
         for number, node in enumerate(automaton.nodes)
     )
     end = "\n\n" if automaton.nodes else ""
@@ -84,13 +85,9 @@ def from_json(specification: Specification, text: str) -> Automaton:
         raise ValueError(f"the variables are {names}")
     if any(not 0 <= to < len(found) for node in found for to in node["trans"]):
         raise ValueError("no such successor")
-    return Automaton(
-        names,
-        tuple(
-            Node(int(bits or "0", 2), int(node["rank"]), tuple(node["trans"]))
-            for bits, node in zip(states, found, strict=True)
-        ),
-    )
+    pairs = zip(states, found, strict=True)
+    read = [Node(int(bits or "0", 2), int(node["rank"]), node["trans"]) for bits, node in pairs]
+    return Automaton(names, read)
 
 
 def check_strategy(game: Game, automaton: Automaton, robotics_init: bool = False) -> list[str]:
@@ -154,7 +151,7 @@ def _states(game: Game, nodes: Iterable[Node]) -> np.ndarray:
     return found
 
 
-def _meets(game: Game, goal: np.ndarray, nodes: tuple[Node, ...], edge: Edge) -> bool:
+def _meets(game: Game, goal: np.ndarray, nodes: list[Node], edge: Edge) -> bool:
     return game.has(goal, nodes[edge[0]].state, nodes[edge[1]].state)
 
 
@@ -170,59 +167,50 @@ def cycles(edges: Iterable[Edge]) -> Iterator[list[Edge]]:
     yield from inside.values()
 
 
-Damage = Callable[[Automaton, list[int], Random], Automaton]
-"""Gets an automaton, its initial nodes and a source of chance."""
+Damage = Callable[[Automaton, Random], object]
+"""Changes an automaton in one way, by chance."""
 
 
-def wrong_bit(automaton: Automaton, _starts: list[int], source: Random) -> Automaton:
+def wrong_bit(automaton: Automaton, source: Random) -> None:
     """One bit of one state is flipped."""
-    if not automaton.variables:
-        return automaton
-    number = source.randrange(len(automaton.nodes))
-    bit = 1 << source.randrange(len(automaton.variables))
-    return _with_node(automaton, number, state=automaton.nodes[number].state ^ bit)
+    if automaton.variables:
+        node = source.choice(automaton.nodes)
+        node.state ^= 1 << source.randrange(len(automaton.variables))
 
 
-def missing_successor(automaton: Automaton, _starts: list[int], source: Random) -> Automaton:
+def missing_successor(automaton: Automaton, source: Random) -> None:
     """One transition is gone."""
-    number, before, after = _some_edge(automaton, source)
-    return _with_node(automaton, number, successors=(*before, *after))
+    node = _some_node(automaton, source)
+    del node.successors[source.randrange(len(node.successors))]
 
 
-def extra_successor(automaton: Automaton, _starts: list[int], source: Random) -> Automaton:
+def extra_successor(automaton: Automaton, source: Random) -> None:
     """One transition too many."""
-    number = _some_edge(automaton, source)[0]
-    more = (*automaton.nodes[number].successors, source.randrange(len(automaton.nodes)))
-    return _with_node(automaton, number, successors=more)
+    _some_node(automaton, source).successors.append(source.randrange(len(automaton.nodes)))
 
 
-def other_successor(automaton: Automaton, _starts: list[int], source: Random) -> Automaton:
+def other_successor(automaton: Automaton, source: Random) -> None:
     """One transition leads elsewhere, if possible to the same inputs and a cycle."""
-    number, before, after = _some_edge(automaton, source)
-    target = source.choice((number, source.randrange(len(automaton.nodes))))
-    return _with_node(automaton, number, successors=(*before, target, *after))
+    node = _some_node(automaton, source)
+    targets = (automaton.nodes.index(node), source.randrange(len(automaton.nodes)))
+    node.successors[source.randrange(len(node.successors))] = source.choice(targets)
 
 
-def no_memory(automaton: Automaton, starts: list[int], source: Random) -> Automaton:
+def no_memory(automaton: Automaton, source: Random) -> None:
     """Transitions keep their state and may forget which goal they were for: goals may starve."""
     twins: dict[int, list[int]] = {}
     for number, node in enumerate(automaton.nodes):
         twins.setdefault(node.state, []).append(number)
-
-    def moved(successor: int) -> int:
-        return source.choice(twins[automaton.nodes[successor].state])
-
-    nodes = [replace(n, successors=tuple(map(moved, n.successors))) for n in automaton.nodes]
-    return without_unreachable(replace(automaton, nodes=tuple(nodes)), starts)
+    for node in automaton.nodes:
+        states = [automaton.nodes[to].state for to in node.successors]
+        node.successors = [source.choice(twins[state]) for state in states]
 
 
-def missing_start(automaton: Automaton, _starts: list[int], _source: Random) -> Automaton:
+def missing_start(automaton: Automaton, _source: Random) -> None:
     """Node 0 is gone, and with it every transition to it."""
-    nodes = [
-        replace(node, successors=tuple(s - 1 for s in node.successors if s > 0))
-        for node in automaton.nodes[1:]
-    ]
-    return replace(automaton, nodes=tuple(nodes))
+    del automaton.nodes[0]
+    for node in automaton.nodes:
+        node.successors = [to - 1 for to in node.successors if to > 0]
 
 
 DAMAGES: tuple[Damage, ...] = (
@@ -235,27 +223,22 @@ DAMAGES: tuple[Damage, ...] = (
 )
 
 
+def damaged(automaton: Automaton, damage: Damage, starts: list[int], source: Random) -> Automaton:
+    """A damaged copy of an automaton with these initial nodes."""
+    copy = deepcopy(automaton)
+    damage(copy, source)
+    return without_unreachable(copy, starts) if damage is no_memory else copy
+
+
+def _some_node(automaton: Automaton, source: Random) -> Node:
+    return source.choice([node for node in automaton.nodes if node.successors])
+
+
 def without_unreachable(automaton: Automaton, starts: list[int]) -> Automaton:
     graph = networkx.DiGraph(automaton.edges)
     graph.add_nodes_from(starts)
     kept = sorted({*starts}.union(*(networkx.descendants(graph, start) for start in starts)))
     number = {old: new for new, old in enumerate(kept)}
     nodes = (automaton.nodes[n] for n in kept)
-    moved = (replace(n, successors=tuple(number[to] for to in n.successors)) for n in nodes)
-    return replace(automaton, nodes=tuple(moved))
-
-
-def _some_edge(
-    automaton: Automaton, source: Random
-) -> tuple[int, tuple[int, ...], tuple[int, ...]]:
-    """A node, and its successors before and after a random one."""
-    number = source.choice([i for i, node in enumerate(automaton.nodes) if node.successors])
-    successors = automaton.nodes[number].successors
-    at = source.randrange(len(successors))
-    return number, successors[:at], successors[at + 1 :]
-
-
-def _with_node(automaton: Automaton, number: int, **changes: object) -> Automaton:
-    nodes = [*automaton.nodes]
-    nodes[number] = replace(nodes[number], **changes)
-    return replace(automaton, nodes=tuple(nodes))
+    moved = [replace(n, successors=[number[to] for to in n.successors]) for n in nodes]
+    return replace(automaton, nodes=moved)

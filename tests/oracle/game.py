@@ -259,9 +259,9 @@ def extract(solution: Solution) -> Automaton:
             chosen += game.successors[answered, possible.argmax(-1)[answered]].tolist()
             open_ &= ~answered
         assert not open_.any(), f"state {state} is winning but has no move towards goal {goal}"
-        after = tuple(number(t, _advanced(game, goal, state, t)) for t in sorted(chosen))
+        after = [number(t, _advanced(game, goal, state, t)) for t in sorted(chosen)]
         nodes.append(Node(state, goal, after))
-    return Automaton(game.variables, tuple(nodes))
+    return Automaton(game.variables, nodes)
 
 
 def _advanced(game: Game, goal: int, state: int, after: int) -> int:

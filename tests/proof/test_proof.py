@@ -16,7 +16,7 @@ import pytest
 import warm
 from children import ran
 from once import SCENARIOS, made_once
-from oracle.automata import DAMAGES, to_json
+from oracle.automata import DAMAGES, damaged, to_json
 from oracle.duel import Duel
 from oracle.game import build_game, extract, solve
 from oracle.generator import random_specification
@@ -126,7 +126,7 @@ def random_cases(seed: int, duel: Duel) -> list[Case]:
     sound = extract(solution) if realizable else duel.counterstrategy(specification)
     automata = [("sound", sound)]
     if realizable and sound.edges:
-        automata += [(damage.__name__, damage(sound, [0], source)) for damage in DAMAGES]
+        automata += [(each.__name__, damaged(sound, each, [0], source)) for each in DAMAGES]
     cases = []
     for damage, automaton in automata:
         name, document = f"{seed} {damage}", json.loads(to_json(automaton))

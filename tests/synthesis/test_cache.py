@@ -27,12 +27,9 @@ def _files(cache: Cache) -> list[Path]:
     return sorted(p for p in cache.directory.rglob("*") if p.is_file())
 
 
-def test_exhausted_limits_are_not_stored(cache: Cache) -> None:
-    cache.store(KEY, CacheEntry(Verdict.TIMEOUT, 60.0, None))
-    assert cache.load(KEY) is None
-
-
 def test_every_flipped_byte_and_every_truncation_is_detected(cache: Cache) -> None:
+    cache.store(KEY, CacheEntry(Verdict.TIMEOUT, 60.0, None))
+    assert cache.load(KEY) is None, "exhausted limits are not stored"
     cache.store(KEY, ENTRY)
     (file,) = _files(cache)
     good = file.read_bytes()
@@ -127,6 +124,8 @@ def test_a_result_is_asked_for_once(
     assert second.strategy_sha256 == first.strategy_sha256
     assert second.seconds == first.seconds
     assert second.strategy is not None and second.strategy.initial() == (0,)
+    assert (second.robot, second.states, second.verified) == ("carrier", 9, None)
+    assert len(first.strategy_sha256 or "") == 64 and 0 < first.seconds < 300
     assert not Synthesizer(binary).synthesize(patrol, strategy=False).cached
     binary.path.write_text(binary.path.read_text() + "# a newer version\n")
     assert not Synthesizer(Binary(binary.path)).synthesize(patrol).cached

@@ -20,6 +20,7 @@ from oracle.automata import (
     Damage,
     check_counterstrategy,
     check_strategy,
+    damaged,
     from_json,
     no_memory,
     to_json,
@@ -126,7 +127,7 @@ def test_damaged_ones_are_refused_for_the_right_reason(
         if not sound.edges:
             continue
         for _ in range(6 if damage is no_memory else 2):  # few games have memory to confuse
-            automaton = damage(sound, sample.starts(sound), source)
+            automaton = damaged(sound, damage, sample.starts(sound), source)
             if automaton == sound:
                 continue
             verification = sample.verify(automaton)
