@@ -195,7 +195,9 @@ def _everything_has_a_name_and_shows_its_focus(browser: Browser) -> None:
     browser.go(11)
     told = browser.one(".map").get_attribute("aria-label") or ""
     assert "quad in region 46 [3, 7]" in told and "door@47 requested" in told
-    assert browser.one(".story").get_attribute("aria-live") == "polite"
+    story = browser.one(".story")
+    assert story.get_attribute("aria-live") == "polite"
+    assert "it stays; quad requests help" in story.text, "a sentence begins in lower case"
     for element in browser.all("button:not([aria-hidden]), select, input, summary"):
         if element.is_displayed():
             assert element.accessible_name, element.get_attribute("outerHTML")

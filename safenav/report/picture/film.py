@@ -106,7 +106,7 @@ class Film:
                 events = [event for now in passed for event in self._run.happened(now)]
                 texts = [event.text for event in events if event.kind in _CAPTIONS]
                 if texts:
-                    caption, since = ". ".join(texts) + ".", tick
+                    caption, since = "; ".join(texts) + ".", tick
                 elif tick - since > 8:
                     caption = ""
                 halt = 1200 if any(event.kind in _HALTS for event in events) else 0

@@ -1,4 +1,4 @@
-/* sources 7f53448751c377a90457920210503f88d3a6f3a5c646c5df87862c19c5ca6562 */
+/* sources aa05852bb76139fd7311f95e5f49a64912e42b561669e5c6175b4ce796e7a3be */
 /* Contains three:
 The MIT License
 

@@ -137,7 +137,7 @@ function Story({ run, tick, playing }: { run: Run; tick: number; playing: boolea
         <span class="quiet">Nothing has been found yet.</span>
       ) : (
         <>
-          <b>{last[0] === tick ? "Now" : run.times ? `At ${when(run, last[0])}` : `Tick ${last[0]}`}</b> {sentences.join(". ")}.
+          <b>{last[0] === tick ? "Now" : run.times ? `At ${when(run, last[0])}` : `Tick ${last[0]}`}</b> {sentences.join("; ")}.
         </>
       )}
     </p>
