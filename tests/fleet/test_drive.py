@@ -256,19 +256,8 @@ def test_a_drive_that_cannot_begin_is_refused_before_any_move(
     assert not (tmp_path / "t.jsonl").exists()
 
 
-DEBRIS = """\
-safenav: 1
-name: hall
-map: {resolution: 2.0, grid: ["#######", "#.....#", "##..###", "#######"]}
-robots: {digit: {model: digit, start: [1, 1], heading: east, objective: {visit: [[1, 5]]}}}
-until: {rounds: 1}
-"""
-FREE = """\
-safenav-fleet: 1
-transport: simulation
-simulation: {pace: 60}
-robots: {digit: {speed: 0.45, scan: {obstacle: debris}}}
-"""
+DEBRIS = beside(__file__, "scenarios/debris.yaml")
+FREE = beside(__file__, "scenarios/debris.fleet.yaml")
 BLOCKED = FREE.replace("60", "60, obstacles: [{type: debris, region: [1, 3]}]")
 
 

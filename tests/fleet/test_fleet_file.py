@@ -23,6 +23,7 @@ from warm import safenav
 ROOT = Path(__file__).parents[2]
 CASE = ROOT / "scenarios" / "case_study_1.yaml"
 SCHEMA = json.loads(fleet_file.schema_text())
+FILES = from_yaml(beside(__file__, "fleet_files.yaml"))
 HEAD = "safenav-fleet: 1\ntransport: ros2\n"
 
 
@@ -59,20 +60,13 @@ robots:
     jsonschema.validate(from_yaml(text), SCHEMA)
 
 
-@pytest.mark.parametrize(
-    ("namespace", "topic", "found"),
-    [
-        ("/lab/digit/", "odom", "/lab/digit/odom"),
-        ("digit", "odom", "/digit/odom"),
-        ("/", "odom", "/odom"),
-        ("/digit", "/lidar", "/lidar"),
-    ],
-)
+@pytest.mark.parametrize(("namespace", "found"), [("/lab/a/", "/lab/a/odom"), ("/", "/odom")])
 def test_names_are_below_the_namespace_unless_absolute(
-    namespace: str, topic: str, found: str, tmp_path: Path
+    namespace: str, found: str, tmp_path: Path
 ) -> None:
     fleet = loaded(f"{HEAD}robots: {{digit: {{namespace: {namespace}}}}}\n", tmp_path)
-    assert fleet.stations["digit"].path(topic) == found
+    assert fleet.stations["digit"].pose_topic == found
+    assert [fleet.stations["quad"].path(topic) for topic in ("odom", "/s")] == ["/quad/odom", "/s"]
 
 
 PAGES = [p.name for p in sorted((ROOT / "docs").glob("drive*.md"))]
@@ -137,39 +131,11 @@ def test_default_distances_end_inside_the_region(side: float, tmp_path: Path) ->
     assert station.off(side) == pytest.approx(min(0.25, 0.25 * side))
 
 
-MISTAKES = [
-    (HEAD + "robots: {digit: {tolerance: 0.5}}\n", "0.5 m reach into the next region"),
-    (HEAD + "defaults: {follow: {tolerance: 0.6}}\n", "less than 0.5 m: half a"),
-    ("transport: ros2\n", "the key 'safenav-fleet' is missing"),
-    ("safenav-fleet: 2\ntransport: ros2\n", "this safenav reads 'safenav-fleet: 1'"),
-    ("safenav-fleet: 1\ntransport: ros3\n", "'transport'"),
-    (HEAD + "robots: {digi: {}}\n", "no robot 'digi'"),
-    (HEAD + "robots: {digit: {sped: 1}}\n", "unknown key 'sped' in robot 'digit'"),
-    (HEAD + "robots: {digit: {namespace: a b}}\n", "'a b' is not a name in ROS"),
-    (HEAD + "robots: {digit: {namespace: %s-1}}\n" % ("a" * 60), "is not a name in ROS"),
-    (HEAD + "robots: {digit: {scan: {obstacle: door, topic: s/}}}\n", "'s/' is not a name"),
-    (HEAD + "robots: {digit: {follow: {topic: a//b}}}\n", "'a//b' is not a name in ROS"),
-    (HEAD + "robots: {digit: {namespace: r}, quad: {namespace: /r/}}\n", "namespace, '/r'"),
-    (HEAD + "defaults: {namespace: /}\n", "quad and digit have the same namespace, '/'"),
-    (HEAD + "robots: {digit: {speed: 0}}\n", "'speed' of robot 'digit'"),
-    (HEAD + "robots: {digit: {scan: {}}}\n", "the key 'obstacle' is missing"),
-    (HEAD + "robots: {digit: {scan: {obstacle: dor}}}\n", "unknown obstacle type 'dor'"),
-    (HEAD + "robots: {digit: {follow: {tolerance: 0}}}\n", "'tolerance' of follow"),
-    (HEAD + "defaults: {follow: yes}\n", "'follow' of defaults"),
-    (HEAD + "robots: {digit: {act: [push]}}\n", "'act' of robot 'digit'"),
-    (HEAD + "inputs: {alarm: /alarm}\n", "no input 'alarm'"),
-    (HEAD.replace("ros2", "simulation") + "inputs: {a: /a}\n", "simulation has no topics"),
-    (HEAD + "network: {domain: 300}\n", "must be at most 232"),
-    ("[1, 2]\n", "a fleet file: found a list of 2"),
-    ("", "--fleet SCENARIO a fleet file"),
-]
-
-
-@pytest.mark.parametrize(("text", "told"), MISTAKES)
-def test_a_mistake_is_reported_with_its_position(text: str, told: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("case", FILES["mistakes"], ids=lambda case: case["told"])
+def test_a_mistake_is_reported_with_its_position(case: dict[str, str], tmp_path: Path) -> None:
     with pytest.raises(InputError) as error:
-        loaded(text, tmp_path)
-    assert told in str(error.value)
+        loaded(case["file"] if "file" in case else HEAD + case["text"], tmp_path)
+    assert case["told"] in str(error.value)
     assert "fleet.yaml" in str(error.value)
 
 
@@ -206,35 +172,12 @@ def test_actions_without_services_are_named(robots: str, told: list[str], tmp_pa
     assert len(found) == len(told) and all(map(str.__contains__, found, told)), found
 
 
-FULL: dict[str, Any] = {
-    "safenav-fleet": 1,
-    "transport": "ros2",
-    "network": {"domain": 7, "interface": "wlan0", "peers": ["10.0.0.7"]},
-    "simulation": {
-        "pace": 2.5,
-        "obstacles": [{"type": "uncertainty", "region": [3, 8], "traversable": False}],
-    },
-    "inputs": {},
-    "failures": {"retries": 0, "then": "out_of_service", "most": 3, "actions": 2, "patience": 2.5}
-    | {"timeout": 9},
-    "defaults": {"speed": 0.4, "timeout": 2, "follow": {"topic": "t", "tolerance": 0.1}},
-    "robots": {
-        "quad": {
-            "namespace": "/q",
-            "tolerance": 0.2,
-            "report": "seen",
-            "tf": {"topic": "/tf", "frame": "q/base_link"},
-        }
-        | {"scan": {"topic": "scan", "obstacle": "door"}, "act": {"sense": "look"}}
-    },
-}
-
-
 def test_loader_and_schema_judge_mistakes_alike(tmp_path: Path) -> None:
+    full: Any = FILES["full"]
     scenario, validator = load_scenario(CASE), jsonschema.Draft202012Validator(SCHEMA)
     path, wrong = tmp_path / "fleet.yaml", {}
-    cases = [(way, case) for n, way in enumerate(places(FULL)) for case in mistakes(FULL, way, n)]
-    for _, (name, data) in [((), ("none", FULL)), *cases]:
+    cases = [(way, case) for n, way in enumerate(places(full)) for case in mistakes(full, way, n)]
+    for _, (name, data) in [((), ("none", full)), *cases]:
         path.write_text(json.dumps(data))
         found: tuple[Diagnostic, ...] = ()
         try:
@@ -245,4 +188,4 @@ def test_loader_and_schema_judge_mistakes_alike(tmp_path: Path) -> None:
             wrong[name] = told
     assert wrong == {}
     assert len(cases) > 100
-    assert keys_of(SCHEMA, set()) <= {way[-1] for way in places(FULL)}
+    assert keys_of(SCHEMA, set()) <= {way[-1] for way in places(full)}

@@ -26,14 +26,7 @@ from safenav.scenario.reading.loader import load_scenario_text
 from safenav.world.map import Heading
 from safenav.world.poses import Pose
 
-HALL = """\
-safenav: 1
-name: hall
-map: {resolution: 2.0, origin: [3.0, -4.0], grid: ["#######", "#.....#", "#######"]}
-robots:
-  digit: {model: digit, start: 8, heading: east, objective: {hold: 8}}
-  quad: {model: quadcopter, start: 12, objective: {visit: [8, 12]}}
-"""
+HALL = beside(__file__, "scenarios/hall_with_origin.yaml")
 YARD = beside(__file__, "scenarios/two_lifters.yaml")
 CRATE, GATE, DOOR = (Obstacle(built_in().obstacles[each], 10) for each in ("crate", "gate", "door"))
 

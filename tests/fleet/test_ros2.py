@@ -1,11 +1,14 @@
-"""What the messages of ROS 2 mean, and what its transport refuses."""
+"""The messages of ROS 2: their bytes, against an independent serializer with its own definitions;
+what they mean, and what their transport refuses."""
 
 import os
+import random
+import re
 import socket
 import sys
 from collections.abc import Callable
 from contextlib import suppress
-from functools import partial
+from functools import cache, partial
 from math import atan2, cos, inf, nan, pi, sin
 from pathlib import Path
 from threading import Condition
@@ -21,12 +24,13 @@ pytest.importorskip("numpy", reason="references need the extra 'motion'")
 import numpy
 
 from fleet.lab import drive_in
-from once import beside
+from once import beside, from_yaml
 from safenav.errors import UsageError
 from safenav.fleet.file import FollowUse, Network, Station
 from safenav.fleet.following import mover_of, resting_place
 from safenav.fleet.ros2 import node
 from safenav.fleet.ros2 import transport as streams
+from safenav.fleet.ros2.interfaces import INTERFACES
 from safenav.fleet.ros2.node import Client, Participant, Taking
 from safenav.fleet.setpoints import PERIOD, Setpoints
 from safenav.fleet.transport import DriveRecording, Located, Places, Scanned
@@ -36,6 +40,94 @@ from safenav.motion.file import Foothold
 from safenav.run.checked import check_trace
 from safenav.scenario.model import Clock
 from safenav.scenario.reading.loader import load_scenario_text
+
+DEFINED = from_yaml(beside(__file__, "interfaces.yaml"))
+
+
+@cache
+def typestore() -> Any:
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    for name, text in DEFINED["definitions"].items():
+        store.register(get_types_from_msg(text, name))
+    return store
+
+
+def drawn(name: str, rng: random.Random) -> Any:
+    """A random value of a type, by the serializer's own description of it."""
+    store = typestore()
+    fields = store.fielddefs[name][1]
+    return store.types[name](**{field: _drawn(what, rng) for field, what in fields})
+
+
+INTEGERS = {f"{sign}int{bits}": (sign, bits) for sign in ("u", "") for bits in (8, 16, 32, 64)}
+
+
+def _drawn(what: Any, rng: random.Random) -> Any:
+    shape, detail = what
+    if shape.name == "BASE":
+        return _base(detail[0], rng)
+    if shape.name == "NAME":
+        return drawn(detail, rng)
+    inner, size = detail
+    counts = (0, 1, 2, 7, 360) if inner[0].name == "BASE" else (0, 1, 3)
+    count = size if shape.name == "ARRAY" else rng.choice(counts)
+    values = [_drawn(inner, rng) for _ in range(count)]
+    if inner[0].name == "BASE" and inner[1][0] != "string":
+        return numpy.array(values, dtype=numpy.dtype(inner[1][0].replace("octet", "uint8")))
+    return values
+
+
+def _base(name: str, rng: random.Random) -> Any:
+    if name in INTEGERS or name == "octet":
+        sign, bits = INTEGERS.get(name, ("u", 8))
+        least = 0 if sign else -(2 ** (bits - 1))
+        return rng.choice((least, least + 2**bits - 1, rng.randrange(least, least + 2**bits)))
+    if name == "bool":
+        return rng.random() < 0.5
+    if name == "string":
+        return "".join(rng.choice("ab/_ äλ") for _ in range(rng.choice((0, 1, 2, 3, 4, 5, 40))))
+    value = rng.choice((0.0, -0.0, inf, rng.uniform(-1e6, 1e6), rng.random()))
+    if name == "float32":
+        return float(numpy.float32(value))
+    return value
+
+
+def named(what: Any) -> str:
+    """A type of the other library in our notation, without folders."""
+    shape, detail = what
+    if shape.name in ("BASE", "NAME"):
+        return re.sub("/(msg|srv|action)/", "/", detail if shape.name == "NAME" else detail[0])
+    return f"{named(detail[0])}[{detail[1] or ''}]"
+
+
+def test_fields_are_those_of_other_definitions() -> None:
+    """In their order and with their signs, which the bytes alone do not show."""
+    for name, fields in INTERFACES.items():
+        package, *_, kind = name.split("/")
+        theirs = typestore().fielddefs[f"{package}/msg/{kind}"][1]
+        mine = [re.sub("/(msg|srv|action)/", "/", field) for field in fields]
+        assert mine == [f"{named(what)} {field}" for field, what in theirs], name
+
+
+@pytest.mark.parametrize("name", DEFINED["kinds"], ids=lambda name: name.split("/")[-1])
+def test_bytes_are_those_of_another_serializer(name: str, values: int = 200) -> None:
+    """A request or reply begins with its header, after which CDR restarts its count by 8."""
+    rng = random.Random(name)
+    kind = getattr(node, DEFINED["kinds"][name])
+    for _ in range(values):
+        theirs = bytes(typestore().serialize_cdr(drawn(name, rng), name))
+        client, number = rng.getrandbits(64), rng.getrandbits(62)
+        headed = "client" in kind.__dataclass_fields__
+        header = client.to_bytes(8, "little") + number.to_bytes(8, "little") if headed else b""
+        sent = theirs[:4] + header + theirs[4:]
+        message = kind.deserialize(sent)
+        assert not headed or (message.client, message.number) == (client, number)
+        wire = message.serialize(use_version_2=False)
+        assert wire[:2] == sent[:2] == b"\x00\x01"
+        assert wire[4 : len(sent)] == sent[4:] and not any(wire[len(sent) :])
+
 
 YAWS = (0.0, 1.0, pi / 2, 3.0, -3.0, -pi / 2)
 TILTED = (cos(0.55) * cos(0.2), -sin(0.55) * sin(0.2), cos(0.55) * sin(0.2), sin(0.55) * cos(0.2))

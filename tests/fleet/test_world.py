@@ -25,14 +25,7 @@ from safenav.trace.vocabulary import ActResult, MovedBy
 from safenav.world.map import Heading
 from safenav.world.poses import Pose
 
-HALL = """\
-safenav: 1
-name: hall
-map: {resolution: 1.0, grid: ["#######", "#.....#", "#.....#", "#######"]}
-robots:
-  digit: {model: digit, start: 8, heading: east, objective: {visit: [8, 12]}}
-  quad: {model: quadcopter, start: 15, objective: {visit: [15, 19]}}
-"""
+HALL = beside(__file__, "scenarios/two_robots.yaml")
 CORRIDOR = beside(__file__, "scenarios/side_room.yaml")
 YARD = beside(__file__, "scenarios/crate_and_gate.yaml")
 SIDES = ("front", "left", "back", "right")

@@ -11,6 +11,7 @@ import random
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from motion.runs import motion, trace_of
+from once import beside, from_yaml
 from safenav.formula.parser import FormulaError
 from safenav.motion.check.requirements import MotionRecording, curve, judged
 from safenav.motion.file import Action
@@ -272,57 +274,26 @@ def test_coarse_samples_err_by_at_most_their_bound(seed: int) -> None:
             assert ours == theirs or abs(ours - theirs) <= coarse.error + fine.error + 1e-4, tree
 
 
-WRONG = [
-    ("", 1, "empty"),
-    ("always(speed(a) <=", 19, "end of the formula"),
-    ("speed(a)", 1, "compare it"),
-    ("(speed(a) > 1) + 2 > 1", 1, "a number is expected"),
-    ("sped(a) < 1", 1, "is not a signal"),
-    ("distance(a) < 1", 1, "takes 2 robots, not 1"),
-    ("speed(a) = 1", 10, ">="),
-    ("G (speed(a) < 1)", 1, "write 'always'"),
-    ("speed(a) < 1 && speed(b) < 1", 14, "write 'and'"),
-    ("always[5,2] speed(a) < 1", 7, "ends before it begins"),
-    ("always[0:2] speed(a) < 1", 9, "a comma separates"),
-    ("always[0,x] speed(a) < 1", 10, "seconds"),
-    ("1 < speed(a) < 2", 14, "do not chain"),
-    ("not " * 60 + "speed(a) < 1", 201, "nested more than 50"),
-    ("speed(a) < 1 speed(b) < 1", 14, "an operator or the end"),
-    ("speed(a) / 2 < 1", 10, "no division"),
-]
+CASES = from_yaml(beside(__file__, "requirements.yaml"))
 
 
-@pytest.mark.parametrize(("text", "column", "words"), WRONG, ids=[text[:20] for text, *_ in WRONG])
-def test_an_error_names_the_column_and_the_fix(text: str, column: int, words: str) -> None:
+@pytest.mark.parametrize("wrong", CASES["wrong"], ids=lambda wrong: wrong["text"][:20])
+def test_an_error_names_the_column_and_the_fix(wrong: dict[str, Any]) -> None:
     with pytest.raises(FormulaError) as caught:
-        stl.parse_requirement(text)
-    assert caught.value.column == column
-    assert words in f"{caught.value.found} {caught.value.hint}"
+        stl.parse_requirement(wrong["text"])
+    assert caught.value.column == wrong["column"]
+    assert wrong["words"] in f"{caught.value.found} {caught.value.hint}"
 
 
 def test_case_study_1_is_judged_on_its_motion() -> None:
     """The door is resolved 32.3 s after the request, and the quadcopter passes above Digit."""
     recording = MotionRecording(motion("case_study_1"), trace_of("case_study_1"))
-    door = "always(requested_door@47 -> eventually[0,{}] resolved_door@47)"
     acts = [line for line in motion("case_study_1").lines if isinstance(line, Action)]
     (resolved,) = recording.instants(stl.Happens("resolved", "door@47"))
     assert resolved == pytest.approx(max(act.t1 for act in acts), abs=1e-8)
     (requested,) = recording.instants(stl.Happens("requested", "door@47"))
     assert resolved - requested == pytest.approx(32.3, abs=0.1)
-    verdicts = {
-        "always(distance(quad, digit) >= 1.0)": "satisfied",
-        "always(distance(quad, digit) >= 1.5)": "violated",
-        "always(distance(quad, digit) >= 1.4)": "undecided",
-        door.format(45): "satisfied",
-        door.format(30): "violated",
-        "always(resolved_door@47 -> once[0,45] requested_door@47)": "satisfied",
-        "always(resolved_door@47 -> once[0,30] requested_door@47)": "violated",
-        "height(digit) >= 0.5 and always(height(quad) > 2)": "satisfied",
-        "always(speed(quad) <= 1.05)": "satisfied",
-        "eventually[0,60](x(digit) - x(quad) > 3)": "satisfied",
-        "historically(y(quad) > 0) since[0,10] y(quad) > 0": "satisfied",
-        "always[0,400](height(quad) > 2)": "undecided",
-    }
+    verdicts = CASES["verdicts"]
     found = judged(recording, {text: text for text in verdicts})
     assert {one.name: one.verdict for one in found} == verdicts
     advice = {one.name: one.advice for one in found}
