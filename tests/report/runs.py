@@ -77,10 +77,10 @@ def text_of(name: str) -> str:
 
 @cache
 def trace_of(name: str) -> Path:
-    file = f"{name}.jsonl"
-    return (
-        made_once(f"run {name}", lambda at: (at / file).write_text(play(text_of(name)).text)) / file
-    )
+    def make(folder: Path) -> None:
+        (folder / f"{name}.jsonl").write_text("".join(play(text_of(name)).lines))
+
+    return made_once(f"run {name}", make) / f"{name}.jsonl"
 
 
 @cache
