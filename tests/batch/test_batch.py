@@ -10,6 +10,7 @@ import subprocess
 import time
 import xml.etree.ElementTree as ET
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -190,14 +191,12 @@ def test_a_terminal_shows_the_progress_of_a_batch(write: Write) -> None:
     write("a.yaml", expect="{outcome: completed}")
     write("b.yaml", "slow")
     master, terminal = pty.openpty()
-    subprocess.run(
-        [*SAFENAV, "batch", ".", "--jobs", "1"],
-        stdout=subprocess.DEVNULL,
-        stderr=terminal,
-        check=False,
-    )
-    os.close(terminal)
-    seen = os.read(master, 10_000)
+    command, seen = [*SAFENAV, "batch", ".", "--jobs", "1"], b""
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=terminal):
+        os.close(terminal)
+        with suppress(OSError):  # the other side is closed
+            while data := os.read(master, 4096):
+                seen += data
     os.close(master)
     assert b"a.yaml: outcome: expected completed" in seen
     assert b"1/2, 1 failed; running b.yaml (0 s)" in seen

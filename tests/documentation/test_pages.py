@@ -91,8 +91,8 @@ def read(language: str, text: str) -> None:
     """Check a block that is not run."""
     match language:
         case "sh" | "":
-            typed_names = re.findall(r"(?:^|&& )safenav ([a-z]+)", text, re.MULTILINE)
-            assert {*typed_names} <= COMMANDS.keys(), text
+            names = re.findall(r"(?:^|&& )safenav ([a-z]+)", text, re.MULTILINE)
+            assert {*names} <= COMMANDS.keys(), text
         case "yaml":
             data = from_yaml(text)
             if isinstance(data, dict) and {"safenav", "map", "robots"} <= data.keys():
