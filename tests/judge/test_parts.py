@@ -27,7 +27,7 @@ from safenav.world.sight import visible_from
         ("!region = 3", False),
         ("region = 3 -> region' = 4", True),
         ("region = 3 -> region' = 3", False),
-        ("region = 3 -> region = 9 -> FALSE", True),
+        ("region = 9 -> region = 3 -> FALSE", False),
         ("region = 1 | region = 3 & region' != 3", True),
         ("region = 3 ^ region = 3 | TRUE", False),
         ("region = 3 <-> region < 7 && TRUE", True),
