@@ -195,7 +195,8 @@ def test_a_damaged_motion_is_refused(
         kept = {one.model.name: one.model.figures or {} for one in trace.robots.values()}
         kept[trace.robots[robot].model.name] |= limits
         monkeypatch.setattr(RobotModel, "figures", property(lambda of: kept[of.name]))
-    (path := tmp_path / "motion.jsonl").write_text(text := damaged(whole, damage))
+    text = damage["file"] if "file" in damage else damaged(whole, damage)
+    (path := tmp_path / "motion.jsonl").write_text(text)
     if "refused" in damage:
         with pytest.raises((InputError, UsageError), match=damage["refused"]):
             check_motion(read_motion_of(path, trace, path), trace)

@@ -235,35 +235,6 @@ def test_further_lines_and_fields_are_skipped() -> None:
     assert parsed("\n".join(lines).encode(), "more") == motion("case_study_1")
 
 
-BROKEN = {
-    "empty": ("", "empty"),
-    "no header": ("{}", "first line must be the header"),
-    "another version": ('{"type": "header", "motion": 9}', "this safenav reads 1"),
-    "a header without a trace": ('{"type": "header", "motion": 1}', "`trace` is missing"),
-    "no JSON": ("nonsense", "not JSON: Expecting value at column 1"),
-    "missing": ({"phases": None}, "`phases` must be a list"),
-    "text": ({"t0": "soon"}, "`t0` must be a number, not a string"),
-    "a short row": ({"phases": [[1]]}, r"`phases\[0\]` must be a list of at least length 5"),
-    "a short foot": ({"swings": [[1, 0, 1, 0, 1, [0], [0]]]}, "must be a list of length 9"),
-    "cut off": ({"type": "unknown"}, "without its 'outcome' line: it was cut off"),
-}
-
-
-@pytest.mark.parametrize("what", BROKEN)
-def test_a_broken_file_is_reported_with_its_line_and_field(what: str) -> None:
-    change, words = BROKEN[what]
-    lines = text_of(motion("case_study_1")).splitlines()
-    wanted = '"outcome"' if what == "cut off" else '"segment"'
-    index = next(i for i, line in enumerate(lines) if wanted in line)
-    if isinstance(change, dict):
-        lines[index] = json.dumps({**json.loads(lines[index]), **change})
-    else:
-        index, lines = 0, [change]
-    with pytest.raises(InputError, match=words) as refused:
-        parsed("\n".join(lines).encode(), "file")
-    assert refused.value.diagnostics[0].line == index + 1
-
-
 @pytest.mark.parametrize("to", [b"90", b"71"], ids=["a jump", "backwards"])
 def test_no_motion_is_made_of_moves_that_no_robot_makes(to: bytes) -> None:
     """Such traces ended in KeyError, StopIteration or ZeroDivisionError."""
