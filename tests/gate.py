@@ -52,7 +52,8 @@ OTHERS: dict[type[ast.AST], type[ast.AST]] = {
 }
 """Operators, each with the one that takes its place."""
 UNCHANGED = (ast.JoinedStr, ast.pattern, ast.arguments)
-"""Nodes in which nothing changes: texts, patterns, parameters."""
+TYPES = ("annotation", "returns")
+"""Nodes and fields in which nothing changes: texts, patterns, parameters, types."""
 
 
 class Mutant(NamedTuple):
@@ -81,6 +82,8 @@ class Mutant(NamedTuple):
 def changed(node: ast.AST) -> ast.AST | None:
     """Return a node with an error; None if it has none."""
     match node:
+        case ast.BinOp(_, ast.BitOr(), ast.Constant(None)):
+            return None  # a type
         case ast.Compare(left, [op], rest) if type(op) in OTHERS:
             return ast.Compare(left, [OTHERS[type(op)]()], rest)  # type: ignore[list-item]
         case ast.BinOp(left, op, right) if type(op) in OTHERS:
@@ -93,6 +96,8 @@ def changed(node: ast.AST) -> ast.AST | None:
             return ast.Constant(not value)
         case ast.Constant(int(value) | float(value)):
             return ast.Constant(value + 1)
+        case ast.Call(ast.Name("isinstance" | "max" | "min")):
+            return None  # a crash, or no error
         case ast.Call(func, [first, second, *rest], keywords):
             return ast.Call(func, [second, first, *rest], keywords)
         case ast.AugAssign() | ast.Expr(ast.Call()):
@@ -111,7 +116,10 @@ def mutants(path: Path) -> Iterator[Mutant]:
             shown = written if isinstance(new, ast.Pass) else f"({written})"
             place = node.lineno, node.col_offset, node.end_col_offset  # type: ignore[attr-defined]
             yield Mutant(path, *place, shown)
-        left += (each for each in ast.iter_child_nodes(node) if not isinstance(each, UNCHANGED))
+        for field, value in ast.iter_fields(node):
+            inner = value if isinstance(value, list) else [value]
+            nodes = (each for each in inner if isinstance(each, ast.AST))
+            left += (n for n in nodes if field not in TYPES and not isinstance(n, UNCHANGED))
 
 
 def ordered(path: Path) -> list[str]:
