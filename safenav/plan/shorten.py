@@ -51,7 +51,6 @@ def _shortened(
     for _ in range(REPEATS if len(floor.robots) <= MANY else REPEATS // 2):
         order = sorted(floor.robots, key=lambda i: -_arrival(best, i))
         before, groups = best, [order]
-        best, plan = _direct(floor, best, served) or (best, plan)
         # also one by one: together they may disturb each other
         if floor.gates or len(order) <= FEW:
             groups = [order, *([i] for i in order)]
@@ -60,19 +59,6 @@ def _shortened(
         if best is before:
             break
     return best, plan
-
-
-def _direct(
-    floor: Floor, best: list[Joint], served: frozenset[int]
-) -> tuple[list[Joint], Plan] | None:
-    """The plan without detours from a joint state back to it; None if there are none."""
-    last, kept, t = {joint: t for t, joint in enumerate(best)}, list[Joint](), 0
-    while t < len(best):
-        t = last[best[t]] + 1
-        kept.append(best[t - 1])
-    if len(kept) == len(best):
-        return None
-    return _accepted(floor, best, [joint.poses for joint in kept], served)
 
 
 def _improved(
@@ -93,14 +79,7 @@ def _improved(
                 for t, (old, new) in enumerate(zip(ways[i], way, strict=False)):
                     masks[t] = masks[t] & ~(1 << old % size) | 1 << new % size
             ways[i] = way
-    return _accepted(floor, best, list(zip(*ways, strict=True)), served)
-
-
-def _accepted(
-    floor: Floor, best: list[Joint], ticks: Sequence[tuple[int, ...]], served: frozenset[int]
-) -> tuple[list[Joint], Plan] | None:
-    """The plan with these joint poses; None if it is not better."""
-    found = _shown(floor, best[0], ticks)
+    found = _shown(floor, best[0], list(zip(*ways, strict=True)))
     if found is None or not floor.completed(found[0][-1], served) or _cost(found[0]) >= _cost(best):
         return None
     return found
