@@ -176,11 +176,18 @@ def test_an_altered_folder_is_refused_without_a_traceback(name: str, tmp_path: P
     assert said.splitlines()[-1].startswith(f"refused: {words}")
 
 
-def test_a_file_that_a_line_names_and_that_is_missing_is_named(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("folder", "more", "words"),
+    [("proofs/", None, "is missing"), ("strategies/", b" ", "is not named by its sha256")],
+)
+def test_a_file_that_a_line_names_is_there_under_its_own_name(
+    folder: str, more: bytes | None, words: str, tmp_path: Path
+) -> None:
     files = files_of(shipped("hello"))
-    gone = next(name for name in files if name.startswith("proofs/"))
-    del files[gone]
-    assert f"{gone} is missing" in judged(rewrite(files, tmp_path / "b", prove=False))[1]
+    name = next(name for name in files if name.startswith(folder))
+    data = files.pop(name)
+    files |= {} if more is None else {name: data + more}
+    assert f"{name} {words}" in judged(rewrite(files, tmp_path / "b", prove=False))[1]
 
 
 Change = Callable[[Any, Random], bool]

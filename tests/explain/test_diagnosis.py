@@ -17,8 +17,8 @@ from safenav.explain.explanation import (
 from safenav.explain.investigation import explain
 from safenav.explain.repair import find_repairs
 from safenav.report.terminal.explanation_text import cause_words
-from safenav.scenario.model import Robot, RobotModel, Scenario
-from safenav.scenario.objective import Cover, Hold, Ltl, Objective, Once, Patrol, Visit, describe
+from safenav.scenario.model import Robot, RobotModel
+from safenav.scenario.objective import Cover, Hold, Objective, Once, Patrol, Visit, describe
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.compile import compile_task
 from safenav.spec.task import NO_MEMORY, Known, Task
@@ -37,25 +37,22 @@ def _random_task(source: Random) -> tuple[Task, RegionMap]:
     world = RegionMap(rows, cols, walls - {free[0]})
     mobility = source.choice(list(Mobility))
     heading = source.choice(list(Heading)) if mobility is Mobility.HEADING else None
-
-    def target() -> frozenset[int]:
-        return frozenset(source.sample(free, min(len(free), source.choice((1, 1, 2)))))
-
-    first, second = target(), target()
+    first, second, third = (
+        frozenset(source.sample(free, min(len(free), source.choice((1, 1, 2))))) for _ in "abc"
+    )
     objectives: list[Objective] = [
-        Visit((first, second, target())),
-        Visit((first,)),
-        Cover((first, second)),
-        Hold((first,)),
+        *(Visit((first, second, third)), Visit((first,)), Cover((first, second)), Hold((first,))),
         Once((first, second)),
+        *([Patrol((first, second))] * 3 if not first & second else ()),
     ]
-    if not first & second:
-        objectives += [Patrol((first, second))] * 3
-    model = RobotModel("rover", mobility, "ground", frozenset())
-    objective = source.choice(objectives)
-    pose = Pose(source.choice(free), heading)
+    robot = Robot(
+        "rover",
+        RobotModel("rover", mobility, "ground", frozenset()),
+        Pose(source.choice(free), heading),
+        source.choice(objectives),
+    )
     blocked = tuple(Known(r, "obstacles.door", "closed") for r in free if source.random() < 0.1)
-    return Task(Robot("rover", model, pose, objective), pose, objective, blocked=blocked), world
+    return Task(robot, robot.start, robot.objective, blocked=blocked), world
 
 
 def test_the_diagnosis_of_a_lone_robot_agrees_with_the_synthesizer() -> None:
@@ -74,39 +71,27 @@ def test_the_diagnosis_of_a_lone_robot_agrees_with_the_synthesizer() -> None:
     assert {result.verdict for result in verdicts} == {Verdict.REALIZABLE, Verdict.UNREALIZABLE}
 
 
-def _corridor(objective: Objective, **changes: object) -> tuple[Task, RegionMap]:
-    """A rover at 10 in a corridor from 10 to 16."""
-    world = RegionMap.from_grid(["#########", "#.......#", "#########"])
-    model = RobotModel("rover", Mobility.FREE, "ground", frozenset())
-    robot = Robot("rover", model, Pose(10), objective)
-    return Task(robot, robot.start, objective, **changes), world  # type: ignore[arg-type]
-
-
-def _beside(other: str) -> Scenario:
-    """Of that corridor, with another robot."""
-    return load_scenario_text(f"""
-safenav: 1
-map: {{grid: ["#########", "#.......#", "#########"]}}
-robots:
-  rover: {{model: r, start: 10, objective: {{visit: [16]}}}}
-  {other}
-catalogue: {{robots: {{r: {{mobility: free, layer: ground, capabilities: []}}}}}}
-""")
-
-
-BLOCKER = "blocker: {model: r, start: 14, objective: {visit: [14, 15]}}"
-
-
 def test_a_robot_that_must_not_wait_can_be_cornered() -> None:
-    formulas = Ltl(
-        safety=("region = 10 -> region' != 10", "region = 11 -> region' != 11"),
-        liveness=("region = 16",),
-    )
-    task, world = _corridor(formulas, avoids=("blocker",))
-    found = explain(_beside(BLOCKER), task, Synthesizer(), lambda _: False)
+    scenario = load_scenario_text("""
+safenav: 1
+map: {grid: ["#########", "#.......#", "#########"]}
+robots:
+  rover:
+    model: r
+    start: 10
+    objective:
+      ltl:
+        safety: ["region = 10 -> region' != 10", "region = 11 -> region' != 11"]
+        liveness: [region = 16]
+  blocker: {model: r, start: 14, objective: {visit: [14, 15]}}
+catalogue: {robots: {r: {mobility: free, layer: ground, capabilities: []}}}
+""")
+    rover = scenario.robots[0]
+    task = Task(rover, rover.start, rover.objective, avoids=("blocker",))
+    found = explain(scenario, task, Synthesizer(), lambda _: False)
     assert found.cause is NoStrategyCause.CORNERED
     assert found.play is not None and found.play.ending is PlayEnd.STUCK
-    said = cause_words(found, world)
+    said = cause_words(found, scenario.map)
     assert said == "blocker can force it into a state where every move breaks a guarantee"
 
 

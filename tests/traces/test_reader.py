@@ -92,6 +92,7 @@ def test_a_wrong_value_is_named_with_its_line(
         (DOOR[1:], 1, "the first line must be the header"),
         ([HEADER, *DOOR], 2, "a second header"),
         ([*DOOR[:6], DOOR[6][:-4], *DOOR[7:]], 7, "not JSON"),
+        ([*DOOR[:-1], DOOR[-1][:-4], ""], len(DOOR), "not JSON"),
         ([HEADER, '{"type": "goal", "tick": 1, "tick": 2}', ""], 2, "'tick' appears twice"),
         ([HEADER, '{"type": "goal", "tick": NaN}', ""], 2, "NaN is not a number"),
         ([HEADER, '{"type": "goal", "tick": 1e999}', ""], 2, "is beyond"),
@@ -112,6 +113,8 @@ def test_a_file_that_programs_read_differently_or_that_is_no_trace_is_refused(
         read(lines)
     (problem,) = refused.value.diagnostics
     assert problem.line == line and words in problem.found
+    with pytest.raises(NotATraceError):
+        list(Reader().lines("\n".join(lines).splitlines(keepends=True)))
 
 
 def test_the_first_problems_are_reported_in_the_order_of_the_lines() -> None:

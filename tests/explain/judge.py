@@ -1,14 +1,29 @@
 """Check of what is claimed about specifications, by brute force on their explicit games."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial, reduce
+from typing import Any
 
 import numpy as np
 
 from oracle.game import Array, build_game, realizable, solve
-from oracle.specification import SECTIONS, Constant, Formula, Section, Specification
+from oracle.specification import (
+    SECTIONS,
+    Atom,
+    Compare,
+    Constant,
+    Formula,
+    Number,
+    Section,
+    Specification,
+    Variable,
+    apply,
+)
+from safenav.formula import syntax
+from safenav.formula.parser import parse
+from safenav.spec.specification import Constraint
+from safenav.spec.specification import Specification as Compiled
 
 Line = tuple[Section, Formula]
 Values = Mapping[str, int]
@@ -115,3 +130,43 @@ class Judge:
         assert goal in self.part.sys_liveness
         met = game.guarantees[self.part.sys_liveness.index(goal)]
         assert not any(game.has(met, *step) for step in steps), "the goal is met"
+
+
+OWNERS: dict[str, Any] = {"INPUT": "input", "OUTPUT": "output"}
+
+
+def as_oracle(spec: Compiled) -> Specification:
+    """A compiled specification as the oracle has it."""
+    variables = tuple(Variable(v.name, OWNERS[v.owner], v.bounds) for v in spec.variables)
+    lines = [*map(line_of, spec.constraints)]
+    return with_lines(Specification(variables), lines)
+
+
+def line_of(constraint: Constraint) -> Line:
+    section: Any = constraint.section.value.lower()
+    return section, _turned(parse(constraint.formula))
+
+
+def _turned(formula: syntax.Formula) -> Formula:
+    match formula:
+        case syntax.Constant(value):
+            return Constant(value)
+        case syntax.Name(name, primed):
+            return Atom(name, primed)
+        case syntax.Comparison(relation, left, right):
+            return Compare(relation.value, _terms(left), _terms(right))
+        case syntax.Operation(operator, operands):
+            parts = [*map(_turned, operands)]
+            if len(parts) == 1:
+                return apply(operator.value, *parts)
+            return reduce(partial(apply, operator.value), parts)
+
+
+def _terms(term: syntax.Term) -> tuple[Number, ...]:
+    match term:
+        case syntax.Number(value):
+            return (Number(value),)
+        case syntax.Name(name, primed):
+            return (Number(name, primed),)
+        case syntax.Sum(terms):
+            return tuple(number for each in terms for number in _terms(each))

@@ -1,15 +1,15 @@
-"""``safenav explain`` of scenarios whose robots are unrealizable. Cores and plays of random ones:
-``sentences``."""
+"""What ``safenav explain``, ``synth`` and ``verify`` print (``transcripts``); shipped scenarios,
+explained and repaired; limits. Cores and plays of random ones: ``test_claims``."""
 
 import re
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 
 import pytest
 
-from explain.conftest import Invoke
-from once import SCENARIOS, beside
-from safenav.cli.synth import explain, synth
+from explain.conftest import invoke
+from once import SCENARIOS
 from safenav.explain.explanation import NoStrategyCause, RepairKind
 from safenav.report.terminal.explanation_text import explanation_lines
 from safenav.review.postmortem import explain_team
@@ -17,7 +17,9 @@ from safenav.runtime.run.mission import Mission, default_synthesizer, first_resu
 from safenav.scenario.reading.loader import load_scenario
 from safenav.synthesis.slugs import Synthesizer
 from safenav.verify.verification import first_failure
+from support.transcripts import check
 
+TRANSCRIPTS = Path(__file__).with_name("transcripts")
 FOLDER = SCENARIOS / "unrealizable"
 CAUSES = {
     "contradictory_objective": ("rover", NoStrategyCause.CONTRADICTION, RepairKind.OBJECTIVE),
@@ -30,6 +32,20 @@ CAUSES = {
     "separate_rooms": ("digit", NoStrategyCause.NO_WAY, RepairKind.OPEN_WALL),
 }
 """The robot of each shipped file, the true cause, and a repair that works."""
+
+
+@pytest.mark.parametrize("file", sorted(TRANSCRIPTS.glob("*.txt")), ids=lambda file: file.stem)
+def test_commands_print_their_transcript(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("safenav.review.postmortem.explain_run.__defaults__", (600.0,))
+
+    def run(words: list[str], _: Mapping[str, str]) -> tuple[int, str]:
+        status, output, error = invoke(*words[1:])
+        return status, output + (error and f"{error.rstrip()}\n")
+
+    check(file, tmp_path, run)
 
 
 @pytest.mark.parametrize("file", sorted(FOLDER.glob("*.yaml")), ids=lambda file: file.stem)
@@ -61,30 +77,17 @@ def test_the_documentation_explains_every_cause() -> None:
     assert {cause.value for cause in NoStrategyCause} <= set(named)
 
 
-INPUTS = beside(__file__, "scenarios/inputs.yaml")
-
-
-def test_without_time_the_cause_is_a_conflict(
-    tmp_path: Path, invoke: Invoke, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("safenav.explain.play.BUDGET_SECONDS", 0.0)
-    file = tmp_path / "fire.yaml"
-    rule = INPUTS.replace("SAFETY", "owed' <-> fire', fire -> region' != den")
-    file.write_text(rule.replace("LIVENESS", "region = den, region = porch"))
-    answer = invoke(explain, file)
-    assert answer.status == 1 and "because its guarantees conflict\n" in answer.output
-    assert "What happens" not in answer.output and "cooperated" not in answer.output
-
-
 def test_without_time_only_proven_results_are_printed(
-    tmp_path: Path, invoke: Invoke, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("safenav.explain.play.BUDGET_SECONDS", 0.0)
-    file = tmp_path / "s"
-    file.write_text("[OUTPUT]\na\n[SYS_TRANS]\na'\n!a'\n")
-    answer = invoke(explain, file)
-    assert answer.status == 1
-    assert answer.output.splitlines()[1:] == [
+    status, output, _ = invoke("explain", FOLDER / "forbidden_way.yaml")
+    assert status == 1 and "because its guarantees conflict\n" in output
+    assert "What happens" not in output and "cooperated" not in output
+    (file := tmp_path / "s").write_text("[OUTPUT]\na\n[SYS_TRANS]\na'\n!a'\n")
+    status, output, _ = invoke("explain", file)
+    assert status == 1
+    assert output.splitlines()[1:] == [
         "These guarantees conflict:",
         "  - line 4 [SYS_TRANS] a'",
         "  - line 5 [SYS_TRANS] !a'",
@@ -100,20 +103,13 @@ def test_without_time_only_proven_results_are_printed(
     ],
 )
 def test_a_verdict_is_given_where_the_strategy_is_too_large(
-    owner: str,
-    status: int,
-    said: str,
-    tmp_path: Path,
-    invoke: Invoke,
-    monkeypatch: pytest.MonkeyPatch,
+    owner: str, status: int, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It was "nothing is proven" for the larger specifications of the literature."""
     monkeypatch.setattr("safenav.cli.synth.Synthesizer", partial(Synthesizer, memory_mb=40))
     lines = [f"[{owner}]", *(f"x{k}" for k in range(22))]
     lines += ["[INPUT]", "i", "[OUTPUT]", "o", "[SYS_LIVENESS]", "o" if owner == "INPUT" else "i"]
-    file = tmp_path / "large.structuredslugs"
-    file.write_text("\n".join(lines) + "\n")
-    found = invoke(synth, file)
-    assert (found.status, said in found.error + found.output) == (status, True)
-    explained = invoke(explain, file)
-    assert explained.status == (0 if status == 3 else 1)
+    (file := tmp_path / "large.structuredslugs").write_text("\n".join([*lines, ""]))
+    found, output, error = invoke("synth", file)
+    assert (found, said in error + output) == (status, True)
+    assert invoke("explain", file)[0] == (0 if status == 3 else 1)

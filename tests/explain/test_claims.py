@@ -1,0 +1,230 @@
+"""What ``safenav explain`` and ``synth`` claim about random specifications, and about a robot of a
+random scenario, is checked by brute force. ``SAFENAV_FUZZ=60`` tries so many."""
+
+import json
+import os
+import re
+from collections.abc import Callable
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import networkx
+import pytest
+from msgspec.structs import replace
+
+from explain.conftest import invoke
+from explain.draws import drawn, mission
+from explain.judge import (
+    Judge,
+    Line,
+    as_oracle,
+    line_of,
+    lines_of,
+    never,
+    realizable,
+    realizable_together,
+    with_lines,
+)
+from oracle.automata import check_strategy, from_json
+from oracle.game import build_game
+from oracle.specification import Atom, Specification, apply
+from oracle.text import to_plain
+from safenav.errors import InputError
+from safenav.explain.explanation import (
+    CoreMember,
+    Explanation,
+    LosingPlay,
+    NoStrategyCause,
+    PlayEnd,
+)
+from safenav.explain.play import Cause, vacuities
+from safenav.report.terminal.explanation_text import explanation_lines
+from safenav.review.postmortem import explain_team
+from safenav.runtime.run.mission import default_synthesizer, first_results
+from safenav.scenario.model import Scenario
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.spec.compile import compile_task
+from safenav.spec.specification import read_specification
+from safenav.synthesis.slugs import Synthesizer
+from safenav.world.map import Heading, RegionMap
+from safenav.world.poses import Pose, moves
+
+COUNT = int(os.environ.get("SAFENAV_FUZZ", "0"))
+SEEDS = range(COUNT or 24)
+
+
+def one_that(source: Random, wanted: Callable[[Specification], bool]) -> Specification:
+    while not wanted(spec := drawn(source)):
+        pass
+    return spec
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_every_claim_about_a_specification_is_true(seed: int, tmp_path: Path) -> None:
+    source = Random(seed)
+    spec = one_that(source, lambda one: not realizable(one))
+    text, places = to_plain(spec, source)
+    file = tmp_path / "s.structuredslugs"
+    file.write_text(text)
+    status, said, _ = invoke("explain", file, "--json")
+    print(text, said, sep="\n")
+    assert status == 1
+    data = json.loads(said)["unrealizable"]
+
+    def place(constraint: dict[str, Any]) -> Line:
+        return places[int(constraint["origin"]["item"].rpartition(":")[2])]
+
+    core = data["core"]
+    members = [constraint for member in core["members"] for constraint in member["constraints"]]
+    judge = Judge(spec, [*map(place, members)])
+    assert judge.fails()
+    assert core["minimal"] and judge.minimal()
+    omitted = [judge.suffices_to_omit(k) for k in range(len(judge.core))]
+    assert core["decisive"] == all(omitted)
+    assert len(core["vain"]) == omitted.count(False)
+    together = realizable_together(judge.part)
+    assert core["together"] == together
+    said, whole = invoke("explain", file)[1], realizable_together(spec)
+    assert ("the rest is realizable:" in said) == all(omitted)
+    assert ("(realizable if the environment cooperated)" in said) == whole
+    assert ("(these alone are realizable if" in said) == (together and not whole)
+    play = data["play"]
+    goal = play["goal"] and place(play["goal"])[1]
+    judge.check_play(play["ending"], play["walk"], play["cycle"], dict(play["pressure"]), goal)
+    for assumption in data["assumptions"]:
+        negated, name = re.fullmatch(r"(!?)(\w+)'", assumption).groups()  # type: ignore[union-attr]
+        fair = apply("!", Atom(name, True)) if negated else Atom(name, True)
+        more = with_lines(spec, [*lines_of(spec), ("env_liveness", fair)])
+        assert realizable(more) and not realizable(never(more))
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_win_is_vacuous_exactly_if_the_environment_cannot_keep_its_assumptions(
+    seed: int,
+) -> None:
+    source = Random(10_000 + seed)
+    spec = one_that(source, realizable)
+    text, _ = to_plain(spec, source)
+    result = Synthesizer().synthesize(read_specification(text))
+    assert result.strategy is not None and result.strategy_json is not None
+    automaton, game = from_json(spec, result.strategy_json.decode()), build_game(spec)
+    assert not check_strategy(game, automaton)
+    print(text)
+    found = {each.cause: each.path for each in vacuities(result.strategy)}
+    if not game.env_init.any():
+        assert [*found] == [Cause.NO_BEGINNING]
+        return
+    graph = networkx.DiGraph(automaton.edges)
+    graph.add_nodes_from(range(len(automaton.nodes)))
+    starts = result.strategy.initial()
+    reached = {*starts}.union(*(networkx.descendants(graph, start) for start in starts))
+    stuck = {node for node in reached if not graph.adj[node]}
+    alive = set(stuck)
+    for part in networkx.strongly_connected_components(graph):
+        steps = [
+            (automaton.nodes[a].state, automaton.nodes[b].state)
+            for a, b in graph.subgraph(part).edges
+        ]
+        if steps and all(any(game.has(fair, *step) for step in steps) for fair in game.assumptions):
+            alive |= part
+    unfair = {node for node in reached if not alive & {node, *networkx.descendants(graph, node)}}
+    for cause, nodes in ((Cause.DEAD_END, stuck), (Cause.UNFAIR, unfair)):
+        assert (cause in found) == bool(nodes)
+        assert not nodes or (found[cause][0] in starts and found[cause][-1] in nodes)
+
+
+def unrealizable(source: Random) -> tuple[Scenario, Explanation]:
+    while True:
+        data = mission(source)
+        try:
+            scenario = load_scenario_text(json.dumps(data), "s.yaml", reachable=False)
+        except InputError:
+            continue
+        for found in explain_team(scenario, default_synthesizer(scenario)):
+            print(json.dumps(data), *explanation_lines(found, scenario), sep="\n")
+            return scenario, found
+
+
+@pytest.mark.parametrize("seed", range(COUNT or 8))
+def test_every_claim_about_a_robot_is_true(seed: int, played: Callable[[], None]) -> None:
+    scenario, found = unrealizable(Random(seed))
+    played()
+    core = found.core
+    spec = as_oracle(compile_task(found.task, scenario.map))
+    assert not realizable(spec)
+    members = [[line_of(c) for c in member.constraints] for member in core.members]
+    judge = Judge(spec, [line for lines in members for line in lines])
+    assert judge.fails() and core.minimal
+    for k in range(len(members)):
+        rest = [line for lines in [*members[:k], *members[k + 1 :]] for line in lines]
+        assert realizable(judge.with_guarantees(rest)), core.members[k]
+    assert core.together == realizable_together(judge.part)
+    assert core.all_together == realizable_together(spec)
+    assert core.decisive == (not core.vain)
+    for member in core.members:
+        suffices = suffices_to_omit(member, found, scenario.map)
+        assert suffices in (None, member not in core.vain), member
+    check_cause(found, judge)
+    assert found.play is not None
+    check_play(found.play, judge, found, scenario)
+    for repair in found.repairs:
+        answer = first_results(repair.scenario, default_synthesizer(scenario), names=["r"])["r"]
+        assert realizable(as_oracle(compile_task(answer.task, repair.scenario.map))), repair.change
+
+
+def suffices_to_omit(member: CoreMember, found: Explanation, world: RegionMap) -> bool | None:
+    """Whether the whole is realizable without a member of the core; None for rules of the mobility,
+    which the core has with the edge of the map."""
+    if member.origin.item == "map":
+        opened = replace(world, walls=world.walls - {*member.regions})
+        return realizable(as_oracle(compile_task(found.task, opened)))
+    if member.origin.item.endswith("mobility"):
+        return None
+    whole = compile_task(found.task, world)
+    return realizable(as_oracle(whole.without(member.constraints)))
+
+
+def check_cause(found: Explanation, judge: Judge) -> None:
+    """Check the sentence that names the cause."""
+    sections = {section for section, _ in judge.core}
+    items = {member.origin.item for member in found.core.members}
+    moving = {"map", "robots.r.mobility"}
+    match found.cause:
+        case NoStrategyCause.CORNERED:
+            assert found.core.together and "sys_liveness" not in sections
+        case NoStrategyCause.KEPT_AWAY:
+            assert found.core.together and "sys_liveness" in sections
+        case NoStrategyCause.IMPOSSIBLE_START:
+            assert sections == {"sys_init"}
+        case NoStrategyCause.CONTRADICTION:
+            assert not found.core.together and not items & moving
+        case NoStrategyCause.CONFLICT:
+            raise AssertionError("nothing was limited")
+        case _:
+            assert not realizable_together(judge.spec)
+
+
+def check_play(play: LosingPlay, judge: Judge, found: Explanation, scenario: Scenario) -> None:
+    mobility, world = found.task.robot.model.mobility, scenario.map
+    if play.ending is PlayEnd.CONFINED:
+        reached, queue = {found.task.pose}, [found.task.pose]
+        for pose in queue:
+            fresh = [p for p in moves(mobility, pose, world) if p not in reached]
+            reached.update(fresh)
+            queue += fresh
+        literal = found.cause is NoStrategyCause.CROSSING
+        regions = {pose.region for pose in reached}
+        assert (
+            found.diagnosis.confined <= regions if literal else found.diagnosis.confined == regions
+        )
+        assert literal or any(not target & regions for target in found.task.targets)
+        return
+    goal = play.goal and line_of(play.goal)[1]
+    judge.check_play(play.ending.value, play.walk, play.cycle, dict(play.pressure), goal)
+    for dilemma in play.dilemmas:
+        last = play.walk[-1]
+        heading = Heading(last["heading"]) if "heading" in last else None
+        possible = moves(mobility, Pose(last["region"], heading), world)
+        assert Pose(dilemma.region, dilemma.heading) in possible
+        assert line_of(dilemma.broken) in judge.core
