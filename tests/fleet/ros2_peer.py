@@ -89,7 +89,6 @@ class Server:
             self.fixed.write(transform("base_footprint", f"{self.name}/base", at, ros.Time()))
         self.scans = topic("scan", ros.LaserScan, SENSOR)
         self.reports = topic("obstacles", ros.String)
-        self.feedback = topic(f"{action}/feedback", ros.FeedbackMessage)
         self.alarm = node.writer("rt/building/alarm", ros.Bool, RELIABLE)
 
     def later(self, seconds: float, send: Callable[[], None]) -> None:
@@ -153,9 +152,6 @@ class Server:
             self.tf.write(transform("odom", "base_footprint", drifted, stamp))
         if "alarm" in self.faults:
             self.alarm.write(ros.Bool(self.goals == 1))
-        if self.goal:
-            told = ros.NavigateFeedback(ros.PoseStamped(header, pose))
-            self.feedback.write(ros.FeedbackMessage(ros.UUID(list(self.goal)), told))
         late = LATE if "late" in self.faults else 0.0
         if (end := robot["end"]) is not None:
             self.later(late, lambda: self.end(end))

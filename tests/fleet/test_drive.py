@@ -29,6 +29,7 @@ from warm import safenav
 PROGRAM, TESTS = Path(sys.executable).with_name("safenav"), Path(__file__).parents[1]
 FIRST, SECOND, THIRD = (f"case_study_{number}" for number in (1, 2, 3))
 ALARMED = beside(__file__, "scenarios/alarmed.yaml")
+LAB = beside(__file__, "scenarios/lab.fleet.yaml")
 
 
 def files(folder: Path, scenario: object, fleet: object) -> tuple[str, ...]:
@@ -52,27 +53,18 @@ class Lab:
         self.hidden = data.pop("obstacles", [])
         data.pop("expect", None)
         data["map"]["resolution"], data["until"] = 2.0, {"rounds": 1}
-        pace, fast = (1000.0, 1.0) if faults is None else (50.0, 50.0)
-        domain = 20 + os.getpid() % 200
-        robots: dict[str, Any] = {
-            "digit": {"act": {"push": "push"}},
-            "quad": {"act": {"sense": "sense"}},
-        }
-        defaults: dict[str, Any] = {"report": "obstacles", "scan": {"obstacle": "door"}}
+        fleet, pace, domain = from_yaml(LAB), 50.0, 20 + os.getpid() % 200
+        robots, defaults = fleet["robots"], fleet["defaults"]
         if faults is None:
-            defaults["follow"] = {}
+            fleet["transport"], pace, defaults["follow"] = "simulation", 1000.0, {}
+        else:  # its robots are as many times faster
+            fleet["network"], defaults["speed"] = {"domain": domain}, pace * defaults["speed"]
+        fleet["simulation"] = {"pace": pace, "obstacles": self.hidden}
+        if case == "alarmed":
+            fleet["inputs"] = {"alarm": "/building/alarm"}
         for name, own in (faults or {}).items():
             if "tf" in own:
                 robots[name]["tf"] = {"frame": f"{name}/base"}
-        fleet = {
-            "safenav-fleet": 1,
-            "transport": "simulation" if faults is None else "ros2",
-            "network": {"domain": domain},
-            "simulation": {"pace": pace, "obstacles": self.hidden},
-            **({"inputs": {"alarm": "/building/alarm"}} if case == "alarmed" else {}),
-            "defaults": defaults | {"timeout": 6, "speed": 0.45 * fast},
-            "robots": robots,
-        }
         self.words = *files(folder, data, fleet), "--motion", str(folder / "m.jsonl")
         self.trace, self.motion = folder / "t.jsonl", folder / "m.jsonl"
         self.environment = os.environ | {"PYTHONPATH": str(TESTS), "SAFENAV_CACHE": str(folder)}

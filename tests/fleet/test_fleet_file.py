@@ -34,18 +34,7 @@ def loaded(text: str, folder: Path, scenario: Scenario | None = None) -> fleet_f
 
 
 def test_own_keys_win_over_defaults(tmp_path: Path) -> None:
-    text = (
-        HEAD
-        + """\
-network: {domain: 7, interface: wlan0, peers: [10.0.0.7]}
-failures: {retries: 0, timeout: 9}
-defaults: {speed: 0.4, scan: {obstacle: door}}
-robots:
-  digit: {namespace: /d/, speed: 0.8, act: {push: open_door}, report: seen,
-          tf: {topic: /tf, frame: digit/base_link}}
-"""
-    )
-    fleet = loaded(text, tmp_path)
+    fleet = loaded(json.dumps(FILES["own"]), tmp_path)
     assert fleet.transport is fleet_file.TransportKind.ROS2
     assert fleet.network == fleet_file.Network(7, "wlan0", ("10.0.0.7",))
     assert fleet.failures == Failures(retries=0, timeout=9.0)
@@ -57,7 +46,7 @@ robots:
             act={"push": "open_door"},
         ),
     }
-    jsonschema.validate(from_yaml(text), SCHEMA)
+    jsonschema.validate(FILES["own"], SCHEMA)
 
 
 @pytest.mark.parametrize(("namespace", "found"), [("/lab/a/", "/lab/a/odom"), ("/", "/odom")])

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from fleet.lab import HALL, Drive, driven
+from fleet.lab import driven
 from motion.runs import SHIPPED, motion, trace_bytes
 from motion.runs import played as traced
 from once import beside, from_yaml
@@ -86,7 +86,8 @@ def good(name: str) -> tuple[str, Trace, str]:
     if name in SHIPPED:
         content, made = trace_bytes(name), motion(name)
     elif name == "drive":
-        drive = hall()
+        pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
+        drive = driven(goals=("spot",))
         content, made = "".join(f"{line}\n" for line in drive.lines).encode(), drive.motion
     elif name == "tracked":
         content = trace_bytes("case_study_1")
@@ -95,11 +96,6 @@ def good(name: str) -> tuple[str, Trace, str]:
         content = traced(beside(__file__, f"scenarios/{name}.yaml"))
         made = motion_of(read_bytes(content))
     return text_of(made), read_bytes(content), content.decode()
-
-
-def hall(more: str = "") -> Drive:
-    pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
-    return driven(HALL + more, goals=("spot",))
 
 
 def at(line: Any, path: str) -> tuple[Any, Any]:
@@ -217,25 +213,6 @@ def test_a_damaged_motion_is_refused(
         assert all(word in tracked for word in words), tracked
 
 
-def test_the_errors_of_drives_and_simulated_flights_are_reported() -> None:
-    drive = hall()
-    assert drive.judged() == []
-    found = {one.robot: one for one in trackings(drive.motion, drive.trace)}
-    driven_by = {name: one.driven for name, one in found.items()}
-    assert driven_by == dict.fromkeys(("digit", "quad", "jackal"), "setpoints") | {"spot": "goals"}
-    assert all(0 < one.off < 0.1 for one in found.values())
+def test_the_errors_of_simulated_flights_are_reported() -> None:
     tracked = parsed(good("tracked")[0].encode(), "tracked")
     assert "simulated flight of quad: at most 0.00" in report_of(tracked)
-
-
-def test_the_motion_of_a_drive_may_end_before_a_step_that_its_trace_begins() -> None:
-    """It is cut off by its time limit, at whatever moment of its steps that is."""
-    for seconds in (1.0, 2.5, 4.0):
-        cut = hall(f"limits: {{seconds: {seconds}}}\n")
-        assert cut.outcome == "time_limit" and cut.judged() == []
-
-
-def test_an_obstacle_that_no_robot_has_found_stops_none() -> None:
-    """What a scenario lists need not stand in a drive's world."""
-    drive = hall("obstacles: [{type: debris, region: [1, 4]}]\n")
-    assert drive.outcome == "completed" and drive.judged() == []
