@@ -15,7 +15,7 @@ import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
-from enum import IntEnum, StrEnum
+from enum import IntEnum
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from threading import Thread
@@ -37,20 +37,11 @@ from safenav.synthesis.program import (
 )
 from safenav.synthesis.strategy import Strategy
 
-
-class RequestKind(StrEnum):
-    """The kind of request; the value names it in the cache."""
-
-    REALIZABILITY = "realizability"
-    STRATEGY = "strategy"
-    COUNTERSTRATEGY = "counterstrategy"
-
-
-PRINTED: Mapping[RequestKind, tuple[Verdict, tuple[str, ...]]] = {
-    RequestKind.STRATEGY: (Verdict.REALIZABLE, ("--explicitStrategy", "--jsonOutput")),
-    RequestKind.COUNTERSTRATEGY: (Verdict.UNREALIZABLE, ("--counterStrategy", "--jsonOutput")),
+PRINTED: Mapping[Verdict, str] = {
+    Verdict.REALIZABLE: "--explicitStrategy",
+    Verdict.UNREALIZABLE: "--counterStrategy",
 }
-"""The verdict with which an automaton is printed, and options for that, which every binary has."""
+"""Options that print the automaton of a verdict; every binary has them."""
 
 
 class SynthesisResult(Struct, frozen=True):
@@ -96,12 +87,12 @@ Listener = Callable[[SynthesisProgress], None]
 
 
 class Job(Struct, frozen=True):
-    """One request: its kind and its specification."""
+    """One request. ``wanted``: the verdict whose automaton is requested; None for no automaton."""
 
     index: int
     spec: Specification
     text: str
-    kind: RequestKind
+    wanted: Verdict | None
 
     @property
     def sha256(self) -> str:
@@ -111,10 +102,10 @@ class Job(Struct, frozen=True):
     def options(self) -> tuple[str, ...]:
         """The options for the binary. A strategy that relies on fairness assumptions moves on
         where it can, and waits for the other robots only where it must."""
-        _, options = PRINTED.get(self.kind, (None, ()))
-        if self.kind is RequestKind.STRATEGY and self.spec.section(Section.ENV_LIVENESS):
-            options += ("--biasForAction",)
-        return options
+        if self.wanted is None:
+            return ()
+        waits = self.wanted is Verdict.REALIZABLE and self.spec.section(Section.ENV_LIVENESS)
+        return (PRINTED[self.wanted], "--jsonOutput", *(("--biasForAction",) if waits else ()))
 
 
 _HEARTBEAT_SECONDS = 0.5
@@ -172,7 +163,7 @@ class Synthesizer:
         native = copy(self)
         if not self.binary.native:
             native.binary = self._own("prints no counterstrategies as JSON")
-        return native._ask_all([spec], RequestKind.COUNTERSTRATEGY, None)[0]
+        return native._ask_all([spec], Verdict.UNREALIZABLE, None)[0]
 
     def synthesize_all(
         self,
@@ -185,17 +176,16 @@ class Synthesizer:
         ``progress`` is called in the caller's thread. On an error, Ctrl-C or SIGTERM all
         running syntheses are killed before the exception leaves.
         """
-        kind = RequestKind.STRATEGY if strategy else RequestKind.REALIZABILITY
-        return self._ask_all(specs, kind, progress)
+        return self._ask_all(specs, Verdict.REALIZABLE if strategy else None, progress)
 
     def _ask_all(
-        self, specs: Sequence[Specification], kind: RequestKind, progress: Listener | None
+        self, specs: Sequence[Specification], wanted: Verdict | None, progress: Listener | None
     ) -> list[SynthesisResult]:
         report = progress or (lambda _: None)
         results: dict[int, SynthesisResult] = {}
         jobs = []
         for index, spec in enumerate(specs):
-            job = Job(index, spec, spec.to_structuredslugs(), kind)
+            job = Job(index, spec, spec.to_structuredslugs(), wanted)
             self.cache.keep_text(job.sha256, job.text)
             begun = time.monotonic()
             if (remembered := self._remembered(job)) is None:
@@ -252,10 +242,8 @@ class Synthesizer:
 
     def _run_native(self, crew: ProcessGroup, job: Job) -> Finished:
         """Run safenav's own program, which reads standard input and enforces its limits itself."""
-        options = [*job.options]
-        if job.kind is RequestKind.REALIZABILITY:
-            options.append("--realizability")
-        if job.kind is RequestKind.STRATEGY:
+        options = [*(job.options or ("--realizability",))]
+        if job.wanted is Verdict.REALIZABLE:
             options += ["--nodes", str(_MOST_STATES)]
         options += [] if self.seconds is None else ["--timeout", f"{self.seconds:g}"]
         options += [] if self.memory_mb is None else ["--memory", str(self.memory_mb)]
@@ -308,8 +296,8 @@ class Synthesizer:
                 "tens to thousands; reduce the map, or the robots and inputs that it observes"
             )
         verdict = verdict_of(finished, self.binary, robot)
-        automaton = job.kind in PRINTED and verdict is PRINTED[job.kind][0]
-        entry = CacheEntry(verdict, finished.seconds, finished.stdout if automaton else None)
+        printed = finished.stdout if verdict is job.wanted else None
+        entry = CacheEntry(verdict, finished.seconds, printed)
         try:
             result = self._checked(job, entry, cached=False, detail=finished.explanation)
         except SynthesizerError as error:
@@ -324,14 +312,13 @@ class Synthesizer:
     ) -> SynthesisResult:
         """Return the result with its automaton. Raises SynthesizerError if that is malformed or
         fails verification."""
-        data = entry.strategy_json
+        data, checked = entry.strategy_json, None
         strategy = None if data is None else Strategy.parse(data, job.spec)
-        checked = strategy is not None and self.verifier is not None
         if strategy is not None and self.verifier is not None:
-            counter = job.kind is RequestKind.COUNTERSTRATEGY
-            wrong = self.verifier(job.spec, strategy, counter)
+            wrong = self.verifier(job.spec, strategy, job.wanted is Verdict.UNREALIZABLE)
             if wrong is not None:
                 raise SynthesizerError(f"the strategy is wrong: {wrong}")
+            checked = True
         return SynthesisResult(
             robot=job.spec.robot,
             verdict=entry.verdict,
@@ -342,11 +329,11 @@ class Synthesizer:
             strategy_json=data,
             strategy_sha256=None if data is None else hashlib.sha256(data).hexdigest(),
             detail=detail,
-            verified=True if checked else None,
+            verified=checked,
         )
 
     def _key(self, job: Job) -> str:
-        return key_of(job.text, self.binary.digest, (job.kind, *job.options))
+        return key_of(job.text, self.binary.digest, job.options)
 
 
 _RESULT = re.compile(rb"^RESULT: Specification is (realizable|unrealizable)\b", re.MULTILINE)

@@ -261,11 +261,10 @@ def to_networkx(strategy: Strategy) -> networkx.DiGraph[int]:
     graph.graph["title"] = re.sub(_NOT_XML, "?", spec.title)
     inputs = []
     for node, values in _decoded(strategy):
-        words = [in_words(strategy, values, owner) for owner in (Owner.OUTPUT, Owner.INPUT)]
-        inputs.append(words[1])
+        inputs.append(in_words(strategy, values, Owner.INPUT))
         graph.add_node(
             node,
-            label=" ".join(filter(None, words)),
+            label=in_words(strategy, values),
             goal=strategy.ranks[node],
             initial=node in initial,
             **{f"value_{name}": value for name, value in values.items()},
@@ -276,10 +275,11 @@ def to_networkx(strategy: Strategy) -> networkx.DiGraph[int]:
     return graph
 
 
-def in_words(strategy: Strategy, values: Mapping[str, int], owner: Owner) -> str:
-    """Return the values of the inputs or of the outputs in words."""
-    owned = strategy.specification.owned(owner)
-    return " ".join(_value_in_words(variable, values[variable.name]) for variable in owned)
+def in_words(strategy: Strategy, values: Mapping[str, int], *owners: Owner) -> str:
+    """Return the values of outputs and inputs in words, or of the variables of these owners."""
+    spec = strategy.specification
+    variables = (v for owner in owners or (Owner.OUTPUT, Owner.INPUT) for v in spec.owned(owner))
+    return " ".join(_value_in_words(variable, values[variable.name]) for variable in variables)
 
 
 def _value_in_words(variable: Variable, value: int) -> str:

@@ -163,9 +163,7 @@ def _failure(
 
 
 def _node_in_words(automaton: Automaton, node: int) -> str:
-    strategy, values = automaton.strategy, automaton.strategy.values(node)
-    words = [in_words(strategy, values, owner) for owner in (Owner.OUTPUT, Owner.INPUT)]
-    return " ".join(filter(None, words))
+    return in_words(automaton.strategy, automaton.strategy.values(node))
 
 
 def _move_in_words(automaton: Automaton, owner: Owner, row: Row) -> str:

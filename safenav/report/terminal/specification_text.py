@@ -14,7 +14,7 @@ from safenav.explain.investigation import LineExplanation
 from safenav.explain.play import Cause, Vacuity
 from safenav.report.terminal.explanation_text import core_heading, core_notes
 from safenav.scenario.model import Obstacle, Scenario
-from safenav.spec.specification import Constraint, Owner
+from safenav.spec.specification import Constraint
 from safenav.spec.task import Task
 from safenav.synthesis.strategy import Strategy, in_words
 from safenav.trace.words import counted
@@ -59,8 +59,7 @@ def node_words(node: int, strategy: Strategy) -> str:
 
 
 def _values_words(values: Values, strategy: Strategy) -> str:
-    words = (in_words(strategy, values, owner) for owner in (Owner.OUTPUT, Owner.INPUT))
-    return " ".join(filter(None, words)) or "(no variables)"
+    return in_words(strategy, values) or "(no variables)"
 
 
 def line_explanation_lines(found: LineExplanation, file: str) -> Iterator[str]:
