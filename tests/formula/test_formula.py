@@ -61,20 +61,7 @@ def test_any_text_gives_a_formula_or_an_error_with_a_position(text: str) -> None
     assert 1 <= column <= len(text) + 1
 
 
-@pytest.mark.parametrize(
-    ("alias", "plain"),
-    [
-        ("(a | (b & c)) ^ d", "a | b & c ^ d"),
-        ("(a -> b) -> c <-> (!d)", "a -> b -> c <-> !d"),
-        ("(x) + 1 <= y'", "x + 1 <= y'"),
-        ("a && b /\\ c", "a & b & c"),
-        ("a || b \\/ c", "a | b | c"),
-        ("~a", "!a"),
-        ("a --> b", "a -> b"),
-        ("a <--> b", "a <-> b"),
-        ("X(a)", "next(a)"),
-    ],
-)
+@pytest.mark.parametrize(("alias", "plain"), from_yaml(beside(__file__, "same.yaml")))
 def test_aliases_mean_the_same(alias: str, plain: str) -> None:
     assert parse(alias) == parse(plain)
     assert to_text(parse(alias)) == plain
@@ -169,24 +156,7 @@ def test_checks_against_declarations(text: str, first: bool, problems: dict[int,
         assert re.search(problems[problem.column], f"{problem.found} {problem.hint}")
 
 
-@pytest.mark.parametrize(
-    ("line", "infix"),
-    [
-        ("! a", "!a"),
-        ("& a | b a", "a & (b | a)"),
-        ("^ a ^ b 1", "a ^ b ^ TRUE"),
-        ("| & a b ! a", "(a & b) | !a"),
-        ("$ 2 ^ a b & ? 0 a", "(a ^ b) & a"),
-        ("$ 3 a ! ? 0 | ? 1 b", "!a | b"),
-        ("$ 3 a b & ? 0 ? 1", "a & b"),
-        ("& $ 1 a $ 2 b ! ? 0", "a & !b"),
-        ("| 0 b", "b"),
-        ("! | a b", "!(a | b)"),
-        ("1", "TRUE"),
-        ("! a & b", "!a & b"),
-        ("!(a | b)", "!(a | b)"),
-    ],
-)
+@pytest.mark.parametrize(("line", "infix"), from_yaml(beside(__file__, "prefix.yaml")))
 def test_a_prefix_line_is_translated(line: str, infix: str) -> None:
     found = parse(to_infix(line))
     assert [evaluate(found, v) for v in VALUES] == [evaluate(parse(infix), v) for v in VALUES]

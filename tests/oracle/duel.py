@@ -44,7 +44,6 @@ class Duel:
     binary: Path
     folder: Path
     translations: float = 0.3  # the share of files whose translation is compared
-    games: int = 0
     strategies: int = 0
     counterstrategies: int = 0
 
@@ -64,7 +63,6 @@ class Duel:
         return from_json(specification, answer.stdout)
 
     def _disagreements(self, specification: Specification, source: Random) -> Iterator[str]:
-        self.games += 1
         flags = list(product((False, True), (False, True)))
         if specification.is_boolean():
             text = to_slugsin(specification, source)

@@ -1,11 +1,15 @@
 """Commands to try, and how to run them."""
 
+import os
 import subprocess
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from children import ran
 from once import beside
+from safenav.synthesis.program import find_own_binary
 from safenav.synthesis.slugs import load_specification
 from safenav.synthesis.strategy import Strategy
 from safenav.verify.verification import first_failure
@@ -24,6 +28,20 @@ CROWDED = (
     + "".join(f"x{i}' != x{j}'\n" for i in range(12) for j in range(i))
 )
 STRATEGY = ("--explicitStrategy", "--jsonOutput")
+
+
+def binary_under_test() -> Path:
+    """The binary that came with safenav, or that SAFENAV_SLUGS names. Without one the test is
+    skipped, unless one was asked for."""
+    named = os.environ.get("SAFENAV_SLUGS")
+    if named:
+        if not (Path(named).is_file() and os.access(named, os.X_OK)):
+            pytest.fail(f"SAFENAV_SLUGS names no program: {named}")
+        return Path(named).resolve()
+    own = find_own_binary()
+    if own is None:
+        pytest.skip("no slugs binary: run `make install` or set SAFENAV_SLUGS")
+    return own.path.resolve()
 
 
 def run(

@@ -1,7 +1,4 @@
-"""The programs under test, and a folder of specifications.
-
-SAFENAV_SLUGS names another binary than the one that came with safenav.
-"""
+"""The programs under test, and a folder of specifications."""
 
 import os
 from pathlib import Path
@@ -9,25 +6,14 @@ from pathlib import Path
 import pytest
 
 from children import ran
-from safenav.synthesis.program import find_own_binary
-from slugs.commands import CROWDED, ENDLESS, FOLLOW, STUCK
+from slugs.commands import CROWDED, ENDLESS, FOLLOW, STUCK, binary_under_test
 
 ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.fixture(scope="session")
 def slugs_binary() -> Path:
-    """The binary under test; without one the test is skipped, unless one was asked for."""
-    named = os.environ.get("SAFENAV_SLUGS")
-    if named:
-        binary = Path(named)
-        if not (binary.is_file() and os.access(binary, os.X_OK)):
-            pytest.fail(f"SAFENAV_SLUGS names no program: {named}")
-        return binary.resolve()
-    own = find_own_binary()
-    if own is None:
-        pytest.skip("no slugs binary: run `make install` or set SAFENAV_SLUGS")
-    return own.path.resolve()
+    return binary_under_test()
 
 
 @pytest.fixture(scope="session")

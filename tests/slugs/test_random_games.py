@@ -76,7 +76,6 @@ def test_random_games_are_played_as_by_the_oracle(
     for seed in (FIRST + each for each in seeds):
         difference = duel.disagreement(KINDS[kind][1](Random(seed), seed), seed)
         assert difference is None, f"seed {seed}: {difference}"
-    assert duel.games == len(seeds)
     if kind == "small":
         assert duel.strategies > len(seeds)
         assert duel.counterstrategies > 0

@@ -21,7 +21,7 @@ from safenav.spec.task import NO_MEMORY, Known, Memory, Task
 from safenav.synthesis.slugs import Synthesizer
 from safenav.verify.verification import first_failure
 from safenav.world.map import Heading, RegionMap
-from safenav.world.poses import Mobility, Pose, bits, plain_graph
+from safenav.world.poses import Mobility, Pose, plain_graph
 from support.examples import campaign
 
 REGIONS = range(9)
@@ -87,14 +87,6 @@ def test_it_starts_as_the_formulas_require(objective: Patrol | Visit) -> None:
         for constraint in encoding.constraints:
             if constraint.section is Section.SYS_INIT:
                 assert evaluate(parse(constraint.formula), start, {})
-
-
-def test_a_cover_ends_its_round_when_all_targets_were_met() -> None:
-    pursuit = Cover((at(0), at(8), at(4)))
-    memory = 0
-    for region, left in ((8, [0, 2]), (8, [0, 2]), (3, [0, 2]), (0, [2]), (4, [0, 1, 2])):
-        memory = pursuit.turned(memory, region)
-        assert [*bits(pursuit.pursuit.awaited(memory))] == left
 
 
 @pytest.mark.parametrize("seed", range(12))

@@ -9,7 +9,8 @@ import pytest
 from children import none_left
 from once import beside
 from safenav.spec.specification import Specification, read_specification
-from safenav.synthesis.program import Binary, find_own_binary
+from safenav.synthesis.program import Binary
+from slugs.commands import binary_under_test
 
 
 @pytest.fixture
@@ -56,12 +57,7 @@ def answering(script: Callable[[str], Binary], tmp_path: Path) -> Callable[[byte
 
 @pytest.fixture(scope="session")
 def slugs() -> Binary:
-    """The real binary: SAFENAV_SLUGS names one, else safenav's own."""
-    named = os.environ.get("SAFENAV_SLUGS")
-    binary = Binary(Path(named)) if named else find_own_binary()
-    if binary is None:
-        pytest.skip("slugs is not built (run `make slugs`)")
-    return binary
+    return Binary(binary_under_test(), ours="SAFENAV_SLUGS" not in os.environ)
 
 
 @pytest.fixture(autouse=True)
