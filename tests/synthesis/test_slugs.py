@@ -68,6 +68,7 @@ def test_our_binary_gets_the_specification_on_standard_input_with_its_limits(
     fair = Constraint(Section.ENV_LIVENESS, "request", Origin("", ""))
     synthesizer.synthesize(patrol.with_more(fair))
     assert "--biasForAction" in (tmp_path / "arguments").read_text()
+    assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL, "only while programs run"
 
 
 @pytest.mark.parametrize(("body", "expected", "words"), from_yaml(beside(__file__, "answers.yaml")))

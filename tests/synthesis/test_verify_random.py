@@ -12,6 +12,7 @@ from functools import cache
 from itertools import pairwise
 from random import Random
 
+import numpy as np
 import pytest
 
 from oracle.automata import (
@@ -26,7 +27,7 @@ from oracle.automata import (
     to_json,
     without_unreachable,
 )
-from oracle.game import Game, build_game, extract, solve
+from oracle.game import Solution, build_game, extract, solve
 from oracle.generator import random_specification
 from oracle.text import inputs_first, to_structuredslugs
 from safenav.errors import Verdict
@@ -48,7 +49,7 @@ class Sample:
     """A random game with an automaton that wins it for one of the players."""
 
     seed: int
-    game: Game
+    solution: Solution
     spec: Specification
     automaton: Automaton
     counter: bool
@@ -62,10 +63,22 @@ class Sample:
     def starts(self, automaton: Automaton) -> list[int]:
         return [*self.parsed(automaton).initial(self.counter)]
 
+    def begins(self) -> set[int]:
+        """The states of its initial nodes: all from which the system wins; of a counterstrategy
+        those with the inputs that it has chosen."""
+        game = self.solution.game
+        possible = game.env_init & game.sys_init
+        if not self.counter:
+            return {*np.flatnonzero(possible & self.solution.winning).tolist()}
+        chosen = [game.place[node.state][0] for node in self.automaton.nodes[:1]]
+        return {s for s in np.flatnonzero(possible).tolist() if game.place[s][0] in chosen}
+
     def complaints(self, automaton: Automaton) -> list[str]:
         """What the oracle's own checker says about the reachable part: it looks at all nodes."""
         reachable = without_unreachable(automaton, self.starts(automaton))
-        return (check_counterstrategy if self.counter else check_strategy)(self.game, reachable)
+        return (check_counterstrategy if self.counter else check_strategy)(
+            self.solution.game, reachable
+        )
 
 
 @cache
@@ -87,7 +100,7 @@ def samples(synthesizer: Synthesizer) -> dict[bool, list[Sample]]:
             automaton = from_json(reference, result.strategy_json.decode())
         else:
             automaton = extract(solution)
-        found[counter].append(Sample(seed, solution.game, spec, automaton, counter))
+        found[counter].append(Sample(seed, solution, spec, automaton, counter))
     return found
 
 
@@ -111,6 +124,8 @@ def test_those_of_oracle_and_slugs_prove_one_verdict(
     for sample in found:
         verification = sample.verify(sample.automaton)
         assert verification.ok, f"seed {sample.seed}: {verification.failures[0]}"
+        starts = [sample.automaton.nodes[n].state for n in sample.starts(sample.automaton)]
+        assert sorted(starts) == sorted(sample.begins()), sample.seed
     for sample in found[:100]:
         assert not verify(sample.spec, sample.parsed(sample.automaton), not counter).ok, sample.seed
 
