@@ -6,14 +6,17 @@ import random
 import re
 import socket
 import sys
+import time
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache, partial
 from math import atan2, cos, inf, nan, pi, sin
 from pathlib import Path
+from queue import SimpleQueue
 from threading import Condition
 from types import SimpleNamespace as Message
 from typing import Any
+from unittest.mock import Mock
 
 import pytest
 from msgspec.structs import replace
@@ -33,13 +36,23 @@ from safenav.fleet.ros2 import transport as streams
 from safenav.fleet.ros2.interfaces import INTERFACES
 from safenav.fleet.ros2.node import Client, Participant, Taking
 from safenav.fleet.setpoints import PERIOD, Setpoints
-from safenav.fleet.transport import DriveRecording, Located, Places, Scanned
+from safenav.fleet.transport import (
+    DriveRecording,
+    GoalEnd,
+    GoalEnded,
+    GoalPoint,
+    Located,
+    Performed,
+    Places,
+    Scanned,
+)
 from safenav.fleet.world import FleetWorld
 from safenav.motion.check.execution import trackings
 from safenav.motion.file import Foothold
 from safenav.run.checked import check_trace
 from safenav.scenario.model import Clock
 from safenav.scenario.reading.loader import load_scenario_text
+from safenav.trace.vocabulary import ActResult
 
 DEFINED = from_yaml(beside(__file__, "interfaces.yaml"))
 
@@ -354,6 +367,41 @@ def test_every_socket_of_ros_2_is_confined_to_its_interface() -> None:
     anyone = {bound for address, bound in opened if address.startswith("0.0.0.0:")}
     assert anyone == {b"lo\0"}
     assert all(address.startswith(("0.0.0.0:", "127.0.0.1:")) for address, _ in opened)
+
+
+def test_goals_and_actions_without_a_server_fail_and_a_goal_is_cancelled_once_accepted() -> None:
+    """The server of a robot is slow: it accepts a goal after its cancellation."""
+    told: list[Any] = []
+    stations = {"digit": Station("/digit", act={"push": "push"})}
+    ros = streams.Ros2Transport(Network(domain=20 + os.getpid() % 200), stations, {})
+    ros.open(told.append)
+    goal, action = GoalPoint(1, 0.0, 0.0, None), "/digit/navigate_to_pose"
+    ros.navigate("digit", goal)
+    ros.perform("digit", "push", "door@9", 2)
+    assert told[0] == GoalEnded("digit", 1, GoalEnd.UNREACHABLE, "no action server")
+    assert told[1] == Performed("digit", 2, ActResult.FAILED, "no server of push")
+    assert ros.missing() == [action]
+    asked, served = SimpleQueue[Any](), f"{action}/_action"
+    for service, kind in (
+        ("send_goal", "Navigate"),
+        ("get_result", "Result"),
+        ("cancel_goal", "Cancel"),
+    ):
+        request = getattr(node, f"{kind}Request")
+        ros._node.listen(f"rq{served}/{service}Request", request, asked.put, node.SERVICE)
+    accept = ros._node.writer(f"rr{served}/send_goalReply", node.NavigateReply, node.SERVICE)
+    while ros.missing():
+        time.sleep(0.01)
+    ros.navigate("digit", goal)
+    sent = asked.get(timeout=300)
+    ros.cancel("digit")
+    assert asked.get(timeout=300).goal_info.goal_id == sent.goal_id
+    accept.write(node.NavigateReply(sent.client, sent.number, True, node.Time()))
+    kinds = {type(asked.get(timeout=300)) for _ in range(2)}
+    assert kinds == {node.ResultRequest, node.CancelRequest}
+    ros._robots["digit"].cancel = cancel = Mock()  # type: ignore[method-assign]
+    ros.close()
+    cancel.assert_called_once_with()
 
 
 def test_messages_of_a_reader_that_has_left_are_ignored() -> None:

@@ -245,6 +245,8 @@ def test_columns_are_each_other_s_derivatives() -> None:
         for axis in "xy":
             speed = np.gradient(columns[axis], 1e-3)
             assert np.abs(speed - columns[f"vel_{axis}"])[1:-1].max() < 0.01
+        assert np.ptp(turns := np.unwrap(columns["yaw"])) > 1.0
+        assert np.abs(np.diff(turns, 2)).max() < 1e-4  # it begins and ends its turns at rest
 
 
 def test_columns_are_in_the_world_of_the_map_s_origin() -> None:
