@@ -127,7 +127,7 @@ fuzz: install slugs-test ## long campaigns: games, proofs, missions; with clang 
 	  tests/motion/test_requirements.py \
 	  tests/slugs/test_random_games.py \
 	  tests/spec/test_belief.py \
-	  tests/runtime/test_rules_of_objectives.py tests/runtime/test_inputs.py \
+	  tests/runtime/test_alone.py \
 	  tests/synthesis/test_verify_random.py \
 	  tests/studio/test_editing.py tests/studio/test_journeys.py \
 	  tests/team
