@@ -25,7 +25,7 @@ The first comment of a file is its story. Its lines ``#:`` are YAML:
   ``speeds``, ``opens``, ``claims``: what goes wrong there (``worlds.py``); ``there``: words of the
   scenario with others, with which the world differs from it; ``failures``: the policy for them;
   ``lies``: the world may tell what breaks rules
-- ``refused``: the scenario is not loaded; words of the message
+- ``refused``: the scenario is not loaded, or cannot be run; words of the message
 - ``scenario``: the shipped one that is played
 - ``clocks``: it is played on each of these
 - ``or``: it is also played with these words replaced
@@ -55,7 +55,7 @@ from runtime import worlds
 from runtime.played import Line, Run, begin, loaded, whole
 from safenav.certify.bundle import bundle_of_trace
 from safenav.cli.check import check as command
-from safenav.errors import InputError, UsageError
+from safenav.errors import SafenavError, UsageError
 from safenav.files import json_line
 from safenav.report.terminal.story import Story
 from safenav.run.checked import check_trace
@@ -116,8 +116,8 @@ def hold(text: str, facts: Facts) -> None:
     """Check the facts about a scenario and its run."""
     facts = dict(facts)
     if "refused" in facts:
-        with pytest.raises(InputError) as error:
-            loaded(text)
+        with pytest.raises(SafenavError) as error:
+            Mission(loaded(text))
         _has(str(error.value), facts["refused"])
         return
     run = staged(text, facts)

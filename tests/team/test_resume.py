@@ -9,17 +9,17 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
+from runtime.worlds import Driven
 from safenav.errors import InputError, UsageError
 from safenav.files import json_line
 from safenav.run.checked import check_trace
 from safenav.runtime.run.checkpoint import resumption
 from safenav.runtime.run.mission import Mission
-from safenav.scenario.model import Clock, Exclusion, Robot, RobotChange, Scenario
+from safenav.scenario.model import Clock, Exclusion, RobotChange, Scenario
 from safenav.scenario.reading.loader import load_scenario
 from safenav.trace import records
 from safenav.trace.fields import convert, plain
 from safenav.trace.file import TraceWriter, as_data, read_bytes, read_trace
-from safenav.world.poses import Pose
 from scenario.mistakes import places
 from warm import safenav
 
@@ -90,23 +90,11 @@ def test_a_simulated_run_is_not_continued_by_real_robots(tmp_path: Path) -> None
     path = interrupted(load_scenario(ROOT / "scenarios" / "hello.yaml"), 5, tmp_path)
     assert path is not None
     trace = read_trace(path)
-    mission = Mission(trace.scenario, world=Outside(), begun=resumption(trace, trace.scenario))
+    mission = Mission(
+        trace.scenario, world=Driven(trace.scenario), begun=resumption(trace, trace.scenario)
+    )
     with pytest.raises(UsageError, match="the run was simulated"):
         mission.run()
-
-
-class Outside:
-    """A world outside of safenav."""
-
-    def sense(self, robot: Robot, region: int) -> None:
-        """There are no obstacles."""
-
-    def move(self, robot: Robot, pose: Pose) -> None:
-        """Each robot arrives."""
-
-    def act(self, robot: Robot) -> tuple[()]:
-        del robot
-        return ()
 
 
 def test_a_changed_checkpoint_is_refused(tmp_path: Path) -> None:

@@ -1,0 +1,76 @@
+"""Searches for joint plans: what ends them, and where robots with batteries may step."""
+
+import pytest
+
+from safenav.plan.charged import ChargedSearch
+from safenav.plan.search import STATIC, Exhausted, Immobile, Search
+from safenav.scenario.reading.loader import load_scenario_text
+from safenav.team.apply import initial
+from safenav.team.floor import Floor, floor_now
+from safenav.team.team import team_of
+
+FACING = """
+safenav: 1
+map: {grid: ["#######", "#.....#", "#.###.#", "#.....#", "#######"]}
+robots:
+  a: {model: digit, start: 8, heading: east, objective: {visit: [8, 12]}}
+  b: {model: digit, start: 12, heading: west, objective: {visit: [12, 8]}}
+"""
+CHARGED = """
+safenav: 1
+map: {grid: ["....", ".##."]}
+chargers: [4]
+catalogue:
+  robots:
+    cart: {mobility: free, layer: ground, capabilities: [],
+           battery: {capacity: 30, start: 30, move: 1, stay: 0, charge: 5}}
+robots:
+  a: {model: cart, start: 0, objective: {visit: [0, 3]}}
+  b: {model: cart, start: 2, objective: {visit: [2, 0]}}
+  c: {model: cart, start: 3, objective: {visit: [3, 7]}}
+"""
+
+
+def floor_of(text: str) -> Floor:
+    team = team_of(load_scenario_text(text))
+    return floor_now(team, initial(team))
+
+
+def test_robots_that_face_each_other_never_move_again() -> None:
+    floor = floor_of(FACING)
+    immobile = Immobile(floor, floor.floors)
+    east, west = (floor.graphs[0].size * heading for heading in (1, 3))
+    assert immobile.robots((east + 9, west + 10)) == {0, 1}
+    assert immobile.hopeless(floor.begun((east + 9, west + 10), ((0, 0), (0, 0)), ()))
+    assert not immobile.robots((east + 9, west + 11)), "one region is between them"
+    assert not immobile.robots((west + 9, west + 10)), "one follows the other"
+
+
+def test_a_search_that_ends_without_a_plan_is_not_taken_for_another_plan(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    floor = floor_of(FACING)
+    start = floor.begun((8, 12), ((0, 0), (0, 0)), ())
+    for name in ("deep", "singles"):
+        monkeypatch.setattr(Search, name, lambda *_: Exhausted([start, start]))
+    search = Search(floor, frozenset(), lambda *_: (None, None), start, 1, 1000)
+    assert [*search.others()] == []
+
+
+def test_charged_robots_never_step_into_one_region_nor_exchange_theirs() -> None:
+    floor = floor_of(CHARGED)
+    start = floor.begun((0, 2, 3), ((0, 0),) * 3, ())._replace(charges=(30.0,) * 3)
+    how = (False, False)
+    search = ChargedSearch(floor, frozenset(), lambda *_: (None,) * 3, start, 1, 1000, how)
+    found, left = {start.poses}, [start]
+    while left:
+        joint = left.pop()
+        for after in search._next(joint, STATIC, [0, 1, 2]):
+            assert len({*after.poses}) == 3, after.poses
+            pairs = zip(joint.poses, after.poses, strict=True)
+            steps = {pair for pair in pairs if pair[0] != pair[1]}
+            assert not steps & {(q, p) for p, q in steps}, steps
+            if after.poses not in found:
+                found.add(after.poses)
+                left.append(after)
+    assert len(found) > 9
