@@ -21,8 +21,8 @@ The first comment of a file is its story. Its lines ``#:`` are YAML:
 - ``waits``: an operator attends the live run, and intervenes with these words at each wait;
   ``says``: with which it intervenes after a tick or pass, or with the data of a page;
   ``refused WORDS > WHY`` is impossible, or data with the reason ``refused``
-- ``world``: in which it is played (``WORLDS``); ``slides``, ``jams``, ``looks``, ``faults``,
-  ``speeds``, ``opens``, ``claims``: what goes wrong there (``worlds.py``); ``there``: words of the
+- ``world``: in which it is played, a class of ``worlds.py``; ``slides``, ``jams``, ``looks``,
+  ``faults``, ``speeds``, ``opens``, ``claims``: what goes wrong there; ``there``: words of the
   scenario with others, with which the world differs from it; ``failures``: the policy for them;
   ``lies``: the world may tell what breaks rules
 - ``refused``: the scenario is not loaded, or cannot be run; words of the message
@@ -52,7 +52,7 @@ from msgspec.structs import replace
 from certify.making import files_of, judged, lines_of, rewrite, with_lines
 from once import SCENARIOS, from_yaml
 from runtime import worlds
-from runtime.played import Line, Run, begin, loaded, whole
+from runtime.played import Run, begin, loaded, whole
 from safenav.certify.bundle import bundle_of_trace
 from safenav.cli.check import check as command
 from safenav.errors import SafenavError, UsageError
@@ -64,16 +64,9 @@ from safenav.runtime.run.mission import Mission
 from safenav.scenario.model import Failures, Scenario
 from safenav.trace.file import as_data, read_bytes
 from safenav.trace.records import KINDS
-from support.damage import damage, fits, value
+from support.damage import damage, find, fits, value
 
 Facts = dict[str, Any]
-WORLDS: dict[str, Any] = {"simulated": None} | {
-    each.__name__.lower(): each
-    for each in (
-        *(worlds.Faulty, worlds.Driven, worlds.Remote, worlds.Clocked),
-        *(worlds.Distant, worlds.Swinging),
-    )
-}
 WRONG = ("slides", "jams", "looks", "faults", "speeds", "opens", "claims")
 CASES = Path(__file__).parent / "cases"
 RESTS = 12
@@ -150,12 +143,12 @@ def staged(text: str, facts: Facts) -> Run:
     its trace, except where the world lies."""
     waits, lies = facts.pop("waits", None), facts.pop("lies", False)
     about = {key: facts.pop(key) for key in WRONG if key in facts}
-    kind = WORLDS[facts.pop("world", None) or ("faulty" if "faults" in about else "simulated")]
+    kind = facts.pop("world", "Faulty" if "faults" in about else None)
     scenario = replace(loaded(text), failures=convert(facts.pop("failures", {}), Failures))
     for was, is_ in facts.pop("there", {}).items():
         assert was in text, was
         text = text.replace(was, is_)
-    world = None if kind is None else kind(loaded(text), **about)
+    world = getattr(worlds, kind)(loaded(text), **about) if kind else None
     mission, run = begin(scenario, world=world, attended=waits is not None)
     left, says = list(waits or ()), facts.pop("says", {})
     while mission.result is None:
@@ -214,14 +207,14 @@ def _recorded(run: Run, facts: Facts) -> None:
     """Check the lines of the trace."""
     _has(run.outcome["explanation"], facts.pop("explained", ()))
     assert run.still_open == facts.pop("left_open", run.still_open)
-    places = [run.records.index(_found(run, *one)) for one in facts.pop("in order", ())]
-    assert places == sorted(places), places
+    ordered = [find(run.records, *one) for one in facts.pop("in order", ())]
+    assert ordered == sorted(ordered), ordered
     for what, rows in ({"outcome": [{"outcome": "completed"}]} | facts).items():
         some, _, kind = what.rpartition(" ")
         fields = {name.rstrip("_") for name in KINDS[kind].__struct_fields__}
         assert {key.partition(".")[0] for row in rows or () for key in row} <= fields, what
         for row in rows if some else ():
-            found = len(_all(run, kind, row))
+            found = sum(fits(line, row) for line in run.all(kind))
             expected = {"some": found > 0, "no": found == 0}
             assert expected[some] if some in expected else found == int(some), (what, row, found)
         if not some and rows is not None:
@@ -229,15 +222,6 @@ def _recorded(run: Run, facts: Facts) -> None:
             assert len(lines) == len(rows), (what, lines)
             for row, line in zip(rows, lines, strict=True):
                 assert fits(line, row), (row, {key: value(line, key) for key in row})
-
-
-def _all(run: Run, kind: str, fields: Facts) -> list[Line]:
-    return [line for line in run.all(kind) if fits(line, fields)]
-
-
-def _found(run: Run, kind: str, fields: Facts | None = None, nth: int = 0) -> Line:
-    """One of these lines, by default the first."""
-    return _all(run, kind, fields or {})[nth]
 
 
 def _forged(bundle: Path, edit: Facts) -> None:

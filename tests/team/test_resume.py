@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
+from once import SCENARIOS
 from runtime.worlds import Driven
 from safenav.errors import InputError, UsageError
 from safenav.files import json_line
@@ -23,30 +24,29 @@ from safenav.trace.file import TraceWriter, as_data, read_bytes, read_trace
 from scenario.mistakes import places
 from warm import safenav
 
-ROOT = Path(__file__).parents[2]
 
-
-def interrupted(scenario: Scenario, passes: int, folder: Path) -> Path | None:
-    """The trace of a run that is interrupted after some passes; None if it ends before."""
+def interrupted(name: str, passes: int, folder: Path) -> Path:
+    """The trace of a run of a shipped scenario that is interrupted after some passes."""
     lines = list[records.Record]()
-    mission = Mission(scenario, listeners=[lines.append], checkpoints=True)
+    mission = Mission(shipped(name), listeners=[lines.append], checkpoints=True)
     mission.start()
     for _ in range(passes):
-        if mission.result is not None:
-            return None
         mission.step()
-    if mission.result is not None:
-        return None
+    assert mission.result is None
     mission.give_up()
     path = folder / "part.jsonl"
     path.write_text("".join(json_line(as_data(line)) for line in lines))
     return path
 
 
+def shipped(name: str) -> Scenario:
+    return load_scenario(SCENARIOS / f"{name}.yaml")
+
+
 def test_a_run_continues_beyond_its_limit(tmp_path: Path) -> None:
     """Its trace is that of one run, so its header has the limit that holds, and its checkpoints
     belong to that header."""
-    scenario, path = load_scenario(ROOT / "scenarios" / "case_study_1.yaml"), tmp_path / "t.jsonl"
+    scenario, path = shipped("case_study_1"), tmp_path / "t.jsonl"
     short = replace(scenario, limits=replace(scenario.limits, ticks=30))
     with TraceWriter(path) as writer:
         Mission(short, listeners=[writer], checkpoints=True).run()
@@ -60,48 +60,38 @@ def test_a_run_continues_beyond_its_limit(tmp_path: Path) -> None:
 
 
 def test_runs_that_cannot_be_resumed_are_refused(tmp_path: Path) -> None:
-    hello = load_scenario(ROOT / "scenarios" / "hello.yaml")
-    other = load_scenario(ROOT / "scenarios" / "corridor_swap.yaml")
-    path = interrupted(hello, 5, tmp_path)
-    assert path is not None
-    with pytest.raises(UsageError, match=r"the scenario is not that of .*: it differs in map and"):
-        resumption(read_trace(path), other)
-    changes = (RobotChange(9, hello.robots[0].name, active=False),)
-    zones = (Exclusion(frozenset(each.name for each in hello.robots), frozenset([8])),)
-    parts = {"changes": changes, "never_together": zones, "resolve_within": 9, "tiles": (2, 2)}
-    for part, another in parts.items():
-        with pytest.raises(UsageError, match=f"it differs in {part}"):
-            resumption(read_trace(path), replace(hello, **{part: another}))
-    with pytest.raises(UsageError, match="is the trace of a run in ticks"):
-        resumption(read_trace(path), replace(hello, clock=Clock.LIVE))
+    hello, path = shipped("hello"), interrupted("hello", 5, tmp_path)
+    trace, names = read_trace(path), [robot.name for robot in hello.robots]
+    zone = Exclusion(frozenset(names), frozenset([8]))
+    for why, scenario in {
+        "the scenario is not that of .*: it differs in map and": shipped("corridor_swap"),
+        "it differs in changes": replace(hello, changes=(RobotChange(9, names[0], active=False),)),
+        "it differs in never_together": replace(hello, never_together=(zone,)),
+        "it differs in resolve_within": replace(hello, resolve_within=9),
+        "it differs in tiles": replace(hello, tiles=(2, 2)),
+        "is the trace of a run in ticks": replace(hello, clock=Clock.LIVE),
+    }.items():
+        with pytest.raises(UsageError, match=why):
+            resumption(trace, scenario)
+    # Its trace says that it was simulated, so what real robots do would break its rules.
+    mission = Mission(hello, world=Driven(hello), begun=resumption(trace, hello))
+    with pytest.raises(UsageError, match="the run was simulated"):
+        mission.run()
     lines = path.read_text().splitlines()
     path.write_text("".join(line + "\n" for line in lines if '"checkpoint"' not in line))
     with pytest.raises(UsageError, match="it ends before its first checkpoint"):
         resumption(read_trace(path), hello)
     whole = list[records.Record]()
     Mission(hello, listeners=[whole.append], checkpoints=True).run()
-    path.write_text("".join(json.dumps(as_data(line)) + "\n" for line in whole))
+    path.write_text("".join(json_line(as_data(line)) for line in whole))
     with pytest.raises(UsageError, match="nothing to resume"):
         resumption(read_trace(path), hello)
 
 
-def test_a_simulated_run_is_not_continued_by_real_robots(tmp_path: Path) -> None:
-    """Its trace says that it was simulated, so what real robots do breaks its rules."""
-    path = interrupted(load_scenario(ROOT / "scenarios" / "hello.yaml"), 5, tmp_path)
-    assert path is not None
-    trace = read_trace(path)
-    mission = Mission(
-        trace.scenario, world=Driven(trace.scenario), begun=resumption(trace, trace.scenario)
-    )
-    with pytest.raises(UsageError, match="the run was simulated"):
-        mission.run()
-
-
 def test_a_changed_checkpoint_is_refused(tmp_path: Path) -> None:
     """Every change of one value of a checkpoint is refused."""
-    scenario = load_scenario(ROOT / "scenarios" / "case_study_3.yaml")
-    path = interrupted(scenario, 12, tmp_path)
-    assert path is not None
+    scenario = shipped("case_study_3")
+    path = interrupted("case_study_3", 12, tmp_path)
     lines = path.read_text().splitlines()
     at = next(n for n, line in enumerate(lines) if json.loads(line)["type"] == "checkpoint")
     draw = random.Random(1)
@@ -118,8 +108,7 @@ def test_a_changed_checkpoint_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_changed_header_is_refused(tmp_path: Path) -> None:
-    path = interrupted(load_scenario(ROOT / "scenarios" / "corridor_swap.yaml"), 2, tmp_path)
-    assert path is not None
+    path = interrupted("corridor_swap", 2, tmp_path)
     header, *lines = map(json.loads, path.read_text().splitlines())
     header["scenario"]["robots"][0]["model"]["timing"] = 2
     path.write_text("".join(map(json_line, [header, *lines])))
@@ -129,8 +118,7 @@ def test_a_changed_header_is_refused(tmp_path: Path) -> None:
 
 def test_a_checkpoint_follows_its_lines(tmp_path: Path) -> None:
     """Robots are where the lines before it leave them."""
-    path = interrupted(load_scenario(ROOT / "scenarios" / "case_study_1.yaml"), 12, tmp_path)
-    assert path is not None
+    path = interrupted("case_study_1", 12, tmp_path)
     lines = [json.loads(line) for line in path.read_text().splitlines()]
     before = [line["lines"] for line in lines if line["type"] == "checkpoint"][-1]
     last = [line for line in lines[:before] if line.get("from") != line.get("to")][-1]
@@ -142,6 +130,6 @@ def test_a_checkpoint_follows_its_lines(tmp_path: Path) -> None:
 
 
 def test_every_scenario_is_read_back_from_a_checkpoint() -> None:
-    for path in sorted((ROOT / "scenarios").glob("*.yaml")):
+    for path in sorted(SCENARIOS.glob("*.yaml")):
         scenario = load_scenario(path)
         assert convert(Scenario, json.loads(json.dumps(plain(scenario)))) == scenario, path
