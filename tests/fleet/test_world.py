@@ -374,16 +374,16 @@ def test_no_robot_enters_a_region_into_which_a_person_moved_another() -> None:
     world.open()
     mission = Mission(scenario, world=world, listeners=[run, world.observe], attended=True)
     mission.start()
-    for _ in range(500):
-        if mission.waiting is not None:
-            break
-        mission.step()
+
+    def steps(ended: Callable[[], object]) -> None:
+        for _ in range(500):
+            if ended() is None:
+                mission.step()
+
+    steps(lambda: mission.waiting)
     assert "lost_cart@10" in mission.waiting.explanation
     assert 3.5 not in [goal.x for goal in robots.goals]
     robots.y["cart"] = 1.5  # a person carries it back
-    for _ in range(500):
-        if mission.result is not None:
-            break
-        mission.step()
+    steps(lambda: mission.result)
     assert mission.result.outcome is Outcome.COMPLETED
     assert 3.5 in [goal.x for goal in robots.goals] and not run.findings
