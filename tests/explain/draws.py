@@ -1,5 +1,6 @@
 """Random specifications, and scenarios of one robot on a tiny map, most of them unrealizable."""
 
+import json
 from collections.abc import Callable
 from dataclasses import replace
 from random import Random
@@ -8,6 +9,9 @@ from typing import Any
 from oracle.generator import random_specification
 from oracle.specification import Atom, Formula, Section, Specification, apply
 from oracle.text import inputs_first
+from safenav.errors import InputError
+from safenav.scenario.model import Scenario
+from safenav.scenario.reading.loader import load_scenario_text
 
 
 def drawn(source: Random) -> Specification:
@@ -78,14 +82,25 @@ _CONFLICTS: list[Callable[[Random, list[str], list[str]], Conflict]] = [
 ]
 
 
-def mission(source: Random) -> dict[str, Any]:
-    """A scenario, as data."""
+def drawn_scenario(source: Random) -> Scenario:
+    """A scenario that the loader accepts; it is printed."""
+    while True:
+        text = json.dumps(_mission(source))
+        try:
+            scenario = load_scenario_text(text, "s.yaml", reachable=False)
+        except InputError:
+            continue
+        print(text)
+        return scenario
+
+
+def _mission(source: Random) -> dict[str, Any]:
     rows, cols = source.choice(((1, 5), (2, 3), (2, 4), (3, 3), (2, 2)))
     cells = rows * cols
     walls = {r for r in range(cells) if source.random() < 0.25}
     free = [r for r in range(cells) if r not in walls]
     if len(free) < 3:
-        return mission(source)
+        return _mission(source)
     grid = [
         "".join("#" if r * cols + c in walls else "." for c in range(cols)) for r in range(rows)
     ]
@@ -108,7 +123,12 @@ def mission(source: Random) -> dict[str, Any]:
 
 def _targets(source: Random, others: list[int], free: list[int]) -> dict[str, Any]:
     kind = source.choice(("patrol", "visit", "once", "cover", "hold"))
-    objective: dict[str, Any] = {kind: others[0] if kind == "hold" else others}
+    targets = [
+        {"any": source.sample(free, 2)} if source.random() < 0.25 else each for each in others
+    ]
+    if kind == "visit":
+        targets = [*targets, source.choice(free)][: source.randint(1, 3)]
+    objective: dict[str, Any] = {kind: targets[0] if kind == "hold" else targets}
     if kind == "patrol" and source.random() < 0.4:
         objective["form"] = "literal"
     if source.random() < 0.3:

@@ -5,6 +5,7 @@ from random import Random
 
 from msgspec.structs import replace
 
+from explain.draws import drawn_scenario
 from safenav.errors import Verdict
 from safenav.explain.explanation import (
     NoStrategyCause,
@@ -17,42 +18,24 @@ from safenav.explain.explanation import (
 from safenav.explain.investigation import explain
 from safenav.explain.repair import find_repairs
 from safenav.report.terminal.explanation_text import cause_words
-from safenav.scenario.model import Robot, RobotModel
-from safenav.scenario.objective import Cover, Hold, Objective, Once, Patrol, Visit, describe
+from safenav.scenario.objective import Ltl, describe
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.compile import compile_task
 from safenav.spec.task import NO_MEMORY, Known, Task
 from safenav.synthesis.slugs import Synthesizer
-from safenav.world.map import Heading, RegionMap
-from safenav.world.poses import Mobility, Pose
+from safenav.world.map import RegionMap
 
 GAMES = 150
 
 
 def _random_task(source: Random) -> tuple[Task, RegionMap]:
-    rows, cols = source.randint(1, 4), source.randint(2, 5)
-    cells = rows * cols
-    walls = frozenset(r for r in range(cells) if source.random() < 0.3)
-    free = [r for r in range(cells) if r not in walls] or [0]
-    world = RegionMap(rows, cols, walls - {free[0]})
-    mobility = source.choice(list(Mobility))
-    heading = source.choice(list(Heading)) if mobility is Mobility.HEADING else None
-    first, second, third = (
-        frozenset(source.sample(free, min(len(free), source.choice((1, 1, 2))))) for _ in "abc"
-    )
-    objectives: list[Objective] = [
-        *(Visit((first, second, third)), Visit((first,)), Cover((first, second)), Hold((first,))),
-        Once((first, second)),
-        *([Patrol((first, second))] * 3 if not first & second else ()),
-    ]
-    robot = Robot(
-        "rover",
-        RobotModel("rover", mobility, "ground", frozenset()),
-        Pose(source.choice(free), heading),
-        source.choice(objectives),
-    )
+    """A robot with targets, and perhaps known obstacles."""
+    while isinstance((scenario := drawn_scenario(source)).robots[0].objective, Ltl):
+        pass
+    robot, free = scenario.robots[0], sorted(scenario.map.free)
+    objective = replace(robot.objective, always=())
     blocked = tuple(Known(r, "obstacles.door", "closed") for r in free if source.random() < 0.1)
-    return Task(robot, robot.start, robot.objective, blocked=blocked), world
+    return Task(robot, robot.start, objective, blocked=blocked), scenario.map
 
 
 def test_the_diagnosis_of_a_lone_robot_agrees_with_the_synthesizer() -> None:

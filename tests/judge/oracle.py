@@ -1,7 +1,7 @@
 """What a judged trace must not hide, read from its moves alone and in the plainest way.
 
-It follows positions, obstacles, charges and targets, and knows nothing of goal lines, requests or
-strategies. It shares no code with the judge.
+It follows positions, obstacles, charges and targets of runs in ticks, and knows nothing of goal
+lines, requests or strategies. It shares no code with the judge.
 """
 
 import re
@@ -10,7 +10,7 @@ from typing import Any
 
 from support.damage import Line
 
-BESIDE = {(-1, 0): "north", (1, 0): "south", (0, 1): "east", (0, -1): "west"}
+BESIDE = ((-1, 0), (1, 0), (0, 1), (0, -1))
 
 
 class Facts:
@@ -18,8 +18,8 @@ class Facts:
 
     def __init__(self, lines: list[Line]) -> None:
         self.scenario = scenario = lines[0]["scenario"]
-        self.live, world = scenario["clock"] == "live", scenario["map"]
-        self.lines, self.cols = lines[1:], world["cols"]
+        self.lines, world = lines[1:], scenario["map"]
+        self.cols = world["cols"]
         self.free = {*range(world["rows"] * self.cols)} - {*world["walls"]}
         self.robots = {each["name"]: each["model"] | each for each in scenario["robots"]}
         self.here = {n: r["start"]["region"] for n, r in self.robots.items()}
@@ -37,7 +37,6 @@ class Facts:
         self.open = {n: 0 for n, one in self.all.items() if one.get("appears") is None}
         """Obstacles that are present, with the number of their needs that are met."""
         self.shut: set[str] = set()
-        self.changed = False
 
     def obstacle(self, one: Line) -> Line:
         """An obstacle with its name, the robots that it stops, and the regions of its needs."""
@@ -61,12 +60,6 @@ class Facts:
             match line["type"]:
                 case "move":
                     yield from self.moved(line)
-                case "depart":
-                    stays = {"to": line["from"], "toward": line["to"]}
-                    yield from self.moved(line | stays)
-                case "arrive":
-                    here = {"from": self.here[line["robot"]], "to": line["at"]}
-                    yield from self.moved(line | here)
                 case "resolved":
                     yield from self.resolved(line)
                     flat = (self.scenario.get("flat") or {}).get("name")
@@ -83,10 +76,10 @@ class Facts:
                     self.open.pop(line["obstacle"], None)
                     self.shut.discard(line["obstacle"])
                     until = [x.get("goes") for x in self.scenario["obstacles"]]
-                    now = line["t"] if self.live else line["tick"]
-                    if line["cause"] == "scenario" and not any(u and u <= now for u in until):
+                    due = any(u and u <= line["tick"] for u in until)
+                    if line["cause"] == "scenario" and not due:
                         yield f"{line['obstacle']} is gone before its time"
-                    if line["cause"] == "world" and not self.live:
+                    if line["cause"] == "world":
                         yield "a simulated world opens a door"
                 case "blocked":
                     self.shut.add(line["obstacle"])
@@ -109,7 +102,7 @@ class Facts:
         holds = {to} if toward is None else {to, toward}
         if line["from"] != before:
             yield f"{name} is at {before}"
-        if not self.live and line["tick"] != self.tick[name] + 1:
+        if line["tick"] != self.tick[name] + 1:
             yield f"{name} has no move, or two, in a tick"
         end = to if toward is None else toward
         (row, col), (row2, col2) = divmod(before, self.cols), divmod(end, self.cols)
@@ -122,7 +115,7 @@ class Facts:
             self.began.setdefault(name, line["tick"])
         elif to != before:
             took = line["tick"] - self.began.pop(name, line["tick"]) + 1
-            if not self.live and took < (robot.get("timing") or 1):
+            if took < (robot.get("timing") or 1):
                 yield f"{name} is too fast"
         if end != before and name in self.out and len(self.at[name]) == 1:
             yield f"{name} drives out of service"
@@ -206,8 +199,7 @@ class Facts:
 
     def appeared(self, line: Line) -> Iterator[str]:
         one = self.all[line["obstacle"]]
-        now = line["t"] if self.live else line["tick"]
-        if line["cause"] == "scenario" and not (one.get("appears") or 0) <= now:
+        if line["cause"] == "scenario" and not (one.get("appears") or 0) <= line["tick"]:
             yield f"{one['name']} appears before its time"
         if line["cause"] == "scenario" and one.get("appears") is None:
             yield f"{one['name']} appears, but the scenario does not say so"
@@ -220,7 +212,7 @@ class Facts:
         if kind == "ltl":
             return 99
         if kind == "hold":
-            return 99 if self.live else self.held[name]
+            return self.held[name]
         targets = [{*t} if isinstance(t, list) else {t} for t in body]
         if kind == "cover":
             return min(sum(region in target for region in seen) for target in targets)
@@ -236,24 +228,18 @@ class Facts:
         return 99 if kind == "once" and best else best
 
     def ended(self, line: Line) -> Iterator[str]:
+        completed = line["outcome"] == "completed"
         for change in self.scenario.get("changes") or ():
             applied = {"service": change.get("active"), "objective": change.get("objective")}
             told = [x for x in self.lines if x["type"] in applied and x["robot"] == change["robot"]]
-            now = line["t"] if self.live else line["tick"]
-            if change["at"] < now and not told and line["outcome"] == "completed":
+            if change["at"] < line["tick"] and not told and completed:
                 yield f"a change of {change['robot']} is missing"
         for one in map(self.obstacle, self.scenario["obstacles"]):
-            told = [x for x in self.lines if x.get("obstacle") == one["name"]]
-            now = line["t"] if self.live else line["tick"]
-            due = one.get("appears") is not None and one["appears"] < now
-            if (
-                due
-                and not told
-                and line["outcome"] == "completed"
-                and not self.stood(one["region"])
-            ):
+            told = any(x.get("obstacle") == one["name"] for x in self.lines)
+            due = one.get("appears") is not None and one["appears"] < line["tick"]
+            if due and not told and completed and not self.stood(one["region"]):
                 yield f"{one['name']} never appears"
-        if line["outcome"] == "completed":
+        if completed:
             wanted = self.scenario["until"].get("rounds") or 0
             for name in self.robots:
                 if self.rounds(name) < wanted:
@@ -264,8 +250,7 @@ class Facts:
                 ):
                     yield f"{name} is not at its last target"
         by = self.scenario["until"].get("by")
-        late = by is not None and not self.live and line["tick"] > by
-        if late and "mission" not in (line.get("late") or ()):
+        if by is not None and line["tick"] > by and "mission" not in (line.get("late") or ()):
             yield "the mission was late"
         if line["outcome"] == "operator_needed":
             yield "the mission can be completed, as the honest run shows"
