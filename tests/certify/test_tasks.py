@@ -1,8 +1,10 @@
-"""A robot's task as a trace of only a header and one synthesis: controllers of random robots under
-random circumstances are accepted, whatever their verdict, and errors planted in the compiler are
-caught (``planted.yaml``).
+"""Random robots and missions, and errors in the compiler, as the checker of bundles judges them.
 
-Among the tests the campaign is short; SAFENAV_FUZZ=1000 tries as many others."""
+A robot's task is a trace of only a header and one synthesis: its controller is accepted, whatever
+the verdict, and errors planted in the compiler are caught (``planted.yaml``). The runs of random
+missions are certified, whatever their outcome. Exempt is a strategy that exceeds a limit.
+
+Among the tests the campaigns are short; SAFENAV_FUZZ=1000 tries as many others."""
 
 import json
 import os
@@ -14,8 +16,9 @@ from typing import Any
 import pytest
 from msgspec.structs import replace
 
+from drawn import loads
 from once import from_yaml
-from safenav.certify.bundle import files_of_run, write_files
+from safenav.certify.bundle import bundle_of_run, files_of_run, write_files
 from safenav.errors import ResourceLimitError, Verdict
 from safenav.files import json_line
 from safenav.judge.bundle.evidence import Evidence
@@ -36,6 +39,7 @@ from safenav.trace.file import as_data
 from safenav.trace.vocabulary import Reason
 from safenav.verify.verification import first_failure
 from safenav.world.map import Partition
+from support.missions import mission
 
 Data = Mapping[str, Any]
 MODELS = {
@@ -144,8 +148,8 @@ def test_a_planted_error_is_caught(name: str, tmp_path: Path) -> None:
     assert error["reason"] in refusal(scenario, task, wrong, tmp_path / "wrong")
 
 
-COUNT = int(os.environ.get("SAFENAV_FUZZ", "40"))
-FIRST = 0 if "SAFENAV_FUZZ" not in os.environ else 100_000
+ROBOTS, MISSIONS = (int(os.environ.get("SAFENAV_FUZZ", few)) for few in ("40", "12"))
+FIRST = int(os.environ.get("SAFENAV_FUZZ_FIRST", "5000")) if "SAFENAV_FUZZ" in os.environ else 0
 
 
 def random_scenario(source: Random) -> Scenario:
@@ -192,7 +196,7 @@ def _objective(source: Random, free: list[list[int]], cols: int) -> Data:
     }
 
 
-@pytest.mark.parametrize("seed", range(FIRST, FIRST + COUNT))
+@pytest.mark.parametrize("seed", range(FIRST, FIRST + ROBOTS))
 def test_the_controller_of_a_random_robot_is_accepted(
     seed: int, tmp_path: Path, played: Callable[[], None]
 ) -> None:
@@ -205,5 +209,28 @@ def test_the_controller_of_a_random_robot_is_accepted(
     try:
         assert refusal(scenario, task, compile_task(task, scenario.map), tmp_path) == ""
     except ResourceLimitError as limit:  # a strategy may be too large for the checker
+        pytest.skip(str(limit))
+    played()
+
+
+MADE: dict[str, tuple[str, dict[str, str]]] = {
+    "lockstep": ("mixed", {}),
+    "live": ("mixed", {"clock": "live"}),
+    "tracking": ("tracked", {}),
+}
+
+
+@pytest.mark.parametrize("made", MADE)
+@pytest.mark.parametrize("seed", range(FIRST, FIRST + MISSIONS))
+def test_the_run_of_a_random_mission_is_certified(
+    seed: int, made: str, tmp_path: Path, played: Callable[[], None]
+) -> None:
+    family, more = MADE[made]
+    data, _ = loads(lambda number: mission(family, number) | more, seed)
+    scenario = tmp_path / "mission.yaml"
+    scenario.write_text(json.dumps(data | {"coordination": "resynthesis"}))
+    try:
+        assert bundle_of_run(scenario, tmp_path / "bundle").verdict.accepted
+    except ResourceLimitError as limit:  # by beliefs on a large map: no verdict
         pytest.skip(str(limit))
     played()

@@ -14,11 +14,12 @@ import pytest
 from msgspec.structs import replace
 
 from explain.conftest import invoke
-from explain.draws import drawn, drawn_scenario
-from explain.judge import (
+from explain.games import (
     Judge,
     Line,
     as_oracle,
+    drawn,
+    drawn_scenario,
     line_of,
     lines_of,
     never,

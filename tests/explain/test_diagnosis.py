@@ -5,7 +5,7 @@ from random import Random
 
 from msgspec.structs import replace
 
-from explain.draws import drawn_scenario
+from explain.games import drawn_scenario
 from safenav.errors import Verdict
 from safenav.explain.explanation import (
     NoStrategyCause,

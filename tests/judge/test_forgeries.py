@@ -20,7 +20,8 @@ MANY = int(os.environ.get("JUDGE_FORGERIES", "6"))
 NEGATIVE = {"a negative", "completed"}
 
 Forge = Callable[..., Any]
-"""Changes lines, by chance; with a number of a line if it needs one. False: it does not apply."""
+"""Changes lines, by chance; with a number of a line if it needs one. It does not apply if it
+changes nothing, or returns False."""
 FORGERIES: dict[str, Callable[[list[Line], random.Random], bool]] = {}
 
 
@@ -75,11 +76,10 @@ def teleport(lines: list[Line], k: int, chance: random.Random) -> None:
 
 
 @kind("move")
-def through_a_wall(lines: list[Line], k: int, chance: random.Random) -> bool:
+def through_a_wall(lines: list[Line], k: int, chance: random.Random) -> None:
     walls = {*beside(lines, k)} & {*lines[0]["scenario"]["map"]["walls"]}
     if walls:
         goes(lines, k, chance.choice(sorted(walls)))
-    return bool(walls)
 
 
 @kind("move")
@@ -132,14 +132,12 @@ def without_the_capability(lines: list[Line], *_: object) -> None:
 
 
 @kind("resolved")
-def a_further_need(lines: list[Line], *_: object) -> bool:
-    found = lines[0]["scenario"]["obstacles"]
-    for one in found:
+def a_further_need(lines: list[Line], *_: object) -> None:
+    for one in lines[0]["scenario"]["obstacles"]:
         kind, many = one["type"], {"robots": 1, "together": False, "same": False}
         alone = many | {"action": kind["action"], "at": kind["resolve_at"]}
         first = (kind["listed"] or [alone])[0]
         kind["listed"] = [first, first | {"action": "crush"}]
-    return bool(found)
 
 
 @kind("resolved")
@@ -186,14 +184,10 @@ def completed(lines: list[Line], chance: random.Random) -> bool:
 
 
 @kind()
-def before_its_time(lines: list[Line], chance: random.Random) -> bool:
-    found = [
-        one for one in lines[0]["scenario"]["obstacles"] if one.get("appears") or one.get("goes")
-    ]
-    for one in found:
-        key = "appears" if one.get("appears") else "goes"
-        one[key] += chance.randint(1, 3)
-    return bool(found)
+def before_its_time(lines: list[Line], chance: random.Random) -> None:
+    for one in lines[0]["scenario"]["obstacles"]:
+        for key in [key for key in ("appears", "goes") if one.get(key)][:1]:
+            one[key] += chance.randint(1, 3)
 
 
 @kind("appeared", "objective", "service")
@@ -205,13 +199,12 @@ def it_never_comes(lines: list[Line], k: int, _: random.Random) -> bool:
 
 
 @kind()
-def opened_by_the_world(lines: list[Line], chance: random.Random) -> bool:
+def opened_by_the_world(lines: list[Line], chance: random.Random) -> None:
     found = lines[0]["scenario"]["obstacles"]
     if found:
         one = chance.choice(found)
         name = f"{one['type']['name']}@{one['region']}"
         lines.insert(2, {"type": "gone", "tick": 0, "obstacle": name, "cause": "world"})
-    return bool(found)
 
 
 @kind()
@@ -280,10 +273,9 @@ def an_unknown_word(lines: list[Line], chance: random.Random) -> None:
 
 
 @kind()
-def another_order(lines: list[Line], chance: random.Random) -> bool:
+def another_order(lines: list[Line], chance: random.Random) -> None:
     a, b = (chance.randrange(1, len(lines) - 1) for _ in range(2))
     lines[a], lines[b] = lines[b], lines[a]
-    return a != b
 
 
 @kind()
