@@ -99,6 +99,7 @@ HUGE = chunk(b"IHDR", struct.pack(">IIBBBBB", 9000, 9000, 1, 0, 0, 0, 0)) + chun
         (b"P5 2 2 256\n" + b"\1\0" * 4, None),
         (b"\x89PNG\r\n\x1a\n" + chunk(b"teXt", b"\0\0\0\1" * 2) + HUGE, "an image of 9000 x 9000"),
     ],
+    ids=["too many", "a comment", "too bright", "half a pixel", "two bytes", "a late header"],
 )
 def test_an_image_is_what_its_header_announces(data: bytes, words: str | None) -> None:
     """A header that lies would draw another map."""
