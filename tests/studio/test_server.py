@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from once import SCENARIOS
+from safenav import LiveView, load_scenario
 from safenav.errors import UsageError
 from safenav.studio.editor import Editor
 from safenav.studio.server import LARGEST, listening
@@ -99,8 +100,9 @@ def test_a_port_is_taken_before_it_is_served() -> None:
     with listening(None) as first, listening(None) as second:
         taken = first.getsockname()[1]
         assert taken != second.getsockname()[1]
-        with pytest.raises(UsageError, match="cannot listen on port"):
-            listening(taken)
+        view = LiveView(load_scenario(HELLO), port=taken, browser=False)
+        with pytest.raises(UsageError, match="cannot listen on port"), view:
+            pass
 
 
 @pytest.fixture(scope="module")
