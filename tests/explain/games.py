@@ -5,6 +5,7 @@ import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial, reduce
+from itertools import chain
 from random import Random
 from typing import Any
 
@@ -197,19 +198,15 @@ def realizable_together(spec: Specification) -> bool:
     return realizable(with_lines(replace(spec, variables=owned), moved))  # type: ignore[arg-type]
 
 
-def never(spec: Specification) -> Specification:
-    """The same with a goal that is false: realizable iff the assumptions can be broken."""
-    return replace(spec, sys_liveness=(Constant(False),))
-
-
 @dataclass
 class Judge:
-    """One specification and the set of its lines that are a core."""
+    """One specification, and the members of a core, each as lines of it."""
 
     spec: Specification
-    core: Sequence[Line]
+    members: Sequence[Sequence[Line]]
 
     def __post_init__(self) -> None:
+        self.core = [*chain(*self.members)]
         self.assumed = [line for line in lines_of(self.spec) if line[0] not in GUARANTEES]
         self.promised = [line for line in lines_of(self.spec) if line[0] in GUARANTEES]
         self.part = self.with_guarantees(self.core)
@@ -231,7 +228,8 @@ class Judge:
         return not self.solution.realizable()
 
     def minimal(self) -> bool:
-        parts = ([*self.core[:k], *self.core[k + 1 :]] for k in range(len(self.core)))
+        every = self.members
+        parts = (chain(*every[:k], *every[k + 1 :]) for k in range(len(every)))
         return all(realizable(self.with_guarantees(some)) for some in parts)
 
     def suffices_to_omit(self, place: int) -> bool:

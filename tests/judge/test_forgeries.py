@@ -12,9 +12,7 @@ from typing import Any
 import pytest
 
 from judge.oracle import Facts
-from safenav.judge.engine import judge
-from safenav.judge.lines import NotATraceError
-from support.damage import GOOD, Line, live, team, text
+from support.damage import GOOD, Line, believed, live, team, text
 
 MANY = int(os.environ.get("JUDGE_FORGERIES", "6"))
 NEGATIVE = {"a negative", "completed"}
@@ -295,14 +293,6 @@ def a_goal_left_out(lines: list[Line], k: int, _: random.Random) -> None:
     del lines[k]
 
 
-def accepted(lines: list[Line]) -> bool:
-    try:
-        found = judge(text(lines))
-    except NotATraceError:
-        return False
-    return found.ok and found.outcome is not None and not found.notes
-
-
 def harm(lines: list[Line], *, negative: bool) -> str:
     found = [one for one in Facts(lines).harms() if negative or "can be completed" not in one]
     return found[0] if found else ""
@@ -312,7 +302,7 @@ HONEST = {name: read() for name, read in GOOD.items()}
 HONEST = {
     name: lines
     for name, lines in HONEST.items()
-    if len(lines) > 9 and not live(lines) and accepted(lines)
+    if len(lines) > 9 and not live(lines) and believed(text(lines))
 }
 
 
@@ -332,9 +322,8 @@ def test_a_forgery_that_is_accepted_is_harmless(kind: str) -> None:
         if not FORGERIES[kind](lines, chance) or lines == HONEST[name]:
             continue
         made += 1
-        believed = accepted(lines)
-        refused += not believed
-        if believed:
+        refused += not (accepted := believed(text(lines)))
+        if accepted:
             seen = harm(lines, negative=kind in NEGATIVE)
             assert seen == "", f"{name}: {seen}"
     assert made == MANY

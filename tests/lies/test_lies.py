@@ -19,9 +19,7 @@ from certify.making import (
 )
 from once import from_yaml
 from safenav.certify.check import check_bundle
-from safenav.judge.engine import judge
-from safenav.judge.lines import NotATraceError
-from support.damage import Line, damage
+from support.damage import Line, believed, damage
 
 DATA = from_yaml((Path(__file__).parent / "lies.yaml").read_text())
 LIES: dict[str, dict[str, Any]] = {lie["says"]: lie for lie in DATA["lies"]}
@@ -35,18 +33,13 @@ def refused(files: Files) -> str:
     return verdict.reason
 
 
-def believed(files: Files) -> bool:
-    """Whether ``check`` of the trace alone accepts it."""
-    try:
-        judged = judge(files["trace.jsonl"].splitlines(keepends=True))
-    except NotATraceError:
-        return False
-    return judged.ok and judged.outcome is not None and not judged.notes
+def trace_of(files: Files) -> list[bytes]:
+    return files["trace.jsonl"].splitlines(keepends=True)
 
 
 @cache
 def is_honest(name: str) -> bool:
-    return believed(files_of(shipped(name))) and not refused(files_of(shipped(name)))
+    return believed(trace_of(files_of(shipped(name)))) and not refused(files_of(shipped(name)))
 
 
 @pytest.mark.parametrize("says", LIES)
@@ -57,7 +50,7 @@ def test_a_lie_is_refused(says: str) -> None:
     files = with_lines(files, damage(lines_of(files), lie["edits"]))
     files = {name: data for name, data in files.items() if not name.startswith("source/")}
     assert files["trace.jsonl"] != (shipped(lie["of"]) / "trace.jsonl").read_bytes()
-    assert believed(files) is ("trace" in lie)
+    assert believed(trace_of(files)) is ("trace" in lie)
     if lie.get("bundle", True):
         assert lie.get("told", "") in (reason := refused(files)) and reason
 
@@ -112,7 +105,7 @@ def test_a_name_is_never_code(who: str, tmp_path: Path) -> None:
     ]
     files = with_lines(files, damage(lines_of(files), edits))
     if who == "check":
-        assert not believed(files)
+        assert not believed(trace_of(files))
     elif who == "check of a bundle":
         assert refused(files)
     else:
