@@ -56,18 +56,22 @@ def time(e: Line, s: State) -> Iterator[str]:
 @rule("goal")
 def goal(e: Line, s: State) -> Iterator[str]:
     """A robot that meets a target is in its region; the goals of formulas are met by its last
-    step, or by staying."""
+    step, or by staying, each once."""
     robot = s.robots[e.robot]
     own, given, here = robot.own, robot.given, robot.pose[0]
     if e.region != here:
         yield f"{e.robot} is at {s.show(here)}, not at {s.show(e.region)}"
         return
+    if robot.bound is not None:
+        yield f"{e.robot} is in transit to {s.show(robot.bound)}"
     if own.kind == "ltl" and given.serves(own) and not (own.formulas and own.formulas.goals):
         yield NotJudged(f"whether {e.robot} meets the goals of its formulas: too many memories")
     served = [one for one in (own, given) if one.kind != "ltl"]
     there = any(e.goal < one.count and here in one.targets[e.goal] for one in served)
     if not (counts(e, robot) or there) and (given.kind != "ltl" or given.serves(own)):
         yield f"{s.show(here)} is not target {e.goal} of {e.robot}"
+    elif own.kind == "ltl" and robot.met.get(e.goal) == e.tick and counts(e, robot):
+        yield f"{e.robot} counts goal {e.goal} of its formulas twice for one step"
     elif counts(e, robot) and given.serves(own):
         most = robot.progress.rounds(own, e.tick) + 1
         if not own.settles and e.round > most:

@@ -20,7 +20,9 @@ def after(e: Line, s: State) -> None:
     by_hand = e.cause in ("user", "world") and e.kind != "order"
     s.hands += bool(by_hand or e.user or e.kind == "operator")
     if e.robot is not None:
-        _robot(e, s.robots[e.robot], s)
+        robot = s.robots[e.robot]
+        _robot(e, robot, s)
+        robot.progress.passes(robot.own, robot.pose[0])
     if isinstance(e.obstacle, str):
         _obstacle(e, s.obstacles[e.obstacle], s)
     match e.kind:
@@ -80,8 +82,10 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
                 robot.kept = robot.kept or robot.progress
             elif e.cause == "input" and robot.kept is not None:
                 fresh.turn, fresh.ahead = robot.kept.turn, robot.kept.ahead
+                fresh.passed = robot.kept.passed
             robot.kept = robot.kept if e.cause != "input" or away else None
             robot.own, robot.progress, robot.first = e.objective, fresh, None
+            robot.met.clear()
             robot.given = e.objective if e.at_once else robot.given
             robot.clock.within, robot.clock.begun = e.within, e.tick
             robot.clock.before = robot.clock.over = False
@@ -130,6 +134,7 @@ def _moved(e: Line, robot: Robot, s: State) -> None:
     robot.holds, robot.bound, robot.before = step.holds, step.bound, here
     robot.lost = e.kind == "arrive" and bool(e.regions)
     robot.moved = e.tick if e.kind == "move" else robot.moved
+    robot.met.clear()
     if e.kind != "depart":
         _memories(robot, here, s)
     if e.kind == "move":
@@ -205,8 +210,10 @@ def _goal(e: Line, robot: Robot, s: State) -> None:
     elif own.ends:
         progress.ahead += e.goal == progress.ahead
         _stands(e, robot, s)
-    elif own.in_turn and (not progress.goals or progress.turn == e.goal):
+    elif own.in_turn and progress.may_count(own, e.goal):
         progress.goals, progress.turn = progress.goals + 1, (e.goal + 1) % own.count
+        progress.passed = 0
+    robot.met[e.goal] = e.tick
     if progress.rounds(own, e.tick) > rounds and not own.settles:
         robot.clock.restart(e.tick)
 
@@ -224,19 +231,20 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
     match e.kind:
         case "violation":
             one.known = True
+            _due(e, one, s)
             if s.external and not one.present:
                 one.begin()
                 one.known = True
-        case "order":
-            one.known = True
-            s.orders.add(one.name)
-        case "request" if one.within is not None and not s.live:
-            if one.name not in s.missed:
-                s.dues.setdefault(one.name, e.tick + one.within)
+        case "request":
+            _due(e, one, s)
         case "appeared":
             one.begin()
             s.orders.discard(one.name)
             s.dues.pop(one.name, None)
+            if one.ordered:  # a missing line does not hide that it is to be done, and in time
+                one.known = True
+                s.orders.add(one.name)
+                _due(e, one, s)
             listed = [each for each in s.coming if each.name == one.name]
             if listed and e.cause != "user":
                 s.coming.remove(listed[0])
@@ -277,12 +285,20 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
             one.declared = True
 
 
+def _due(e: Line, one: Obstacle, s: State) -> None:
+    """Begin the deadline of an obstacle with its first request."""
+    if one.within is not None and not s.live and one.name not in s.missed:
+        s.dues.setdefault(one.name, e.tick + one.within)
+
+
 def _restart_rounds(tick: int, s: State) -> None:
     for robot in s.robots.values():
         progress = robot.progress
         robot.progress = Progress(counts=(0,) * robot.own.count)
         robot.progress.turn, robot.progress.ahead = progress.turn, progress.ahead
+        robot.progress.passed = progress.passed
         robot.clock.restart(tick)
+        robot.met.clear()
         s.stand(robot)
 
 

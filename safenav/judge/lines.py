@@ -247,7 +247,7 @@ OBJECTS = {
     }.items()
 }
 _MOVED = "robot from:int to:int heading:heading"
-_CAUSE = "cause:scenario|world|user|input|battery"
+_CAUSE = "cause:scenario|world|user"
 _ENDS = (
     "explanation proof?:proof cause?:no_capable_robot|cyclic_requests|unrealizable|deadlock"
     "|never_resolvable|out_of_service"
@@ -276,7 +276,7 @@ KINDS = {
         "violation": "robot obstacle",
         "request": "obstacle",
         "discovered": "obstacle:obstacle",
-        "appeared": f"obstacle {_CAUSE}",
+        "appeared": f"obstacle {_CAUSE}|battery",
         "gone": f"obstacle {_CAUSE}",
         "order": f"obstacle {_CAUSE}",
         "truth": f"obstacle {_CAUSE} traversable:bool",
@@ -285,9 +285,10 @@ KINDS = {
         "blocked": "obstacle robots:str!"
         " reason:untraversable|no_capable_robot|unresolvable|operator",
         "reopened": "obstacle",
-        "objective": f"robot objective:objective at_once:bool {_CAUSE} within?:count",
+        "objective": "robot objective:objective at_once:bool cause:scenario|user|input"
+        " within?:count",
         "inputs": "values:bool~ user?:str*",
-        "service": f"robot active:bool {_CAUSE}",
+        "service": f"robot active:bool {_CAUSE}|battery",
         "operator": "intervention:resolved|permanent|put_back|out_of_service|objective|added"
         "|give_up robot? obstacle? region?:int heading?:heading",
         "goal": "robot goal:count region:int round:count",

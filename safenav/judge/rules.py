@@ -89,9 +89,17 @@ def mobility(e: Line, s: State) -> Iterator[str]:
         yield f"{e.robot} faces {step.heading} after it faced {faced} and went {side or 'nowhere'}"
 
 
-@rule("move")
+@rule("move", "outcome")
 def pace(e: Line, s: State) -> Iterator[str]:
-    """In ticks a robot has one move each tick, and a step takes the ticks that its model states."""
+    """In ticks each robot has one move each tick, and a step takes the ticks that its model
+    states."""
+    if not s.live:
+        whole = e.kind == "outcome" and e.outcome in ("completed", "tick_limit")
+        for name in s.names:
+            if s.robots[name].moved < e.tick - 1 + whole:
+                yield f"{name} has no move in tick {s.robots[name].moved + 1}"
+    if e.kind == "outcome":
+        return
     robot, takes = s.robots[e.robot], s.robots[e.robot].data.timing
     if e.tick != robot.moved + 1:
         yield f"{e.robot} moves in tick {e.tick} after its move of tick {robot.moved}"
@@ -263,6 +271,14 @@ def _group(e: Line, one: Obstacle, number: int, s: State) -> Iterator[str]:
             yield f"{name} carries {loads[0]}, and takes {one.name} as well"
 
 
+@rule("discovered")
+def listed(e: Line, s: State) -> Iterator[str]:
+    """In ticks, an obstacle that the scenario of a simulated world does not list appears during the
+    run."""
+    if e.obstacle.appears is None and not (s.external or s.live):  # live: a lost robot is one
+        yield f"the scenario has no {e.obstacle.name}"
+
+
 @rule("appeared", "gone", "order", "truth")
 def timetable(e: Line, s: State) -> Iterator[str]:
     """Obstacles appear, disappear and are ordered as the scenario says, by a user, or by a world
@@ -275,6 +291,10 @@ def timetable(e: Line, s: State) -> Iterator[str]:
     if e.cause == "world" and not (s.external or s.live):
         yield f"a simulated world changes {one.name}, which the scenario does not"
     if e.kind == "truth":
+        again = [each for each in s.scenario.obstacles if each.name == one.name]
+        stated = (each.traversable for each in again if (each.appears or now + 1) <= now)
+        if e.cause == "scenario" and e.traversable not in stated:
+            yield f"the scenario does not state that {one.name} is {e.traversable} at {now:g}"
         return
     if (e.kind == "appeared") is one.present:
         yield f"{one.name} has {e.kind}, but it is {'present' if one.present else 'absent'}"
@@ -312,12 +332,17 @@ def changes(e: Line, s: State) -> Iterator[str]:
         if unknown := e.values.keys() - s.inputs.keys():
             yield f"there is no input {', '.join(sorted(unknown))}"
         return
+    robot = s.robots[e.robot]
     if e.cause == "scenario" and not any(s.applies(one, e) for one in s.changes):
         yield f"the scenario lists no such change of {e.robot} at {s.now(e):g}"
-    elif e.kind == "objective" and e.cause == "input" and e.objective != _by_inputs(e.robot, s):
-        yield f"the inputs do not give {e.robot} that objective"
+    elif e.cause == "input":
+        own, within = robot.data.objective, None if s.away(e.robot) else robot.data.within
+        if e.objective != _by_inputs(e.robot, s) or (e.objective == own and e.within != within):
+            yield f"the inputs do not give {e.robot} that objective"
     elif e.cause == "world" and not (s.external or s.live):
         yield f"a simulated world changes the service of {e.robot}"
+    elif e.cause == "battery" and not (e.active or _is_empty(robot, s, s.now(e))):
+        yield f"{e.robot} is out of service, but its charge is not used up"
 
 
 def _by_inputs(robot: str, s: State) -> Line:
@@ -330,8 +355,9 @@ def _by_inputs(robot: str, s: State) -> Line:
 
 @rule("move", "depart", "outcome")
 def due_changes(e: Line, s: State) -> Iterator[str]:
-    """A simulated world applies each appearance, change and input of the scenario at its time."""
-    first = e.kind == "depart" or e.robot == s.names[0]
+    """A simulated world lets obstacles appear and disappear, and applies changes and inputs, at
+    the times of the scenario."""
+    first = e.kind != "move" or e.robot == s.names[0]
     if s.external or not first or (e.kind == "outcome" and e.outcome != "completed"):
         return
     now = s.now(e)
@@ -345,6 +371,9 @@ def due_changes(e: Line, s: State) -> Iterator[str]:
             and (one.ordered or not _taken(one.region, now, s))
         ):
             yield f"{one.name} does not appear by {now:g}"
+    for one in s.obstacles.values():
+        if one.open and one.goes is not None and one.goes <= now - s.live * 1e-9:
+            yield f"{one.name} does not disappear by {now:g}"
     for change in s.changes:
         if change.at > now or (s.live and change.at >= now):
             break
@@ -352,12 +381,11 @@ def due_changes(e: Line, s: State) -> Iterator[str]:
             yield f"{change.robot} does not get its objective of {change.at}"
         elif change.active is s.robots[change.robot].out and not (s.live and s.hands):
             yield f"the service of {change.robot} does not change at {change.at}"
-    if s.live or e.kind != "move":
-        return
     for each in s.scenario.inputs:
-        on = any(first <= e.tick <= last for first, last in each.spans)
-        if each.name not in s.by_user and s.inputs[each.name] is not on:
-            yield f"{each.name} must be {'on' if on else 'off'} in tick {e.tick}"
+        on = any(first <= now < last + 1 for first, last in each.spans)
+        changes = s.live and any(now in (first, last + 1) for first, last in each.spans)
+        if each.name not in s.by_user and s.inputs[each.name] is not on and not changes:
+            yield f"{each.name} must be {'on' if on else 'off'} at {now:g}"
 
 
 def _taken(region: int, now: float, s: State) -> bool:
@@ -377,6 +405,17 @@ def obeys_inputs(e: Line, s: State) -> Iterator[str]:
     judged = robot.data.when and e.robot not in listed and not s.hands
     if judged and robot.own != _by_inputs(e.robot, s):
         yield f"{e.robot} has another objective than the inputs give it"
+
+
+@rule("told", "push")
+def duties(e: Line, s: State) -> Iterator[str]:
+    """A robot has another objective than its own only while an obstacle is known that is not
+    resolved."""
+    told = {e.robot: e.objective} if e.kind == "told" else e.objectives
+    others = [name for name, objective in told.items() if not objective.serves(s.robots[name].own)]
+    every = s.obstacles.values()
+    if others and not any(one.present and (one.known or e.obstacle == one.name) for one in every):
+        yield f"{others[0]} gets another objective, but nothing is to be resolved"
 
 
 @rule("blocked", "reopened")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import takewhile
 from typing import Any, NamedTuple
 
@@ -15,12 +15,14 @@ from safenav.judge.world import World
 @dataclass
 class Progress:
     """Progress of a robot with its own objective since the last resolution. ``goals``: the goals
-    met in turn; ``turn``: the next target (None: any); ``seen``: those of a round of ``cover``;
+    met in turn; ``turn``: the next target (None: the first), ``passed``: how many from it on the
+    robot has passed, in turn, since it counted one; ``seen``: those of a round of ``cover``;
     ``counts``: how often each was met; ``ahead``: targets of ``once``;
     ``stayed``: ticks at the last target, and ``since`` when the robot stands there."""
 
     goals: int = 0
     turn: int | None = None
+    passed: int = 0
     seen: frozenset[int] = frozenset()
     covered: int = 0
     counts: tuple[int, ...] = ()
@@ -41,6 +43,21 @@ class Progress:
 
     def ended(self, own: Objective) -> bool:
         return own.ends and self.ahead >= own.count
+
+    def passes(self, own: Objective, region: int) -> None:
+        """Note the targets that the robot is at, if they are the next ones."""
+        while own.in_turn and self.passed < own.count:
+            if region not in own.targets[((self.turn or 0) + self.passed) % own.count]:
+                return
+            self.passed += 1
+
+    def may_count(self, own: Objective, target: int) -> bool:
+        """Return whether a target may be the next that counts: the first one of a round also if
+        those before it were passed on a duty."""
+        turn = self.turn or 0
+        if self.goals:
+            return target == turn
+        return own.strict or (target - turn) % own.count <= self.passed
 
 
 @dataclass
@@ -66,7 +83,8 @@ class Robot:
     ``memories``: those that its formulas may have (None: not followed); ``stands``: live, since
     when it uses its ``charge`` without a step; ``filled``: its battery was replaced; ``kept``: its
     progress with the objective that it resumes after an input; ``first``: the target with which
-    its strategy begins; ``acts``: the action in which it takes part."""
+    its strategy begins; ``acts``: the action in which it takes part; ``met``: the goals of its
+    formulas that its last step has met, each with its tick."""
 
     name: str
     data: Line
@@ -90,6 +108,7 @@ class Robot:
     kept: Progress | None = None
     first: int | None = None
     acts: Line | None = None
+    met: dict[int, int] = field(default_factory=dict)
 
     @property
     def faces(self) -> bool:
@@ -274,6 +293,7 @@ class State:
         self.zones = [(zone.robots, zone.regions) for zone in h.never_together]
         for robot in self.robots.values():
             self.stand(robot)
+            robot.progress.passes(robot.own, robot.pose[0])
 
     def _robot(self, data: Line) -> Robot:
         (region, heading), own = data.start, data.objective
@@ -392,8 +412,9 @@ class State:
         """Return whether a line applies a change of the scenario."""
         if change.robot != e.robot or e.cause != "scenario" or change.at > self.now(e):
             return False
-        what = "active" if e.kind == "service" else "objective"
-        return bool(getattr(change, what) == getattr(e, what))
+        if e.kind == "service":
+            return bool(change.active == e.active)
+        return bool(change.objective == e.objective and change.within == e.within)
 
     def has_deadline(self, of: str) -> bool:
         """Return whether the scenario sets a deadline for the mission, a robot's rounds or an

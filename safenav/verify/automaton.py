@@ -6,7 +6,7 @@ first fault found is also one of the nearest.
 
 from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property, lru_cache
-from itertools import chain, compress
+from itertools import chain, compress, repeat
 from operator import not_
 from typing import Any
 
@@ -152,13 +152,18 @@ class Edges:
     There may be millions, so their ends are two flat lists, and pairs are made on demand."""
 
     def __init__(self, nodes: Sequence[int], transitions: Sequence[Sequence[int]]) -> None:
-        self._nodes, self._transitions = nodes, transitions
-        self.sources = [node for node in nodes for _ in transitions[node]]
-        self.targets = [target for node in nodes for target in transitions[node]]
+        self._nodes = nodes
+        self._successors = [transitions[node] for node in nodes]
+        lengths = map(len, self._successors)
+        self.sources = list(chain.from_iterable(map(repeat, nodes, lengths)))
+        self.targets = list(chain.from_iterable(self._successors))
         self.ends = self.sources, self.targets
 
     def __len__(self) -> int:
         return len(self.targets)
+
+    def __getitem__(self, index: int) -> Edge:
+        return self.sources[index], self.targets[index]
 
     def __iter__(self) -> Iterator[Edge]:
         return zip(self.sources, self.targets, strict=True)
@@ -166,9 +171,9 @@ class Edges:
     def by_node(self) -> Iterator[tuple[int, Sequence[int], int]]:
         """Yield each node with its successors and the index of its first edge."""
         first = 0
-        for node in self._nodes:
-            yield node, self._transitions[node], first
-            first += len(self._transitions[node])
+        for node, targets in zip(self._nodes, self._successors, strict=True):
+            yield node, targets, first
+            first += len(targets)
 
     def flags(self, plane: int) -> bytes:
         """Return for each edge 1 if it is in the set, else 0."""

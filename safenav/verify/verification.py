@@ -136,7 +136,7 @@ def _failures(automaton: Automaton, counter: bool) -> Iterator[Failure]:
     for fault, against in zip(_OF_EDGES, automaton.against, strict=False):
         for clause, edges in against:
             if edges:
-                source, target = (end[first_row(edges)] for end in automaton.edges.ends)
+                source, target = automaton.edges[first_row(edges)]
                 detail = f"to {_node_in_words(automaton, target)}"
                 yield _failure(automaton, fault, source, clause, target, detail=detail)
     yield from (_answer_failures if counter else _input_failures)(automaton)

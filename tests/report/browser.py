@@ -39,6 +39,8 @@ class Browser:
             options.add_argument(argument)
         options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
         self.driver = webdriver.Chrome(options=options, service=Service(driver))
+        # Without it a page has no focus for a while after a question of the browser.
+        self.driver.execute_cdp_cmd("Emulation.setFocusEmulationEnabled", {"enabled": True})
 
     def open(
         self,
@@ -105,7 +107,6 @@ class Browser:
     def press(self, *keys: str) -> None:
         """Keys as a reader presses them, wherever the focus is."""
         actions = webdriver.ActionChains(self.driver)
-        actions.reset_actions()  # a question of the browser keeps the keys that raised it
         held = keys[:-1]
         for key in held:
             actions.key_down(key)

@@ -16,6 +16,7 @@ from safenav.trace.file import read_trace
 
 CELL = 40.0  # side of a region in the page, see front/src/camera.ts
 PHONE = {"width": 390, "height": 844}
+DESK = {"width": 1440, "height": 900}
 
 
 def view(browser: Browser) -> tuple[float, ...]:
@@ -317,25 +318,51 @@ def test_the_page_shows_loads_charges_and_requirements(browser: Browser) -> None
     assert browser.errors() == []
 
 
-NAMES = """
+Box = dict[str, float]
+
+
+def boxes(browser: Browser, selector: str) -> dict[str, Box]:
+    """The rectangle on the screen of each text, by its text."""
+    script = """
+        return Object.fromEntries([...document.querySelectorAll(arguments[0])].map((text) => {
+            const {left, top, right, bottom} = text.getBoundingClientRect();
+            const size = parseFloat(getComputedStyle(text).fontSize) * text.getScreenCTM().a;
+            return [text.dataset.name ?? text.textContent, {left, top, right, bottom, size}];
+        }))
+    """
+    found: dict[str, Box] = browser.run(script, selector)
+    return found
+
+
+def apart(a: Box, b: Box) -> bool:
+    across = a["right"] <= b["left"] or b["right"] <= a["left"]
+    return across or a["bottom"] <= b["top"] or b["bottom"] <= a["top"]
+
+
+REGIONS = """
     const run = JSON.parse(document.getElementById("run").textContent);
     const {a, e, f} = document.querySelector("svg.floor").getScreenCTM(), side = 40 * a;
     const named = {...run.areas};
     for (const [region, name] of Object.entries(run.names)) named[name] = [Number(region)];
-    const holds = (region, x, y) => {
-        const left = e + region % run.cols * side, top = f + Math.floor(region / run.cols) * side;
-        return left <= x && x <= left + side && top <= y && y <= top + side;
-    };
-    return [...document.querySelectorAll(".words .names text")].map((text) => {
-        const {left, top, right, bottom} = text.getBoundingClientRect();
-        const name = text.dataset.name ?? text.textContent;
-        const size = parseFloat(getComputedStyle(text).fontSize) * text.getScreenCTM().a;
-        const inside = [left + 1, right - 1].every((x) => [top + 3, bottom - 3].every(
-            (y) => named[name].some((region) => holds(region, x, y))));
-        const lowest = f + (Math.floor(Math.max(...named[name]) / run.cols) + 1) * side;
-        return {name, left, top, right, bottom, size, inside, lowest};
-    });
+    return Object.fromEntries(Object.entries(named).map(([name, regions]) => [name,
+        regions.map((region) => [e + region % run.cols * side,
+                                 f + Math.floor(region / run.cols) * side, side])]));
 """
+
+
+def inside(box: Box, regions: list[list[float]]) -> bool:
+    """Whether the corners of a text are in its own regions (left, top and side on the screen)."""
+    corners = [
+        (x, y)
+        for x in (box["left"] + 1, box["right"] - 1)
+        for y in (box["top"] + 3, box["bottom"] - 3)
+    ]
+    return all(
+        any(left <= x <= left + side and top <= y <= top + side for left, top, side in regions)
+        for x, y in corners
+    )
+
+
 LOUDEST = """
     const told = {};
     for (const [tick, kind, text] of JSON.parse(document.getElementById("run").textContent).events)
@@ -346,25 +373,26 @@ LOUDEST = """
 
 def test_all_names_are_legible_and_none_lies_over_another(browser: Browser) -> None:
     """Two lines of words cover no region: they covered the last row of tall maps."""
-    desk = {"width": 1440, "height": 900}
-    browser.open(page_of("clinic"), **desk)
-    names = browser.run(NAMES)
+    browser.open(page_of("clinic"), **DESK)
+    names = boxes(browser, ".words .names text")
     assert len(names) == 20  # 18 regions and 2 areas
+    regions = browser.run(REGIONS)
     frame = browser.one(".map").rect
-    for text in names:
-        assert text["size"] > 8.99, text  # the least size is 9, in coordinates that are rounded
-        assert text["inside"], f"{text} stands in another region"
-        assert text["left"] >= frame["x"] - 1
-        assert text["right"] <= frame["x"] + frame["width"] + 1
-    for a, b in combinations(names, 2):
-        across = a["right"] <= b["left"] or b["right"] <= a["left"]
-        assert across or a["bottom"] <= b["top"] or b["bottom"] <= a["top"], (a, b)
-    assert browser.all(".map > .words ~ .motion"), "a robot covers the name of its region"
+    for name, box in names.items():
+        assert box["size"] > 8.99, name  # the least size is 9, in coordinates that are rounded
+        assert inside(box, regions[name]), f"{name} stands in another region"
+        assert box["left"] >= frame["x"] - 1 and box["right"] <= frame["x"] + frame["width"] + 1
+    pairs = combinations(names.items(), 2)
+    assert [(one, other) for (one, a), (other, b) in pairs if not apart(a, b)] == []
+    script = "return [...document.querySelectorAll('.map > svg')].map(s => s.classList[0])"
+    layers = browser.run(script)
+    assert layers.index("words") < layers.index("motion"), "a robot covers the name of its region"
 
-    browser.open(page_of("clinic"), f"#tick={browser.run(LOUDEST)}", **desk)
+    browser.open(page_of("clinic"), f"#tick={browser.run(LOUDEST)}", **DESK)
     words = browser.one(".story").rect
     assert words["height"] > 40
-    assert max(text["lowest"] for text in browser.run(NAMES)) <= words["y"] + 1
+    lowest = max(top + side for areas in browser.run(REGIONS).values() for _, top, side in areas)
+    assert lowest <= words["y"] + 1
     assert not browser.errors()
 
 

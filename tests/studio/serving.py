@@ -17,9 +17,6 @@ from threading import Thread
 from typing import Any
 from urllib.request import Request, urlopen
 
-from safenav.run.checked import check_trace
-from safenav.trace.file import Trace, read_bytes
-
 ROOT = Path(__file__).parents[2]
 SCENARIOS = ROOT / "scenarios"
 MINUTES = 60.0
@@ -132,9 +129,3 @@ class Page:
     def get(self, path: str, body: bytes | None = None) -> bytes:
         with urlopen(Request(self.address + path, body), timeout=MINUTES) as response:
             return bytes(response.read())
-
-    def trace(self) -> Trace:
-        """Save the trace, which the judge must accept."""
-        found = read_bytes(self.get("save/trace"))
-        assert check_trace(found).findings == ()
-        return found

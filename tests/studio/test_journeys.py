@@ -18,9 +18,11 @@ from once import SCENARIOS, beside, trace_of_shipped
 from report.browser import Browser, Keys
 from runtime.worlds import Driven
 from safenav import LiveView, Mission, load_scenario
+from safenav.errors import UsageError
+from safenav.run.checked import check_trace
 from safenav.run.reading import run_of
 from safenav.scenario.reading.loader import load_scenario_text
-from safenav.trace.file import read_bytes
+from safenav.trace.file import Trace, read_bytes
 from safenav.trace.records import Appeared, Inputs, Resolved
 from safenav.trace.vocabulary import ChangeCause
 from studio.board import Board
@@ -32,6 +34,13 @@ DOOR = (SCENARIOS / "case_study_1.yaml").read_text()
 HOUSE = beside(__file__, "scenarios/house.yaml")
 WARD = "areas: {ward: {rows: 1-3, columns: 5-7}}\n"
 DEN = 10
+
+
+def sound(page: Page) -> Trace:
+    """The trace that a page saves, which the judge accepts."""
+    trace = read_bytes(page.get("save/trace"))
+    assert check_trace(trace).findings == ()
+    return trace
 
 
 @pytest.mark.slow
@@ -76,7 +85,7 @@ def test_case_study_1_is_drawn_run_changed_and_undone(browser: Browser, tmp_path
         browser.driver.refresh()
         browser.wait(lambda: browser.all(".clock"), lacks="the run, which the page showed before")
         board.complete()
-        trace = board.trace()
+        trace = sound(board)
         assert b"</html>" in board.get("save/replay")
     (appeared,) = (record for record in trace.records if isinstance(record, Appeared))
     assert (appeared.obstacle, appeared.cause) == ("door@44", ChangeCause.USER)
@@ -309,7 +318,7 @@ def test_a_user_orders_work_and_sets_an_input(browser: Browser, tmp_path: Path) 
         board.click(10)
         browser.one('[role="switch"][aria-label="alarm"]').click()
         board.complete()
-        trace = board.trace()
+        trace = sound(board)
     assert [r.values["alarm"] for r in trace.records if isinstance(r, Inputs)] == [True, False]
     assert [r.obstacle for r in trace.records if isinstance(r, Appeared)] == ["parcel@10"]
     assert [r.robot for r in trace.records if isinstance(r, Resolved)] == ["digit"]
@@ -380,6 +389,13 @@ def test_a_page_that_heard_each_tick_shows_what_a_late_one_shows(
         first = shown()
         browser.open(view.address)
         assert len({*first}) > 5 and shown() == first
+
+
+def test_a_port_in_use_is_refused() -> None:
+    with LiveView(SHIPPED, browser=False) as view:
+        port = int(view.address.split(":")[2].split("/")[0])
+        with pytest.raises(UsageError), LiveView(SHIPPED, port=port, browser=False):
+            pass
 
 
 SEQUENCES = int(os.environ.get("SAFENAV_FUZZ", "0")) // 25 or 3
@@ -455,7 +471,7 @@ def _session(page: Page, chance: random.Random) -> None:
     states = [m["state"] for m in page.heard if m.get("state")]
     assert all(state["failure"] is None for state in states), states
     if _something_to_save(page.heard):
-        page.trace()
+        sound(page)
 
 
 def _something_to_save(heard: list[dict[str, Any]]) -> bool:
