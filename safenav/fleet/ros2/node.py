@@ -99,12 +99,10 @@ CancelReply = _message("action_msgs/srv/CancelGoal_Response")
 NAVIGATE = "nav2_msgs/action/NavigateToPose_"
 NavigateGoal = _message(NAVIGATE + "Goal")
 NavigateResult = _message(NAVIGATE + "Result")
-NavigateFeedback = _message(NAVIGATE + "Feedback")
 NavigateRequest = _message(NAVIGATE + "SendGoal_Request")
 NavigateReply = _message(NAVIGATE + "SendGoal_Response")
 ResultRequest = _message(NAVIGATE + "GetResult_Request")
 ResultReply = _message(NAVIGATE + "GetResult_Response")
-FeedbackMessage = _message(NAVIGATE + "FeedbackMessage")
 
 TriggerRequest = _message("std_srvs/srv/Trigger_Request")
 TriggerReply = _message("std_srvs/srv/Trigger_Response")
