@@ -8,38 +8,41 @@ import json
 import signal
 import tempfile
 import traceback
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
+from random import Random
 from typing import Any
 
-from campaigns.judge.log import Walk, verdict
+from campaigns.judge.log import Walk, judge_log
 from campaigns.judge.mission import NotJudgedError, judged_mission
-from campaigns.judge.replay import Replay, judge_outcome, told_by_signals
-from campaigns.operator import Operator
+from campaigns.judge.trace import broken_promises, judge_trace, told_by_signals
 from campaigns.world import FaultyWorld
 from runtime.worlds import Driven
 from safenav import Mission
 from safenav.certify import bundle as writing
-from safenav.errors import InputError, ResourceLimitError, SafenavError, UsageError
+from safenav.errors import InputError, ResourceLimitError, UsageError
 from safenav.files import json_line
 from safenav.run.checked import check_trace
 from safenav.runtime.run.checkpoint import resumption
 from safenav.runtime.run.mission import default_synthesizer
+from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.synthesis.cache import Cache
 from safenav.trace.file import as_data, read_bytes
+from safenav.world.poses import Mobility
 
 MOST_PASSES = 20_000
 LIMITS = ("tick_limit", "time_limit", "search_limit")
 Words = Sequence[tuple[int, str]]
+"""Interventions, each with its pass."""
 
 
 @dataclass
 class Played:
-    """``found``: findings; ``given``: interventions, each with its pass; ``walk``: the log of a
-    faulty world, followed; ``undecided``: the judge of outcomes could not decide."""
+    """``found``: findings; ``walk``: the log of a faulty world, followed; ``undecided``: the judge
+    of outcomes could not decide."""
 
     outcome: str = "no outcome"
     found: list[str] = field(default_factory=list)
@@ -56,29 +59,42 @@ class Played:
         pursues another objective until a limit."""
         return any(word.startswith("input") and " on" in word for _, word in self.given)
 
+    def hear(self, record: Any) -> None:
+        self.lines.append(json_line(as_data(record)))
+
+    @contextmanager
+    def watched(self, what: str, seconds: float) -> Iterator[None]:
+        """Make errors, and more than this many seconds of CPU time or six times as many of wall
+        time, findings."""
+
+        def over(*_: object) -> None:
+            raise SlowError(f"no end after {seconds} s")
+
+        timers = {signal.ITIMER_PROF: (signal.SIGPROF, seconds)}
+        timers[signal.ITIMER_REAL] = signal.SIGALRM, 6 * seconds
+        former = {kind: signal.signal(kind, over) for kind, _ in timers.values()}
+        try:
+            for timer, (_, limit) in timers.items():
+                signal.setitimer(timer, limit)
+            yield
+        except ResourceLimitError:
+            raise
+        except Exception as error:
+            if isinstance(error, UsageError) and not self.passes:
+                raise InputError(()) from error  # not for runs in time
+            where = traceback.extract_tb(error.__traceback__)[-3:]
+            way = " < ".join(f"{w.filename.split('/')[-1]}:{w.lineno}" for w in where[::-1])
+            how = "slow" if isinstance(error, SlowError) else what
+            self.found.append(f"{how}: {type(error).__name__} {str(error)[-300:]} ({way})")
+        finally:
+            for timer in timers:
+                signal.setitimer(timer, 0)
+            for kind, handler in former.items():
+                signal.signal(kind, handler)
+
 
 class SlowError(Exception):
     pass
-
-
-@contextmanager
-def limited(seconds: float) -> Iterator[None]:
-    """Raise SlowError after this many seconds of CPU time, or six times as many of wall time."""
-
-    def over(*_: object) -> None:
-        raise SlowError
-
-    former = {kind: signal.signal(kind, over) for kind in (signal.SIGALRM, signal.SIGPROF)}
-    timers = {signal.ITIMER_REAL: 6 * seconds, signal.ITIMER_PROF: seconds}
-    for timer, limit in timers.items():
-        signal.setitimer(timer, limit)
-    try:
-        yield
-    finally:
-        for timer in timers:
-            signal.setitimer(timer, 0)
-        for kind, handler in former.items():
-            signal.signal(kind, handler)
 
 
 def play(
@@ -98,56 +114,41 @@ def play(
     ``blocking``: the world is behind calls, and the run does not know its state. Raises InputError
     for a scenario that is refused."""
     scenario = load_scenario_text(json.dumps(dict(data)))
-    played = Played()
-    live = data.get("clock") == "live"
-    world: Any = FaultyWorld(scenario, seed, faults) if live and faults is not None else None
+    played, live = Played(), data.get("clock") == "live"
+    faulty = FaultyWorld(scenario, seed, faults) if live and faults is not None else None
     hand = Operator(scenario, data, seed) if operator is True else None
     words = operator if isinstance(operator, Sequence) else ()
     with tempfile.TemporaryDirectory() as folder:
-        cache = Cache(Path(folder) / "cache")
-        synthesizer = default_synthesizer(scenario, cache=cache)
+        synthesizer = default_synthesizer(scenario, cache=Cache(Path(folder) / "cache"))
         mission = Mission(
             scenario,
             synthesizer,
-            world=Driven(scenario) if blocking else world,
-            listeners=[_listener(played.lines)],
+            world=Driven(scenario) if blocking else faulty,
+            listeners=[played.hear],
             attended=live and (attended or (hand is not None and hand.attends)),
         )
+        said = hand.words if hand else lambda _: [w for k, w in words if k == played.passes]
         try:
-            with limited(patience):
-                mission = _run(mission, hand or words, played, kill)
-            assert mission.result is not None
-            played.outcome = mission.result.outcome.value
-        except SlowError:
-            played.found.append(f"slow: no end after {patience} s")
-        except UsageError as error:
-            if not played.lines:
-                raise InputError(()) from error  # not for runs in time
-            played.found.append(f"refused: {error}")
+            with played.watched("crash", patience):
+                _run(mission, said, played, kill)
         except ResourceLimitError:
             played.undecided = True
             return played
-        except Exception as error:
-            played.found.append(f"crash: {_crash(error)}")
-        _judge(data, played, world)
+        _judge(data, played, faulty)
         if certified and not played.found and played.outcome != "interrupted":
             trace = "".join(played.lines).encode()
             try:
-                with limited(patience):
+                with played.watched("certify", patience):
                     writing.make_bundle(Path(folder) / "bundle", trace, {}, synthesizer)
             except ResourceLimitError:
                 pass  # no verdict
-            except (SlowError, SafenavError) as error:
-                played.found.append(f"certify: {type(error).__name__} {str(error)[-300:]}")
     return played
 
 
-def _listener(lines: list[str]) -> Any:
-    return lambda record: lines.append(json_line(as_data(record)))
-
-
-def _run(mission: Mission, hand: Operator | Words, played: Played, kill: int | None) -> Mission:
-    """Play a mission to its end; return it, or the one that has resumed it."""
+def _run(
+    mission: Mission, said: Callable[[Mission], list[str]], played: Played, kill: int | None
+) -> None:
+    """Play a mission to its end, or cut it off and play the one that resumes it."""
     mission.start()
     while mission.result is None:
         played.passes += 1
@@ -156,51 +157,48 @@ def _run(mission: Mission, hand: Operator | Words, played: Played, kill: int | N
             played.found += [] if played.kept_away else [f"no end after {MOST_PASSES} passes"]
             break
         if played.passes == kill:
-            mission = _resumed(mission, played.lines)
+            mission = _resumed(mission, played)
             mission.start()
             continue
-        random = isinstance(hand, Operator)
-        said = hand.words(mission) if random else [w for k, w in hand if k == played.passes]
-        for word in said:
+        for word in said(mission):
             try:
                 mission.intervene(word)
             except UsageError:
                 continue
             played.given.append((played.passes, word))
         mission.step()
-    return mission
+    assert mission.result is not None
+    played.outcome = mission.result.outcome.value
 
 
-def _resumed(mission: Mission, lines: list[str]) -> Mission:
-    """The mission that continues one from its trace, to which ``lines`` now belong."""
-    kept = mission._run.kept().checkpoint(len(lines), lines[0].strip().encode())
-    trace = read_bytes("".join([*lines, json_line(as_data(kept))]).encode())
-    lines.clear()  # the listeners of the other one receive all of them again
+def _resumed(mission: Mission, played: Played) -> Mission:
+    """The mission that continues one from its trace, of which it tells all lines again."""
+    kept = mission._run.kept().checkpoint(len(played.lines), played.lines[0].strip().encode())
+    trace = read_bytes("".join([*played.lines, json_line(as_data(kept))]).encode())
+    played.lines.clear()
     begun = resumption(trace, mission.scenario)
-    return Mission(mission.scenario, begun=begun, listeners=[_listener(lines)])
+    return Mission(mission.scenario, begun=begun, listeners=[played.hear])
 
 
 def _judge(data: Mapping[str, Any], played: Played, world: FaultyWorld | None) -> None:
+    walk = None
     if world is not None:
         played.injected = dict(world.injected)
-        played.walk = _walk(data, world.log, played.given)
-        played.found += [f"world: {defect}" for defect in played.walk.defects[:3]]
+        walk = played.walk = Walk(data, world.log, [word for _, word in played.given])
+        played.found += [f"world: {defect}" for defect in walk.defects[:3]]
     if played.found:
         return
-    try:
-        if findings := check_trace(played.lines).findings:
-            played.found.append(f"audit: {findings[0]}")
-            return
-    except Exception as error:
-        played.found.append(f"audit: crash: {_crash(error)}")
+    with played.watched("audit: crash", 600):
+        played.found += [f"audit: {one}" for one in check_trace(played.lines).findings[:1]]
+    if played.found:
         return
     lines = [json.loads(line) for line in played.lines]
     outcome, explanation = lines[-1]["outcome"], lines[-1].get("explanation")
-    if outcome in LIMITS and not played.kept_away and not (world and played.walk.unreliable()):
+    if outcome in LIMITS and not played.kept_away and not (walk and walk.unreliable()):
         played.found.append(f"{outcome}: {explanation}")
-    if world is None and not played.given:
-        played.found += _broken_promises(lines)
-    if world is None and any(line["type"] == "assumption" for line in lines):
+    if walk is None and not played.given:
+        played.found += broken_promises(lines)
+    if walk is None and any(line["type"] == "assumption" for line in lines):
         played.found.append("a simulated robot breaks an assumption of another one")
     try:
         mission = judged_mission(data)
@@ -211,45 +209,61 @@ def _judge(data: Mapping[str, Any], played: Played, world: FaultyWorld | None) -
         played.found += told_by_signals(lines)
     if played.given or any("tracks" in robot for robot in data["robots"].values()):
         said = "?"
-    elif played.walk is not None:
-        said = verdict(data, mission, played.walk, outcome)
     else:
-        said = judge_outcome(mission, Replay(mission, lines), lines[-1])
+        said = judge_log(walk, outcome) if walk is not None else judge_trace(mission, lines)
     played.undecided = said == "?"
     played.found += [said] if said not in ("", "?") else []
 
 
-def _broken_promises(lines: Sequence[Mapping[str, Any]]) -> list[str]:
-    """Plans that the robots have followed to their end, whereupon they need another one although
-    nothing else has happened: a plan completes the mission, or all that it serves. Rounds that are
-    due within a time continue after that."""
-    if any("within" in robot for robot in lines[0]["scenario"]["robots"]):
-        return []
-    ended, found = False, list[str]()
-    for line in lines:
-        if line["type"] == "plan_end":
-            ended = line["reason"] == "reached"
-        elif line["type"] == "plan" and ended:
-            found.append(f"plan: it ends in tick {line['tick']} without what it promises")
-        elif line["type"] not in ("move", "depart", "arrive", "goal"):
-            ended = ended and bool(line.get("note"))
-    return found[:1]
+class Operator:
+    """An operator who intervenes at random. ``attends``: whether the run waits for the operator."""
 
+    def __init__(self, scenario: Scenario, data: Mapping[str, Any], seed: int) -> None:
+        self.random, self.data = Random(f"operator of {seed}"), data
+        self.attends = self.random.random() < 0.6
+        self.often = self.random.choice([0.02, 0.05, 0.15])
+        self.left = self.random.randint(1, 6)
+        self.free = [*scenario.map.free]
+        types = (data.get("catalogue") or {}).get("obstacles") or {}
+        self.orders = [name for name, it in types.items() if it.get("blocks") == []]
 
-def _walk(data: Mapping[str, Any], log: Any, given: Words) -> Walk:
-    """The log, with the robots whose objectives users change, and those that they put back."""
-    words = [word.split() for _, word in given]
-    changes = data.get("changes", ())
-    told = {change["robot"] for change in changes}
-    told |= {name for name, robot in data["robots"].items() if "when" in robot}
-    told |= {word[1] for word in words if word[0] == "objective"}
-    back = {word[1] for word in words if word[0] == "service"}
-    back |= {change["robot"] for change in changes if change.get("service") == "back"}
-    return Walk(data, log, told, back)
+    def words(self, mission: Mission) -> list[str]:
+        """Return the interventions before a pass."""
+        waits = mission.waiting is not None
+        if not (waits or (self.left and self.random.random() < self.often)):
+            return []
+        if waits and not self.left:
+            return ["give_up"]
+        self.left -= 1
+        count = self.random.choice([1, 1, 2, 3])
+        return [w for w in (self._word(mission) for _ in range(count)) if w is not None]
 
-
-def _crash(error: Exception) -> str:
-    """A crash and its position in words."""
-    where = traceback.extract_tb(error.__traceback__)[-3:]
-    way = " < ".join(f"{w.filename.split('/')[-1]}:{w.lineno}" for w in where[::-1])
-    return f"{type(error).__name__}: {error} ({way})"
+    def _word(self, mission: Mission) -> str | None:
+        random, run = self.random, mission._run
+        turning = {m.name: m.robot.model.mobility is Mobility.HEADING for m in run.team.members}
+        robot = random.choice([*turning])
+        pairs = zip(run.team.obstacles, run.state.obstacles, strict=True)
+        met = [one.name for one, now in pairs if now.known]
+        known = [name for name in met if not name.startswith("lost_")]
+        there = [name for name in known if not name.startswith("p")]
+        other = random.choice(self.free)
+        match random.randrange(12):
+            case 0 | 1 | 2 if known:
+                return f"resolved {random.choice(known)}"
+            case 3 if there:  # a carried load is never declared permanent
+                return f"permanent {random.choice(there)}"
+            case 4 | 5:
+                heading = random.choice(["north", "east", "south", "west"])
+                return f"put_back {robot} {other}" + (f" {heading}" if turning[robot] else "")
+            case 6:
+                return f"service {robot} out"
+            case 7 | 8:
+                return f"service {robot} back"
+            case 9:
+                kind = random.choice(["visit", "cover", "once", "patrol"])
+                return f"objective {robot} {{{kind}: {random.sample(self.free, 2)}}}"
+            case 10 if self.orders:
+                return f"order {random.choice(self.orders)} {other}"
+            case 11 if self.data.get("inputs"):
+                return f"input alarm {random.choice(['on', 'off'])}"
+        return None

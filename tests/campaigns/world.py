@@ -16,17 +16,9 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from safenav.runtime.worlds.protocol import (
-    Acted,
-    Blocked,
-    Change,
-    Elsewhere,
-    Ended,
-    Failed,
-    Lost,
-    WorldEvent,
-)
-from safenav.scenario.model import Obstacle, Robot, Scenario
+from runtime.worlds import Remote
+from safenav import Acted, Blocked, Elsewhere, Failed, Lost, Obstacle, Robot, Scenario, WorldEvent
+from safenav.runtime.worlds.protocol import Change, Ended
 from safenav.team.state import Is
 from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
@@ -48,47 +40,24 @@ def faults_of(seed: int) -> dict[str, float]:
     return {kind: random.random() * high for kind, high in MOST.items() if random.random() < 0.6}
 
 
-class FaultyWorld:
-    """A world outside the run, by the protocol of live runs. ``faults``: chances by kind. No
-    duration is known in advance; time passes in ``wait`` only."""
+class FaultyWorld(Remote):
+    """A world outside the run, by the protocol of live runs."""
 
-    SHOWN = ("now", "sense", "start", "cancel", "placed", "log", "injected")
+    hidden = ("changes",)
 
     def __init__(self, scenario: Scenario, seed: int, faults: Mapping[str, float]) -> None:
-        self.nature = Nature(scenario, seed, faults)
-        self.inputs, self.cleared = self.nature.truth.inputs, self.nature.clear
-
-    def __getattr__(self, name: str) -> Any:
-        if name not in self.SHOWN:
-            raise AttributeError(name)
-        return getattr(self.nature, name)
-
-    def expected(self, robot: Robot) -> float | None:
-        del robot
-        return None
-
-    def times(self) -> Sequence[float]:
-        return ()
-
-    def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> Acted | None:
-        for obstacle in obstacles:
-            if obstacle.ordered and obstacle.name not in self.nature.truth.truths:
-                self.nature.truth.place(obstacle)  # an operator wants it done
-        return self.nature.act(robot, obstacles, command)
-
-    def wait(self, timeout: float | None) -> list[WorldEvent]:
-        told = self.nature.wait(timeout)
-        self.nature.changes(self.nature.now(), ())
-        return told
+        self.simulation: Nature = Nature(scenario, seed, faults)
 
 
 class Nature(Uneven):
-    """What is so."""
+    """What is so. ``faults``: chances by kind. No duration is known in advance; time passes in
+    ``wait`` only."""
 
     def __init__(self, scenario: Scenario, seed: int, faults: Mapping[str, float]) -> None:
         random = Random(f"speeds of {seed}")
         speeds = {robot.name: random.uniform(0.5, 2.0) for robot in scenario.robots}
         super().__init__(scenario, speeds=speeds, delayed=0.1, seed=seed)
+        self.inputs = self.truth.inputs
         self.log: list[Line] = []
         self.injected: Counter[str] = Counter()
         self._faults, self._dice = dict(faults), Random(f"strikes of {seed}")
@@ -104,80 +73,76 @@ class Nature(Uneven):
 
     # -- the protocol ------------------------------------------------------------------------
 
+    def expected(self, robot: Robot) -> float | None:
+        del robot
+        return None
+
+    def times(self) -> list[float]:
+        return []
+
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
         there = super().sense(robot, region)
         if there is not None and self._strikes("hidden"):
             self._write("hidden", robot=robot.name, obstacle=there.name)
             return None
-        if there is None:
-            there = self._ghosts.get(region) or self._ghost(region)
-            if there is None:
-                return None
-            self._write("shown", obstacle=there.name, region=region, there=False)
-            return there
-        self._write("shown", obstacle=there.name, region=region, there=True)
-        return there
+        shown = there or self._ghosts.get(region) or self._ghost(region)
+        if shown is not None:
+            self._write("shown", obstacle=shown.name, region=region, there=there is not None)
+        return shown
 
     def start(self, robot: Robot, pose: Pose, command: int) -> None:
         name, here = robot.name, self._poses[robot.name]
         busy = name in self._bound or name in self._untold
         super().start(robot, pose, command)
         (item,) = (one for one in self._coming if one[2].command == command)
-        event, took = item[2], self._takes[name]
-        stops = event.obstacle if isinstance(event, Blocked) else None
+        stops = item[2].obstacle.name if isinstance(item[2], Blocked) and item[2].obstacle else None
         self._untold[name], self._bound[name] = command, {here.region, pose.region}
-        self._write(
-            "start",
-            robot=name,
-            origin=here.region,
-            to=pose.region,
-            command=command,
-            busy=busy,
-            stops=None if stops is None else stops.name,
-        )
-        end, share, told = self._fate(robot, here, pose, command, event)
-        if told is None:
-            return
-        self._poses[name] = end
-        self._coming.remove(item)
-        heapq.heapify(self._coming)
-        took *= share
-        self._push(took, replace(told, at=self._now + took), robot)
+        what = {"origin": here.region, "to": pose.region, "command": command}
+        self._write("start", robot=name, busy=busy, stops=stops, **what)
+        fate = self._fate(name, here, pose, stopped=stops is not None)
+        if fate is not None:
+            self._poses[name], share, event = fate
+            self._coming.remove(item)
+            heapq.heapify(self._coming)
+            took = self._takes[name] * share
+            self._push(took, replace(event, at=self._now + took, command=command), robot)
 
     def _fate(
-        self, robot: Robot, here: Pose, pose: Pose, command: int, event: WorldEvent
-    ) -> tuple[Pose, float, Ended | None]:
-        name = robot.name
+        self, name: str, here: Pose, pose: Pose, *, stopped: bool
+    ) -> tuple[Pose, float, Ended] | None:
+        """What becomes of a step by a fault: where the robot is, the share of the step's time, and
+        the event."""
         if name in self._dead:
-            return here, 0.1, Failed(0.0, name, here, "motor off", fatal=True, command=command)
-        if isinstance(event, Blocked):
-            return here, 1.0, None
+            return here, 0.1, Failed(0.0, name, here, "motor off", fatal=True)
+        if stopped:
+            return None
         if self._strikes("abort"):
-            return here, 0.8, Failed(0.0, name, here, "no way", command=command)
+            return here, 0.8, Failed(0.0, name, here, "no way")
         if self._strikes("motor"):
             self._dead.add(name)
-            return here, 0.5, Failed(0.0, name, here, "motor off", fatal=True, command=command)
+            return here, 0.5, Failed(0.0, name, here, "motor off", fatal=True)
         if self._strikes("lost"):
             self._dead.add(name)
             where = frozenset({here.region, pose.region})
-            return self._dice.choice([here, pose]), 2.0, Lost(0.0, name, where, command=command)
-        if self._strikes("elsewhere"):
-            return here, 1.0, Elsewhere(0.0, name, here, command=command)
-        return pose, 1.0, None
+            return self._dice.choice([here, pose]), 2.0, Lost(0.0, name, where)
+        return (here, 1.0, Elsewhere(0.0, name, here)) if self._strikes("elsewhere") else None
 
     def act(self, robot: Robot, obstacles: Sequence[Obstacle], command: int) -> Acted | None:
         name = robot.name
-        busy = name in self._bound or name in self._untold
-        on = sorted(o.name for o in obstacles)
+        for obstacle in obstacles:
+            if obstacle.ordered and obstacle.name not in self.truth.truths:
+                self.truth.place(obstacle)  # an operator wants it done
+        what: Line = {"on": sorted(o.name for o in obstacles)}
+        what["busy"] = name in self._bound or name in self._untold
         if name in self._dead:
-            self._write("act", robot=name, on=on, busy=busy)
+            self._write("act", robot=name, **what)
             failed = tuple((obstacle, ActResult.FAILED) for obstacle in obstacles)
             return self._acted(Acted(self._now, name, failed, "motor off", command=command))
         self._acts_on[name] = obstacles
         event = super().act(robot, obstacles, command)
         if event is None:
             self._untold[name] = command
-            self._write("act", robot=name, on=on, busy=busy)
+            self._write("act", robot=name, **what)
         return event
 
     def cancel(self, robot: Robot) -> None:
@@ -187,7 +152,7 @@ class Nature(Uneven):
     def wait(self, timeout: float | None) -> list[WorldEvent]:
         times = [self._now + timeout] if timeout is not None else []
         times += [heap[0][0] for heap in (self._coming, self._telling) if heap]
-        times += self.times()
+        times += super().times()
         self._now = max(self._now, min(times, default=self._now))
         while self._coming and self._coming[0][0] <= self._now:
             _, number, event, robot, missing = heapq.heappop(self._coming)
@@ -198,11 +163,11 @@ class Nature(Uneven):
             told.append(event)
             if self._untold.get(name) == command:
                 del self._untold[name]
-            kind = type(event).__name__.lower()
             found = getattr(event, "obstacle", None)
-            fatal = bool(getattr(event, "fatal", False))
-            what = {"event": kind, "fatal": fatal, "command": command}
-            self._write("told", robot=name, obstacle=found and found.name, **what)
+            what = {"fatal": getattr(event, "fatal", False), "command": command}
+            what |= {"event": type(event).__name__.lower(), "obstacle": found and found.name}
+            self._write("told", robot=name, **what)
+        self.changes(self._now, ())
         return told
 
     def placed(self, robot: Robot, pose: Pose) -> None:
@@ -211,8 +176,7 @@ class Nature(Uneven):
         self._write("put", robot=robot.name, at=pose.region)
 
     def changes(self, at: float, occupied: Collection[Region]) -> list[Change]:
-        at_or_to = {p.region for p in self._poses.values()}.union(*self._bound.values())
-        found = super().changes(at, {*occupied, *at_or_to})
+        found = super().changes(at, {*occupied}.union(*self._occupied().values()))
         for change in found:
             kind = "there" if change.appeared else "gone"
             self._write(kind, obstacle=change.obstacle.name, region=change.obstacle.region)
@@ -220,7 +184,7 @@ class Nature(Uneven):
                 self._ghosts.pop(change.obstacle.region, None)
         return found
 
-    def clear(self, obstacle: Obstacle) -> None:
+    def cleared(self, obstacle: Obstacle) -> None:
         self._ghosts.pop(obstacle.region, None)
         if self.truth.stands(obstacle):
             self.truth.take_away(obstacle.name)
@@ -232,22 +196,19 @@ class Nature(Uneven):
         name, at = robot.name, self._now
         for obstacle in missing:
             self._ghosts.pop(obstacle.region, None)
+        if isinstance(event, Acted) and self._strikes("act"):
+            found = [(o, ActResult.NOTHING) for o in missing]
+            there = [o for o in self._acts_on[name] if self.truth.stands(o)]
+            found += [(obstacle, ActResult.FAILED) for obstacle in there]
+            return self._acted(replace(event, at=at, found=tuple(found), reason="it failed"))
         if isinstance(event, Acted):
-            fails = self._strikes("act")
-            if fails:
-                found = [(o, ActResult.NOTHING) for o in missing]
-                there = [o for o in self._acts_on[name] if self.truth.stands(o)]
-                found += [(obstacle, ActResult.FAILED) for obstacle in there]
-                done: WorldEvent = replace(event, at=at, found=tuple(found), reason="it failed")
-            else:
-                done = super()._happens(event, robot, missing)
-                assert isinstance(done, Acted)
-                for obstacle, result in done.found:
-                    if result in (ActResult.DONE, ActResult.UNTRAVERSABLE):
-                        self._was[obstacle.region] = obstacle
-                        open_ = result is ActResult.DONE
-                        what = {"obstacle": obstacle.name, "open": open_}
-                        self._write("resolved", robot=name, region=obstacle.region, **what)
+            done = super()._happens(event, robot, missing)
+            assert isinstance(done, Acted)
+            for obstacle, result in done.found:
+                if result in (ActResult.DONE, ActResult.UNTRAVERSABLE):
+                    self._was[obstacle.region] = obstacle
+                    what = {"obstacle": obstacle.name, "open": result is ActResult.DONE}
+                    self._write("resolved", robot=name, region=obstacle.region, **what)
             return self._acted(done)
         if isinstance(event, Elsewhere):
             sliding = self._sliding(robot)
@@ -265,15 +226,14 @@ class Nature(Uneven):
 
     def _acted(self, event: Acted) -> Acted:
         """Record what an action found, and the stages of all needs."""
-        found = {obstacle.name: result.value for obstacle, result in event.found}
         kept, names = self.truth.kept(), [*self._robots]
+        sources = zip((*self._scenario.obstacles, *kept.added), kept.obstacles, strict=True)
         stages = {
             one.name: [now.stage.need, sorted(names[i] for i in now.stage.done)]
-            for one, now in zip(
-                (*self._scenario.obstacles, *kept.added), kept.obstacles, strict=True
-            )
+            for one, now in sources
             if now.state is Is.OPEN
         }
+        found = {obstacle.name: result.value for obstacle, result in event.found}
         self._write("acted", robot=event.robot, found=found, stages=stages)
         return event
 
@@ -285,37 +245,35 @@ class Nature(Uneven):
         if self._strikes("twice"):
             again = due + self._dice.uniform(0.0, 5.0)
             heapq.heappush(self._telling, (again, 2 * number + 1, event, name, command))
-        where = {self._poses[name].region, *(self._log_of_step(name))}
-        self._reserved[name] = due, where
-
-    def _log_of_step(self, name: str) -> set[Region]:
         steps = (e for e in reversed(self.log) if e["log"] == "start" and e["robot"] == name)
-        return next(({e["origin"], e["to"]} for e in steps), set())
+        last = next(({e["origin"], e["to"]} for e in steps), set[Region]())
+        self._reserved[name] = due, {self._poses[name].region} | last
+
+    def _occupied(self) -> dict[str, set[Region]]:
+        """The regions that each robot stands in, leaves or enters."""
+        return {n: {p.region, *self._bound.get(n, ())} for n, p in self._poses.items()}
 
     def _sliding(self, robot: Robot) -> list[Pose]:
         """Return adjacent poses that no robot occupies or approaches, as far as the team knows."""
-        here, taken = self._poses[robot.name], {*self.truth.standing()}
-        taken |= {p.region for n, p in self._poses.items() if n != robot.name}
-        taken |= {r for n, two in self._bound.items() if n != robot.name for r in two}
-        at = {n: {p.region, *self._bound.get(n, ())} for n, p in self._poses.items()}
+        at = self._occupied()
+        del at[robot.name]
+        for other in at:
+            until, regions = self._reserved.get(other, (0.0, ()))
+            at[other] |= {*regions} if until >= self._now else set()
+        taken = {*self.truth.standing()}.union(*at.values())
         for entry in self.log:
             if entry["log"] == "end" and entry["within"] and entry["robot"] in self._dead:
                 taken |= {*entry["within"]}
-        for other, (until, regions) in self._reserved.items():
-            if other != robot.name and until >= self._now:
-                taken |= regions
-                at[other] |= regions
         for each in self._scenario.never_together:
             others = each.robots - {robot.name} if robot.name in each.robots else ()
             if any(not each.regions.isdisjoint(at[other]) for other in others):
                 taken |= each.regions
-        poses = moves(robot.model.mobility, here, self._scenario.map)
+        poses = moves(robot.model.mobility, self._poses[robot.name], self._scenario.map)
         return [pose for pose in poses if pose.region not in taken]
 
     def _ghost(self, region: Region) -> Obstacle | None:
         """Return a false sighting: of an obstacle that was here before, or that is elsewhere."""
-        taken = {p.region for p in self._poses.values()}.union(*self._bound.values())
-        if region in taken:
+        if any(region in regions for regions in self._occupied().values()):
             return None
         if region in self._was and self._strikes("stale"):
             self._ghosts[region] = self._was[region]

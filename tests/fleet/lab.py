@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Iterable, Mapping
-from functools import cache
+from functools import cache, cached_property, partial
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,7 @@ from safenav.motion.file import Motion, parsed, text_of
 from safenav.runtime.run.mission import Mission
 from safenav.scenario.model import Clock, Scenario
 from safenav.scenario.reading.loader import load_scenario_text
-from safenav.trace.file import Listener, Trace, TraceWriter, read_bytes
+from safenav.trace.file import Listener, TraceWriter, read_bytes
 
 HALL = beside(__file__, "scenarios/hall.yaml")
 FLEET = beside(__file__, "scenarios/hall.fleet.yaml")
@@ -94,18 +94,21 @@ def drive_in(
             mission.run()
     finally:
         world.close()
-    content = path.read_bytes()
-    trace = read_bytes(content, "made.jsonl")
-    made = driven_motion(trace, world, stations, mission.began)
-    return Drive(content, trace, parsed(text_of(made).encode(), "made.motion.jsonl"))
+    return Drive(path.read_bytes(), world, stations, mission.began)
 
 
 class Drive:
     """A trace, its sum, and the motion of the drive as a reader of its file has it."""
 
-    def __init__(self, content: bytes, trace: Trace, motion: Motion) -> None:
-        self.lines = content.decode().splitlines()
-        self.trace, self.motion = trace, motion
+    def __init__(
+        self, content: bytes, world: FleetWorld, stations: Mapping[str, Station], began: float
+    ) -> None:
+        self.lines, self.trace = content.decode().splitlines(), read_bytes(content, "made.jsonl")
+        self.began, self._made = began, partial(driven_motion, self.trace, world, stations, began)
+
+    @cached_property
+    def motion(self) -> Motion:
+        return parsed(text_of(self._made()).encode(), "made.motion.jsonl")
 
     @property
     def outcome(self) -> str:

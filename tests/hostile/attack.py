@@ -1,67 +1,78 @@
-"""Runs a program on a hostile file, and judges what it did."""
+"""Runs a program on a hostile file, and judges what it did.
+
+``attack.py FILE WORD...`` runs a program within limits, and writes what it used: Linux counts the
+memory of the process that starts a program in the peak of the program. A test process may have any
+size; this one is small.
+"""
 
 import json
 import os
 import re
+import resource
 import subprocess
 import sys
+import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
-from hostile.enemy import MARK, changed
-
+MARK = "zqx"
+"""It stands in each hostile word; no claim may contain it."""
 MOST_MB, MOST_SECONDS = 500, 20
-LAUNCHER = Path(__file__).with_name("launcher.py")
 DOCUMENTED = (0, 1, 2, 3)
+SAFENAV = (sys.executable, "-m", "safenav")
 _ESCAPES = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
 
 
-@dataclass(frozen=True)
-class Attack:
+class Attack(NamedTuple):
     """What a program did. ``flaws``: what it should not have done."""
 
     status: int
     megabytes: float
     seconds: float
+    complained: str
     flaws: tuple[str, ...]
 
 
 def attack(words: Sequence[object], sandbox: Path, made: Sequence[str] = ()) -> Attack:
-    """Run a program in ``sandbox``, in which it may make the files ``made`` only. Its time is that
-    of the processor: other programs may be busy."""
-    before, home = dict(changed(sandbox)), sandbox.parent / "home"
-    cache = os.environ["SAFENAV_CACHE"]
-    env = {"HOME": str(home), "PATH": os.environ["PATH"], "SAFENAV_CACHE": cache}
-    out, err, cost = (sandbox.parent / name for name in ("out.txt", "err.txt", "cost.json"))
+    """Run a program in ``sandbox``, in which it may make the files ``made`` only, and none beside
+    it. Its time is that of the processor: other programs may be busy."""
+    outside = sandbox.parent
+    out, err, cost = (outside / name for name in ("out.txt", "err.txt", "cost.json"))
+    for file in (out, err, cost):
+        file.touch()
+    before = _sizes(outside)
+    cache, path = os.environ["SAFENAV_CACHE"], os.environ["PATH"]
     with out.open("wb") as stdout, err.open("wb") as stderr:
         subprocess.run(
-            [sys.executable, "-I", "-S", LAUNCHER, cost, *map(str, words)],
+            [sys.executable, "-I", "-S", __file__, cost, *map(str, words)],
             cwd=sandbox,
-            env=env,
+            env={"HOME": str(outside / "home"), "PATH": path, "SAFENAV_CACHE": cache},
             stdin=subprocess.DEVNULL,
             stdout=stdout,
             stderr=stderr,
             check=True,
         )
-    used = json.loads(cost.read_text())
-    status, megabytes, seconds = used["status"], used["megabytes"], used["seconds"]
-    said = out.read_text("utf-8", "replace")
-    complained = err.read_text("utf-8", "replace")
-    flaws = []
-    if status not in DOCUMENTED:
-        flaws.append(f"exit code {status}: {complained[-300:]}")
-    if "Traceback" in complained + said:
-        flaws.append(complained[-600:])
-    if megabytes > MOST_MB:
-        flaws.append(f"{megabytes:.0f} MB")
-    if seconds > MOST_SECONDS:
-        flaws.append(f"{seconds:.0f} s")
-    new = {name for name, size in changed(sandbox) if before.get(name) != size}
-    flaws += [f"it made {name}" for name in sorted(new) if not name.startswith((*made, "\0"))]
+    status, megabytes, seconds = json.loads(cost.read_text())
+    said, complained = (file.read_text("utf-8", "replace") for file in (out, err))
+    flaws = [] if status in DOCUMENTED else [f"exit code {status}: {complained[-300:]}"]
+    flaws += [complained[-600:]] if "Traceback" in complained + said else []
+    flaws += [f"{megabytes:.0f} MB"] if megabytes > MOST_MB else []
+    flaws += [f"{seconds:.0f} s"] if seconds > MOST_SECONDS else []
+    allowed = (*(f"sandbox/{name}" for name in made), out.name, err.name, cost.name, "home")
+    new = {name for name, size in _sizes(outside).items() if before.get(name) != size}
+    flaws += [f"it made {name}" for name in sorted(new) if not name.startswith(allowed)]
     flaws += [f"an escape sequence: {found!r}" for found in _ESCAPES.findall(said)[:1]]
     flaws += [f"a claim: {claim}" for claim in _claims(said) if MARK in claim]
-    return Attack(status, megabytes, seconds, tuple(flaws))
+    return Attack(status, megabytes, seconds, complained, tuple(flaws))
+
+
+def _sizes(folder: Path) -> dict[str, int]:
+    """The files of a folder with their sizes, and its folders."""
+    return {
+        file.relative_to(folder).as_posix(): 0 if file.is_dir() else file.lstat().st_size
+        for file in folder.rglob("*")
+    }
 
 
 def _claims(said: str) -> list[str]:
@@ -72,4 +83,16 @@ def _claims(said: str) -> list[str]:
         return []
 
 
-SAFENAV = (sys.executable, "-m", "safenav")
+def main(file: str, *words: str) -> None:
+    resource.setrlimit(resource.RLIMIT_AS, (8 << 30, 8 << 30))
+    resource.setrlimit(resource.RLIMIT_CPU, (60, 60))
+    os.nice(5)
+    begun = time.monotonic()
+    _, code, used = os.wait4(os.posix_spawnp(words[0], words, os.environ), 0)
+    seconds = min(used.ru_utime + used.ru_stime, time.monotonic() - begun)
+    cost = os.waitstatus_to_exitcode(code), used.ru_maxrss / 1024, seconds
+    Path(file).write_text(json.dumps(cost))
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -2,28 +2,25 @@
 
 import hashlib
 import json
+import tempfile
 import zipfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from copy import deepcopy
 from pathlib import Path
 from random import Random
 from typing import Any
 
 from certify.making import Files
-from safenav.judge.bundle.check import VERSION
+from hostile.attack import MARK
+from safenav.certify.bundle import write_files
 
 Lines = list[Any]
-MARK = "zqx"
-"""It stands in each hostile word; no claim may contain it."""
 RUN = "__import__('pathlib').Path({0!r}).touch()"
 CODE = (
     *(RUN, "x: 0, " + RUN + ", lambda y", "0) or " + RUN + " or (0", "{{{{" + RUN + "}}}}"),
-    *(
-        "!!python/object/apply:os.system ['touch {0}']",
-        "$(touch {0})",
-        "`touch {0}`",
-        "; touch {0}",
-    ),
-    *("a' or " + RUN + " or '", "next(" + RUN + ")", "cos\nsystem\n(S'touch {0}'\ntR.", "%n%s{0}"),
+    *("!!python/object/apply:os.system ['touch {0}']", "$(touch {0})", "`touch {0}`"),
+    *("; touch {0}", "a' or " + RUN + " or '", "next(" + RUN + ")", "%n%s{0}"),
+    "cos\nsystem\n(S'touch {0}'\ntR.",
 )
 WORDS = (
     *("", " ", ".", "..", "../../../{0}", "/etc/passwd", "{0}", "__class__", "__proto__", "from_"),
@@ -37,8 +34,6 @@ NUMBERS = (
     *("1000000000", "1000000000000000", "9" * 400, "9" * 5000, "1e-320", "[]", "{}", "01"),
 )
 DEPTHS = (5, 60, 190, 300, 900, 5000, 200_000)
-HOLE = "\x02hole\x02"
-"""Stands in the data where raw text goes in."""
 
 
 class Enemy:
@@ -46,6 +41,8 @@ class Enemy:
 
     def __init__(self, seed: int, canary: Path) -> None:
         self.rng, self.canary = Random(seed), str(canary)
+        self.raw: dict[str, str] = {}
+        """Raw text by the name of the hole in the data where it goes in."""
 
     def word(self) -> str:
         """A hostile word that is no legal name."""
@@ -55,32 +52,33 @@ class Enemy:
 
     def lines(self, lines: Lines) -> bytes:
         """The text of a hostile trace."""
-        lines, raw = json.loads(json.dumps(lines)), dict[str, str]()
+        lines, self.raw = deepcopy(lines), {}
+        often, seldom = (self._swap, self._name, self._number), (self._size, self._key, self._nest)
         for _ in range(self.rng.choice((1, 1, 1, 2, 3))):
-            often, seldom = (
-                (self._swap, self._name, self._number),
-                (self._size, self._key, self._nest),
-            )
-            self.rng.choice(often * 2 + seldom)(lines, raw)
-        return self._bytes([self._text(line, raw) for line in lines])
-
-    def document(self, data: bytes) -> bytes:
-        """A hostile JSON document, or text."""
-        try:
-            return self.lines([json.loads(data)])
-        except ValueError:
-            return self._formulas(data.decode())
+            self.rng.choice(often * 2 + seldom)(lines)
+        text = "\n".join([*map(self._text, lines), ""]).encode("utf-8", "surrogatepass")
+        at = self.rng.randrange(len(text))
+        bytes_ = {
+            0: b"\xef\xbb\xbf" + text,
+            1: text.replace(b"\n", b"\r\n"),
+            2: text[:at] + self.rng.randbytes(3) + text[at:],
+            3: text[:at],
+        }
+        return bytes_.get(self.rng.randrange(40), text)
 
     def bundle(self, files: Files) -> Files:
-        files = dict(files)
-        traces = [name for name in files if name == "trace.jsonl"]
+        """The files of a hostile bundle."""
         others = [name for name in files if name.startswith(("strategies/", "proofs/"))]
-        name = self.rng.choice(traces * max(1, len(others)) + others)
+        name = self.rng.choice(["trace.jsonl"] * max(1, len(others)) + others)
         if name == "trace.jsonl":
-            files[name] = self.lines([json.loads(line) for line in files[name].splitlines()])
-            return files
-        data, old = self.document(files[name]), name.rpartition("/")[2].partition(".")[0]
-        new = hashlib.sha256(data).hexdigest()
+            return files | {
+                name: self.lines([json.loads(line) for line in files[name].split(b"\n") if line])
+            }
+        try:
+            data = self.lines([json.loads(files[name])])
+        except ValueError:
+            data = self._formulas(files[name].decode())
+        old, new = Path(name).stem, hashlib.sha256(data).hexdigest()
         if name.startswith("strategies/") and self.rng.random() < 0.8:
             trace = files["trace.jsonl"].replace(old.encode(), new.encode())
             files = {key.replace(old, new): value for key, value in files.items()}
@@ -92,8 +90,7 @@ class Enemy:
         found, left = [], [*lines]
         while left:
             one = left.pop()
-            inner = one.items() if isinstance(one, dict) else enumerate(one)
-            for key, value in inner:
+            for key, value in one.items() if isinstance(one, dict) else enumerate(one):
                 found.append((one, key))
                 if isinstance(value, dict | list):
                     left.append(value)
@@ -105,8 +102,12 @@ class Enemy:
         places = [(one, key) for one, key in self._places(part) if wanted(one[key])]
         return self.rng.choice(places or self._places(lines))
 
-    def _name(self, lines: Lines, raw: dict[str, str]) -> None:
-        del raw
+    def _hole(self, text: str) -> str:
+        hole = f"\x02hole\x02{len(self.raw)}"
+        self.raw[hole] = text
+        return hole
+
+    def _name(self, lines: Lines) -> None:
         one, key = self._place(lines, lambda value: isinstance(value, str))
         old, new = one[key], self.word()
         one[key] = new
@@ -117,49 +118,43 @@ class Enemy:
                 if key == old and isinstance(one, dict):
                     one[new] = one.pop(key)
 
-    def _number(self, lines: Lines, raw: dict[str, str]) -> None:
+    def _number(self, lines: Lines) -> None:
         one, key = self._place(lines, lambda value: isinstance(value, int | float))
-        one[key] = f"{HOLE}{len(raw)}"
-        raw[one[key]] = self.rng.choice(NUMBERS)
+        one[key] = self._hole(self.rng.choice(NUMBERS))
 
-    def _swap(self, lines: Lines, raw: dict[str, str]) -> None:
+    def _swap(self, lines: Lines) -> None:
         """A legal value in the place of another."""
-        del raw
         one, key = self._place(lines, lambda value: value is not None)
         kind = type(one[key])
         other, name = self._place(lines, lambda value: type(value) is kind)
-        one[key] = json.loads(json.dumps(other[name]))
+        one[key] = deepcopy(other[name])
 
-    def _size(self, lines: Lines, raw: dict[str, str]) -> None:
+    def _size(self, lines: Lines) -> None:
         header = lines[0].get("scenario") if isinstance(lines[0], dict) else None
         what = self.rng.randrange(6)
+        kind = {2: list, 4: str, 5: dict}.get(what, object)
+        one, key = self._place(lines, lambda value: isinstance(value, kind))
         if what == 0 and header:
             side = self.rng.choice((250, 512, 2000))
             header["map"] |= {"rows": side, "cols": side, "walls": []}
         elif what == 1 and header:
             robots, count = header["robots"], self.rng.choice((200, 1000, 20_000))
             robots += [robots[0] | {"name": f"r{k}"} for k in range(count)]
-        elif what == 2:
-            one, key = self._place(lines, lambda value: isinstance(value, list))
-            if isinstance(one[key], list):
-                one[key] = one[key] * self._many(one[key])
-        elif what == 3:
-            lines += lines[1:] * self._many(lines[1:])
+        elif what == 2 and isinstance(one[key], list):
+            one[key] = one[key] * self._many(one[key])
         elif what == 4:
-            one, key = self._place(lines, lambda value: isinstance(value, str))
-            one[key] = f"{HOLE}{len(raw)}"
-            raw[one[key]] = f'"{"x" * self.rng.choice((10**6, 12 * 10**6))}"'
+            one[key] = self._hole(f'"{"x" * self.rng.choice((10**6, 12 * 10**6))}"')
+        elif what == 5 and isinstance(one[key], dict):
+            one[key] |= {f"k{number}": number for number in range(50_000)}
         else:
-            one, key = self._place(lines, lambda value: isinstance(value, dict))
-            if isinstance(one[key], dict):
-                one[key] |= {f"k{number}": number for number in range(50_000)}
+            lines += lines[1:] * self._many(lines[1:])
 
     def _many(self, repeated: Any) -> int:
         """How often something may be repeated for some megabytes."""
         return min(self.rng.choice((10, 200, 10_000)), 5_000_000 // (1 + len(json.dumps(repeated))))
 
-    def _key(self, lines: Lines, raw: dict[str, str]) -> None:
-        one, key = self._place(lines, lambda value: isinstance(value, dict))
+    def _key(self, lines: Lines) -> None:
+        one, key = self._place(lines, lambda value: isinstance(value, dict) and bool(value))
         inside = one[key]
         if not isinstance(inside, dict) or not inside:
             return
@@ -172,53 +167,33 @@ class Enemy:
             case 2:
                 inside[self.rng.choice(("from_", "line", "__class__", "__dict__"))] = inside[old]
             case _:
-                inside[f"{HOLE}{len(raw)}"] = 0
-                other = json.dumps(self.rng.choice((True, 3, "a", [], {})))
-                raw[f"{HOLE}{len(raw)}"] = f"{json.dumps(old)}: {other}"
+                other: Any = self.rng.choice((True, 3, "a", [], {}))
+                inside[self._hole(f"{json.dumps(old)}: {json.dumps(other)}")] = 0
 
-    def _nest(self, lines: Lines, raw: dict[str, str]) -> None:
+    def _nest(self, lines: Lines) -> None:
         one, key = self._place(lines, lambda _: True)
         depth, begin, end = self.rng.choice(DEPTHS), *self.rng.choice((("[", "]"), ('{"a":', "}")))
-        one[key] = f"{HOLE}{len(raw)}"
-        raw[one[key]] = begin * depth + "1" + end * depth
+        one[key] = self._hole(begin * depth + "1" + end * depth)
 
-    def _text(self, line: Any, raw: dict[str, str]) -> str:
+    def _text(self, line: Any) -> str:
         text = json.dumps(line)
-        for hole, value in raw.items():
+        for hole, value in self.raw.items():
             shown = json.dumps(hole)
             text = text.replace(f"{shown}: 0", value) if ": " in value else text
             text = text.replace(shown, value, 1 + 5_000_000 // max(1, len(value)))
         return text
 
-    def _bytes(self, lines: list[str]) -> bytes:
-        data = "\n".join([*lines, ""]).encode("utf-8", "surrogatepass")
-        match self.rng.randrange(40):
-            case 0:
-                return b"\xef\xbb\xbf" + data
-            case 1:
-                return data.replace(b"\n", b"\r\n")
-            case 2:
-                at = self.rng.randrange(len(data))
-                return data[:at] + self.rng.randbytes(3) + data[at:]
-            case 3:
-                return data[: self.rng.randrange(len(data))]
-        return data
-
     def _formulas(self, text: str) -> bytes:
         """A hostile specification."""
         lines = text.split("\n")
-        at = self.rng.randrange(len(lines))
-        deep = self.rng.choice(DEPTHS)
+        at, deep = self.rng.randrange(len(lines)), self.rng.choice(DEPTHS)
         lines[at] = self.rng.choice(
             (
-                *(self.word(), "x:0..." + "9" * self.rng.choice((5, 9, 12, 5000))),
-                *(
-                    "(" * deep + "TRUE" + ")" * deep,
-                    "!" * deep + "TRUE",
-                    " -> ".join(["TRUE"] * deep),
-                ),
-                *(" & ".join(["region = 1"] * min(deep, 20_000)), "region = " + "9" * deep),
-                *("region''", "next(next(TRUE))", "\ud800", lines[at] + " & " + self.word()),
+                *(self.word(), "x:0..." + "9" * self.rng.choice((5, 9, 12, 5000)), "\ud800"),
+                *("(" * deep + "TRUE" + ")" * deep, "!" * deep + "TRUE"),
+                *(" -> ".join(["TRUE"] * deep), " & ".join(["region = 1"] * min(deep, 20_000))),
+                *("region = " + "9" * deep, "region''", "next(next(TRUE))"),
+                lines[at] + " & " + self.word(),
             )
         )
         return "\n".join(lines).encode("utf-8", "surrogatepass")
@@ -226,34 +201,18 @@ class Enemy:
 
 def written(files: Files, target: Path, rng: Random) -> Path:
     """A bundle with these files and a manifest that fits, as a folder or an archive."""
-    manifest = {
-        "format": "safenav-bundle",
-        "version": VERSION,
-        "files": {
-            name: {"sha256": hashlib.sha256(data).hexdigest(), "bytes": len(data)}
-            for name, data in files.items()
-        },
-    }
-    files = files | {"manifest.json": json.dumps(manifest).encode()}
     what = rng.randrange(8)
     if what < 5:
-        for name, data in files.items():
-            (target / name).parent.mkdir(parents=True, exist_ok=True)
-            (target / name).write_bytes(data)
+        write_files(target, files)
         if what == 0:
             (target / "source" / "link").symlink_to("/etc/passwd")
         return target
-    with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, data in files.items():
-            archive.writestr(name, data)
+    with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(target, "w", 8) as archive:
+        write_files(Path(folder), files)
+        for path in Path(folder).rglob("*"):
+            archive.write(path, path.relative_to(folder))
         if what == 6:
             archive.writestr("../../canary", b"escaped")
         if what == 7:
             archive.writestr("source/zeros", bytes(150_000_000))
     return target
-
-
-def changed(folder: Path) -> Iterator[tuple[str, int]]:
-    """The files of a folder with their sizes."""
-    for path in sorted(folder.rglob("*")):
-        yield path.relative_to(folder).as_posix(), path.lstat().st_size

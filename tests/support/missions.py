@@ -11,8 +11,8 @@ from functools import partial
 from random import Random
 from typing import Any
 
-from campaigns.judge.joint import Poses
-from campaigns.judge.mission import NotJudgedError, read_mission
+from campaigns.judge.mission import Mission, NotJudgedError
+from campaigns.judge.search import Poses
 from safenav.errors import InputError
 from safenav.scenario.reading.loader import load_scenario_text
 from support.floors import free_in, open_floor, rooms, scattered
@@ -128,18 +128,11 @@ class Draft:
         if "ltl" not in self.robots[name]["objective"]:
             return True
         try:
-            mission = read_mission(
-                self.data | {"robots": {name: self.robots[name]}, "obstacles": []}
-            )
+            mission = Mission(self.data | {"robots": {name: self.robots[name]}, "obstacles": []})
+            robot = mission.robots[name]
         except NotJudgedError:
             return True
-        (robot,) = mission.robots
-        graph = Poses(mission, robot)
-        live, start = graph.live(frozenset()), graph.index.get(robot.start)
-        reached = 0 if start is None else 1 << start
-        for target in () if not robot.stays else robot.targets:
-            reached = graph.closure(reached, frozenset()) & graph.at(target)
-        return bool(reached & live)
+        return robot.start in Poses(mission, robot).live(frozenset())
 
     def targets(self, kind: str) -> Data:
         """An objective of this kind, without rules beside it."""

@@ -7,57 +7,86 @@ is compared with that, and with an exhaustive search from the end of the log.
 
 import re
 from collections import Counter
-from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
-from campaigns.judge import joint
-from campaigns.judge.mission import (
-    FIRST,
-    NO_HEADING,
-    Answer,
-    Mission,
-    Reader,
-    Situation,
-    Stage,
-    read_mission,
-)
-from campaigns.judge.replay import rounds_done
+from campaigns.judge.mission import FIRST, Data, Mission, Pose, Stage
+from campaigns.judge.search import Situation, can_complete
+from campaigns.judge.trace import rounds_done
 
-Data = Mapping[str, Any]
 Line = Mapping[str, Any]
 NEVER = re.compile(r"region = (\d+) -> region' != (\d+)")
 RETRIES, ACTIONS = 3, 2
 """Failures after which a region, or a robot's action on an obstacle, may be given up."""
+BUDGET = 20_000
+"""States of a search."""
+CLOSE = 1e-5
+"""Of a charge: seconds of a log are not rounded."""
+
+
+class Battery:
+    """The charge of a robot along a log without new batteries: a step takes ``move`` when it ends,
+    a second without one ``stay``, or gives ``charge`` on a charger. A robot stands from the moment
+    on at which the team is told of the end of its step."""
+
+    def __init__(self, battery: Data, chargers: Collection[int], region: int) -> None:
+        self.battery, self.chargers, self.region = battery, chargers, region
+        self.charge = float(battery.get("start", battery["capacity"]))
+        self.move = battery.get("move", 1)
+        self.since: float | None = 0.0
+        """When it began to stand."""
+        self.under_way: int | None = None
+
+    def starts(self, t: float, command: int) -> str:
+        """Return what is wrong with a step that begins."""
+        self._stood(t)
+        self.since, self.under_way = None, command
+        short = self.charge < self.move - CLOSE
+        return f"sets out with a charge of {self.charge:g}" if short else ""
+
+    def ends(self, region: int) -> None:
+        self.charge, self.region = max(0.0, self.charge - self.move), region
+
+    def told(self, t: float, command: int) -> None:
+        if command == self.under_way:
+            self.since, self.under_way = t, None
+
+    def put(self, t: float, region: int) -> None:
+        self._stood(t)
+        self.region = region
+
+    def _stood(self, t: float) -> None:
+        if self.since is not None:
+            on = self.region in self.chargers
+            rate = self.battery["charge"] if on else -self.battery.get("stay", 0)
+            charge = self.charge + rate * (t - self.since)
+            self.charge, self.since = min(self.battery["capacity"], max(0.0, charge)), t
 
 
 class Walk:
-    """A log, followed to its end. ``defects``: violated requirements; ``told``: robots whose
-    objective a user changes, so that its rules are not those of the data; ``back``: robots that a
-    user puts back in service."""
+    """A log, followed to its end. ``given``: words of an operator; ``defects``: violated
+    requirements."""
 
-    def __init__(
-        self,
-        data: Data,
-        log: Sequence[Line],
-        told: Collection[str] = (),
-        back: Collection[str] = (),
-    ) -> None:
-        reader = Reader(data)
-        self.data, self.defects, self.back = data, list[str](), {*back}
-        self.cols, self.layers, self.rivals = reader.cols, reader.layers, reader.conflicts
-        poses = {name: reader.start(name) for name in reader.robots}
-        start = {name: region for name, (region, _) in poses.items()}
-        self.heading = {name: heading for name, (_, heading) in poses.items()}
-        self.at = {name: {region} for name, region in start.items()}
-        self.visits = {name: [region] for name, region in start.items()}
+    def __init__(self, data: Data, log: Sequence[Line], given: Sequence[str] = ()) -> None:
+        words, changes = [word.split() for word in given], data.get("changes", ())
+        back = {change["robot"] for change in changes if change.get("service") == "back"}
+        self.back = back | {word[1] for word in words if word[0] == "service"}
+        told = {name for name, robot in data["robots"].items() if "when" in robot}
+        told |= {word[1] for word in words if word[0] == "objective"}
+        self.free_of_rules = told | {change["robot"] for change in changes}
+        """Robots whose objective others change, so that its rules are not those of the data."""
+        self.mission, self.data = Mission(data), data
+        self.rivals, self.defects = self.mission.conflicts, list[str]()
+        starts = {name: self.mission.start(name) for name in data["robots"]}
+        self.heading = {name: heading for name, (_, heading) in starts.items()}
+        self.at = {name: {region} for name, (region, _) in starts.items()}
+        self.visits = {name: [region] for name, (region, _) in starts.items()}
         self.way: dict[str, tuple[int, int]] = {}
         self.stages: dict[str, Stage] = {}
-        self.walls: set[str] = set()
-        self.known: set[str] = set()
+        self.walls, self.known = set[str](), set[str]()
         self.believed: set[str] = set()
         """Obstacles of which a sensor has told although they are not there."""
-        self.failures: dict[str, list[int]] = {name: [] for name in start}
+        self.failures: dict[str, list[int]] = {name: [] for name in self.at}
         self.actions: Counter[tuple[str, str]] = Counter()
         """Failed actions of a robot on an obstacle."""
         self.out: set[str] = set()
@@ -69,20 +98,35 @@ class Walk:
         """Commands that ended before their robot was put down: told again they mean nothing."""
         self.acting: set[str] = set()
         self.hidden: tuple[Any, ...] = ()
-        self.free_of_rules, self.slid = {*told}, set[str]()
+        self.slid: set[str] = set()
+        self.batteries = self._batteries()
         for line in log:
             self._follow(line, line.get("robot", ""))
-        self.defects += Charges(data, start, log).defects
+
+    def _batteries(self) -> dict[str, Battery]:
+        models = (self.data.get("catalogue") or {}).get("robots") or {}
+        chargers, robots = {*self.data.get("chargers", ())}, self.data["robots"].items()
+        own = {name: models.get(robot["model"], {}).get("battery") for name, robot in robots}
+        return {
+            name: Battery(battery, chargers, *self.visits[name])
+            for name, battery in own.items()
+            if battery and "flat" not in self.data
+        }
 
     def _found(self, line: Line, said: str) -> None:
         self.defects.append(f"{line['t']:.2f} s: {said}")
 
     def _follow(self, line: Line, name: str) -> None:
+        battery = self.batteries.get(name)
         match line["log"]:
             case "start":
                 self._start(line, name)
+                if battery and (said := battery.starts(line["t"], line["command"])):
+                    self._found(line, f"{name} {said}")
             case "end":
                 self._end(line, name)
+                if battery:
+                    battery.ends(line["at"])
             case "act":
                 if line["busy"] or name in self.out:
                     self._found(line, f"{name} is to act, and cannot: {dict(line)}")
@@ -104,22 +148,26 @@ class Walk:
                 self.hidden = line["t"], name, line["obstacle"]
             case "told":
                 self._told(line, name)
+                if battery:
+                    battery.told(line["t"], line["command"])
             case "put":
                 self.at[name] = {line["at"]}
                 self.out.discard(name)
                 self.settled |= {told for told in self.heard if told[0] == name}
                 self.failures[name].clear()
-                self._forgive(lambda robot, _: robot == name)
+                self._forgive(robot=name)
                 self._apart(line, name)
+                if battery:
+                    battery.put(line["t"], line["at"])
 
     def _start(self, line: Line, name: str) -> None:
-        to, origin = line["to"], line["origin"]
+        to, origin, stops = line["to"], line["origin"], line["stops"]
         self.silent.discard(name)
         if line["busy"] or name in self.acting:
             self._found(line, f"{name} has a command already")
         if name in self.out:
             self._found(line, f"{name}, which is lost or broken, is sent to {to}")
-        if not self.at[name] <= {origin} or abs(to - origin) not in (0, 1, self.cols):
+        if not self.at[name] <= {origin} or abs(to - origin) not in (0, 1, self.mission.cols):
             have = sorted(self.at[name])
             self._found(line, f"{name} sets out from {origin} to {to}, and has {have}")
         # It may have decided to stay first, which counts again, and takes no time here. That it has
@@ -128,13 +176,11 @@ class Walk:
         self.at[name], self.way[name] = {origin, to}, (origin, to)
         self._apart(line, name)
         self._rules(line, name)
-        stops = line["stops"]
-        if stops is None:
-            return
-        told = stops in self.known or stops in self.walls
-        if told or self.hidden != (line["t"], name, stops):
-            how = "known" if told else "before its sensor"
-            self._found(line, f"{name} is sent into {stops}, which is {how}")
+        if stops is not None:
+            told = stops in self.known or stops in self.walls
+            if told or self.hidden != (line["t"], name, stops):
+                how = "known" if told else "before its sensor"
+                self._found(line, f"{name} is sent into {stops}, which is {how}")
 
     def _apart(self, line: Line, name: str) -> None:
         for other in self.rivals[name]:
@@ -160,15 +206,15 @@ class Walk:
                     self._found(line, f"{name} enters the zone where {other} is")
 
     def _end(self, line: Line, name: str) -> None:
-        before, bound = self.way.pop(name, (line["at"], line["at"]))
-        self.at[name] = {*(line["within"] or [line["at"]])}
-        if line["how"] == "elsewhere" and line["at"] != bound:
+        to = line["at"]
+        before, bound = self.way.pop(name, (to, to))
+        self.at[name] = {*(line["within"] or [to])}
+        if line["how"] == "elsewhere" and to != bound:
             self.slid.add(name)
             self._apart(line, name)
-        if line["at"] != before and not line["within"]:
-            self.visits[name].append(line["at"])
-            if self.heading[name] != NO_HEADING:
-                self.heading[name] = self._way(before, line["at"])
+        if to != before and not line["within"]:
+            self.visits[name].append(to)
+            self.heading[name] = self.mission.turned(self.heading[name], before, to)
         if line["how"] == "failed":
             self.failures[name].append(bound)
         elif line["how"] == "arrived":
@@ -187,7 +233,7 @@ class Walk:
         else:
             self.known.discard(obstacle)
         self.stages.pop(obstacle, None)
-        self._forgive(lambda _, other: other == obstacle)
+        self._forgive(obstacle=obstacle)
         if line["log"] == "resolved":  # rounds count from the last resolution
             self.visits = {other: seen[-1:] for other, seen in self.visits.items()}
 
@@ -200,160 +246,81 @@ class Walk:
         if command not in self.settled and (lost or (line["fatal"] and name not in self.back)):
             self.out.add(name)
 
-    def _forgive(self, which: Callable[[str, str], bool]) -> None:
-        self.actions = Counter({k: n for k, n in self.actions.items() if not which(*k)})
-
-    def _way(self, before: int, to: int) -> int:
-        return (-self.cols, 1, self.cols, -1).index(to - before)
+    def _forgive(self, robot: str = "", obstacle: str = "") -> None:
+        for pair in [*self.actions]:
+            if robot in pair or obstacle in pair:
+                del self.actions[pair]
 
     # -- the end -----------------------------------------------------------------------------
 
-    def pose(self, name: str) -> tuple[int, int]:
+    def pose(self, name: str) -> Pose:
         """Where a robot is; where it goes, if it is under way: it ends its step."""
         if name not in self.way:
             return min(self.at[name]), self.heading[name]
-        turns = self.heading[name] != NO_HEADING
-        return self.way[name][1], self._way(*self.way[name]) if turns else NO_HEADING
+        return self.way[name][1], self.mission.turned(self.heading[name], *self.way[name])
 
     def unreliable(self) -> set[str]:
         """Robots that the run may have put out of service."""
         many = {n for n, failed in self.failures.items() if len(failed) >= 2 * RETRIES}
         return self.out | self.silent | many
 
+    def given_up(self) -> set[tuple[str, str]]:
+        """Robots, each with an obstacle that may be given up since its actions have failed."""
+        return {pair for pair, count in self.actions.items() if count >= ACTIONS}
+
     def unknowns(self) -> set[tuple[int, str]]:
         """Regions that a robot has failed to enter so often that an obstacle may be there, with the
         robot's layer."""
-        found = set()
-        for name, failed in self.failures.items():
-            found |= {(r, self.layers[name]) for r in failed if failed.count(r) >= RETRIES}
-        return found
+        return {
+            (region, self.mission.layers[name])
+            for name, failed in self.failures.items()
+            for region in failed
+            if failed.count(region) >= RETRIES
+        }
 
 
-def verdict(data: Data, mission: Mission, walk: Walk, outcome: str, budget: int = 20_000) -> str:
+def judge_log(walk: Walk, outcome: str) -> str:
     """Return the finding on a run with this outcome; empty if there is none, ``?`` if the search
     was too large."""
     if walk.defects:
         return "; ".join(walk.defects[:3])
-    match outcome:
-        case "completed":
-            return "; ".join(_not_done(mission, walk))
-        case "operator_needed" if not walk.unreliable():
-            return _false_statement(data, {*mission.obstacles}, walk, budget)
+    if outcome == "completed":
+        return "; ".join(_not_done(walk))
+    if outcome == "operator_needed" and not walk.unreliable():
+        possible = can_complete(*_known_at_the_end(walk), BUDGET)
+        told = "it says that an operator is needed, but the mission can be completed"
+        return "?" if possible is None else told if possible else ""
     return ""
 
 
-def _not_done(mission: Mission, walk: Walk) -> list[str]:
+def _not_done(walk: Walk) -> list[str]:
     found = []
-    for robot in mission.robots:
-        visits = walk.visits[robot.name]
+    for name, robot in walk.mission.robots.items():
+        visits = walk.visits[name]
         single = len(robot.targets) == 1 and robot.targets[0] & {*visits}
         if robot.formulas or single or (robot.stays and visits[-1] in robot.targets[-1]):
             continue  # staying at a single or last target is enough
         done = rounds_done(robot, visits)
-        if done < mission.rounds:
-            found.append(f"{robot.name} has done {done} rounds of {mission.rounds}")
+        if done < walk.mission.rounds:
+            found.append(f"{name} has done {done} rounds of {walk.mission.rounds}")
     return found
 
 
-def _false_statement(data: Data, listed: set[str], walk: Walk, budget: int) -> str:
-    """A run that needs an operator is right if those in service cannot complete the mission, with
-    all that sensors have shown and that failures make likely in their way."""
-    kinds = dict((data.get("catalogue") or {}).get("obstacles", {}))
+def _known_at_the_end(walk: Walk) -> tuple[Mission, Situation]:
+    """The mission of the robots in service, with all that sensors have shown and that failures make
+    likely in their way."""
+    data, kinds = walk.data, dict((walk.data.get("catalogue") or {}).get("obstacles", {}))
     entries = list(data.get("obstacles") or ())
-    shown = dict.fromkeys(walk.believed - listed, FIRST)
+    shown = dict.fromkeys(walk.believed - walk.mission.obstacles.keys(), FIRST)
     entries += [{"type": n.split("@")[0], "region": int(n.split("@")[1])} for n in shown]
     for region, layer in walk.unknowns():
         kinds[f"unknown_{layer}"] = {"action": "operator", "blocks": [layer]}
         entries.append({"type": f"unknown_{layer}", "region": region})
         shown[f"unknown_{layer}@{region}"] = FIRST
     catalogue = {**(data.get("catalogue") or {}), "obstacles": kinds}
-    mission = read_mission({**data, "obstacles": entries, "catalogue": catalogue})
-    mission = _without(mission, {pair for pair, n in walk.actions.items() if n >= ACTIONS})
+    data = {**data, "obstacles": entries, "catalogue": catalogue}
+    mission = Mission(data, walk.given_up())
     there = walk.known & mission.obstacles.keys() - walk.walls
     known = {name: walk.stages.get(name, FIRST) for name in there} | shown
     poses = {name: walk.pose(name) for name in walk.at}
-    begin = Situation(poses, dict.fromkeys(walk.at, (0, 0)), known, frozenset(walk.walls))
-    answer = joint.can_complete(mission, begin, budget)
-    if answer is Answer.YES:
-        return "it says that an operator is needed, but the mission can be completed"
-    return "?" if answer is Answer.OVER_BUDGET else ""
-
-
-def _without(mission: Mission, barred: Collection[tuple[str, str]]) -> Mission:
-    """The mission in which these robots lack the actions of these obstacles."""
-    obstacles, able = dict(mission.obstacles), {r.name: r.capabilities for r in mission.robots}
-    for name in {obstacle for _, obstacle in barred} & obstacles.keys():
-        it = obstacles[name]
-        own = {need.action: f"{need.action} {name}" for need in it.needs}
-        needs = tuple(replace(need, action=own[need.action]) for need in it.needs)
-        obstacles[name] = replace(it, needs=needs)
-        for robot in mission.robots:
-            if (robot.name, name) not in barred:
-                able[robot.name] |= {own[a] for a in own.keys() & robot.capabilities}
-    robots = tuple(replace(robot, capabilities=able[robot.name]) for robot in mission.robots)
-    return replace(mission, obstacles=obstacles, robots=robots)
-
-
-# The charges of robots along the log of a world.
-
-
-Line = Mapping[str, Any]
-CLOSE = 1e-5
-"""Of a charge: seconds of a log are not rounded."""
-
-
-class Charges:
-    """The charges of robots along a log without new batteries: a step takes ``move`` when it
-    ends, a second without one ``stay``, or gives ``charge`` on a charger. A robot stands from the
-    moment on at which the team is told of the end of its step. ``starts``: regions; ``defects``:
-    steps without charge."""
-
-    def __init__(
-        self, data: Mapping[str, Any], starts: Mapping[str, int], log: Sequence[Line]
-    ) -> None:
-        models = (data.get("catalogue") or {}).get("robots") or {}
-        robots = data["robots"].items()
-        self.batteries = {n: models.get(r["model"], {}).get("battery") for n, r in robots}
-        self.batteries = {n: b for n, b in self.batteries.items() if b and "flat" not in data}
-        self.chargers = {*data.get("chargers", ())}
-        self.charge = {n: float(b.get("start", b["capacity"])) for n, b in self.batteries.items()}
-        self.at = {**starts}
-        self.since: dict[str, float | None] = dict.fromkeys(self.batteries, 0.0)
-        self.under_way: dict[str, int] = {}
-        self.defects: list[str] = []
-        for line in log:
-            if line.get("robot") in self.batteries:
-                self._follow(line, line["robot"])
-
-    def _pass(self, name: str, t: float) -> None:
-        """Let a robot that stands have stood until then."""
-        battery, since = self.batteries[name], self.since[name]
-        if since is None:
-            return
-        on = self.at[name] in self.chargers
-        rate = battery["charge"] if on else -battery.get("stay", 0)
-        charge = self.charge[name] + rate * (t - since)
-        self.charge[name] = min(battery["capacity"], max(0.0, charge))
-        self.since[name] = t
-
-    def _follow(self, line: Line, name: str) -> None:
-        move = self.batteries[name].get("move", 1)
-        match line["log"]:
-            case "start":
-                self._pass(name, line["t"])
-                self.since[name], self.under_way[name] = None, line["command"]
-                if self.charge[name] < move - CLOSE:
-                    told = f"{name} sets out with a charge of {self.charge[name]:g}"
-                    self.defects.append(f"{line['t']:.2f} s: {told}")
-            case "end":
-                self.charge[name] = max(0.0, self.charge[name] - move)
-                self.at[name] = line["at"]
-            case "told" if line["command"] == self.under_way.get(name):
-                del self.under_way[name]
-                self.since[name] = line["t"]
-                self._pass(name, line["t"])
-            case "put":
-                self._pass(name, line["t"])
-                self.at[name] = line["at"]
-            case _:
-                pass
+    return mission, Situation(poses, dict.fromkeys(poses, (0, 0)), known, frozenset(walk.walls))
