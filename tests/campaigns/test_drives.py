@@ -132,10 +132,11 @@ def late_mission(seed: int) -> Data:
     for robot in data["robots"].values():
         robot["objective"].pop("within", None)
         robot.pop("avoids", None)  # bodies do not share a region
-    types, solid = data["catalogue"]["obstacles"], None
+    types, solid = data["catalogue"]["obstacles"].items(), None
+    seen = {"uncertainty", *(name for name, kind in types if kind.get("has_truth"))}
     for obstacle in data["obstacles"]:
         obstacle.pop("resolve_within", None)
-        if not types[obstacle["type"]].get("has_truth"):
+        if obstacle["type"] not in seen:
             solid = solid or obstacle["type"]
             obstacle["type"] = solid
     data["map"].setdefault("resolution", random.choice(SIDES))
