@@ -53,7 +53,8 @@ OTHERS: dict[type[ast.AST], type[ast.AST]] = {
 """Operators, each with the one that takes its place."""
 UNCHANGED = (ast.JoinedStr, ast.pattern, ast.arguments)
 TYPES = ("annotation", "returns")
-"""Nodes and fields in which nothing changes: texts, patterns, parameters, types."""
+"""Nodes and fields in which nothing changes: texts, patterns, parameters, types; neither do the
+keywords of a class."""
 
 
 class Mutant(NamedTuple):
@@ -117,9 +118,10 @@ def mutants(path: Path) -> Iterator[Mutant]:
             place = node.lineno, node.col_offset, node.end_col_offset  # type: ignore[attr-defined]
             yield Mutant(path, *place, shown)
         for field, value in ast.iter_fields(node):
+            if field in TYPES or (field == "keywords" and isinstance(node, ast.ClassDef)):
+                continue
             inner = value if isinstance(value, list) else [value]
-            nodes = (each for each in inner if isinstance(each, ast.AST))
-            left += (n for n in nodes if field not in TYPES and not isinstance(n, UNCHANGED))
+            left += (n for n in inner if isinstance(n, ast.AST) and not isinstance(n, UNCHANGED))
 
 
 def ordered(path: Path) -> list[str]:
