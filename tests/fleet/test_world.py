@@ -147,7 +147,7 @@ class Case:
     """A case that is played. Its steps have the first or second word of a line as their names."""
 
     def __init__(self, lines: list[str]) -> None:
-        first = lines[0].split() if lines[0].startswith("hall") else []
+        first = lines[0].split() if lines[0].startswith("hall") else [""]
         side = first[first.index("side") + 1] if "side" in first else "1.0"
         text = CORRIDOR if "corridor" in first else YARD if "yard" in first else HALL
         self.scenario = load_scenario_text(text.replace("resolution: 1.0", f"resolution: {side}"))
@@ -160,12 +160,19 @@ class Case:
             report="obstacles" if "report" in first else None,
         )
         self.world = FleetWorld(self.scenario, dict.fromkeys(robots.x, station), robots)
+        robots.x = {"silent": {}, "elsewhere": robots.x | {"digit": 3.5}}.get(first[-1], robots.x)
+        robots.yaw = 1.5 if first[-1] == "turned" else 0.0
+        if lines[1].startswith("refused"):
+            with pytest.raises(UsageError) as error:
+                self.world.open(patience=0.05)
+            assert all(words in str(error.value) for words in lines[1].split(": ")[1:])
+            return
         self.world.open()
         for name in robots.x if "scan" in first and "blind" not in first else ():
             self.scan(name, "9")
         self.team = {robot.name: robot for robot in self.scenario.robots}
         self.marked, self.commands = 0.0, iter(range(1, 100))
-        for line in lines[bool(first) :]:
+        for line in lines[first != [""] :]:
             self.play(line)
 
     def play(self, line: str) -> None:
@@ -316,35 +323,6 @@ class Case:
 @pytest.mark.parametrize("name", [name for name in CASES if not name.startswith("define ")])
 def test_a_command_ends_by_one_event_that_is_true(name: str) -> None:
     Case(CASES[name])
-
-
-@pytest.mark.parametrize(
-    ("change", "told"),
-    [
-        ({"x": {}}, r"no answer in 0\.05 s from /digit/odom, /quad/odom"),
-        (
-            {"x": {"digit": 3.5, "quad": 1.5}},
-            r"digit is in region 10 \(3.50, 2.50 m\).* begins with it in 8 \(.*\n.*of the map",
-        ),
-        ({"yaw": 1.5}, r"digit faces north; the run .* facing east\n"),
-    ],
-    ids=["silent", "elsewhere", "turned"],
-)
-def test_a_robot_that_is_silent_or_begins_in_another_pose_is_named(
-    change: dict[str, object], told: str
-) -> None:
-    scenario = load_scenario_text(HALL)
-    robots, stations = Robots(scenario), {name: Station(f"/{name}") for name in ("digit", "quad")}
-    for name, value in change.items():
-        setattr(robots, name, value)
-    with pytest.raises(UsageError, match=told):
-        FleetWorld(scenario, stations, robots).open(patience=0.05)
-
-
-def test_a_map_without_metres_is_refused() -> None:
-    scenario = load_scenario_text(HALL.replace("resolution: 1.0, ", ""))
-    with pytest.raises(UsageError, match=r"add 'resolution: 1\.0'"):
-        FleetWorld(scenario, {}, Robots(scenario))
 
 
 class Obedient(Robots):
