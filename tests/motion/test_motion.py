@@ -84,12 +84,6 @@ def test_a_robot_without_charge_stands_until_its_battery_is_replaced() -> None:
     assert check_motion(motion_of(undecided), undecided) == []
 
 
-def test_all_robots_of_a_joint_action_act_at_the_same_time() -> None:
-    acts = motion("beam").of(Action)
-    assert len(acts) == 2 * len({(act.t0, act.t1) for act in acts})
-    assert len({act.robot for act in acts}) == 2
-
-
 def test_times_that_ignore_conflicts_or_exclusions_are_refused() -> None:
     """As those of robots that heed less than the trace does."""
     for trace, rule in (
@@ -119,14 +113,6 @@ def test_a_step_before_the_decision_that_it_follows_is_refused(name: str, decisi
     serial[step] = replace(serial[step], t=(serial[at].t or 0.0) - 0.1)
     (found,) = disorder(timed, serial)
     assert (found.rule, found.found[:14]) == ("order", "begins 0.100 s")
-
-
-def test_a_robot_that_opens_a_door_by_entering_acts_in_front_of_it() -> None:
-    """Its body is in the first half of the region, 5 cm behind the border."""
-    moved = motion_of(read_bytes(played(beside(__file__, "scenarios/pushing.yaml"))))
-    (act,) = moved.of(Action)
-    (x, _) = columns_at(moved, "cart", np.array([act.t0, act.t1])).place
-    assert x == pytest.approx([2 * 2.7 + 0.25 + 0.05] * 2)
 
 
 @pytest.mark.parametrize("clock", ["lockstep", "live"])
