@@ -90,55 +90,6 @@ class Strategy:
         return sources, [*chain(*(self.next[node] for node in nodes))]
 
 
-def check_strategy(task: Any, nodes: Sequence[int], measures: Any) -> None:
-    """Refuse unless the strategy of a task keeps its demands in these nodes. ``measures``: one for
-    each goal."""
-    graph = task.graph
-    for node in nodes:
-        inputs = [graph.inputs[target] for target in graph.next[node]]
-        missing = sorted(task.expected(task.asked[node]) - {*inputs})[:1]
-        message = f"node {node} has no successor for {missing} of {[*graph.names]}"
-        require(not missing, f"{message}, which can occur by the scenario")
-        require(len({*inputs}) == len(inputs), f"node {node} has two successors for one input")
-    edges = graph.edges(nodes)
-    for node, target in zip(*edges, strict=True):
-        if not task.allows(node, target):
-            where = f"from {task.poses[node]} to {task.poses[target]}"
-            message = f"the scenario forbids the edge from node {node} to node {target}: {where}"
-            seen = graph.values(target, graph.names)
-            raise RefusedError(f"{message}, observing {seen}")
-    goals, assumed = task.met(edges)
-    for k, (met, measure) in enumerate(zip(goals, measures, strict=True)):
-        check_measure(edges, f"goal {k} of the scenario", met, assumed, measure)
-
-
-def check_counterstrategy(task: Any, proof: Mapping[str, Any]) -> None:
-    """Refuse unless the counterstrategy of a task defeats every strategy that keeps its demands.
-    The environment begins with the input ``start`` and continues from node v with ``chosen[v]``:
-    that can occur, and each reply to it has a node. Each infinite path meets every assumption
-    infinitely often (a measure for each), and misses a goal forever from some point on (one
-    measure, whose excuses are the goals)."""
-    graph, start = task.graph, tuple(proof["start"])
-    chosen = [*map(tuple, proof["chosen"])]
-    require(start == task.opening, "the initial input cannot occur")
-    begin = task.answered(start)
-    missing = task.openings() - {task.done[node] for node in begin}
-    require(not missing, f"the robot could begin with {missing}")
-    for node in (nodes := graph.reach(begin)):
-        row, after = chosen[node], graph.next[node]
-        occurs = row in task.expected(task.asked[node])
-        require(occurs, f"the input chosen in node {node} cannot occur")
-        listed = {task.done[target] for target in after if graph.inputs[target] == row}
-        missing = task.replies(node, row) - listed
-        require(not missing, f"in node {node} the robot could continue to {missing}")
-    edges, (*each, last) = graph.edges(nodes), proof["measures"]
-    goals, assumed = task.met(edges)
-    for k, (met, measure) in enumerate(zip(assumed, each, strict=bool(edges[0]))):
-        check_measure(edges, f"assumption {k}, infinitely often", met, [], measure)
-    never = [False] * len(edges[0])
-    check_measure(edges, "a goal is missed forever", never, goals, last)
-
-
 def check_measure(edges: Edges, what: str, met: Met, excuses: list[Met], given: Any) -> None:
     """Refuse unless each infinite path of these edges meets the goal infinitely often, or one of
     the ``excuses`` never again from some point on.
@@ -333,8 +284,10 @@ class Task:
         return [seen[name] == value for name in self.heard for value in self.again[name]]
 
     def check_keeps(self, start: int, measures: Any) -> None:
-        """Refuse unless every run of the strategy from a node keeps the scenario's demands."""
-        require(start < self.graph.count, f"the strategy has no node {start}")
+        """Refuse unless every run of the strategy from a node keeps the scenario's demands.
+        ``measures``: one for each goal."""
+        graph = self.graph
+        require(start < graph.count, f"the strategy has no node {start}")
         turns = {"heading": HEADINGS.index(str(self.pose[1]))} if self.faces else {}
         known: dict[str, int | None] = {
             "region": self.pose[0],
@@ -342,17 +295,54 @@ class Task:
             **self.memory,
             **self.given,
         }
-        given = self.graph.values(start, known)
+        given = graph.values(start, known)
         require(given == known, f"its initial values are {given}, not {known}")
         require(self.done[start] in self.openings(), "its initial state violates the objective")
-        nodes = self.graph.reach([start])
-        check_strategy(self, nodes, measures)
+        nodes = graph.reach([start])
+        for node in nodes:
+            inputs = [graph.inputs[target] for target in graph.next[node]]
+            missing = sorted(self.expected(self.asked[node]) - {*inputs})[:1]
+            message = f"node {node} has no successor for {missing} of {[*graph.names]}"
+            require(not missing, f"{message}, which can occur by the scenario")
+            require(len({*inputs}) == len(inputs), f"node {node} has two successors for one input")
+        edges = graph.edges(nodes)
+        for node, target in zip(*edges, strict=True):
+            if not self.allows(node, target):
+                edge = f"from node {node} to node {target}"
+                where = f"from {self.poses[node]} to {self.poses[target]}"
+                seen = f"observing {graph.values(target, graph.names)}"
+                raise RefusedError(f"the scenario forbids the edge {edge}: {where}, {seen}")
+        goals, assumed = self.met(edges)
+        for k, (met, measure) in enumerate(zip(goals, measures, strict=True)):
+            check_measure(edges, f"goal {k} of the scenario", met, assumed, measure)
         for node in nodes:
             self.of_pose.setdefault(self.poses[node], set()).add(node)
 
-    def check_defeats(self, proof: Any) -> None:
-        """Refuse unless the counterstrategy defeats every strategy."""
-        check_counterstrategy(self, proof)
+    def check_defeats(self, proof: Mapping[str, Any]) -> None:
+        """Refuse unless the counterstrategy defeats every strategy that keeps the demands. The
+        environment begins with the input ``start`` and continues from node v with ``chosen[v]``:
+        that can occur, and each reply to it has a node. Each infinite path meets every assumption
+        infinitely often (a measure for each), and misses a goal forever from some point on (one
+        measure, whose excuses are the goals)."""
+        graph, start = self.graph, tuple(proof["start"])
+        chosen = [*map(tuple, proof["chosen"])]
+        require(start == self.opening, "the initial input cannot occur")
+        begin = self.answered(start)
+        missing = self.openings() - {self.done[node] for node in begin}
+        require(not missing, f"the robot could begin with {missing}")
+        for node in (nodes := graph.reach(begin)):
+            row, after = chosen[node], graph.next[node]
+            occurs = row in self.expected(self.asked[node])
+            require(occurs, f"the input chosen in node {node} cannot occur")
+            listed = {self.done[target] for target in after if graph.inputs[target] == row}
+            missing = self.replies(node, row) - listed
+            require(not missing, f"in node {node} the robot could continue to {missing}")
+        edges, (*each, last) = graph.edges(nodes), proof["measures"]
+        goals, assumed = self.met(edges)
+        for k, (met, measure) in enumerate(zip(assumed, each, strict=bool(edges[0]))):
+            check_measure(edges, f"assumption {k}, infinitely often", met, [], measure)
+        never = [False] * len(edges[0])
+        check_measure(edges, "a goal is missed forever", never, goals, last)
 
 
 class Others:
