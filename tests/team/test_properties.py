@@ -1,14 +1,24 @@
-"""Properties of the model alone, on random boards: what a search foresees against the run's events,
-and plans whose steps end in any order."""
+"""Properties of teams on random boards, whatever the durations of steps (docs/coordination.md):
+what a search foresees against the events, plans whose steps end in any order, both clocks. That
+runs keep all rules, campaigns show."""
 
+import os
+from collections.abc import Callable
 from random import Random
+from typing import Any
 
+import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from drawn import loads
+from safenav.errors import Outcome
 from safenav.plan.ask import Found, ask
 from safenav.plan.order import at_end, closed, joint_now, next_step
+from safenav.runtime.control import coordinate
+from safenav.runtime.run.mission import Mission
+from safenav.scenario.model import Clock
 from safenav.solve.solve import Solver, settle
 from safenav.team import state as now
 from safenav.team.acts import acts_on, is_reserved, resolved, standing
@@ -16,10 +26,14 @@ from safenav.team.apply import apply, initial
 from safenav.team.floor import Floor, Joint, floor_now
 from safenav.team.state import Is, State
 from safenav.team.team import Team, team_of
+from support.durations import Uneven
 from support.examples import campaign
 from support.missions import Data, mission
 
 FAMILIES = ("labs", "tight_needs", "parking_hidden")
+HIDDEN = ("tight_hidden", "parking_hidden", "tight_needs")
+VERDICTS = (Outcome.COMPLETED, Outcome.OPERATOR_NEEDED, Outcome.UNREALIZABLE)
+RUNS = int(os.environ.get("SAFENAV_FUZZ", "0")) or 30
 MOST_EVENTS = 2_000
 REPLANS = 0.1
 """How often a plan is dropped and made again while robots are on their way."""
@@ -187,3 +201,29 @@ def test_resolving_only_opens(seed: int) -> None:
             before, after = after, floor.advanced(g, after, floor.able(g, after))
             for i in floor.robots:
                 assert not floor.allowed(i, before) & ~floor.allowed(i, after)
+
+
+@pytest.mark.parametrize("seed", range(RUNS))
+def test_both_clocks_end_alike_and_no_plan_waits_for_itself(
+    seed: int, played: Callable[[], None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The net that would ask for another plan (I3) never catches one."""
+    stuck = coordinate.stuck
+
+    def never(*arguments: Any) -> bool:
+        assert not stuck(*arguments), "a plan waits for itself"
+        return False
+
+    monkeypatch.setattr(coordinate, "stuck", never)
+    _, scenario = loads(lambda number: mission(HIDDEN[seed % 3], number), seed)
+    random = Random(f"speeds {seed}")
+    speeds = {robot.name: random.uniform(0.3, 3.0) for robot in scenario.robots}
+    live = replace(scenario, clock=Clock.LIVE)
+    world = Uneven(live, speeds=speeds, delayed=0.2, seed=seed)
+    ends = {Mission(scenario).run().outcome, Mission(live, world=world).run().outcome}
+    assert len(ends) == 1 and ends < {
+        Outcome.COMPLETED,
+        Outcome.OPERATOR_NEEDED,
+        Outcome.UNREALIZABLE,
+    }
+    played()
