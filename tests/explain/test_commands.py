@@ -10,7 +10,9 @@ import pytest
 
 from explain.conftest import invoke
 from once import SCENARIOS
+from safenav.errors import Verdict
 from safenav.explain.explanation import NoStrategyCause, RepairKind
+from safenav.explain.play import Questions
 from safenav.report.terminal.explanation_text import explanation_lines
 from safenav.review.postmortem import explain_team
 from safenav.runtime.run.mission import Mission, default_synthesizer, first_results
@@ -77,17 +79,23 @@ def test_the_documentation_explains_every_cause() -> None:
     assert {cause.value for cause in NoStrategyCause} <= set(named)
 
 
-def test_without_time_only_proven_results_are_printed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_without_time_only_proven_results_are_printed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("safenav.explain.play.BUDGET_SECONDS", 0.0)
     status, output, _ = invoke("explain", FOLDER / "forbidden_way.yaml")
     assert status == 1 and "because its guarantees conflict\n" in output
     assert "What happens" not in output and "cooperated" not in output
+
+
+@pytest.mark.parametrize("first", [1, 99])
+def test_checks_without_a_verdict_are_reported(
+    first: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    left, known = iter([Verdict.TIMEOUT] * first), Questions.verdict
+    monkeypatch.setattr(Questions, "verdict", lambda *spec: next(left, None) or known(*spec))
     (file := tmp_path / "s").write_text("[OUTPUT]\na\n[SYS_TRANS]\na'\n!a'\n")
     status, output, _ = invoke("explain", file)
     assert status == 1
-    assert output.splitlines()[1:] == [
+    assert output.splitlines()[1:5] == [
         "These guarantees conflict:",
         "  - line 4 [SYS_TRANS] a'",
         "  - line 5 [SYS_TRANS] !a'",
