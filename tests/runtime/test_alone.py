@@ -126,15 +126,13 @@ class Drawn:
 
     def possible(self, t: Turn, heading: int) -> bool:
         """Whether the map, the mobility and the rules allow this."""
+        kept = all(holds(t) for _, holds in self.rules)
         if t.q == t.r:
-            return t.h == heading and (not self.formula or self.kept(t))
+            return t.h == heading and (kept or not self.formula)
         way = {-self.cols: 0, 1: 1, self.cols: 2, -1: 3}.get(t.q - t.r)
         legal = way is not None and self.cells[t.q] == "." and t.q not in self.avoid
         turns = not self.turns or (way == t.h and way != (heading + 2) % 4)
-        return legal and turns and self.kept(t)
-
-    def kept(self, t: Turn) -> bool:
-        return all(holds(t) for _, holds in self.rules)
+        return legal and turns and kept
 
     def can(self) -> bool:
         """Whether the robot wins against all values of the input: pose and value are the state, the

@@ -24,9 +24,7 @@ HELLO = safenav.load_scenario(ROOT / "scenarios" / "hello.yaml")
 
 
 def run(program: str, folder: Path) -> str:
-    found = [str(ROOT), os.environ.get("PYTHONPATH", "")]
-    path = os.pathsep.join(entry for entry in found if entry)
-    environment = {**os.environ, "PYTHONPATH": path, "SAFENAV_CACHE": str(folder / "cache")}
+    environment = {**os.environ, "SAFENAV_CACHE": str(folder / "cache")}
     words = [sys.executable, "-W", "error", "-c", program]
     done = ran(words, cwd=folder, env=environment, timeout=120)
     assert done.returncode == 0, done.stderr

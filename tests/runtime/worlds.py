@@ -43,10 +43,6 @@ class Driven:
         self.obstacles, self.at = scenario.obstacles, dict[str, Region]()
         self.looks = {name: [*told] for name, told in (looks or {}).items()}
 
-    @property
-    def moves(self) -> int:
-        return self.count.total()
-
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
         found, left = self.truth.sense(robot, region), self.looks.get(robot.name, [True])
         sees = found is None or (left.pop(0) if len(left) > 1 else left[0])

@@ -333,7 +333,7 @@ def test_a_mission_in_a_world_of_ones_own_is_seen_as_it_happens(browser: Browser
         for _ in range(9):
             mission.step()
         browser.wait(lambda: browser.tick == 9)  # while the program does nothing
-        assert fleet.moves
+        assert fleet.count
         assert not browser.all('button[aria-label="Run"], button[aria-label="Pause the run"]')
         browser.press(" ")
         browser.wait(lambda: "drives the run" in browser.words("body"))

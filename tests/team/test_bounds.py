@@ -216,16 +216,17 @@ def program() -> subprocess.Popen[str]:
     return subprocess.Popen([built], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 
 
-def every_behaviour(asked: Moment) -> list[int]:
-    """The turns in which each obstacle is resolved at the earliest, and in which all targets can be
-    met; NEVER if they cannot."""
+def every_behaviour(asked: Moment) -> tuple[list[int], int]:
+    """The turns in which each obstacle is resolved at the earliest, and the tick in which all
+    targets can be met; NEVER if they cannot."""
     talk = program()
     assert talk.stdin is not None and talk.stdout is not None
     talk.stdin.write(" ".join(map(str, numbers(asked))) + "\n")
     talk.stdin.flush()
     states, *turns = map(int, talk.stdout.readline().split())
     assert states >= 0, "too many states"
-    return [bound.NEVER if turn < 0 else turn for turn in turns]
+    *found, last = [bound.NEVER if turn < 0 else turn for turn in turns]
+    return found, last // len(asked.robots) if last < bound.NEVER else last
 
 
 def as_state(asked: Moment) -> tuple[Team, State]:
@@ -257,20 +258,16 @@ def test_a_bound_never_exceeds_the_earliest_possible_turn(
         goals = [graph.poses_on(region_mask(target)) for target in asked.targets]
         times = bound.earliest(found)
         met = bound.rounds_done(found, asked.walker, times, goals)
-        *truth, last = every_behaviour(asked)
+        truth, tick = every_behaviour(asked)
         kept = [k for k, each in enumerate(asked.data["obstacles"]) if "until" not in each]
         turns = [turn for turn, k in zip(truth, kept, strict=True) if asked.stages[k] is not None]
         for bounded, turn in zip(times, turns, strict=True):
             assert bounded[-1] <= turn, seed
             exact, all_ = exact + (bounded[-1] == turn), all_ + 1
-        assert met <= tick_of(last, asked), seed
+        assert met <= tick, seed
         if None not in asked.stages:
-            (last,) = every_behaviour(asked._replace(data=asked.data | {"obstacles": []}))
+            _, tick = every_behaviour(asked._replace(data=asked.data | {"obstacles": []}))
             met = bound.rounds_done(replace(found, opens=()), asked.walker, (), goals)
-            assert met == tick_of(last, asked), seed
+            assert met == tick, seed
         played()
     assert exact > 0.85 * all_
-
-
-def tick_of(turn: int, asked: Moment) -> int:
-    return turn // len(asked.robots) if turn < bound.NEVER else turn
