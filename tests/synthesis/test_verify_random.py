@@ -104,6 +104,12 @@ def samples(synthesizer: Synthesizer) -> dict[bool, list[Sample]]:
     return found
 
 
+@pytest.fixture(autouse=True)
+def small_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Edges are evaluated in blocks: also those of small automata in several."""
+    monkeypatch.setattr("safenav.verify.automaton._BLOCK_EDGES", 16)
+
+
 @pytest.fixture(scope="module")
 def synthesizer(slugs: Binary) -> Synthesizer:
     if not slugs.native:
