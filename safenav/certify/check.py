@@ -106,7 +106,7 @@ _GROUPS = (
     ("Run", ("outcome", "moves", "apart")),
     ("Strategies", ("keeps",)),
     ("Proven impossible", ("unrealizable", "never", "lost", "operator")),
-    ("Changes and failed assumptions", ("changed", "broken")),
+    ("Changes and failed assumptions", ("world", "changed", "broken")),
 )
 """Groups of claims: heading, kinds."""
 _LIMITS = (

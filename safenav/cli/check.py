@@ -292,6 +292,8 @@ def of_trace(file: GivenFile, with_motion: bool) -> JudgedFile:
     trace = read_bytes(content, file.source)
     found = checked(content, trace)
     lines = [*trace_lines(found)]
+    if trace.header.world == "external":
+        lines.append(EXTERNAL)
     if not with_motion and (formulas := trace.header.scenario.requirements):
         what = counted(len(formulas), "requirement")
         lines.append(f"Not judged: {what}; give the motion of the run also.")
@@ -382,6 +384,10 @@ def broken(source: object, found: Sequence[object], rest: str = "more") -> Itera
     if len(found) > SHOWN:
         yield f"and {len(found) - SHOWN} {rest} (--json prints them)"
 
+
+EXTERNAL = (
+    "A world of the user's ran it: what it reports is trusted, what it never showed may be absent."
+)
 
 BUNDLE_FILE = options.Output(".zip", folder=True)
 CERTIFY_EPILOG = """\b

@@ -363,6 +363,9 @@ class Evidence:
             lost = {name for name, spec in stated.items() if self._is_lost(name, spec, s)}
             if lost and e.proof is None and lost == stated.keys():
                 self.proven.add(e.number)
+            if e.kind == "outcome" and s.external:
+                what = "what it reports is trusted, what it never showed may be absent"
+                self.claim("world", None, f"A world of the user's ran it: {what}.")
             if e.kind == "outcome":
                 self.claim("outcome", e, _end(e, s, lost if e.proof is None else ()))
 
