@@ -242,11 +242,15 @@ def test_moves_are_neither_listed_nor_multiplied_out(
     assert all((missing or "") in each.detail for each in found)
 
 
-def test_inputs_that_are_tied_over_many_values_are_counted() -> None:
-    """2^30 values of three tied inputs, of which one value each is possible."""
-    text = "[INPUT]\nx:0...1023\ny:0...1023\nz:0...1023\n[ENV_TRANS]\nx' = y'\ny' = z' & z' = 7\n"
+@pytest.mark.parametrize(
+    ("last", "faults"), [("z' = 7", []), ("(z' = 7 | z' = 1023)", [Fault.MISSING_SUCCESSOR])]
+)
+def test_inputs_that_are_tied_over_many_values_are_counted(last: str, faults: list[Fault]) -> None:
+    """2^30 values of three tied inputs, of which one or two are possible; one has a successor."""
+    inputs = "[INPUT]\nx:0...1023\ny:0...1023\nz:0...1023\n"
+    text = f"{inputs}[ENV_TRANS]\nx' = y'\ny' = z' & {last}\n"
     node = {"rank": 0, "state": [1, 1, 1, *[0] * 7] * 3, "trans": [0]}
     names = [f"{n}@{k}" if k else f"{n}@0.0.1023" for n in "xyz" for k in range(10)]
     spec = read_specification(text + "[ENV_INIT]\nx + y + z = 21\nx = 7\ny = 7\n")
     strategy = Strategy.parse(json.dumps({"variables": names, "nodes": {"0": node}}).encode(), spec)
-    assert verify(spec, strategy).ok
+    assert [failure.fault for failure in verify(spec, strategy).failures] == faults
