@@ -41,6 +41,13 @@ OBJECTIVES = (
 ROBOTS = ("quad", "digit")
 
 
+CAUSES = {
+    **dict.fromkeys(("appeared", "service"), ("scenario", "world", "user", "battery")),
+    "objective": ("scenario", "user", "input"),
+}
+"""What can cause a change, by its type of line; of the others: the first three of these."""
+
+
 def examples(seed: int) -> list[Record]:
     """One of each type, the header first; whether optional fields are there depends on the seed."""
     rng = random.Random(seed)
@@ -90,6 +97,9 @@ def _struct(kind: type[Struct], rng: random.Random) -> Struct:
         if field.name == "line" or (field.default is None and rng.random() < 0.5):
             continue
         value = _example(hints[field.name], rng)
+        if isinstance(value, vocabulary.ChangeCause):
+            causes = CAUSES.get(str(kind.__struct_config__.tag), CAUSES["service"][:3])
+            value = vocabulary.ChangeCause(rng.choice(causes))
         if field.name == "robot" and isinstance(value, str):
             value = ROBOTS[0]
         if field.name == "robots" and isinstance(value, tuple | frozenset):
