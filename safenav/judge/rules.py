@@ -93,7 +93,7 @@ def mobility(e: Line, s: State) -> Iterator[str]:
 def pace(e: Line, s: State) -> Iterator[str]:
     """In ticks each robot has one move each tick, and a step takes the ticks that its model
     states."""
-    if not s.live:
+    if not s.live and (e.kind == "outcome" or e.robot == s.names[0]):
         whole = e.kind == "outcome" and e.outcome in ("completed", "tick_limit")
         for name in s.names:
             if s.robots[name].moved < e.tick - 1 + whole:
