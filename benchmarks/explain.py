@@ -15,14 +15,13 @@ from pathlib import Path
 
 from measuring import cpu_seconds
 
+from safenav import Scenario, Synthesizer, load_scenario
 from safenav.explain.explanation import explain_unrealizable
 from safenav.report.terminal.layout import table
 from safenav.review.postmortem import explain_team
 from safenav.runtime.run.mission import first_results
-from safenav.scenario.model import Scenario
-from safenav.scenario.reading.loader import load_scenario, load_scenario_text
+from safenav.scenario.reading.loader import load_scenario_text
 from safenav.synthesis.cache import Cache
-from safenav.synthesis.slugs import Synthesizer
 
 ROOT = Path(__file__).parents[1]
 SIZES = ((7, 13), (12, 20), (20, 30), (50, 50))

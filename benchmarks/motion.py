@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from safenav import Mission, TraceWriter, load_scenario
 from safenav.motion.check.verdict import check_motion
 from safenav.motion.columns import sample
 from safenav.motion.file import Moving, Segment, text_of
@@ -22,9 +23,7 @@ from safenav.motion.geometry import HEADINGS, MetricFloor, turn
 from safenav.motion.making import motion_of
 from safenav.motion.mover import Crossing
 from safenav.motion.walker import WalkerMover
-from safenav.runtime.run.mission import Mission
-from safenav.scenario.reading.loader import load_scenario
-from safenav.trace.file import TraceWriter, read_bytes
+from safenav.trace.file import read_bytes
 
 ROOT = Path(__file__).parents[1]
 VALUES = {"size": 0.6, "speed": 0.45, "height": 0.8, "foot": 0.18, "clearance": 0.12}

@@ -32,23 +32,20 @@ import yaml
 from floors import benchmark_map, crowd, maps_folder, mission, scattered
 from msgspec.structs import replace
 
+from safenav import Acted, ActResult, Arrived, Mission, Obstacle, Pose, Robot, Scenario, WorldEvent
 from safenav.errors import Outcome
 from safenav.pace.robot import Pace
 from safenav.plan import ask
 from safenav.plan.order import plan_of
 from safenav.report.terminal.layout import table
 from safenav.runtime.control.answers import Answers
-from safenav.runtime.run.mission import Mission, default_synthesizer
-from safenav.runtime.worlds.protocol import Acted, Arrived, WorldEvent
-from safenav.scenario.model import Obstacle, Robot, Scenario
+from safenav.runtime.run.mission import default_synthesizer
 from safenav.scenario.objective import Patrol, Visit
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.team.floor import Floor, Joint
 from safenav.team.state import Plan
 from safenav.trace.records import Record
-from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
-from safenav.world.poses import Pose
 from support.durations import Uneven
 
 SCENARIOS = Path(__file__).parents[1] / "scenarios"

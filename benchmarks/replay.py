@@ -24,8 +24,8 @@ from frames import described, gaps_of
 from report.browser import Browser, Keys
 from report.runs import own
 from runtime.played import play
+from safenav import read_run
 from safenav.report.page.html import page_of
-from safenav.run.reading import read_run
 
 LOADED = """
     const entry = performance.getEntriesByType("navigation")[0];

@@ -8,8 +8,8 @@ from typing import Any, TypeVar
 
 import pytest
 
+from safenav import Scenario
 from safenav.errors import InputError
-from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 
 MOST = 60

@@ -14,9 +14,7 @@ from typing import Any
 
 import yaml
 
-from safenav.runtime.run.mission import Mission
-from safenav.scenario.reading.loader import load_scenario
-from safenav.trace.file import TraceWriter
+from safenav import Mission, TraceWriter, load_scenario
 
 FOLDER = "SAFENAV_TEST_FOLDER"
 """The variable that names the folder of this test run; it is removed at the end."""

@@ -17,12 +17,23 @@ from typing import Any
 from msgspec.structs import replace
 
 from runtime.worlds import Remote
-from safenav import Acted, Blocked, Elsewhere, Failed, Lost, Obstacle, Robot, Scenario, WorldEvent
+from safenav import (
+    Acted,
+    ActResult,
+    Blocked,
+    Elsewhere,
+    Failed,
+    Lost,
+    Obstacle,
+    Pose,
+    Robot,
+    Scenario,
+    WorldEvent,
+)
 from safenav.runtime.worlds.protocol import Change, Ended
 from safenav.team.state import Is
-from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
-from safenav.world.poses import Pose, moves
+from safenav.world.poses import moves
 from support.durations import Uneven
 
 Line = dict[str, Any]

@@ -18,6 +18,7 @@ from msgspec.structs import replace
 
 from drawn import loads
 from once import from_yaml
+from safenav import Scenario, Synthesizer, Task, compile_task, first_failure
 from safenav.certify.bundle import bundle_of_run, files_of_run, write_files
 from safenav.errors import ResourceLimitError, Verdict
 from safenav.files import json_line
@@ -25,19 +26,16 @@ from safenav.judge.bundle.evidence import Evidence
 from safenav.judge.engine import judge
 from safenav.runtime.control.strategies import Controller
 from safenav.runtime.run.lines import synthesis_line
-from safenav.scenario.model import Clock, Scenario
+from safenav.scenario.model import Clock
 from safenav.scenario.objective import Patrol, Visit
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.belief import automatic
-from safenav.spec.compile import compile_task
 from safenav.spec.specification import Section, Specification
-from safenav.spec.task import NO_MEMORY, Known, Memory, ObjectiveForm, Observed, Task
+from safenav.spec.task import NO_MEMORY, Known, Memory, ObjectiveForm, Observed
 from safenav.synthesis.cache import Cache
-from safenav.synthesis.slugs import Synthesizer
 from safenav.trace import records
 from safenav.trace.file import as_data
 from safenav.trace.vocabulary import Reason
-from safenav.verify.verification import first_failure
 from safenav.world.map import Partition
 from support.missions import mission
 

@@ -20,6 +20,7 @@ from oracle.automata import check_strategy, from_json
 from oracle.game import build_game
 from oracle.specification import Atom, Constant, Specification, apply
 from oracle.text import to_plain
+from safenav import Heading, Pose, Scenario, Synthesizer, compile_task
 from safenav.explain.explanation import (
     CoreMember,
     Explanation,
@@ -31,12 +32,9 @@ from safenav.explain.play import Cause, vacuities
 from safenav.report.terminal.explanation_text import explanation_lines
 from safenav.review.postmortem import explain_team
 from safenav.runtime.run.mission import default_synthesizer, first_results
-from safenav.scenario.model import Scenario
-from safenav.spec.compile import compile_task
 from safenav.spec.specification import read_specification
-from safenav.synthesis.slugs import Synthesizer
-from safenav.world.map import Heading, RegionMap
-from safenav.world.poses import Pose, moves
+from safenav.world.map import RegionMap
+from safenav.world.poses import moves
 
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "0"))
 SEEDS = range(COUNT or 24)

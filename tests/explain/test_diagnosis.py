@@ -6,6 +6,7 @@ from random import Random
 from msgspec.structs import replace
 
 from explain.games import drawn_scenario
+from safenav import Synthesizer, Task, compile_task
 from safenav.errors import Verdict
 from safenav.explain.explanation import (
     NoStrategyCause,
@@ -20,9 +21,7 @@ from safenav.explain.repair import find_repairs
 from safenav.report.terminal.explanation_text import cause_words
 from safenav.scenario.objective import Ltl, describe
 from safenav.scenario.reading.loader import load_scenario_text
-from safenav.spec.compile import compile_task
-from safenav.spec.task import NO_MEMORY, Known, Task
-from safenav.synthesis.slugs import Synthesizer
+from safenav.spec.task import NO_MEMORY, Known
 from safenav.world.map import RegionMap
 
 GAMES = 150

@@ -23,12 +23,9 @@ import pytest
 import warm
 from children import gone, ran
 from once import SCENARIOS
+from safenav import Mission, Synthesizer, check_trace, load_scenario
 from safenav.errors import Outcome
 from safenav.files import write_all
-from safenav.run.checked import check_trace
-from safenav.runtime.run.mission import Mission
-from safenav.scenario.reading.loader import load_scenario
-from safenav.synthesis.slugs import Synthesizer
 
 HELLO, WAREHOUSE = SCENARIOS / "hello.yaml", SCENARIOS / "warehouse.yaml"
 INTERRUPTED = 130

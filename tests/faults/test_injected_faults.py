@@ -16,7 +16,7 @@ import pytest
 import warm
 from children import ran
 from once import ROOT, SCENARIOS
-from safenav.run.checked import check_trace
+from safenav import check_trace
 from safenav.synthesis.program import find_binary
 
 CASE_STUDY = SCENARIOS / "case_study_1.yaml"

@@ -19,11 +19,11 @@ from pathlib import Path
 from typing import Any
 
 from fleet.lab import watched
+from safenav import load_scenario
 from safenav.fleet.file import load_fleet
 from safenav.fleet.lab.simulation import SimulationTransport
 from safenav.fleet.ros2 import node as ros
 from safenav.fleet.ros2.node import LATCHED, RELIABLE, SENSOR, SERVICE, Participant
-from safenav.scenario.reading.loader import load_scenario
 
 PERIOD = 0.01
 """Seconds between two messages."""

@@ -22,9 +22,8 @@ import pytest
 pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
 
 from once import SCENARIOS, beside, from_yaml
+from safenav import check_trace, load_scenario
 from safenav.fleet.file import template_text
-from safenav.run.checked import check_trace
-from safenav.scenario.reading.loader import load_scenario
 from warm import safenav
 
 PROGRAM, TESTS = Path(sys.executable).with_name("safenav"), Path(__file__).parents[1]

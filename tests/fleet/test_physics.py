@@ -14,17 +14,13 @@ import numpy as np
 
 from fleet.lab import driven, watched
 from once import beside, from_yaml
+from safenav import Heading, Need, Obstacle, ObstacleType, Pose, built_in, check_trace
 from safenav.fleet.lab.physics import Physics, straight
 from safenav.fleet.transport import Places
 from safenav.motion.check.execution import trackings
 from safenav.motion.columns import columns_at
 from safenav.motion.file import Action, Reset, Segment
-from safenav.run.checked import check_trace
-from safenav.scenario.model import Need, Obstacle, ObstacleType
-from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_scenario_text
-from safenav.world.map import Heading
-from safenav.world.poses import Pose
 
 HALL = beside(__file__, "scenarios/hall_with_origin.yaml")
 YARD = beside(__file__, "scenarios/two_lifters.yaml")

@@ -11,19 +11,16 @@ import pytest
 
 from once import beside
 from runtime.played import Run
-from safenav import Mission
+from safenav import ActResult, Heading, Mission, Obstacle, Pose, Scenario
 from safenav.errors import Outcome, UsageError
 from safenav.fleet import goals, transport
 from safenav.fleet import world as fleet
 from safenav.fleet.file import ScanUse, Station
 from safenav.fleet.world import FleetWorld
 from safenav.runtime.worlds import protocol
-from safenav.scenario.model import Obstacle, Scenario
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.records import Depart
-from safenav.trace.vocabulary import ActResult, MovedBy
-from safenav.world.map import Heading
-from safenav.world.poses import Pose
+from safenav.trace.vocabulary import MovedBy
 
 HALL = beside(__file__, "scenarios/two_robots.yaml")
 CORRIDOR = beside(__file__, "scenarios/side_room.yaml")

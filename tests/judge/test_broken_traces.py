@@ -16,10 +16,11 @@ from hypothesis import strategies as st
 
 from once import from_yaml
 from runtime.played import play
+from safenav import check_trace
 from safenav.errors import InputError
 from safenav.judge.engine import judge
 from safenav.judge.lines import NotATraceError
-from safenav.run.checked import CheckedTrace, check_trace, checked
+from safenav.run.checked import CheckedTrace, checked
 from safenav.trace.file import read_bytes
 from support.damage import GOOD, Edit, Line, damage, text
 

@@ -27,17 +27,15 @@ from oracle.duel import Duel
 from oracle.game import build_game, extract, solve
 from oracle.generator import random_specification
 from oracle.text import inputs_first, to_plain
+from safenav import Synthesizer, compile_task, first_failure, load_scenario
 from safenav.errors import SafenavError
 from safenav.judge.bundle.strategies import check_measure
 from safenav.runtime.run.mission import default_synthesizer, first_results
-from safenav.scenario.reading.loader import load_scenario
-from safenav.spec.compile import compile_task
 from safenav.spec.specification import Section, read_specification
 from safenav.synthesis.program import find_own_binary
-from safenav.synthesis.slugs import Synthesizer
 from safenav.synthesis.strategy import Strategy
 from safenav.verify.automaton import Automaton, NoMeasureError
-from safenav.verify.verification import first_failure, measures, obligations
+from safenav.verify.verification import measures, obligations
 
 
 @dataclass(frozen=True)

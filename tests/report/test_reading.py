@@ -10,11 +10,12 @@ import pytest
 from msgspec.structs import replace
 
 from report.runs import changed, own, trace_of
+from safenav import Obstacle, ObstacleType, read_run
 from safenav.errors import InputError, Verdict
 from safenav.report.terminal import story
 from safenav.report.terminal.story import Story, syntheses_words
-from safenav.run.reading import RunReader, read_run
-from safenav.scenario.model import OPERATOR_ACTION, Clock, Obstacle, ObstacleType
+from safenav.run.reading import RunReader
+from safenav.scenario.model import OPERATOR_ACTION, Clock
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace import records, vocabulary
 from safenav.trace.fields import objective_of

@@ -13,12 +13,12 @@ import pytest
 
 from report.runs import TOLD, run_of, text_of, trace_of
 from runtime.played import loaded
+from safenav import read_trace
 from safenav.report.page.html import encoded
 from safenav.report.picture.scene import svg_of
 from safenav.report.terminal.story import Story
 from safenav.run.run import Run
 from safenav.run.values import StoryKind
-from safenav.trace.file import read_trace
 
 TRANSCRIPTS = Path(__file__).with_name("transcripts")
 

@@ -12,11 +12,9 @@ from children import ran
 from once import SCENARIOS, trace_of_shipped
 from runtime.facts import Facts, cases, hold
 from runtime.played import Run, completed
-from safenav import Mission
+from safenav import Mission, Scenario, check_trace, load_scenario
 from safenav.batch.case import Ledger, differences
-from safenav.run.checked import check_trace
-from safenav.scenario.model import Clock, Scenario
-from safenav.scenario.reading.loader import load_scenario
+from safenav.scenario.model import Clock
 from safenav.trace.file import read_bytes
 from support.durations import Uneven
 

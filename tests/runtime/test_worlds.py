@@ -15,34 +15,39 @@ from msgspec.structs import replace
 from runtime.facts import case
 from runtime.played import Run, begin, completed, loaded, play
 from runtime.worlds import Bare, Clocked, Driven, Faulty
-from safenav import Mission, Synthesizer
+from safenav import (
+    Acted,
+    ActResult,
+    Arrived,
+    Blocked,
+    Elsewhere,
+    Failed,
+    Heading,
+    Lost,
+    Mission,
+    Need,
+    Obstacle,
+    Pose,
+    Robot,
+    Scenario,
+    Sensed,
+    Synthesizer,
+    WorldEvent,
+    built_in,
+)
 from safenav.errors import ExitCode, Outcome, SynthesizerError, Verdict
 from safenav.plan import search
 from safenav.report.terminal.story import Story
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.worlds.lockstep import WorldError
-from safenav.runtime.worlds.protocol import (
-    Acted,
-    Arrived,
-    Blocked,
-    Change,
-    Elsewhere,
-    Failed,
-    Lost,
-    Sensed,
-    WorldEvent,
-)
+from safenav.runtime.worlds.protocol import Change
 from safenav.runtime.worlds.simulation import LiveSimulation, SimulatedWorld
-from safenav.scenario.model import Failures, Need, Obstacle, Robot, Scenario
-from safenav.scenario.reading.catalogue import built_in
+from safenav.scenario.model import Failures
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.program import find_binary
 from safenav.synthesis.strategy import Strategy
 from safenav.team.apply import rounds
 from safenav.team.floor import Floor
-from safenav.trace.vocabulary import ActResult
-from safenav.world.map import Heading
-from safenav.world.poses import Pose
 
 SCENARIO = """
 map: {grid: ["#######", "#.....#", "#######"]}

@@ -7,21 +7,23 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from safenav.runtime.worlds.protocol import (
+from safenav import (
     Acted,
+    ActResult,
     Arrived,
     Blocked,
     Elsewhere,
     Failed,
     Lost,
+    Obstacle,
+    Pose,
+    Robot,
+    Scenario,
     Sensed,
     WorldEvent,
 )
 from safenav.runtime.worlds.simulation import LiveSimulation, SimulatedWorld
-from safenav.scenario.model import Obstacle, Robot, Scenario
-from safenav.trace.vocabulary import ActResult
 from safenav.world.map import Region
-from safenav.world.poses import Pose
 from support.durations import Uneven
 
 

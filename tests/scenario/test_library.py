@@ -8,12 +8,11 @@ import pytest
 import yaml
 
 from motion.runs import played
+from safenav import built_in, check_trace
 from safenav.motion.check.verdict import check_motion
 from safenav.motion.making import motion_of
 from safenav.report.picture.svg import obstacle_pictogram, robot_pictogram
-from safenav.run.checked import check_trace
 from safenav.scenario.model import Catalogue
-from safenav.scenario.reading.catalogue import built_in
 from safenav.trace.file import read_bytes
 from safenav.trace.records import Resolved
 

@@ -21,8 +21,8 @@ from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 
 from once import ROOT, beside
+from safenav import Scenario
 from safenav.errors import Diagnostic, InputError
-from safenav.scenario.model import Scenario
 from safenav.scenario.reading.loader import load_scenario_text, schema_text
 from safenav.scenario.yaml.document import DocumentError, plain, read_document
 from safenav.trace import fields

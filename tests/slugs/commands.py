@@ -9,10 +9,10 @@ import pytest
 
 from children import ran
 from once import beside
+from safenav import first_failure
 from safenav.synthesis.program import find_own_binary
 from safenav.synthesis.slugs import load_specification
 from safenav.synthesis.strategy import Strategy
-from safenav.verify.verification import first_failure
 
 # The robot follows a light that returns infinitely often.
 FOLLOW = beside(__file__, "specifications/follow.structuredslugs")

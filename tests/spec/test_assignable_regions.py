@@ -2,12 +2,13 @@
 
 import pytest
 
-from safenav.scenario.model import Robot, RobotModel
+from safenav import Heading, Pose, Robot, Task
+from safenav.scenario.model import RobotModel
 from safenav.scenario.objective import Cover, Hold, Ltl, Objective, Visit
 from safenav.spec.assignable import AssignableRegions, assignable_regions
-from safenav.spec.task import Known, Task
-from safenav.world.map import Heading, RegionMap
-from safenav.world.poses import Mobility, Pose
+from safenav.spec.task import Known
+from safenav.world.map import RegionMap
+from safenav.world.poses import Mobility
 
 CORRIDOR = RegionMap.from_grid(["#######", "#.....#", "#######"])  # regions 8 to 12
 RING = RegionMap.from_grid(["#####", "#...#", "#.#.#", "#...#", "#####"])  # 6 to 18 around 12

@@ -13,24 +13,21 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from once import SCENARIOS
+from safenav import Pose, Robot, Synthesizer, Task, compile_task, first_failure, load_scenario
 from safenav.errors import UsageError, Verdict
 from safenav.formula.parser import parse
 from safenav.formula.syntax import Predicate, predicate
 from safenav.judge.bundle.strategies import sees
 from safenav.judge.world import World
 from safenav.runtime.control.strategies import after_look
-from safenav.scenario.model import Robot, RobotModel
+from safenav.scenario.model import RobotModel
 from safenav.scenario.objective import Visit
-from safenav.scenario.reading.loader import load_scenario
 from safenav.spec import belief
 from safenav.spec.belief import Knowledge, watch
-from safenav.spec.compile import compile_task
 from safenav.spec.specification import Section
-from safenav.spec.task import Known, Observed, Task
-from safenav.synthesis.slugs import Synthesizer
-from safenav.verify.verification import first_failure
+from safenav.spec.task import Known, Observed
 from safenav.world.map import Partition, Region, RegionMap
-from safenav.world.poses import Mobility, Pose, bits
+from safenav.world.poses import Mobility, bits
 from support.examples import campaign
 
 

@@ -10,18 +10,17 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from safenav import Heading, Pose, Robot, Synthesizer, Task, compile_task, first_failure
 from safenav.errors import Verdict
 from safenav.formula.parser import parse
 from safenav.formula.syntax import evaluate, predicate
-from safenav.scenario.model import Robot, RobotModel
+from safenav.scenario.model import RobotModel
 from safenav.scenario.objective import Cover, Hold, Once, Patrol, TargetObjective, Visit
-from safenav.spec.compile import assumption_names, busy, compile_task, encode
+from safenav.spec.compile import assumption_names, busy, encode
 from safenav.spec.specification import Section
-from safenav.spec.task import NO_MEMORY, Known, Memory, Task
-from safenav.synthesis.slugs import Synthesizer
-from safenav.verify.verification import first_failure
-from safenav.world.map import Heading, RegionMap
-from safenav.world.poses import Mobility, Pose, plain_graph
+from safenav.spec.task import NO_MEMORY, Known, Memory
+from safenav.world.map import RegionMap
+from safenav.world.poses import Mobility, plain_graph
 from support.examples import campaign
 
 REGIONS = range(9)

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from once import SCENARIOS, beside, from_yaml
+from safenav import built_in
 from safenav.errors import UsageError
-from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_draft, load_scenario_text
 from safenav.studio import editing
 from safenav.studio.drawing import drawing_of

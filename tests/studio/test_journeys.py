@@ -17,9 +17,8 @@ from motion.runs import live_trace
 from once import SCENARIOS, beside, trace_of_shipped
 from report.browser import Browser, Keys
 from runtime.worlds import Driven
-from safenav import LiveView, Mission, load_scenario
+from safenav import LiveView, Mission, check_trace, load_scenario
 from safenav.errors import UsageError
-from safenav.run.checked import check_trace
 from safenav.run.reading import run_of
 from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.file import Trace, read_bytes

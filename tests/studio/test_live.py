@@ -14,7 +14,7 @@ import pytest
 from children import ran
 from once import SCENARIOS
 from runtime.test_operator import GATE
-from safenav.run.checked import check_trace
+from safenav import check_trace
 from safenav.trace.file import Trace, read_bytes
 from safenav.trace.records import Operator, Waiting
 from studio.serving import Page, Served

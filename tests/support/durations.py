@@ -3,8 +3,8 @@
 from collections.abc import Mapping, Sequence
 from random import Random
 
+from safenav import Obstacle, Scenario
 from safenav.runtime.worlds.simulation import LiveSimulation
-from safenav.scenario.model import Obstacle, Scenario
 from safenav.world.map import Region
 
 

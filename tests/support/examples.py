@@ -7,11 +7,9 @@ import os
 
 from hypothesis import HealthCheck, settings
 
+from safenav import Scenario, Synthesizer, first_failure
 from safenav.runtime.run.mission import default_synthesizer
-from safenav.scenario.model import Scenario
 from safenav.synthesis.cache import Cache
-from safenav.synthesis.slugs import Synthesizer
-from safenav.verify.verification import first_failure
 
 
 def campaign(bounded: int) -> settings:

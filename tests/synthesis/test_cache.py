@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from safenav import Synthesizer
 from safenav.errors import Verdict
 from safenav.spec.specification import Specification
 from safenav.synthesis.cache import Cache, CacheEntry, CacheWarning
 from safenav.synthesis.program import Binary
-from safenav.synthesis.slugs import Synthesizer
 
 KEY = "ab" + "0" * 62
 ENTRY = CacheEntry(Verdict.REALIZABLE, 0.125, b'{"nodes": "\n\xff"}')

@@ -15,6 +15,7 @@ import pytest
 
 from children import gone, ran
 from once import beside, from_yaml
+from safenav import Synthesizer, first_failure
 from safenav.errors import (
     ExitCode,
     ResourceLimitError,
@@ -25,8 +26,7 @@ from safenav.errors import (
 from safenav.spec.specification import Constraint, Origin, Section, Specification
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.program import Binary, die_with_parent
-from safenav.synthesis.slugs import SynthesisProgress, Synthesizer
-from safenav.verify.verification import first_failure
+from safenav.synthesis.slugs import SynthesisProgress
 from slugs.commands import ENDLESS
 
 Script = Callable[[str], Binary]

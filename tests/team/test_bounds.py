@@ -16,7 +16,7 @@ import pytest
 from msgspec.structs import replace
 
 from drawn import loads
-from safenav.scenario.model import Scenario
+from safenav import Scenario
 from safenav.team import bound
 from safenav.team.apply import initial
 from safenav.team.state import Is, ObstacleNow, Stage, State

@@ -11,16 +11,21 @@ from msgspec.structs import replace
 
 from once import SCENARIOS
 from runtime.worlds import Driven
+from safenav import (
+    Mission,
+    Scenario,
+    TraceWriter,
+    check_trace,
+    load_scenario,
+    read_trace,
+    resumption,
+)
 from safenav.errors import InputError, UsageError
 from safenav.files import json_line
-from safenav.run.checked import check_trace
-from safenav.runtime.run.checkpoint import resumption
-from safenav.runtime.run.mission import Mission
-from safenav.scenario.model import Clock, Exclusion, RobotChange, Scenario
-from safenav.scenario.reading.loader import load_scenario
+from safenav.scenario.model import Clock, Exclusion, RobotChange
 from safenav.trace import records
 from safenav.trace.fields import convert, plain
-from safenav.trace.file import TraceWriter, as_data, read_bytes, read_trace
+from safenav.trace.file import as_data, read_bytes
 from scenario.mistakes import places
 from warm import safenav
 
