@@ -119,14 +119,17 @@ class Answers:
     ) -> Plan | None:
         """A plan for rounds beyond the mission, if there is one for which the charges suffice. It
         is searched once: the joint state does not change while the robots stand."""
-        about = floor.robots, floor.rounds, seed
+        about = floor.team, floor.floors, floor.robots, floor.rounds, seed
         if about in self._vain:
             return None
-        found = (
-            ask_charged(floor, joint, (), seed, charges, time)
-            if charges
-            else ask(floor, joint, (), seed, self._check)
-        )
+
+        def searched(check: Check) -> Found | Deadlock | Unserved | None:
+            check()
+            if charges:
+                return ask_charged(floor, joint, (), seed, charges, time)
+            return ask(floor, joint, (), seed, check)
+
+        found = self._ask((about, joint), searched)
         if isinstance(found, Found) and not found.first:
             return found.plan
         self._vain.add(about)
