@@ -22,7 +22,7 @@ from safenav.certify.check import check_bundle, page_of, sources_of
 from safenav.errors import FULL_DISK, NotCertifiedError, ResourceLimitError, UsageError, Verdict
 from safenav.files import json_line
 from safenav.judge.bundle.check import VERSION, Judged
-from safenav.judge.bundle.evidence import proof_file
+from safenav.judge.bundle.evidence import is_planned, proof_file
 from safenav.judge.bundle.strategies import BundleTooLargeError, Met, RefusedError, Task
 from safenav.judge.engine import judge
 from safenav.judge.lines import Line, NotATraceError
@@ -204,7 +204,8 @@ def proofs_of(trace: bytes, automata: Automata) -> dict[str, bytes]:
 
     def prove(e: Line, s: State) -> Iterator[str]:
         name, drives = proof_file(e), e.verdict == "realizable" and e.node is not None
-        wanted = e.verdict == "unrealizable" or (drives and not s.rivals[e.robot])
+        refutes = e.verdict == "unrealizable" and not e.forbidden
+        wanted = refutes or (drives and not is_planned(e.robot, s))
         for data in automata(e) if wanted and name not in found else ():
             if drives:
                 found[f"strategies/{e.strategy}.json"] = data

@@ -67,30 +67,36 @@ def _referenced(text: str, folder: Path, taken: list[str]) -> Iterator[tuple[str
 def difference(sources: Mapping[str, bytes], header: Header) -> str | None:
     """Return how the scenario of a trace's header differs from its source; None if it does not.
     The seed and the clock are those of the run."""
-    told = None
+    told = "no file in it is a scenario"
     for name, data in sources.items():
         try:
-            read = _read_again(name, data.decode(), sources, header.scenario)
+            read, used = _read_again(name, data.decode(), sources, header.scenario)
         except (InputError, ValueError):
             continue  # a catalogue, or a map
-        told = next(_differences(plain(read), plain(header.scenario)), None)
-        if told is None:
+        wrong = next(_differences(plain(read), plain(header.scenario)), None)
+        if wrong is None and sources.keys() <= used:
             return None
-    return told or "no file in it is a scenario"
+        told = wrong or f"it does not use {min(sources.keys() - used)}"
+    return told
 
 
-def _read_again(name: str, text: str, sources: Mapping[str, bytes], traced: Scenario) -> Scenario:
+def _read_again(
+    name: str, text: str, sources: Mapping[str, bytes], traced: Scenario
+) -> tuple[Scenario, set[str]]:
+    """Return the scenario of a file, and the names of all files that it uses."""
+    used = {name}
     with tempfile.TemporaryDirectory() as folder:
         here = Path(folder) / FOLDER
         here.mkdir(parents=True)
         for _ in range(2):  # a map in the format of ROS names its image
             for kept, path in _referenced(text, here, [name]):
+                used.add(kept)
                 inside = Path(folder).resolve() in path.resolve().parents
                 if inside and kept in sources and not path.exists():
                     path.parent.mkdir(parents=True, exist_ok=True)
                     path.write_bytes(sources[kept])
         scenario = load_scenario_text(text, str(here / name))
-    return replace(scenario.recorded, seed=traced.seed, clock=traced.clock)
+    return replace(scenario.recorded, seed=traced.seed, clock=traced.clock), used
 
 
 def _differences(one: Any, other: Any, where: str = "") -> Iterator[str]:

@@ -69,6 +69,7 @@ def task_of(scenario: Scenario, closed: Sequence[int] = (), awaited: int | None 
             if other.name in robot.tracks
         ),
         partition=None if scenario.partition is None else Partition(scenario.partition),
+        closed=frozenset(closed),
         live=scenario.clock is Clock.LIVE,
     )
 
@@ -91,6 +92,10 @@ def refusal(scenario: Scenario, task: Task, spec: Specification, folder: Path) -
             records.Violation(0, name, at, o.region, o.name, o.type.action)
             for o in scenario.obstacles
             if o.region in closed
+        ),
+        *(  # met before: the targets ahead of the awaited one
+            records.Goal(0, name, k, min(target), 0)
+            for k, target in enumerate(task.robot.objective.targets[: task.memory.index])
         ),
         replace(line, t=0.0 if task.live else None, node=None if answer.strategy is None else 0),
     ]

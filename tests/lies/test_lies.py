@@ -55,11 +55,42 @@ def test_a_lie_is_refused(says: str) -> None:
         assert lie.get("told", "") in (reason := refused(files)) and reason
 
 
-def test_the_source_of_another_mission_is_refused() -> None:
+REFUTED: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
+    "it has forgotten that it may begin so": ({"init": ["!m"]}, {"memory": {"m": 1}}),
+    "the team could not continue from a pose": (
+        {"safety": ["m' <-> m", "region' != 9"]},
+        {"forbidden": [[8, None]]},
+    ),
+}
+"""Formulas for which there is a strategy; and circumstances, that the run does not have, in which
+there is none."""
+
+
+@pytest.mark.parametrize("says", REFUTED)
+def test_a_refutation_in_other_circumstances_is_refused(says: str) -> None:
+    formulas, about = REFUTED[says]
+    files = files_of(shipped("never begins"))
+    assert not refused(files)
+    changed = {f"ltl.{name}": value for name, value in formulas.items()}
+    edits = [
+        {"line": [kind], "fields": {f"{where}.{name}": value for name, value in changed.items()}}
+        for kind, where in (
+            ("header", "scenario.robots.q.objective"),
+            ("synthesis", "objective"),
+        )
+    ]
+    lines = damage(lines_of(files), [*edits, {"line": ["synthesis"], "fields": about}])
+    files = {name: data for name, data in files.items() if not name.startswith("source/")}
+    assert refused(with_lines(files, lines))
+
+
+@pytest.mark.parametrize("beside", [False, True], ids=["alone", "beside the right one"])
+def test_the_source_of_another_mission_is_refused(beside: bool) -> None:
     files = files_of(shipped("corridor"))
     (name,) = (name for name in files if name.startswith("source/"))
     text = files[name].replace(b"rounds: 2", b"rounds: 9").replace(b"[7, 10]", b"[8, 9]")
-    assert "another scenario" in refused({**files, name: text})
+    kept = {"source/the_same.yaml": files[name]} if beside else {}
+    assert "another scenario" in refused({**files, name: text, **kept})
 
 
 ALONE = """name: alone

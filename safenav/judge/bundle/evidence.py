@@ -128,6 +128,41 @@ class Precedence:
         return bool(self._later[one, i + 1, True] & self._bits[other, j, False])
 
 
+def is_planned(robot: str, s: State) -> bool:
+    """Return whether joint plans drive a robot: it has rivals, shares a zone or has a battery, of
+    which a strategy does not know."""
+    shares = any(robot in who and len(who) > 1 for who, _ in s.zones)
+    return bool(s.rivals[robot] or shares or s.robots[robot].data.battery)
+
+
+def may_remember(task: Task, s: State) -> bool:
+    """Return whether the memory with which a strategy or counterstrategy begins is one that the
+    robot may have now. Where it cannot change what is claimed, any will do: a strategy for targets
+    in turn meets them from each."""
+    e, robot = task.line, s.robots[task.line.robot]
+    own = robot.own
+    if own.formulas and own.kind == "ltl" and e.objective.serves(own) and robot.memories:
+        may = robot.memories
+        if robot.bound is not None:
+            may = own.formulas.after(may, robot.pose, task.pose)
+        begins = own.formulas.remembering(e.memory) if e.memory else own.formulas.begins(task.pose)
+        return not may.isdisjoint(begins)
+    judged = task.objective.ends or (task.objective.strict and e.verdict == "unrealizable")
+    if not (judged and e.memory):
+        return True
+    progress, here, count = robot.progress, task.pose[0], own.count
+    if not e.objective.serves(own):
+        return not any(e.memory.values())
+    first = progress.ahead if own.ends else progress.turn
+    turn = min(robot.first or 0 if first is None else first, count - 1)
+    turns = {turn}
+    while here in own.targets[turn] and turn + 1 < count:
+        turns.add(turn := turn + 1)
+    if own.strict:
+        turns |= {k for k, target in enumerate(own.targets) if here in target}
+    return {*e.memory.values()} <= turns
+
+
 def proof_file(e: Line) -> str:
     """Return the file of the proof for a synthesis. Lines about the same task share one."""
     return f"proofs/{hashlib.sha256(e.text.encode()).hexdigest()}.json"
@@ -215,7 +250,7 @@ class Evidence:
         under named assumptions; and a robot for which none exists has a counterstrategy."""
         proof = proof_file(e)
         text = f"{e.robot} for '{_objective(formed(e.objective, e.form), s)}'"
-        if e.verdict == "unrealizable" and proof in self.files:
+        if e.verdict == "unrealizable" and not e.forbidden and proof in self.files:
             self.named.add(proof)
             if proof not in self.tasks:
                 given = self.json(proof)
@@ -228,7 +263,7 @@ class Evidence:
             self.hopeless[e.robot, e.spec] = task, e
         if e.verdict != "realizable" or e.node is None:
             return
-        if s.rivals[e.robot]:  # its strategy does not observe them: it drives no robot
+        if is_planned(e.robot, s):  # its strategy drives no robot
             self.drives.pop(e.robot, None)
             return
         require(e.strategy, "its strategy is not named: no proof of its moves")
@@ -265,6 +300,10 @@ class Evidence:
         require(rules == mine, f"{name} is not synthesized for its own rules")
         same = all(s.inputs.get(name) is bool(on) for name, on in (e.inputs or {}).items())
         require(same, f"{name} assumes other inputs than those of the run")
+        view, there = {*(e.sight_closed or ())}, {one.region for one in known}
+        blind = not e.knowledge or view == there
+        require(blind, f"{name} takes {sorted(view)} to block the view, not {sorted(there)}")
+        require(may_remember(task, s), f"{name} cannot remember {dict(task.memory)}")
         task.others.check_known(s)
 
     def _is_lost(self, robot: str, spec: str, s: State) -> bool:
@@ -276,6 +315,9 @@ class Evidence:
         try:
             self._fits(task, line, s)
         except RefusedError:
+            return False
+        shut = {one.region for one in s.obstacles.values() if one.present and one.shut}
+        if not task.closed <= own.avoid | shut:  # an open obstacle may yet be resolved
             return False
         return task.objective == formed(own, None if own.literal else "alternation")
 
@@ -327,7 +369,7 @@ class Evidence:
         require(by != "stay" or not goes, f"{e.robot} moves, though it should stay")
         if drive is None:
             back = by == "backtrack" and after[0] == robot.came
-            none = "has no strategy that knows of its rivals"
+            none = "has no strategy that knows of the others and of its charge"
             require(not goes or by == "plan" or back, f"{e.robot} moves, but {none}")
             return
         nodes, there = drive.nodes, drive.at(after)
