@@ -198,7 +198,7 @@ def _bytes(content: str | bytes) -> bytes:
 
 
 def try_out(path: Path) -> None:
-    """Raises UsageError unless a file of this name can be written. Leaves nothing behind."""
+    """Raise UsageError unless a file of this name can be written. Leave nothing behind."""
     try:
         if path.is_dir():
             raise IsADirectoryError(0, "it is a folder")
@@ -211,7 +211,7 @@ def try_out(path: Path) -> None:
 
 
 def try_folder(path: Path) -> None:
-    """Raises UsageError unless files can be written into a folder, which need not exist yet."""
+    """Raise UsageError unless files can be written into a folder, which need not exist yet."""
     there = next((p for p in (path, *path.absolute().parents) if p.exists()), path)
     try:
         _new_file(there).unlink()
@@ -264,7 +264,7 @@ def write_whole(path: Path, write: Callable[[Path], object], *, replace: bool = 
 
 @contextlib.contextmanager
 def _uninterrupted() -> Iterator[None]:
-    """Signals that end the program wait for the end of this context."""
+    """Let signals that end the program wait for the end of this context."""
     came: list[int] = []
     numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     before = [signal.signal(number, lambda number, _: came.append(number)) for number in numbers]

@@ -106,8 +106,8 @@ class _Search:
         if not count:
             raise UsageError(
                 f"no scenario found: {named}\n"
-                f"    folders and patterns take the scenarios in *.yaml and *.yml files; folders "
-                f"named {' or '.join(LEFT_OUT)} and matrix files must be named themselves"
+                "    folders and patterns select *.yaml and *.yml files; name matrix files "
+                f"explicitly, and folders called {' or '.join(LEFT_OUT)}"
             )
 
     def _named_file(self, path: Path, settings: Sequence[Settings] | None) -> None:

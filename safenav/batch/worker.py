@@ -237,7 +237,7 @@ def main() -> None:
                 os.chdir(conditions.directory)
             connection.send(execute(case, conditions, trace))
     except (BrokenPipeError, SystemExit):
-        # The batch has gone, or SIGTERM has ended a synthesis. The interpreter's own end would
+        # The batch has ended, or SIGTERM has ended a synthesis. The interpreter's own end would
         # wait for the thread that listens, and then abort.
         os._exit(0)
 

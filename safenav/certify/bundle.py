@@ -63,7 +63,7 @@ def make_bundle(
     the disk is full, NotCertifiedError if a checker refuses the bundle, ResourceLimitError if a
     strategy is larger than the checker takes on."""
     if target.exists():
-        raise UsageError(f"{target} exists; name a bundle that does not")
+        raise UsageError(f"{target} already exists; choose another name")
     read = read_bytes(trace)
     _certifiable(read.header.scenario)
     with _beside(target) as directory:

@@ -81,7 +81,7 @@ def export(
     unread = {} if computed else {"track": "--motion"}
     options.refuse(unread | ({} if ".npz" in files else {"rate": "-o FILE.npz"}))
     if motion is not None and written is not None:
-        raise UsageError(f"--motion computes one, and {motion} is one: give one of them")
+        raise UsageError(f"--motion computes a motion, and {motion} is one; give only one")
     run = read_trace(trace)
     moved = _computed(run, side, track=track) if computed else None
     if motion is not None:
@@ -104,7 +104,7 @@ def export(
         _bag(run, frame_of(run, moved.header.side if moved else side, origin), path, moved)
     if (path := files.get(".npz")) is not None:
         if moved is None:
-            raise UsageError("samples are those of a motion: add MOTION, or --motion FILE")
+            raise UsageError("samples (.npz) require a motion: add MOTION, or --motion FILE")
         from safenav.motion.columns import npz_bytes
 
         write_out(path, npz_bytes(moved, rate))

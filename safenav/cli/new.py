@@ -92,7 +92,7 @@ def new(
     if schema is not None or catalogue is not None:
         made, endings = "schema or catalogue", (".json", ".txt")
     if file is not None and file.suffix.lower() in {*options.KINDS} - {*endings}:
-        raise UsageError(f"{file}: the name of a {made} ends in {endings[0]}")
+        raise UsageError(f"{file}: the name of a {made} must end in {endings[0]}")
     if schema is not None or catalogue is not None:
         text = _catalogue(catalogue) if catalogue is not None else _schema(schema)
         write_out(file or Path("-"), text, replace=force)
@@ -148,7 +148,7 @@ def _on_map(map_file: Path, file: Path, division: Division) -> str:
     if text is None:
         raise UsageError(
             f"{map_file}: fewer than four free regions are connected\n"
-            "    try more regions, or --share 0.3: less of a region may then be blocked"
+            "    try more regions, or --share 0.3: a region is then free if at most 30% is blocked"
         )
     return text
 

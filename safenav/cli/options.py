@@ -56,7 +56,7 @@ def argument(kind: Any, **more: Any) -> Parameter:
 
 
 def refuse(unread: Mapping[str, str]) -> None:
-    """Raises UsageError for an option on the command line that nothing reads. ``unread``: by
+    """Raise UsageError for an option on the command line that nothing reads. ``unread``: by
     parameter, the options or inputs that it requires."""
     context = click.get_current_context()
     for param in context.command.params:
@@ -148,7 +148,7 @@ class Output(click.ParamType[Path]):
 def _claim(
     path: Path, param: click.Parameter | None, ctx: click.Context | None, *, writes: bool
 ) -> None:
-    """Raises UsageError if another parameter names the same file, and one of both is an output."""
+    """Raise UsageError if another parameter names the same file, and one of both is an output."""
     printed = writes and str(path) == "-"
     special = str(path) == "-" or (path.exists() and not path.is_file())
     if (special and not printed) or param is None or ctx is None:

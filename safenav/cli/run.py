@@ -138,8 +138,8 @@ def _limited(plan: Scenario, ticks: int | None, seconds: float | None) -> Scenar
 
 
 def _continued(trace: Trace, plan: Scenario) -> Resumption:
-    """The run of a trace at its last checkpoint. Raises InputError if its lines contradict each
-    other, UsageError if the checkpoint has robots elsewhere."""
+    """Return the run of a trace at its last checkpoint. Raises InputError if its lines contradict
+    each other, UsageError if the checkpoint has robots elsewhere."""
     from safenav.run.reading import run_of
     from safenav.runtime.run.checkpoint import resumption
 
@@ -217,7 +217,7 @@ def drive(
         hint = "use safenav export TRACE --motion FILE"
         raise UsageError(f"--motion: no robot moves in a rehearsal\n    {hint}")
     if motion is not None and begun is not None:
-        raise UsageError(f"--motion: {begun} has no motion before its checkpoint: leave it out")
+        raise UsageError(f"--motion: {begun} has no motion before its checkpoint; omit it")
     stations = load_fleet(fleet, plan)
     side = side_of(plan.map)
     tolerances = {name: station.off(side) for name, station in stations.stations.items()}
@@ -284,7 +284,7 @@ def _executed(
 ) -> int:
     """Run a scenario, write and print what happens; return the exit code. ``begun``: the run that
     it continues; ``connected``: to real robots, whose motion is as ``moved``."""
-    if files.motion is not None:  # refuse what has no motion before a robot moves
+    if files.motion is not None:  # refuse robots without a motion before one moves
         from safenav.motion.making import check_movable
 
         check_movable(plan)

@@ -149,7 +149,7 @@ class Following:
                 transport.GoalEnded(follower.name, goal.number, transport.GoalEnd.ABORTED, reason)
             )
             return
-        follower.goal, follower.action = goal.number, None  # the world waits for one thing
+        follower.goal, follower.action = goal.number, None  # the world waits for one of them
         self._send(follower, pieces)
 
     def _moved(self, follower: Follower, to: Region, *, short: bool) -> list[Moving]:

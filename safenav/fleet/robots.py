@@ -234,7 +234,7 @@ class FleetProgress:
         return self._stages.setdefault(obstacle.name, Stage())
 
     def _floor(self, obstacle: Obstacle) -> tuple[Floor, Stages]:
-        """The floor with this obstacle alone, and its stage."""
+        """Return the floor with this obstacle alone, and its stage."""
         if obstacle not in (each.source for each in self._team.obstacles):
             self._team = introduced(self._team, obstacle)
         sources = [each.source for each in self._team.obstacles]

@@ -155,7 +155,7 @@ class _Parser:
         return token
 
     def _binary(self, lowest: int) -> syntax.Formula:
-        """Operators of precedence ``lowest`` and higher, with all that binds tighter."""
+        """Parse the operators of precedence ``lowest`` and higher, with all that binds tighter."""
         left = self._unary()
         while (kind := self._peek().kind) in _OPERATORS:
             node = _OPERATORS[kind]
@@ -251,7 +251,7 @@ class _Parser:
         return self._related(term)
 
     def _related(self, left: syntax.Term) -> syntax.Formula:
-        """``left`` compared with the term that follows."""
+        """Return ``left`` compared with the term that follows."""
         if self._peek().kind != "relation":
             raise self._unexpected("a comparison such as '=' after a number")
         relation = syntax.Relation(self._take().text)
@@ -487,7 +487,8 @@ class _Prefix:
         return _Formula(token)
 
     def _operands(self, operator: str, buffer: list[_Formula]) -> list[_Formula]:
-        """Both operands; a chain of one operator becomes flat, so that it nests no deeper."""
+        """Return both operands; a chain of one operator becomes flat, so that it nests no
+        deeper."""
         operands = []
         missing = 2
         while missing:

@@ -189,7 +189,7 @@ def resolve_constants(
 
 
 def one_of(variable: str, values: Iterable[int], prime: str = "") -> str:
-    """``variable`` has one of the values, as a formula that binds like an atom."""
+    """Return a formula that binds like an atom: ``variable`` has one of the values."""
     atoms = [f"{variable}{prime} = {value:d}" for value in sorted(values)]
     if not atoms:
         return "FALSE"
@@ -250,7 +250,8 @@ _RELATIONS = {
 
 
 def evaluate(formula: Formula, current: State, following: State | None = None) -> bool:
-    """Whether the formula holds where ``current`` is the state and ``following`` the next one.
+    """Return whether the formula holds where ``current`` is the state and ``following`` the next
+    one.
 
     Raises KeyError for a variable without a value, and ValueError for a next value without a
     next state.
@@ -259,7 +260,8 @@ def evaluate(formula: Formula, current: State, following: State | None = None) -
 
 
 def predicate(formula: Formula) -> Predicate:
-    """The formula as a function of a state and the next one, for many of them; see ``evaluate``."""
+    """Return the formula as a function of a state and the next one, for many of them; see
+    ``evaluate``."""
     match formula:
         case Constant(value):
             return lambda _, __: value

@@ -219,7 +219,8 @@ def _goal(e: Line, robot: Robot, s: State) -> None:
 
 
 def _stands(e: Line, robot: Robot, s: State) -> None:
-    """A robot that is given an objective where it stands meets it then, and again in its turn."""
+    """Let a robot that is given an objective where it stands meet it then, and again in its
+    turn."""
     s.stand(robot)
     if e.tick and robot.progress.since == e.tick == robot.clock.begun:
         robot.progress.since -= 1
@@ -241,7 +242,7 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
             one.begin()
             s.orders.discard(one.name)
             s.dues.pop(one.name, None)
-            if one.ordered:  # a missing line does not hide that it is to be done, and in time
+            if one.ordered:  # even if its line is missing, the order is due
                 one.known = True
                 s.orders.add(one.name)
                 _due(e, one, s)

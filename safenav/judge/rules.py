@@ -235,7 +235,7 @@ def resolution(e: Line, s: State) -> Iterator[str]:
     action and stand where it is done (simultaneously, if together); that reveals its truth."""
     one, last = s.obstacles[e.obstacle], e.kind == "resolved"
     number = len(one.needs) - 1 if last else e.need
-    untold = s.external and not one.known  # its first needs may have been met before
+    untold = s.external and not one.known  # some of its needs may have been met before
     if not one.there and not s.external:
         yield f"{one.name} is absent"
     elif one.resolved and not (s.external and not s.live):
@@ -275,7 +275,7 @@ def _group(e: Line, one: Obstacle, number: int, s: State) -> Iterator[str]:
 def listed(e: Line, s: State) -> Iterator[str]:
     """In ticks, an obstacle that the scenario of a simulated world does not list appears during the
     run."""
-    if e.obstacle.appears is None and not (s.external or s.live):  # live: a lost robot is one
+    if e.obstacle.appears is None and not (s.external or s.live):  # live: perhaps a lost robot
         yield f"the scenario has no {e.obstacle.name}"
 
 

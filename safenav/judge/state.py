@@ -278,11 +278,11 @@ class State:
         self.flat: dict[str, str] = {}  # obstacles at robots whose charge is used up
         self.found: set[str] = set()  # untraversable obstacles of this tick
         self.entering: list[tuple[str, str, int]] = []
-        self.left: dict[int, float] = {}  # live: when a robot left a region last
+        self.left: dict[int, float] = {}  # live: the last time at which a robot left a region
         self.moves = self.strays = self.hands = 0
         self.assumptions = 0
-        self.unrealizable: dict[str, str] = {}  # by robot, in this tick: the specification
-        self.lost_before: dict[str, str] = {}  # those as the team began to wait
+        self.unrealizable: dict[str, str] = {}  # of this tick: the specification of each robot
+        self.lost_before: dict[str, str] = {}  # the same, when the team began to wait
         self.barred: set[tuple[str, str]] = set()  # robots whose actions on an obstacle failed
         self.spec_memory: dict[tuple[str, str], dict[str, int]] = {}
         self.ended: str | None = None

@@ -53,7 +53,7 @@ class Columns(Struct, frozen=True):
 def columns_of(
     motion: file.Motion, robot: str, rate: float, in_world: bool = True, *, planned: bool = False
 ) -> Columns:
-    """The columns of one robot, ``rate`` samples per second from 0 to the end of the motion.
+    """Return the columns of one robot, ``rate`` samples per second from 0 to the end of the motion.
 
     Raises UsageError for a robot without motion.
     """
@@ -64,7 +64,7 @@ def columns_of(
 def columns_at(
     motion: file.Motion, robot: str, times: Array, in_world: bool = True, *, planned: bool = False
 ) -> Columns:
-    """The columns of one robot at ascending times, by its measurements if there are any;
+    """Return the columns of one robot at ascending times, by its measurements if there are any;
     ``planned``: by its plan. Raises UsageError as ``columns_of``."""
     if robot not in motion.header.robots:
         known = ", ".join(motion.header.robots)
@@ -80,7 +80,7 @@ def columns_at(
 def _executed(
     motion: file.Motion, robot: str, times: Array, columns: dict[str, Array]
 ) -> dict[str, Array]:
-    """The columns of a robot by its measurements: its whole body is moved and turned by the
+    """Return the columns of a robot by its measurements: its whole body is moved and turned by the
     deviation of its middle from the plan; accelerations and the centre of pressure stay planned."""
     heard = (row for line in motion.of(file.Measured, robot) for row in line.rows)
     rows = np.array([(row.t, row.x, row.y, row.yaw) for row in heard])
@@ -110,7 +110,8 @@ def _executed(
 def sampled(
     pieces: Sequence[file.Moving], times: Array, limits: Mapping[str, object]
 ) -> dict[str, Array]:
-    """The columns of pieces that follow one another, at ascending times, in the map's frame."""
+    """Return the columns of pieces that follow one another, at ascending times, in the map's
+    frame."""
     names = WALKER if any(isinstance(piece, file.Segment) for piece in pieces) else BODY
     table = np.zeros((len(times), len(names)))
     begins = np.array([piece.t0 for piece in pieces])
@@ -123,7 +124,7 @@ def sampled(
 
 
 def sample(piece: file.Moving, times: Array, limits: Mapping[str, object]) -> Array:
-    """The columns (times, names) of a piece at times since its start, in the map's frame."""
+    """Return the columns (times, names) of a piece at times since its start, in the map's frame."""
     if isinstance(piece, file.Segment):
         return _walking(piece, times, limits)
     assert isinstance(piece, file.Flight)
@@ -161,7 +162,8 @@ def _walking(segment: file.Segment, times: Array, limits: Mapping[str, object]) 
 
 
 def swing_poses(swing: file.Swing, times: Array, clearance: float) -> Array:
-    """x, y, z and yaw of a foot in the air (times, 4), at times since the segment's begin."""
+    """Return x, y, z and yaw of a foot in the air (times, 4), at times since the segment's
+    begin."""
     seconds = swing.t1 - swing.t0
     since = times - swing.t0
     x, y, yaw = (values(axis, since) for axis in between(seconds, swing.start, swing.goal))
@@ -180,7 +182,7 @@ def body_yaw(segment: file.Segment, times: Array) -> Array:
 
 
 def body_rows(curve: file.Curve, times: Array) -> Array:
-    """The columns of a body (times, names) along a curve."""
+    """Return the columns of a body (times, names) along a curve."""
     found = path(curve, times)
     return np.concatenate([found[:, :3].reshape(9, -1), found[0, 3:]]).T
 
@@ -188,7 +190,7 @@ def body_rows(curve: file.Curve, times: Array) -> Array:
 def _tracked(
     track: file.FlownTrack, times: Array, reference: Mapping[str, Array]
 ) -> dict[str, Array]:
-    """The columns of a simulated flight, linear between its samples; its reference becomes
+    """Return the columns of a simulated flight, linear between its samples; its reference becomes
     ``ref_x``, ``ref_y``, ``ref_z``."""
     rows: Array = np.array(track.rows)
     at = track.t0 + track.step * np.arange(len(rows))
@@ -215,7 +217,7 @@ def placed(columns: Mapping[str, Array], origin: tuple[float, float, float]) -> 
 
 
 def npz_bytes(motion: file.Motion, rate: float) -> bytes:
-    """The columns of all robots as a NumPy archive: ``t``, and ``ROBOT.COLUMN`` for each."""
+    """Return the columns of all robots as a NumPy archive: ``t``, and ``ROBOT.COLUMN`` for each."""
     arrays: dict[str, Array] = {}
     for robot in motion.header.robots:
         found = columns_of(motion, robot, rate)
@@ -231,9 +233,9 @@ RATE = 50.0
 
 
 def report_of(motion: file.Motion) -> str:
-    """The motion in words: of each robot its seconds, metres and highest speed, the least distance
-    of its middle to the border of the regions of its steps, and how near its simulated flight is to
-    its reference."""
+    """Return the motion in words: of each robot its seconds, metres and highest speed, the least
+    distance of its middle to the border of the regions of its steps, and how near its simulated
+    flight is to its reference."""
     floor = MetricFloor(motion.header.rows, motion.header.cols, motion.header.side)
     lines = [f"makespan {motion.outcome.makespan:.1f} s, regions of {floor.side:g} m"]
     lines += ["", "robot           steps s  actions s  path m   max m/s  room m"]

@@ -251,7 +251,7 @@ class Motion(Struct, frozen=True):
     outcome: MotionOutcome
 
     def of(self, kind: type[L], robot: str | None = None) -> list[L]:
-        """The lines of a kind, of one robot or of all."""
+        """Return the lines of a kind, of one robot or of all."""
         return [
             line
             for line in self.lines
@@ -263,7 +263,7 @@ _DIAGNOSTIC_LIMIT = 20
 
 
 def read_motion(path: Path) -> Motion:
-    """The motion in a file. Raises InputError if it cannot be read or is not a motion."""
+    """Return the motion in a file. Raises InputError if it cannot be read or is not a motion."""
     try:
         content = read_file(path)
     except OSError as error:
@@ -275,7 +275,7 @@ def read_motion(path: Path) -> Motion:
 
 
 def parsed(content: bytes, source: str) -> Motion:
-    """The motion in some bytes. Raises InputError with up to twenty diagnostics."""
+    """Return the motion in some bytes. Raises InputError with up to twenty diagnostics."""
     header: MotionHeader | None = None
     outcome: MotionOutcome | None = None
     lines: list[Line] = []
@@ -322,5 +322,5 @@ def _header(data: Any, kind: object) -> MotionHeader:
 
 
 def text_of(motion: Motion) -> str:
-    """The lines of the file. Numbers are exact."""
+    """Return the lines of the file. Numbers are exact."""
     return "".join(map(json_line, to_builtins((motion.header, *motion.lines, motion.outcome))))

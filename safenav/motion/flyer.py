@@ -56,7 +56,7 @@ class AxisModel(Struct, frozen=True):
 
 @lru_cache(maxsize=1)
 def axis_model() -> AxisModel:
-    """The model, discretized exactly enough by many small steps, and its programme."""
+    """Return the model, discretized exactly enough by many small steps, and its programme."""
     parts = 50
     small = PERIOD / parts
     change = np.array([[0, 1, 0, 0], [0, -DRAG, 1, 1], [0, 0, -1 / LAG, 0], [0, 0, 0, 0]])
@@ -83,7 +83,7 @@ def axis_model() -> AxisModel:
 
 
 def _estimator(move: Array) -> Array:
-    """The steady gain of a Kalman filter: noise of 5 mm on the position, disturbances d."""
+    """Return the steady gain of a Kalman filter: noise of 5 mm on the position, disturbances d."""
     noise = np.diag([1e-8, 1e-6, 1e-4, 2e-2])
     spread, sees = np.eye(4), np.array([1.0, 0, 0, 0])
     gain = sees
@@ -102,7 +102,7 @@ FAR = np.full(HORIZON, 1e30)
 
 @lru_cache(maxsize=1)
 def _solver() -> Callable[..., tuple[Array, float, int, object]]:
-    """The solver of quadratic programmes; it is loaded on first use."""
+    """Return the solver of quadratic programmes; it is loaded on first use."""
     try:
         from daqp import solve
     except ImportError as error:
@@ -125,7 +125,7 @@ class AxisTracker:
         self.state = self.state + axis_model().gain * (measured - self.state[0])
 
     def command(self, wanted: Array, low: Array, high: Array) -> float:
-        """The acceleration to command now (m/s^2), and the estimate one step on.
+        """Return the acceleration to command now (m/s^2), and the estimate one step on.
 
         ``wanted`` (HORIZON, 3): position, velocity, acceleration of the reference after each
         step; ``low``, ``high`` (HORIZON): where the middle of the body may be.
@@ -185,8 +185,8 @@ class Body(Struct):
         return tuple(round(number, DIGITS) for number in numbers)
 
     def advance(self, pull: Vector, yaw: float) -> None:
-        """One 400th of a second: turn towards the thrust that gives the acceleration ``pull``
-        (m/s^2, without gravity) facing ``yaw`` (rad)."""
+        """Advance by one 400th of a second: turn towards the thrust that gives the acceleration
+        ``pull`` (m/s^2, without gravity) facing ``yaw`` (rad)."""
         w, x, y, z = self.attitude
         axis = (2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y))
         wanted = (pull[0], pull[1], pull[2] + GRAVITY)
@@ -227,8 +227,8 @@ class Body(Struct):
 
 
 def _facing(pull: Vector, yaw: float) -> Quaternion:
-    """The attitude whose axis points along ``pull``, turned by ``yaw`` about it: the shortest
-    tilt from upright, after the yaw."""
+    """Return the attitude whose axis points along ``pull``, turned by ``yaw`` about it: the
+    shortest tilt from upright, after the yaw."""
     size = sqrt(pull[0] ** 2 + pull[1] ** 2 + pull[2] ** 2)
     up = pull[2] / size
     w = sqrt(max(0.0, (1 + up) / 2))
@@ -270,8 +270,8 @@ def flown(flights: Sequence[Flight], floor: MetricFloor, size: float, tilt: floa
 def _reference(
     flights: Sequence[Flight], floor: MetricFloor, size: float, count: int
 ) -> tuple[dict[str, Array], Array]:
-    """The reference at the steps of the tracking, after its end the last position; and the box that
-    the middle of the body must not leave."""
+    """Return the reference at the steps of the tracking, after its end the last position; and the
+    box that the middle of the body must not leave."""
     times: Array = flights[0].t0 + PERIOD * np.arange(count, dtype=np.float64)
     boxes = np.zeros((count, 4))
     for flight in flights:

@@ -30,7 +30,8 @@ def quintic(
     pull: float = 0.0,
     goal_pull: float = 0.0,
 ) -> tuple[float, ...]:
-    """The six coefficients of the quintic between two positions, speeds and accelerations."""
+    """Return the six coefficients of the quintic between two positions, speeds and
+    accelerations."""
     distance = goal - start
     v0, v1 = speed * seconds, goal_speed * seconds
     a0, a1 = pull * seconds**2 / 2, goal_pull * seconds**2 / 2
@@ -44,8 +45,8 @@ def quintic(
 def between(
     seconds: float, start: Sequence[float], goal: Sequence[float]
 ) -> tuple[tuple[float, ...], ...]:
-    """The quintics of all axes between states of positions, velocities, accelerations, each as
-    many as there are axes."""
+    """Return the quintics of all axes between states of positions, velocities, accelerations, each
+    as many as there are axes."""
     count = len(start) // 3
     return tuple(
         quintic(
@@ -62,7 +63,7 @@ def between(
 
 
 def values(coefficients: Sequence[float], times: T) -> T:
-    """The polynomial at a time, or at several."""
+    """Return the polynomial at a time, or at several."""
     total = times * 0.0
     for coefficient in reversed(coefficients):
         total = total * times + coefficient
@@ -70,14 +71,15 @@ def values(coefficients: Sequence[float], times: T) -> T:
 
 
 def derivative(coefficients: Sequence[float], order: int = 1) -> tuple[float, ...]:
-    """The coefficients of a derivative; a constant has the derivative 0."""
+    """Return the coefficients of a derivative; a constant has the derivative 0."""
     for _ in range(order):
         coefficients = tuple(k * c for k, c in enumerate(coefficients))[1:]
     return tuple(coefficients) or (0.0,)
 
 
 def path(curve: Curve, times: Array) -> Array:
-    """Positions, velocities and accelerations (3, 4, times) of x, y, z and yaw along a curve."""
+    """Return positions, velocities and accelerations (3, 4, times) of x, y, z and yaw along a
+    curve."""
     axes = (curve.x, curve.y, curve.z, curve.yaw)
     table = np.zeros((4, max(1, *map(len, axes))))
     for row, axis in zip(table, axes, strict=True):
@@ -104,27 +106,27 @@ class MetricFloor(Struct, frozen=True):
     def corridor(
         self, one: int, other: int, inset: float = 0.0
     ) -> tuple[float, float, float, float]:
-        """West, south, east and north of the region of a rest, or the two regions of a step; less
-        a rim, in metres."""
+        """Return west, south, east and north of the region of a rest, or the two regions of a step;
+        less a rim, in metres."""
         (ax, ay), (bx, by) = self.centre(one), self.centre(other)
         half = self.side / 2 - inset
         return min(ax, bx) - half, min(ay, by) - half, max(ax, bx) + half, max(ay, by) + half
 
     def heading(self, origin: int, to: int) -> str:
-        """The heading of a step between two regions that lie side by side."""
+        """Return the heading of a step between two regions that lie side by side."""
         (row, col), (next_row, next_col) = divmod(origin, self.cols), divmod(to, self.cols)
         step = (next_row - row, next_col - col)
         return next(heading.label for heading in Heading if heading.step == step)
 
 
 def turn(before: str, after: str) -> int:
-    """Quarter turns counter-clockwise between two headings: -1, 0, 1 or 2."""
+    """Return the quarter turns counter-clockwise between two headings: -1, 0, 1 or 2."""
     quarters = (HEADINGS[before] - HEADINGS[after]) % 4
     return quarters - 4 if quarters == 3 else quarters
 
 
 def unit_vector(heading: str) -> tuple[int, int]:
-    """A heading as an integer unit vector, so that rotation by it is exact."""
+    """Return a heading as an integer unit vector, so that rotation by it is exact."""
     row, col = HEADINGS[heading].step
     return col, -row
 

@@ -95,7 +95,7 @@ def _flown(
 
 
 def floor_of(trace: Trace, side: float | None = None) -> MetricFloor:
-    """The floor of a trace in metres. Raises InputError if its regions are not square."""
+    """Return the floor of a trace in metres. Raises InputError if its regions are not square."""
     header, world = trace.header, trace.header.scenario.map
     if side is None:
         east, north = (SIDE, SIDE) if world.frame is None else world.frame.resolution
@@ -111,7 +111,7 @@ def floor_of(trace: Trace, side: float | None = None) -> MetricFloor:
 
 
 def movers_of(trace: Trace, floor: MetricFloor) -> dict[str, Mover]:
-    """A mover for each robot, where it starts."""
+    """Return a mover for each robot, where it starts."""
     movers = {}
     for name, robot in trace.robots.items():
         movers[name] = mover(name, floor, *robot.start.place, _motion(robot))
@@ -121,7 +121,8 @@ def movers_of(trace: Trace, floor: MetricFloor) -> dict[str, Mover]:
 def mover(
     robot: str, floor: MetricFloor, region: int, heading: str | None, motion: Mapping[str, object]
 ) -> Mover:
-    """The mover of a robot by its ``motion`` in a trace (kind and parameters), at rest in a region.
+    """Return the mover of a robot by its ``motion`` in a trace (kind and parameters), at rest in a
+    region.
 
     Raises UsageError for an unknown kind, an impossible parameter, or a floor on which the robot
     cannot move so.

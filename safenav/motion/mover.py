@@ -83,7 +83,7 @@ class Mover(ABC):
         return []
 
     def limits(self) -> Mapping[str, float]:
-        """Its parameters and limits, for the header of the motion."""
+        """Return its parameters and limits, for the header of the motion."""
         return self.values
 
 

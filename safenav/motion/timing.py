@@ -97,7 +97,7 @@ def actions_of(trace: Trace) -> tuple[list[TimedAction], set[int]]:
 
 
 def by_command(actions: list[TimedAction]) -> Mapping[int, list[TimedAction]]:
-    """The actions of each command, those that take a load last."""
+    """Return the actions of each command, those that take a load last."""
     found: dict[int, list[TimedAction]] = {}
     for action in sorted(actions, key=lambda action: (action.takes, action.obstacle)):
         found.setdefault(action.command, []).append(action)
@@ -107,8 +107,8 @@ def by_command(actions: list[TimedAction]) -> Mapping[int, list[TimedAction]]:
 def team_of(
     robots: Mapping[str, Robot], record: Fulfilling, need: Need, there: Collection[str]
 ) -> tuple[str, ...]:
-    """The robots that fulfil a need: the recorded robot, and the others that are able to, even
-    without a request. ``there``: the robots in its regions."""
+    """Return the robots that fulfil a need: the recorded robot, and the others that are able to,
+    even without a request. ``there``: the robots in its regions."""
     alone = isinstance(record, records.Met) and not need.together
     others = (n for n in record.robots or () if n in there and not alone)
     able = (n for n in others if need.action in robots[n].capabilities)
@@ -120,7 +120,7 @@ DECIMALS = 9
 
 
 def paces_of(trace: Trace, header: MotionHeader) -> dict[str, Pace]:
-    """The pace of each robot of a motion, at its start."""
+    """Return the pace of each robot of a motion, at its start."""
     return {
         name: pace_of(header.robots[name], header.cols, header.side, robot.start.facing)
         for name, robot in trace.robots.items()
@@ -167,8 +167,8 @@ def by_instants(trace: Trace) -> Trace:
 
 
 def turns_in_time(trace: Trace, motion: Motion) -> Mapping[str, Sequence[tuple[int, float]]]:
-    """The turns of each robot of a run in lockstep: tick, and the second at which its activities
-    until then had ended, ascending."""
+    """Return the turns of each robot of a run in lockstep: tick, and the second at which its
+    activities until then had ended, ascending."""
     return _walked(trace, paces_of(trace, motion.header)).turns
 
 

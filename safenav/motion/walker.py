@@ -69,7 +69,7 @@ def divergent(state: Array, omega: float) -> Array:
 
 
 def convergent(state: Array, omega: float) -> Array:
-    """eta of a state."""
+    """Return eta of a state."""
     return state[:2] - state[2:] / omega
 
 
@@ -82,7 +82,7 @@ def placed(
     weights: Array,
     omega: float,
 ) -> Array:
-    """The nodes that lead from start to goal exactly, nearest to those given.
+    """Return the nodes that lead from start to goal exactly, nearest to those given.
 
     ``nodes`` (m, 2): feet and other points of pressure; ``knots`` (phases + 1): the node at each
     knot; ``weights`` (m): how freely each node may move; 0: fixed. At least two must be free. Two
@@ -288,7 +288,7 @@ def _lifted(hold: Foothold, ahead: tuple[float, float], pull: float) -> FootStat
 
 
 def _passing(gait: Gait, x: float, y: float, yaw: float, side: int) -> FootState:
-    """The swing foot abreast of the stance foot in the periodic gait."""
+    """Return the swing foot abreast of the stance foot in the periodic gait."""
     offset = side * gait.walker.foot
     speed = (1.875 - 0.375 * SNAP) * 2 * gait.length / (gait.seconds * (1 - DOUBLE))
     along = (cos(yaw), sin(yaw))
@@ -297,7 +297,7 @@ def _passing(gait: Gait, x: float, y: float, yaw: float, side: int) -> FootState
 
 
 def _walking(gait: Gait, x: float, foot: int) -> Array:
-    """The state of the mass at a walking pose on the centre line along x."""
+    """Return the state of the mass at a walking pose on the centre line along x."""
     return np.array([x, foot * gait.sway, gait.speed, 0.0])
 
 
@@ -430,7 +430,7 @@ def _cut(swing: Swing, at: float) -> Swing:
 
 @lru_cache(maxsize=64)
 def fault_of(gait: Gait) -> str | None:
-    """The first rule that a gait breaks, in words; None if it keeps all."""
+    """Return the first rule that a gait breaks, in words; None if it keeps all."""
     limits = {"omega": gait.omega, "height": gait.walker.height, **BUILD}
     try:
         made = [stop(gait, LEFT), walk(gait, LEFT, RIGHT)]

@@ -48,7 +48,7 @@ CLOCKED = ("robot", "t", "x", "y", "yaw", "region")
 def frame_of(
     trace: Trace, resolution: float | None = None, origin: tuple[float, float] | None = None
 ) -> Frame:
-    """The frame of the trace's map; ``resolution`` and ``origin`` (metres) replace its own.
+    """Return the frame of the trace's map; ``resolution`` and ``origin`` (metres) replace its own.
 
     Raises UsageError if the size of a region is missing, InputError if it is not positive.
     """
@@ -71,7 +71,7 @@ def frame_of(
 
 
 def waypoints(run: Run, frame: Frame) -> list[Waypoint]:
-    """The waypoints of all robots, one robot after the other."""
+    """Return the waypoints of all robots, one robot after the other."""
     found: list[Waypoint] = []
     for track in run.robots:
         before = None
@@ -90,8 +90,8 @@ def waypoints(run: Run, frame: Frame) -> list[Waypoint]:
 
 
 def timed_waypoints(motion: Motion) -> list[Waypoint]:
-    """The same of a motion: the start, and the end of each piece that moves the robot or brings it
-    to rest. A goal without a heading faces east."""
+    """Return the same of a motion: the start, and the end of each piece that moves the robot or
+    brings it to rest. A goal without a heading faces east."""
     x0, y0, turned = motion.header.origin
     frame = Frame((motion.header.side, motion.header.side), (x0, y0), turned)
 
@@ -139,13 +139,13 @@ def _columns(found: Sequence[Waypoint]) -> tuple[str, ...]:
 
 
 def as_csv(found: Sequence[Waypoint]) -> str:
-    """A line for each waypoint, below a line of headings; no yaw is an empty field."""
+    """Return a line for each waypoint, below a line of headings; no yaw is an empty field."""
     columns = _columns(found)
     return csv_text(columns, ([getattr(one, column) for column in columns] for one in found))
 
 
 def as_json(found: Sequence[Waypoint], frame: Frame) -> str:
-    """The frame, and the waypoints of each robot, one on a line."""
+    """Return the frame, and the waypoints of each robot, one on a line."""
     robots: dict[str, list[str]] = {}
     for waypoint in found:
         entry = {column: getattr(waypoint, column) for column in _columns(found)[1:]}

@@ -68,24 +68,24 @@ class Gait(Struct, frozen=True):
     sway: float
 
     def approach(self, spent: int) -> int:
-        """Number of straight steps before the arc of a turn that begins ``spent`` steps inside the
-        region: those that leave an arc of the longest radius (``LONGEST_ARC`` steps)."""
+        """Return the number of straight steps before the arc of a turn that begins ``spent`` steps
+        inside the region: those that leave an arc of the longest radius (``LONGEST_ARC`` steps)."""
         return max(0, self.steps // 2 - spent - LONGEST_ARC)
 
 
 def least_side_of(side: float, walker: Walker) -> float:
-    """Least side in metres of regions of about ``side``: a turn needs room for an arc and the
-    body."""
+    """Return the least side in metres of regions of about ``side``: a turn needs room for an arc
+    and the body."""
     return max(LEAST_SIDE, walker.size * _steps(side) / 2)
 
 
 def _steps(side: float) -> int:
-    """Number of steps across a region."""
+    """Return the number of steps across a region."""
     return max(6, 2 * ceil(side / LONGEST_STEP / 2 - 1e-9))
 
 
 def gait_on(side: float, walker: Walker) -> Gait:
-    """The gait on regions of ``side`` metres. Raises UsageError if they are too small."""
+    """Return the gait on regions of ``side`` metres. Raises UsageError if they are too small."""
     omega = frequency(walker.height)
     steps = _steps(side)
     length = side / steps
@@ -103,12 +103,13 @@ def gait_on(side: float, walker: Walker) -> Gait:
 
 
 def frequency(height: float) -> float:
-    """omega of a pendulum whose mass is ``height`` metres above the ground, in 1/s."""
+    """Return omega of a pendulum whose mass is ``height`` metres above the ground, in 1/s."""
     return sqrt(GRAVITY / height)
 
 
 def period(omega: float, length: float, speed: float) -> float:
-    """Seconds of a step of the periodic gait, ``length`` metres at apex speed ``speed``."""
+    """Return the seconds of a step of the periodic gait, ``length`` metres at apex speed
+    ``speed``."""
     return 2 / omega * asinh(omega * length / (2 * speed))
 
 
@@ -121,9 +122,9 @@ def sway(omega: float, offset: float, seconds: float) -> float:
 def step_times(
     omega: float, speed: float, foot: float, apex: float, apex_speed: float
 ) -> tuple[float, float]:
-    """Seconds on the foot at ``foot``, then on the next one at ``apex``, of a step whose mass moves
-    from 0 at ``speed`` to ``apex`` at ``apex_speed`` (m, m/s): the two curves of the phase plane
-    meet once."""
+    """Return the seconds on the foot at ``foot``, then on the next one at ``apex``, of a step whose
+    mass moves from 0 at ``speed`` to ``apex`` at ``apex_speed`` (m, m/s): the two curves of the
+    phase plane meet once."""
     square = apex_speed**2 - speed**2 + omega**2 * apex**2
     switch = square / (2 * omega**2 * (apex - foot))
     fastest = sqrt(apex_speed**2 + omega**2 * (switch - apex) ** 2) / omega
@@ -147,7 +148,7 @@ class Apex(Struct, frozen=True):
 
 
 def _straight(line: list[Apex], gait: Gait, steps: int, speed: float) -> None:
-    """Steps straight on, with the speed rising evenly to ``speed``."""
+    """Add steps straight on, with the speed rising evenly to ``speed``."""
     first = line[-1]
     for step in range(1, steps + 1):
         share = step / steps
@@ -157,7 +158,7 @@ def _straight(line: list[Apex], gait: Gait, steps: int, speed: float) -> None:
 
 
 def _turned(line: list[Apex], gait: Gait, turn: int, approach: int) -> None:
-    """A quarter turn: straight steps, an arc, and a tail to the walking pose beside it."""
+    """Add a quarter turn: straight steps, an arc, and a tail to the walking pose beside it."""
     _straight(line, gait, approach, line[0].speed)
     first = line[-1]
     half, length = gait.side / 2, gait.length
@@ -234,7 +235,8 @@ def starting(gait: Gait, turn: int, foot: int) -> Stride:
 
 @lru_cache(maxsize=64)
 def stopping(gait: Gait) -> tuple[float, float, float, float]:
-    """Seconds of a stop: a step onto the capture point, the feet close, the mass settles twice."""
+    """Return the seconds of a stop: a step onto the capture point, the feet close, the mass settles
+    twice."""
     omega, offset = gait.omega, gait.walker.foot
     step = log(gait.length * omega / gait.speed) / omega
     lean = offset - (offset - gait.sway) * exp(omega * step)

@@ -138,8 +138,8 @@ class Pace:
         self._foot = self._then = 0
 
     def step(self, now: float, origin: int, to: int, slower: float = 1.0) -> float:
-        """Seconds from ``now`` until it has arrived in the neighbouring region ``to``; then call
-        ``arrived``. ``slower``: a factor of 1 or more."""
+        """Return the seconds from ``now`` until it has arrived in the neighbouring region ``to``;
+        then call ``arrived``. ``slower``: a factor of 1 or more."""
         self._next = self._direction(origin, to)
         at_rest = max(now, self._since + self._settling) - now + self._fresh(self._next)
         on = self._onwards(self._next) if now <= self._since + AT_ONCE else None
@@ -163,8 +163,8 @@ class Pace:
         self._since, self._settling, self._foot, self._short = now, 0.0, 0, False
 
     def ready(self, now: float, at: int, region: int) -> float:
-        """The time at which it can begin to act on something in ``region`` from region ``at``: at
-        rest and facing it."""
+        """Return the time at which it can begin to act on something in ``region`` from region
+        ``at``: at rest and facing it."""
         if at == region and self._short and now <= self._since + AT_ONCE:
             return now  # it has not left the place where it acted before
         begin = max(now, self._since + self._settling)
@@ -192,13 +192,13 @@ class Pace:
         return atan2(row - to_row, to_col - col)
 
     def _fresh(self, way: float) -> float:
-        """Seconds of a step in that direction from rest."""
+        """Return the seconds of a step in that direction from rest."""
         del way
         return float(self._ticks)
 
     def _onwards(self, way: float) -> tuple[float, int] | None:
-        """Seconds of a step that continues without a halt, and the stance foot at its end; None if
-        it halts after every step."""
+        """Return the seconds of a step that continues without a halt, and the stance foot at its
+        end; None if it halts after every step."""
         del way
         return None
 
@@ -296,8 +296,8 @@ def pace_of(
     heading: str | None = None,
     ticks: int = 1,
 ) -> Pace:
-    """The pace of a robot that moves by ``motion`` (kind and parameters, as in the header of a
-    trace) on regions of ``side`` metres. A kind of another package that has a size and a speed
+    """Return the pace of a robot that moves by ``motion`` (kind and parameters, as in the header of
+    a trace) on regions of ``side`` metres. A kind of another package that has a size and a speed
     counts as a disc. ``ticks``: those of a step, its ``timing``."""
     values = _values(motion)
     if motion is None or not {"size", "speed"} <= values.keys():
@@ -331,8 +331,8 @@ def _values(motion: Mapping[str, object] | None) -> dict[str, float]:
 
 
 def acted_by(team: Iterable[tuple[Pace, int]], now: float, region: int) -> float:
-    """Seconds from ``now`` until the robots, each with its present region, have acted together on
-    something in ``region``."""
+    """Return the seconds from ``now`` until the robots, each with its present region, have acted
+    together on something in ``region``."""
     paces = [*team]
     begin = max(pace.ready(now, at, region) for pace, at in paces)
     end = begin + max(pace.acting for pace, _ in paces)
@@ -342,8 +342,8 @@ def acted_by(team: Iterable[tuple[Pace, int]], now: float, region: int) -> float
 
 
 def glide(way: float, speed: float, pull: float | None = None) -> float:
-    """Seconds of a quintic from rest to rest over a distance (or an angle), within the highest
-    speed and the highest acceleration."""
+    """Return the seconds of a quintic from rest to rest over a distance (or an angle), within the
+    highest speed and the highest acceleration."""
     seconds = PEAK * way / speed
     return seconds if pull is None else max(seconds, sqrt(PEAK_ACCELERATION * way / pull))
 
@@ -354,5 +354,5 @@ def _between(before: float, after: float) -> float:
 
 
 def _quarters(before: float, after: float) -> int:
-    """Quarter turns to the left: -1, 0 or 1; a walker never turns around."""
+    """Return the quarter turns to the left: -1, 0 or 1; a walker never turns around."""
     return max(-1, min(1, round(remainder(after - before, tau) / (pi / 2))))

@@ -64,8 +64,8 @@ def ask(
     seed: int,
     check: Callable[[], None] = lambda: None,
 ) -> Found | Deadlock | Unserved | None:
-    """The answer for the whole remaining mission with all ``served`` gates resolved, or of a long
-    one a plan for its next rounds. ``check`` raises if the search must end."""
+    """Return the answer for the whole remaining mission with all ``served`` gates resolved, or of a
+    long one a plan for its next rounds. ``check`` raises if the search must end."""
     if (none := _crowded(floor) or _alone(floor, joint)) is not None:
         return none
     done = 0 if served else min(floor.rounds_done(i, joint.counts[i]) for i in floor.robots)
@@ -78,8 +78,8 @@ def ask(
 
 
 def _goes_on(floor: Floor, joint: Joint, found: Found, seed: int) -> bool:
-    """Whether the team can continue after a plan for a part of its rounds: a robot that cannot go
-    back where it came from may have to turn around where there is no room."""
+    """Return whether the team can continue after a plan for a part of its rounds: a robot that
+    cannot go back where it came from may have to turn around where there is no room."""
     if not any(floor.graphs[i].one_way for i in floor.robots):
         return True
     ticks = None if found.first else preview(floor, found.plan, joint)
@@ -125,8 +125,9 @@ def _ask(
 def ask_charged(
     floor: Floor, joint: Joint, served: tuple[int, ...], seed: int, charges: Charges, time: float
 ) -> Found | None:
-    """A plan for which the charges suffice: forever after it, or at least until its end. Robots
-    that cannot hinder each other are planned apart, if their charges last until the end of all."""
+    """Return a plan for which the charges suffice: forever after it, or at least until its end.
+    Robots that cannot hinder each other are planned apart, if their charges last until the end of
+    all."""
     if _crowded(floor) is not None:
         return None
     for groups in ([] if floor.open(joint.stages) else _groups(floor)), [floor.robots]:
@@ -142,7 +143,7 @@ def ask_charged(
 
 
 def _groups(floor: Floor) -> Iterator[tuple[int, ...]]:
-    """The robots that may have to wait for each other."""
+    """Yield the robots that may have to wait for each other."""
     left, members, these = {*floor.robots}, floor.team.members, frozenset(floor.robots)
     while left:
         group = explored([min(left)], lambda i: [*(members[i].partners & these)])
@@ -153,7 +154,8 @@ def _groups(floor: Floor) -> Iterator[tuple[int, ...]]:
 def _charged(
     floor: Floor, joint: Joint, wanted: frozenset[int], seed: int, charges: Charges
 ) -> Sequence[Joint] | None:
-    """The joint states of such a plan; in it one stay more is possible, if that is soon found."""
+    """Return the joint states of such a plan; in it one stay more is possible, if that is soon
+    found."""
     late = tuple(
         c if m.energy is None or m.energy.charging(p) else c - m.energy.battery.stay
         for c, m, p in zip(charges, floor.team.members, joint.poses, strict=True)
@@ -171,12 +173,12 @@ def _charged(
             answers += [] if answer is None else [answer]
         if answers:
             return min(answers, key=len)
-        work //= 4 if search.fits(start) else 1  # what asks for less is likely to fail as well
+        work //= 4 if search.fits(start) else 1  # a weaker request is likely to fail as well
     return None
 
 
 def _alone(floor: Floor, joint: Joint) -> Deadlock | None:
-    """A robot that sealed obstacles keep from a target that it has still to meet."""
+    """Return a robot that sealed obstacles keep from a target that it has still to meet."""
     for i in floor.robots:
         member, free = floor.team.members[i], floor.floors[i]
         if free == member.floor or floor.is_done(i, joint.counts[i]):
@@ -190,8 +192,8 @@ def _alone(floor: Floor, joint: Joint) -> Deadlock | None:
 
 
 def lost(floor: Floor, joint: Joint, robots: Collection[int]) -> Deadlock | None:
-    """The proof that some robots cannot complete the mission, even with all that could resolve the
-    open obstacles, if that is soon found."""
+    """Return the proof that some robots cannot complete the mission, even with all that could
+    resolve the open obstacles, if that is soon found."""
     group = {*robots}
     for g in floor.open(joint.stages):
         for stage in range(joint.stages[g].need, len(floor.gate(g).needs)):
@@ -202,8 +204,8 @@ def lost(floor: Floor, joint: Joint, robots: Collection[int]) -> Deadlock | None
 def _proof(
     floor: Floor, joint: Joint, group: tuple[int, ...], *, opened: bool = False
 ) -> Deadlock | None:
-    """The proof that a few robots cannot complete the mission even without all others, and, unless
-    ``opened``, without the open obstacles; if that is soon found."""
+    """Return the proof that a few robots cannot complete the mission even without all others, and,
+    unless ``opened``, without the open obstacles; if that is soon found."""
     gates, stages = (floor.gates, joint.stages) if opened else ((), ())
     few = replace(floor, gates=gates, robots=group, either=True)
     begun = few.begun(joint.poses, joint.counts, stages)
@@ -217,7 +219,7 @@ def _proof(
 
 
 def _crowded(floor: Floor) -> Deadlock | None:
-    """Robots that must stay in fewer regions than they are."""
+    """Return robots that must stay in fewer regions than they are."""
     team = floor.team
     group = next(without_room([team.members[i].robot for i in floor.robots]), None)
     if group is None:
@@ -234,7 +236,7 @@ def _search(
 
 
 def _guide(floor: Floor, served: frozenset[int]) -> Guide:
-    """Duties at later stages, from the poses in which they are reached first."""
+    """Return the duties at later stages, from the poses in which they are reached first."""
     solver = Solver(floor)
 
     def guide(stages: Stages, poses: tuple[int, ...]) -> Sequence[Mask | None]:
@@ -263,8 +265,8 @@ def _apart(
     group: list[int],
     goals: Sequence[Mask | None],
 ) -> Iterator[tuple[int, Mask]]:
-    """A region for each robot of a group that acts together, so that no two of them wait for one;
-    the last one to arrive is the earliest possible."""
+    """Yield a region for each robot of a group that acts together, so that no two of them wait for
+    one; the last one to arrive is the earliest possible."""
     choices = []
     for i in group:
         near = _nearest(floor.graphs[i], poses[i], goals[i] or 0, floor.allowed(i, stages))
@@ -275,7 +277,8 @@ def _apart(
 
 
 def _nearest(graph: PoseGraph, pose: int, goal: Mask, allowed: Mask) -> Iterator[Near]:
-    """The regions of a goal, the nearest first: the steps to each, and its part of the goal."""
+    """Yield the regions of a goal, the nearest first: the steps to each, and its part of the
+    goal."""
     found = frontier = 1 << pose
     for far in count():
         for region in bits(graph.regions_of(frontier & goal)):
@@ -289,7 +292,7 @@ def _nearest(graph: PoseGraph, pose: int, goal: Mask, allowed: Mask) -> Iterator
 
 
 def _first(floor: Floor, states: Sequence[Joint]) -> Iterator[tuple[int, int]]:
-    """The targets with which robots begin in a plan, where they are not their next ones."""
+    """Yield the targets with which robots begin in a plan, where they are not their next ones."""
     for i in floor.robots:
         member, (memory, met) = floor.team.members[i], states[0].counts[i]
         if member.either and met == 0:
@@ -300,8 +303,8 @@ def _first(floor: Floor, states: Sequence[Joint]) -> Iterator[tuple[int, int]]:
 
 
 def _few(floor: Floor, joint: Joint, check: Callable[[], None]) -> Deadlock | None:
-    """Two or three robots that could not complete the mission even without all others and open
-    obstacles: a proof for the team, since these only restrict them."""
+    """Return two or three robots that could not complete the mission even without all others and
+    open obstacles: a proof for the team, since these only restrict them."""
     sharing = [i for i in floor.robots if floor.team.members[i].partners]
     for size in (2, 3) if len(sharing) > 3 else ():
         groups = [

@@ -65,7 +65,7 @@ class ChargedSearch(Search):
         }
         self._best: dict[object, list[Charges]] = {}
         self._effects: dict[object, dict[tuple[int, ...], Effect]] = {}
-        # Where nothing is left to do, robots charge, half of what they can have when they are back.
+        # Without further goals, a robot charges to half of what it could have on its return.
         self._spare: dict[int, float] = {}
         for i, energy in self.energies.items() if super().goal(start) else ():
             if energy.battery.stay and not energy.charging(start.poses[i]):
@@ -81,7 +81,7 @@ class ChargedSearch(Search):
             yield joint.charges[i] >= needed(self.floor, joint, i) + spare
 
     def run(self) -> Answer:
-        """The plan with the fewest ticks of several."""
+        """Return the plan with the fewest ticks of several."""
         if self.goal(self.start):
             return [self.start]
         given, best = self.work, super().run()
@@ -105,7 +105,7 @@ class ChargedSearch(Search):
         return None if isinstance(found, Exhausted) else found
 
     def singles(self, budget: int) -> Answer:
-        """Nothing: a search for all would examine each charge of a state."""
+        """Return None: a search for all would examine each charge of a state."""
         del budget
         return None
 
@@ -119,12 +119,12 @@ class ChargedSearch(Search):
                 yield after
 
     def _new(self, after: Joint, before: dict[Joint, Joint | None]) -> bool:
-        """Whether a state is worth it: no known one differs only by higher charges."""
+        """Return whether a state is worth it: no known one differs only by higher charges."""
         best = self._best.setdefault(after[:3], [])
         return after not in before and not dominated(after.charges, best)
 
     def _forced(self, joint: Joint, i: int) -> Iterator[int]:
-        """The poses that a robot may take; also its own, where it charges."""
+        """Yield the poses that a robot may take; also its own, where it charges."""
         if i in self.energies and self.energies[i].charging(joint.poses[i]):
             yield joint.poses[i]
         yield from super()._forced(joint, i)
@@ -161,7 +161,7 @@ class ChargedSearch(Search):
         return after[:3], tuple(gains)
 
     def _held(self, joint: Joint, poses: tuple[int, ...]) -> tuple[int, ...]:
-        """The poses, where robots stay that would have to wait for another one to leave."""
+        """Return the poses, where robots stay that would have to wait for another one to leave."""
         size, found = self.team.size, [*poses]
         there: dict[int, list[int]] = {}
         for j in self.floor.robots:
@@ -183,7 +183,7 @@ class ChargedSearch(Search):
         return tuple(found)
 
     def fits(self, joint: Joint) -> bool:
-        """Whether the charges may suffice."""
+        """Return whether the charges may suffice."""
         return all(
             joint.charges[i] >= self._least(i, joint.poses[i], joint.counts[i])
             for i in self.energies
@@ -191,7 +191,8 @@ class ChargedSearch(Search):
 
     @cached_method
     def _least(self, i: int, pose: int, count: tuple[int, int]) -> float:
-        """The charge that a robot alone needs: others and open obstacles only restrict it."""
+        """Return the charge that a robot alone needs: others and open obstacles only restrict
+        it."""
         energy, allowed = self.energies[i], self.floor.floors[i]
         turn = energy.turn(count[0])
         if self.how[0]:
@@ -201,7 +202,7 @@ class ChargedSearch(Search):
         return energy.suffices(allowed, turn, self._goals(i, count)).get(pose, NEVER)
 
     def _goals(self, i: int, count: tuple[int, int]) -> int:
-        """The targets that a robot has still to meet in turn."""
+        """Return the targets that a robot has still to meet in turn."""
         pursuit = self.team.members[i].pursuit
         if pursuit.settles:
             return pursuit.targets - min(count[0], pursuit.targets - 1)
@@ -219,7 +220,7 @@ class ChargedSearch(Search):
 
 
 def _duration(floor: Floor, before: Joint, joint: Joint) -> int:
-    """The ticks of a transition: those of its slowest step."""
+    """Return the ticks of a transition: those of its slowest step."""
     moving = (i for i in floor.robots if before.poses[i] != joint.poses[i])
     return max((floor.team.step_ticks[i] for i in moving), default=1)
 
@@ -229,8 +230,8 @@ Part = tuple[Floor, Sequence[Joint]]
 
 
 def charged_plan(parts: Sequence[Part], begun: float) -> Plan | None:
-    """The plan of all parts; None if some robot cannot wait for the end of the others. ``begun``:
-    the tick before its first one, or when it begins in a live run."""
+    """Return the plan of all parts; None if some robot cannot wait for the end of the others.
+    ``begun``: the tick before its first one, or when it begins in a live run."""
     ticks = [sum(_duration(floor, *each) for each in pairwise(states)) for floor, states in parts]
     charges = [0.0] * len(parts[0][0].team.members)
     for (floor, states), own in zip(parts, ticks, strict=True):
@@ -248,7 +249,7 @@ def charged_plan(parts: Sequence[Part], begun: float) -> Plan | None:
 
 
 def needed(floor: Floor, joint: Joint, i: int) -> float:
-    """The charge with which a robot with a battery continues forever from where it is."""
+    """Return the charge with which a robot with a battery continues forever from where it is."""
     energy = floor.team.members[i].energy
     assert energy is not None
     allowed, turn = floor.allowed(i, joint.stages), energy.turn(joint.counts[i][0])
@@ -256,13 +257,13 @@ def needed(floor: Floor, joint: Joint, i: int) -> float:
 
 
 def _needed_at_end(floor: Floor, last: Joint, i: int) -> float:
-    """That charge at the end of a plan, as far as the robot has it."""
+    """Return that charge at the end of a plan, as far as the robot has it."""
     return min(needed(floor, last, i), last.charges[i])
 
 
 def _plan(floor: Floor, states: Sequence[Joint], begun: float) -> Plan:
-    """The plan of these states, in which robots leave chargers with the charge and in the tick that
-    were planned."""
+    """Return the plan of these states, in which robots leave chargers with the charge and in the
+    tick that were planned."""
     plan = plan_of(floor, states[0], [joint.poses for joint in states])
     live = floor.team.scenario.clock is Clock.LIVE
     ways, at, tick = [[*way] for way in plan.ways], [0] * len(plan.ways), 0 if live else 1

@@ -23,8 +23,8 @@ Ticks = Sequence[tuple[int, ...]]
 
 
 def _linear(floor: Floor, joint: Joint, ticks: Ticks) -> Iterator[tuple[int, Joint, Joint]]:
-    """The steps when robots go to these joint poses one at a time: the robot, and the states before
-    and after its step."""
+    """Yield the steps when robots go to these joint poses one at a time: the robot, and the states
+    before and after its step."""
     for poses in ticks:
         for i, after in floor.sequence(joint, poses):
             yield i, joint, after
@@ -32,16 +32,16 @@ def _linear(floor: Floor, joint: Joint, ticks: Ticks) -> Iterator[tuple[int, Joi
 
 
 def plan_of(floor: Floor, first: Joint, ticks: Ticks) -> Plan:
-    """The plan in which robots go to these joint poses."""
+    """Return the plan in which robots go to these joint poses."""
     size, robots, crowds = floor.team.size, floor.robots, floor.team.crowds
     ways = {i: [Waypoint(first.poses[i])] for i in robots}
-    # By region: a robot, and its place after it.
+    # The visits of each region: a robot, and the number of its next place.
     stays: dict[int, list[list[int]]] = defaultdict(list)
     present = {i: [i, 0] for i in robots}
     owed: dict[int, set[tuple[int, int]]] = {i: set() for i in robots}  # before it leaves its place
     for i in robots:
         stays[first.poses[i] % size].append(present[i])
-    for i in robots:  # what robots under way resolve when they arrive may make it count
+    for i in robots:  # resolutions at arrivals may make its goal count
         member, counts = floor.team.members[i], first.counts[i]
         if member.pursuit.in_turn or counts != restarted(member, Count(*counts))[:2]:
             owed[i] |= _whole(floor, _over(floor, first))
@@ -93,8 +93,8 @@ class _Zone:
 def _latest(
     stays: list[list[int]], rivals: frozenset[int], crowd: frozenset[int] | None
 ) -> dict[int, int]:
-    """The rivals that were in a region, each with its place after it. In a crowd the last visitor
-    is enough: it came after all others had left."""
+    """Return the rivals that were in a region, each with its place after it. In a crowd the last
+    visitor is enough: it came after all others had left."""
     if crowd is None:
         return {j: left for j, left in stays if j in rivals}
     for j, left in reversed(stays):
@@ -104,8 +104,8 @@ def _latest(
 
 
 def _because(floor: Floor, before: Joint, joint: Joint) -> Iterator[tuple[int, tuple[int, int]]]:
-    """The robots that must not leave before certain needs are met: those that act, and those that
-    count where they stand because of a resolution."""
+    """Yield the robots that must not leave before certain needs are met: those that act, and those
+    that count where they stand because of a resolution."""
     size, over = floor.team.size, _over(floor, joint) - _over(floor, before)
     for g in floor.open(before.stages):
         stages, met = before.stages, joint.stages[g].need
@@ -137,7 +137,8 @@ def _are_met(state: State, needs: Iterable[tuple[int, int]]) -> bool:
 
 
 def next_step(team: Team, state: State, i: int) -> int | None:
-    """The pose to which a robot may step now by the plan; None: it is at its end, or waits."""
+    """Return the pose to which a robot may step now by the plan; None: it is at its end, or
+    waits."""
     plan, robot = state.plan, state.robots[i]
     if plan is None or robot.at + 1 >= len(plan.ways[i]):
         return None
@@ -155,7 +156,8 @@ def next_step(team: Team, state: State, i: int) -> int | None:
 
 
 def is_charging(team: Team, state: State, i: int, waypoint: Waypoint) -> bool:
-    """Whether a robot waits for charge before a step, on a charger or because it has none left."""
+    """Return whether a robot waits for charge before a step, on a charger or because it has none
+    left."""
     energy, robot = team.members[i].energy, state.robots[i]
     if energy is None:
         return False
@@ -168,8 +170,8 @@ def is_charging(team: Team, state: State, i: int, waypoint: Waypoint) -> bool:
 
 
 def starving(team: Team, state: State) -> bool:
-    """Whether a robot that waits off the chargers has to go to one now, since it has less charge
-    than its plan foresees, or that has ended."""
+    """Return whether a robot that waits off the chargers has to go to one now, since it has less
+    charge than its plan foresees, or that has ended."""
     plan = state.plan
     if plan is None or not plan.charges:
         return False
@@ -185,14 +187,15 @@ def starving(team: Team, state: State) -> bool:
 
 
 def _foreseen(plan: Plan, state: State, i: int) -> float:
-    """The charge with which a robot leaves its place by the plan, or with which that ends."""
+    """Return the charge with which a robot leaves its place by the plan, or with which that
+    ends."""
     way = plan.ways[i][state.robots[i].at + 1 :][:1]
     return way[0].charge if way else plan.charges[i]
 
 
 def _spare(team: Team, state: State, i: int) -> float | None:
-    """The charge that a robot off the chargers has beyond that for its way to one, and for a few
-    steps more; None if it needs none to wait, or no way leads to one."""
+    """Return the charge that a robot off the chargers has beyond that for its way to one, and for a
+    few steps more; None if it needs none to wait, or no way leads to one."""
     energy, robot = team.members[i].energy, state.robots[i]
     if energy is None or not energy.battery.stay or energy.charging(robot.pose):
         return None
@@ -208,8 +211,8 @@ def _slack(team: Team, i: int) -> float:
 
 
 def charging_ends(team: Team, state: State) -> float | None:
-    """The next time in a live run at which a robot on a charger has the charge for which it waits,
-    or one off the chargers must go to one or has none left; None: never."""
+    """Return the next time in a live run at which a robot on a charger has the charge for which it
+    waits, or one off the chargers must go to one or has none left; None: never."""
     times = []
     for i, (member, robot) in enumerate(zip(team.members, state.robots, strict=True)):
         energy = member.energy
@@ -235,7 +238,7 @@ def charging_ends(team: Team, state: State) -> float | None:
 
 
 def charges_now(team: Team, state: State) -> tuple[float, ...]:
-    """The charge of each robot, after the step under way; empty without batteries."""
+    """Return the charge of each robot, after the step under way; empty without batteries."""
     pairs = zip(team.members, state.robots, strict=True) if team.charged else ()
     return tuple(
         r.charge if m.energy is None or r.to is None else m.energy.battery.stepped(r.charge)
@@ -250,7 +253,7 @@ def _has_counted(team: Team, i: int, own: Count, due: tuple[int, int]) -> bool:
 
 
 def closed(team: Team, state: State, i: int) -> frozenset[int]:
-    """The regions of known obstacles that a robot must not enter now."""
+    """Return the regions of known obstacles that a robot must not enter now."""
     found = set()
     for k, each in enumerate(state.obstacles):
         obstacle = team.obstacles[k]
@@ -262,15 +265,15 @@ def closed(team: Team, state: State, i: int) -> frozenset[int]:
 
 
 def at_end(state: State, among: Iterable[int]) -> bool:
-    """Whether robots have gone their whole way."""
+    """Return whether robots have gone their whole way."""
     plan = state.plan
     return plan is not None and all(state.robots[i].at + 1 >= len(plan.ways[i]) for i in among)
 
 
 def stuck(team: Team, state: State, helped: frozenset[int]) -> bool:
-    """Whether a plan cannot continue by itself: none of its robots moves, acts, can step, or counts
-    by staying, and none waits for an act of a robot with a strategy (``helped``: the obstacles of
-    these)."""
+    """Return whether a plan cannot continue by itself: none of its robots moves, acts, can step, or
+    counts by staying, and none waits for an act of a robot with a strategy (``helped``: the
+    obstacles of these)."""
     plan = state.plan
     if plan is None:
         return False
@@ -294,7 +297,8 @@ def stuck(team: Team, state: State, helped: frozenset[int]) -> bool:
 
 
 def surely(team: Team, state: State) -> list[int]:
-    """For each robot the last place of its way that it can reach without a further resolution."""
+    """Return for each robot the last place of its way that it can reach without a further
+    resolution."""
     plan = state.plan
     assert plan is not None
     most = [len(way) - 1 for way in plan.ways]
@@ -317,8 +321,8 @@ def surely(team: Team, state: State) -> list[int]:
 
 
 def preview(floor: Floor, plan: Plan, first: Joint) -> list[Joint] | None:
-    """The joint state after each tick of a run of the plan without surprises, in which robots move
-    in turn, each as soon as it may; None if it does not reach its end."""
+    """Return the joint state after each tick of a run of the plan without surprises, in which
+    robots move in turn, each as soon as it may; None if it does not reach its end."""
     at = [0] * len(plan.ways)
     ticks, joint, gates = [first], first, floor.gates
     left = sum(len(plan.ways[i]) - 1 for i in floor.robots)
@@ -346,7 +350,7 @@ def preview(floor: Floor, plan: Plan, first: Joint) -> list[Joint] | None:
 
 
 def joint_now(state: State, floor: Floor) -> Joint:
-    """The present joint state; a robot on its way is where it will arrive."""
+    """Return the present joint state; a robot on its way is where it will arrive."""
     counts = tuple((r.own.memory, r.own.met) for r in state.robots)
     arriving = [i for i, robot in enumerate(state.robots) if robot.to is not None]
     poses = tuple(robot.next for robot in state.robots)

@@ -65,7 +65,7 @@ class Search:
         return self.floor.completed(joint, self.served)
 
     def run(self) -> Answer:
-        """The first plan that some variant finds, the cheap ones first."""
+        """Return the first plan that some variant finds, the cheap ones first."""
         if self.goal(self.start):
             return [self.start]
         few = len(self.floor.robots) <= 4
@@ -93,7 +93,7 @@ class Search:
         return self.singles(PROOF) if few and turn < PROOF_TURN else None
 
     def others(self) -> Iterator[list[Joint]]:
-        """Plans of other searches: one deep search often finds a long one."""
+        """Yield the plans of other searches: one deep search often finds a long one."""
         self.work = min(self.work, EXTRA)
         if len(self.floor.robots) <= 4:
             found = self.singles(SINGLES // 4)
@@ -103,8 +103,8 @@ class Search:
             yield from () if isinstance(found, Exhausted | None) else (found,)
 
     def _rolled(self) -> list[Joint] | None:
-        """Lifelong PIBT, several times: who has waited longest for a goal chooses first; no
-        backtracking."""
+        """Search by lifelong PIBT, several times: the robot that has waited longest for a goal
+        chooses first; no backtracking."""
         robots = self.floor.robots
         for _ in range(ROLLS):
             joint, states = self.start, [self.start]
@@ -133,8 +133,8 @@ class Search:
         return None
 
     def _aside(self, joint: Joint) -> Joint:
-        """The joint state after single steps of random robots to free regions from which they can
-        continue forever."""
+        """Return the joint state after single steps of random robots to free regions from which
+        they can continue forever."""
         size, poses, robots = self.floor.team.size, list(joint.poses), list(self.floor.robots)
         at: dict[int, list[int]] = {}
         for i, pose in enumerate(poses):
@@ -158,7 +158,7 @@ class Search:
         return order
 
     def singles(self, budget: int) -> Answer:
-        """Breadth first, one robot's step at a time: a shortest plan, or the proof."""
+        """Search breadth first, one robot's step at a time: for a shortest plan, or the proof."""
         before: dict[Joint, Joint | None] = {self.start: None}
         queue = deque([self.start])
         if self.goal(self.start):
@@ -176,7 +176,7 @@ class Search:
         return Exhausted(before)
 
     def deep(self, start: Joint, goal: Goal, budget: int, how: str, order: list[int]) -> Answer:
-        """Depth first, at most ``budget`` states."""
+        """Search depth first, at most ``budget`` states."""
         before: dict[Joint, Joint | None] = {start: None}
         stack = [(start, self._next(start, how, order))]
         edges = 0
@@ -214,28 +214,28 @@ class Search:
         yield from self._singles(joint, self._alive)
 
     def _new(self, after: Joint, before: dict[Joint, Joint | None]) -> bool:
-        """Whether a state is to be examined."""
+        """Return whether a state is to be examined."""
         return after not in before
 
     def _reached(self, joint: Joint, poses: tuple[int, ...]) -> Joint | None:
-        """The state after all robots have gone to these poses; None if that is not possible, or
-        nothing changes."""
+        """Return the state after all robots have gone to these poses; None if that is not possible,
+        or nothing changes."""
         return None if poses == joint.poses else self.floor.moved(joint, poses, self.floor.robots)
 
     def _forced(self, joint: Joint, i: int) -> Iterator[int]:
-        """The poses that a robot may be made to take."""
+        """Yield the poses that a robot may be made to take."""
         for pose in self.floor.steps(i, joint.stages)[joint.poses[i]]:
             if self._alive[i] >> pose & 1:
                 yield pose
 
     def _singles(self, joint: Joint, alive: Sequence[Mask] | None = None) -> Iterator[Joint]:
-        """The states after one step of one robot, to where it can continue (``alive``)."""
+        """Yield the states after one step of one robot, to where it can continue (``alive``)."""
         for i, pose in self.floor.moves(joint):
             if alive is None or alive[i] >> pose & 1:
                 yield self.floor.after(joint, i, pose)
 
     def fields(self, joint: Joint) -> list[Field]:
-        """The distances of each robot to its current goal; None without a goal that it can
+        """Return the distances of each robot to its current goal; None without a goal that it can
         reach."""
         guided, found = self._duties(joint), list[Field]([None] * len(joint.poses))
         for i in self.floor.robots:
@@ -250,7 +250,7 @@ class Search:
         return self._guided[joint.stages]
 
     def _field(self, joint: Joint, i: int, goal: Mask) -> Field:
-        """The distances of a robot to a goal; None if it cannot reach it."""
+        """Return the distances of a robot to a goal; None if it cannot reach it."""
         key = i, goal, joint.stages
         if key not in self._fields:
             allowed = self.floor.allowed(i, joint.stages)
@@ -259,12 +259,12 @@ class Search:
         return field if field is not None and field[joint.poses[i]] < FAR else None
 
     def _aim(self, joint: Joint, i: int, goal: Mask, *, own: bool) -> Mask:
-        """The poses that a robot visits first for a goal. ``own``: it is its next target."""
+        """Return the poses that a robot visits first for a goal. ``own``: it is its next target."""
         del joint, i, own
         return goal
 
     def _legs(self, most: int) -> list[Joint] | None:
-        """A chain of legs, each of one robot that all others let pass; backtracks at random,
+        """Return a chain of legs, each of one robot that all others let pass; backtracks at random,
         farther the more often it has failed since it was longest."""
         legs: list[list[Joint]] = [[self.start]]
         vain = made = longest = failed = 0
@@ -291,7 +291,7 @@ class Search:
         fields = self.fields(start)
         wanting = [i for i in self.floor.robots if _misses(fields[i], start.poses[i])]
         self.random.shuffle(wanting)
-        members = self.floor.team.members  # who stays at its target is soon in the way
+        members = self.floor.team.members  # a robot that stays at its target is soon in the way
         wanting.sort(key=lambda i: members[i].pursuit.settles)
         vain = 0
         for i in wanting:
@@ -354,8 +354,8 @@ class Proposals:
         order: Sequence[int],
         forced: tuple[int, int] | None = None,
     ) -> tuple[int, ...] | None:
-        """The next poses; None if a robot can neither move nor stay. ``order``: the robots in the
-        order of their choices; ``forced``: a robot that must take a pose."""
+        """Return the next poses; None if a robot can neither move nor stay. ``order``: the robots
+        in the order of their choices; ``forced``: a robot that must take a pose."""
         self._joint, self._fields = joint, fields
         self._next: dict[int, int] = {}
         self._entered: dict[int, list[int]] = {}
@@ -405,13 +405,13 @@ class Proposals:
         return True
 
     def _occupied(self) -> list[Mask]:
-        """The regions of each robot, before and after this step."""
+        """Return the regions of each robot, before and after this step."""
         size, after, poses = self._size, self._next, enumerate(self._joint.poses)
         return [1 << pose % size | 1 << after.get(j, pose) % size for j, pose in poses]
 
     def _ranked(self, i: int) -> list[int]:
-        """A robot's possible next poses, the nearest to its goals first; free ones before taken
-        ones."""
+        """Return a robot's possible next poses, the nearest to its goals first; free ones before
+        taken ones."""
         here, field, rivals = self._joint.poses[i], self._fields[i], self._rivals[i]
         now, size, draw = self._now, self._size, self._random.random
         ranks = [(0 if field is None else field[here], False, draw(), here)]
@@ -445,12 +445,13 @@ class Immobile:
         )
 
     def hopeless(self, joint: Joint) -> bool:
-        """Whether some robot can never complete its mission because others can never move."""
+        """Return whether some robot can never complete its mission because others can never
+        move."""
         stuck = self.robots(joint.poses) if self._possible else set()
         return bool(stuck) and any(self._fails(i, joint, stuck) for i in self._floor.robots)
 
     def robots(self, poses: Sequence[int]) -> set[int]:
-        """The robots that can never move again."""
+        """Return the robots that can never move again."""
         size = self._size
         taken = {poses[i] % size for i in self._who}
         found = {i for i in self._who if taken.issuperset(self._regions(i, poses[i]))}
@@ -475,7 +476,7 @@ class Immobile:
         return not floor.graphs[i].back(goal & allowed, allowed) >> pose & 1
 
     def _regions(self, i: int, pose: int) -> frozenset[int]:
-        """The regions into which steps lead that keep a robot alive."""
+        """Return the regions into which steps lead that keep a robot alive."""
         known, graph = self._ahead[i], self._floor.graphs[i]
         if pose not in known:
             ahead = (p for p in graph.steps(pose) if self._alive[i] >> p & 1)

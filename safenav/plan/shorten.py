@@ -15,9 +15,9 @@ MUCH, PATIENCE = 1.2, 3
 
 
 def shortened(floor: Floor, answers: Iterable[Sequence[Joint]], served: frozenset[int]) -> Plan:
-    """The plan of the first of these states, with fewer ticks and steps where that is found soon.
-    While robots hinder each other much in it, plans of the next ones are tried, until the first few
-    that are not better."""
+    """Return the plan of the first of these states, with fewer ticks and steps where that is found
+    soon. While robots hinder each other much in it, plans of the next ones are tried, until the
+    first few that are not better."""
     best, plan = _shortened(floor, next(answers := iter(answers)), served)
     vain = 0
     while vain < PATIENCE and (best is None or _hindered(floor, best)):
@@ -32,7 +32,8 @@ def shortened(floor: Floor, answers: Iterable[Sequence[Joint]], served: frozense
 
 
 def _hindered(floor: Floor, best: list[Joint]) -> bool:
-    """Whether a few robots take much longer than each of them would if nobody were in its way."""
+    """Return whether a few robots take much longer than each of them would if nobody were in its
+    way."""
     if len(floor.robots) > FEW:
         return False
     ways = [[joint.poses[i] for joint in best] for i in range(len(best[0].poses))]
@@ -64,8 +65,8 @@ def _shortened(
 def _improved(
     floor: Floor, best: list[Joint], who: Sequence[int], served: frozenset[int]
 ) -> tuple[list[Joint], Plan] | None:
-    """The plan in which these robots, one after the other, follow their earliest routes; None if it
-    is not better."""
+    """Return the plan in which these robots, one after the other, follow their earliest routes;
+    None if it is not better."""
     ways = [[joint.poses[i] for joint in best] for i in range(len(best[0].poses))]
     shared: dict[frozenset[int], list[Mask]] = {}
     size = floor.team.size
@@ -88,20 +89,21 @@ def _improved(
 def _shown(
     floor: Floor, first: Joint, ticks: Sequence[tuple[int, ...]]
 ) -> tuple[list[Joint], Plan] | None:
-    """The plan with these joint poses, and the joint state after each tick of its execution."""
+    """Return the plan with these joint poses, and the joint state after each tick of its
+    execution."""
     plan = plan_of(floor, first, ticks)
     shown = preview(floor, plan, first)
     return None if shown is None else (shown, plan)
 
 
 def _pays(way: Sequence[int], before: Sequence[int]) -> bool:
-    """Whether a way has fewer steps, or ends earlier."""
+    """Return whether a way has fewer steps, or ends earlier."""
     (steps, end), (most, late) = _moves(way), _moves(before)
     return steps < most or end < late
 
 
 def _moves(way: Sequence[int]) -> tuple[int, int]:
-    """The number of steps, and the tick of the last one."""
+    """Return the number of steps, and the tick of the last one."""
     moves = [t for t in range(1, len(way)) if way[t] != way[t - 1]]
     return len(moves), moves[-1] if moves else 0
 
@@ -124,9 +126,9 @@ def _earliest(
     i: int,
     shared: dict[frozenset[int], list[Mask]] | None,
 ) -> list[int] | None:
-    """The poses of a robot by tick on its earliest way through all that it does in ``ticks``,
-    around the ways of the others, or without ``shared`` as if it were alone; None if it has
-    none."""
+    """Return the poses of a robot by tick on its earliest way through all that it does in
+    ``ticks``, around the ways of the others, or without ``shared`` as if it were alone; None if it
+    has none."""
     graph, size, last = floor.graphs[i], floor.team.size, len(ticks) - 1
     vias, rivals = _vias(floor, ticks, i), floor.team.members[i].rivals
     if last * (len(vias) + 1) > MOST_CELLS:
@@ -177,7 +179,7 @@ def _back(
     taken: list[Mask],
     ticks: Sequence[Joint],
 ) -> list[int] | None:
-    """The way to a cell, in which the robot stays wherever it can."""
+    """Return the way to a cell, in which the robot stays wherever it can."""
     graph, way, k = floor.graphs[i], [pose] * (len(ticks) - t), len(vias)
     while t:
         free = ~(taken[t - 1] | taken[t])
@@ -198,8 +200,8 @@ def _back(
 
 
 def _vias(floor: Floor, ticks: Sequence[Joint], i: int) -> list[tuple[Mask, int]]:
-    """The poses through which a robot must go in turn, each not before a tick: where it counts
-    goals, and where it acts."""
+    """Return the poses through which a robot must go in turn, each not before a tick: where it
+    counts goals, and where it acts."""
     found, since, graph, size = list[tuple[Mask, int]](), 0, floor.graphs[i], floor.team.size
     for t in range(1, len(ticks)):
         before, joint = ticks[t - 1], ticks[t]

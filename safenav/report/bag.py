@@ -282,7 +282,7 @@ class _Latest(dict[str, object]):
 
 
 def _straight(first: Message, middle: Message, last: Message) -> bool:
-    """Whether a robot passed the middle pose without a turn."""
+    """Return whether a robot passed the middle pose without a turn."""
     a, b, c = (pose["position"] for pose in (first, middle, last))
     ahead, then = (b["x"] - a["x"], b["y"] - a["y"]), (c["x"] - b["x"], c["y"] - b["y"])
     turned: float = ahead[0] * then[1] - ahead[1] * then[0]

@@ -56,7 +56,7 @@ def foresee(scenario: Scenario) -> Foresight:
 
 
 def _all_known(scenario: Scenario) -> tuple[Team, State]:
-    """The team at its start, with every obstacle known and requested."""
+    """Return the team at its start, with every obstacle known and requested."""
     team = team_of(scenario)
     state = initial(team)
     for k, each in enumerate(team.obstacles):
@@ -66,7 +66,7 @@ def _all_known(scenario: Scenario) -> tuple[Team, State]:
 
 
 def foreseen(scenario: Scenario) -> tuple[str, ...]:
-    """Warnings of objectives that no run can meet, one sentence each."""
+    """Return warnings of objectives that no run can meet, one sentence each."""
     found = foresee(scenario)
     given = {change.robot for change in scenario.changes if change.objective is not None}
     if found.stuck:

@@ -71,7 +71,7 @@ def missing_actions(
 
 
 def _needed(scenario: Scenario, seen: Foresight, encountered: Collection[str]) -> list[Obstacle]:
-    """A minimal set of obstacles that must be resolved so that every robot can meet its
+    """Return a minimal set of obstacles that must be resolved so that every robot can meet its
     objective."""
     never = {each.obstacle for each in seen.lacks}
     if not seen.stuck:  # obstacles given up by the run may have appeared during it
@@ -216,7 +216,8 @@ class _Failure:
 
 
 def _beside(failed: _Failure) -> list[Region]:
-    """The walls beside the regions that the stuck robots reach, those between the robots first."""
+    """Return the walls beside the regions that the stuck robots reach, those between the robots
+    first."""
     world = failed.scenario.map
     stuck = failed.stuck or [robot.name for robot in failed.scenario.robots]
     fields = [world.distances([failed.scenario.robot(name).start.region]) for name in stuck]
@@ -282,8 +283,8 @@ def _robots(failed: _Failure) -> Iterator[Repair]:
 
 
 def _covering(failed: _Failure) -> list[tuple[RobotModel, tuple[Obstacle, int]]]:
-    """Models that together have all missing actions, the largest share first, each with a need for
-    which it is added; empty if some action has no model."""
+    """Return models that together have all missing actions, the largest share first, each with a
+    need for which it is added; empty if some action has no model."""
     left = {each: max(1, each.robots - len(each.have)) for each in failed.missing}
     found = []
     while left:

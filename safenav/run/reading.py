@@ -210,7 +210,7 @@ class RunReader:
                 helpers = line.helpers
                 if helpers:
                     self._status(line.tick, line.obstacle, values.ObstacleStatus.REQUESTED)
-                else:  # perhaps an order
+                else:  # possibly an order
                     self._seen(line.tick, self._known(line.obstacle))
                 # The helpers change with its next need, for example.
                 rows = run.stack.now
@@ -256,7 +256,7 @@ class RunReader:
         self._known(obstacle).status.append((tick, status))
 
     def _seen(self, tick: int, hidden: values.Hidden | None) -> None:
-        """A robot acts on an obstacle, so it is not hidden, even if no robot has requested it."""
+        """Show an obstacle on which a robot acts, even if no robot has requested it."""
         if hidden is not None and hidden.status.now is values.ObstacleStatus.HIDDEN:
             hidden.status.append((tick, values.ObstacleStatus.FOUND))
 

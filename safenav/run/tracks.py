@@ -57,20 +57,20 @@ class Charge(Struct):
         return round(100 * self.at(now) / self.battery.capacity)
 
     def leave(self, now: float) -> None:
-        """It begins a step, or is in one."""
+        """Leave the region, in a step that it begins or is in."""
         self.level, self.since = self.at(now), None
 
     def come(self, region: Region, now: float) -> None:
-        """It ends a step."""
+        """End a step."""
         self.level, self.region, self.since = self.battery.stepped(self.level), region, now
 
     def put(self, region: Region, now: float) -> None:
-        """An operator puts it into a region."""
+        """Move it to the region into which an operator has put it."""
         if self.since is not None:
             self.level, self.region, self.since = self.at(now), region, now
 
     def replace(self, now: float) -> None:
-        """It gets a full battery."""
+        """Give it a full battery."""
         self.level, self.since = self.battery.capacity, None if self.since is None else now
 
 
@@ -210,7 +210,7 @@ class RobotPaths:
         now, track = self._times()[-1], self.robot(robot)
         steps = track.steps
         if not steps or steps[-1].last < tick:
-            raise ContradictionError(f"{robot} arrives, and is not under way")
+            raise ContradictionError(f"{robot} arrives without a departure")
         steps[-1] = replace(steps[-1], last=tick - 1, end=now)
         if steps[-1].last < steps[-1].first:
             del steps[-1]

@@ -166,7 +166,7 @@ class Hidden(Struct):
         return ", then ".join(named)
 
     def label(self, world: RegionMap) -> str:
-        """``door@47``, or ``door@dock`` if the region has a name."""
+        """Return ``door@47``, or ``door@dock`` if the region has a name."""
         return obstacle_words(self.name, world.word)
 
 
@@ -178,7 +178,7 @@ class StackRow(Struct, frozen=True):
     helpers: tuple[str, ...]
 
     def about(self, word: Word = number_word) -> str:
-        """``door@47``; ``word`` names regions."""
+        """Return ``door@47``; ``word`` names regions."""
         return obstacle_words(self.obstacle, word)
 
     @property

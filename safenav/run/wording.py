@@ -170,12 +170,12 @@ class Wording(Struct, frozen=True):
         return f"{who} {found}: it lacks '{line.action}'"
 
     def goal(self, line: records.Goal, does: str) -> str:
-        """``quad reaches dock, round 1 done``."""
+        """Return ``quad reaches dock, round 1 done``."""
         done = f", round {line.round} done" if line.round else ""
         return f"{line.robot} {does} {self._at(line.region)}{done}"
 
     def _deadline(self, line: records.Deadline) -> str:
-        """``door@47 cannot be resolved before tick 16, and is due at tick 15``."""
+        """Return ``door@47 cannot be resolved before tick 16, and is due at tick 15``."""
         what, does, done = f"the round of {line.of}", "end", "ends"
         if "@" in line.of:
             what, does, done = self.obstacle(line.of), "be resolved", "is resolved"
@@ -204,11 +204,11 @@ class Wording(Struct, frozen=True):
         return f"{what} {' '.join(words)}".rstrip()
 
     def obstacle(self, name: str) -> str:
-        """``door@47``, or ``door@dock`` where the region has a name."""
+        """Return ``door@47``, or ``door@dock`` where the region has a name."""
         return obstacle_words(name, self.map.word)
 
     def instead(self, violation: records.Violation, backtrack: records.Backtrack) -> str:
-        """The safe action that was taken instead of a violation."""
+        """Return the safe action that was taken instead of a violation."""
         stays = backtrack.to == violation.at
         return "it stays" if stays else f"it goes to {self._at(backtrack.to)}"
 
@@ -265,7 +265,7 @@ class Wording(Struct, frozen=True):
 
 
 def synthesis_words(line: records.Synthesis) -> str:
-    """The result of a synthesis: ``21 states in 3 ms, verified``."""
+    """Return the result of a synthesis: ``21 states in 3 ms, verified``."""
     found = line.verdict.value.replace("_", " ")
     if line.verdict is Verdict.REALIZABLE and line.states is not None:
         found = counted(line.states, "state")
@@ -280,7 +280,7 @@ def _natural(name: str) -> list[tuple[int, str]]:
 
 
 def with_article(kind: str) -> str:
-    """``a door``, ``an obstacle``, ``rubble``."""
+    """Return ``a door``, ``an obstacle``, ``rubble``."""
     if kind.lower() in _UNCOUNTED.split():
         return kind
     return f"{'an' if kind[:1].lower() in tuple('aeiou') else 'a'} {kind}"

@@ -163,7 +163,7 @@ def _flag(data: Mapping[str, Any], key: str) -> bool:
 
 
 def _obstacle(data: Mapping[str, Any], reading: Reading) -> str:
-    """The obstacle's name with its region as a number: reports print ``door@gate``."""
+    """Return the obstacle's name with its region as a number: reports print ``door@gate``."""
     written = str(data.get("obstacle"))
     kind, where, number = name_parts(written)
     region = reading.written(where)

@@ -30,8 +30,8 @@ def lint(scenario: Scenario) -> tuple[str, ...]:
 
 
 def oversized(scenario: Scenario) -> Iterator[str]:
-    """Robots that do not fit into a region of a map in metres: coordination keeps robots of
-    different regions apart, not bodies that reach into the next one."""
+    """Yield the robots that do not fit into a region of a map in metres: coordination keeps robots
+    of different regions apart, not bodies that reach into the next one."""
     for robot, side, size, _ in _in_metres(scenario):
         if size is not None and size > side:
             yield (
@@ -42,8 +42,8 @@ def oversized(scenario: Scenario) -> Iterator[str]:
 
 
 def cramped(scenario: Scenario) -> Iterator[str]:
-    """Robots that fit into a region of a map in metres but cannot turn there: their motion cannot
-    be computed, and a live run does not simulate their true durations."""
+    """Yield the robots that fit into a region of a map in metres but cannot turn there: their
+    motion cannot be computed, and a live run does not simulate their true durations."""
     for robot, side, size, motion in _in_metres(scenario):
         if motion is None or size is None or size > side:
             continue
@@ -56,8 +56,9 @@ def cramped(scenario: Scenario) -> Iterator[str]:
 
 
 def imprecise(scenario: Scenario, tolerances: Mapping[str, float]) -> Iterator[str]:
-    """Robots that may arrive so far from the centre of a region that they reach into the next one.
-    ``tolerances``: the largest distance of each robot's arrivals from the centre, in metres."""
+    """Yield the robots that may arrive so far from the centre of a region that they reach into the
+    next one. ``tolerances``: the largest distance of each robot's arrivals from the centre, in
+    metres."""
     for robot, side, size, room in arrival_room(scenario):
         off = tolerances[robot.name]
         if off <= room + 1e-9:
@@ -95,7 +96,7 @@ def _in_metres(
 
 
 def _unable(obstacle: Obstacle, scenario: Scenario) -> Iterator[str]:
-    """Needs of an obstacle for which the team has too few robots."""
+    """Yield the needs of an obstacle for which the team has too few robots."""
     known = {action for robot in scenario.robots for action in robot.capabilities}
     what = f"{obstacle.type.name}@{scenario.map.word(obstacle.region)}"
     for number, need in enumerate(obstacle.needs):
@@ -121,14 +122,14 @@ def _unable(obstacle: Obstacle, scenario: Scenario) -> Iterator[str]:
 
 
 def _unnoticed(obstacle: Obstacle, scenario: Scenario) -> Iterator[str]:
-    """An obstacle that no robot requests: robots encounter only what blocks them."""
+    """Yield an obstacle that no robot requests: robots encounter only what blocks them."""
     if obstacle.type.blocks == frozenset() and not obstacle.ordered:
         what = f"{obstacle.type.name}@{scenario.map.word(obstacle.region)}"
         yield f"no robot encounters {what}, because it blocks none; list it under 'orders'"
 
 
 def _crowded(scenario: Scenario) -> Iterator[str]:
-    """Groups of robots whose objectives leave them too few regions."""
+    """Yield groups of robots whose objectives leave them too few regions."""
     given = {change.robot for change in scenario.changes if change.objective is not None}
     for group in without_room([r for r in scenario.robots if r.name not in given]):
         yield room_words(group, scenario.map)
@@ -139,7 +140,7 @@ def _meant(word: str, known: Collection[str]) -> str:
 
 
 def _misnamed(scenario: Scenario) -> Iterator[str]:
-    """Layers that are probably slips: those who are alone on one avoid no robot."""
+    """Yield layers that are probably slips: those who are alone on one avoid no robot."""
     layers = {model.layer for model in built_in().robots.values()}
     for model in dict.fromkeys(robot.model for robot in scenario.robots):
         slip = model.layer.isalpha() and model.layer not in layers

@@ -104,7 +104,7 @@ def _helper(now: Sets, closure: Closure, g: int, i: int) -> Helper:
 
 
 def cause_of(found: Collection[Shortfall]) -> OperatorCause:
-    """The cause of a negative: too few robots, or robots that wait for each other's help."""
+    """Return the cause of a negative: too few robots, or robots that wait for each other's help."""
     if any(each.too_few for each in found):
         return OperatorCause.NO_CAPABLE_ROBOT
     waits = {
@@ -117,8 +117,8 @@ def cause_of(found: Collection[Shortfall]) -> OperatorCause:
 
 
 def shortfall_words(found: Shortfall, word: Word, it: str | None = None) -> str:
-    """``crate@gate needs two robots with 'lift' at the same time; this team has one: ben``. ``it``:
-    the obstacle's name in the text."""
+    """Return ``crate@gate needs two robots with 'lift' at the same time; this team has one: ben``.
+    ``it``: the obstacle's name in the text."""
     met = f" ('{found.met[-1]}' is fulfilled, '{found.action}' is open)" if found.met else ""
     actions = "' and '".join((found.action, *found.beside))
     takes = need_words(actions, found.robots, together=found.together)
@@ -166,7 +166,7 @@ def number_words(number: int) -> str:
 
 
 def need_words(action: str, robots: int, *, together: bool) -> str:
-    """``two robots with 'lift' at the same time``, ``a robot with 'push'``."""
+    """Return ``two robots with 'lift' at the same time``, ``a robot with 'push'``."""
     if robots == 1:
         return f"a robot with '{action}'"
     when = " at the same time" if together else ""

@@ -72,7 +72,7 @@ class Sets(Struct, frozen=True):
 
 
 def around(floor: Floor, poses: tuple[int, ...], stages: Stages) -> Sets:
-    """Each robot's poses among which it can go back and forth."""
+    """Return each robot's poses among which it can go back and forth."""
     found = (floor.graphs[i].around(1 << p, floor.allowed(i, stages)) for i, p in enumerate(poses))
     return Sets(floor, tuple(found), stages)
 
@@ -92,8 +92,8 @@ class Solver:
     def plan(
         self, poses: tuple[int, ...], stages: Stages, wanted: frozenset[int], present: Present
     ) -> tuple[Step, ...] | None:
-        """The steps that resolve ``wanted``, by the nearest robots or those ``present``, and no
-        others."""
+        """Return the steps that resolve ``wanted``, by the nearest robots or those ``present``, and
+        no others."""
         self._nodes = 0
         now = around(self.floor, poses, stages)
         origins = Sets(self.floor, tuple(1 << pose for pose in poses), stages)
@@ -126,7 +126,7 @@ class Solver:
 def options(
     now: Sets, origins: Sets | None, present: Present, *, every: bool = False
 ) -> list[Step]:
-    """The steps that may come next, the best first (docs/coordination.md, Who helps); of the
+    """Return the steps that may come next, the best first (docs/coordination.md, Who helps); of the
     lossless ones one for each obstacle, unless ``every``."""
     found: list[tuple[Rank, Step]] = []
     for g in now.floor.open(now.stages):
@@ -177,8 +177,8 @@ def _options(
 
 
 def _ticks(g: int, i: int, there: Mask, now: Sets, origins: Sets) -> int:
-    """A robot's bid: ticks to the need's regions, and on to those of the needs that it must meet
-    next."""
+    """Return a robot's bid: ticks to the need's regions, and on to those of the needs that it must
+    meet next."""
     floor, graph, allowed = now.floor, now.floor.graphs[i], now.floor.allowed(i, now.stages)
     steps = graph.steps_between(origins.sets[i], there, allowed) or 0
     needs, k = floor.gate(g).needs, now.stages[g].need + 1
@@ -190,13 +190,13 @@ def _ticks(g: int, i: int, there: Mask, now: Sets, origins: Sets) -> int:
 
 
 def fits(floor: Floor, group: tuple[int, ...], places: Mapping[int, Mask]) -> bool:
-    """Whether a group can stand in its places together, rivals in different regions."""
+    """Return whether a group can stand in its places together, rivals in different regions."""
     crowd = [i for i in group if floor.team.members[i].rivals & {*group}]
     return not too_many([[*bits(floor.graphs[i].regions_of(places[i]))] for i in crowd])
 
 
 def _replayed(plan: list[Step], now: Sets, wanted: frozenset[int]) -> tuple[Step, ...] | None:
-    """The same steps in the poses that are possible now; None if they do not suffice."""
+    """Return the same steps in the poses that are possible now; None if they do not suffice."""
     rebuilt = []
     for step in plan:
         need = now.floor.need(step.g, now.stages)
@@ -226,8 +226,8 @@ class Closure(Struct, frozen=True):
 
 
 def closure_of(now: Sets) -> Closure:
-    """The least fixpoint: a need can be met if enough able robots reach its regions once all that
-    can be resolved is resolved."""
+    """Return the least fixpoint: a need can be met if enough able robots reach its regions once all
+    that can be resolved is resolved."""
     floor, given, grown = now.floor, now.stages, True
     while grown:
         grown = False
@@ -245,8 +245,8 @@ def closure_of(now: Sets) -> Closure:
 
 
 def _enough(g: int, now: Sets, given: Stages) -> bool:
-    """Whether enough robots reach the regions of the next need, and those of the needs before it
-    that the same robots must meet."""
+    """Return whether enough robots reach the regions of the next need, and those of the needs
+    before it that the same robots must meet."""
     floor, stages = now.floor, now.stages
     needs, number = floor.gate(g).needs, stages[g].need
     begin = number
@@ -317,8 +317,8 @@ def settle(
     present: Present,
     careful: frozenset[int],
 ) -> Settlement:
-    """The duties at these poses. ``aside``: gates that no joint plan serves; ``careful``: the
-    robots whose strategies must know which poses are safe."""
+    """Return the duties at these poses. ``aside``: gates that no joint plan serves; ``careful``:
+    the robots whose strategies must know which poses are safe."""
     floor, now = solver.floor, around(solver.floor, poses, stages)
     if not solver.feasible(now):
         return Settlement(hopeless=True)
@@ -367,15 +367,15 @@ def _present_duties(
 
 
 def _safe(solver: Solver, i: int, now: Sets, wanted: frozenset[int]) -> Mask:
-    """The poses to which a robot may go: it can come back, or the team can continue."""
+    """Return the poses to which a robot may go: it can come back, or the team can continue."""
     here = now.sets[i]
     return here | _lasting(solver, i, now.reach(i, here) & ~here, now, wanted)
 
 
 def _lasting(solver: Solver, i: int, candidates: Mask, now: Sets, wanted: frozenset[int]) -> Mask:
-    """The candidates from which ``wanted`` can be served and all can continue. One answer decides
-    many poses: all from which a good one is reachable are good; all that are reachable from a bad
-    one are bad."""
+    """Return the candidates from which ``wanted`` can be served and all can continue. One answer
+    decides many poses: all from which a good one is reachable are good; all that are reachable from
+    a bad one are bad."""
     graph, allowed = now.floor.graphs[i], now.floor.allowed(i, now.stages)
     good, left = 0, candidates
     while left:

@@ -138,7 +138,8 @@ class _Ground(Struct, frozen=True):
     def meets(
         self, members: Collection[State], successors: Mapping[State, Collection[State]]
     ) -> bool:
-        """Whether a robot that circulates among these states can meet its objective forever."""
+        """Return whether a robot that circulates among these states can meet its objective
+        forever."""
         guarantees = self.guarantees
         if guarantees is None or not isinstance(self.objective, Ltl):
             regions = {pose.region for pose, _ in members}

@@ -89,7 +89,8 @@ class Tracker:
         return frozenset({knowledge})
 
     def update(self, own: Region, knowledge: Knowledge) -> Prospect:
-        """The possible knowledge after the other's next move, observed from region ``own``."""
+        """Return the possible knowledge after the other's next move, observed from region
+        ``own``."""
         outlook = self.outlook(knowledge)
         seen = frozenset(bits(outlook.reach & self.visibility.mask(own)))
         belief = next((b for b, owns in outlook.beliefs if owns >> own & 1), None)
@@ -416,8 +417,8 @@ def _seen_regions(model: Model) -> tuple[Region, ...]:
 
 
 def within(variable: str, must: Mask, may: Mask = 0, *, prime: bool = False) -> str:
-    """``variable`` has one of the values in ``must``, as a formula that binds like an atom; values
-    in ``may`` are included where that is shorter."""
+    """Return a formula that binds like an atom: ``variable`` has one of the values in ``must``;
+    values in ``may`` are included where that is shorter."""
     name = variable + "'" * prime
     atoms = []
     for first, last in _runs(must, may):
@@ -433,7 +434,7 @@ def within(variable: str, must: Mask, may: Mask = 0, *, prime: bool = False) -> 
 
 
 def _runs(must: Mask, may: Mask) -> Iterator[tuple[int, int]]:
-    """Runs of consecutive values that cover ``must``, from one of its values to another."""
+    """Yield runs of consecutive values that cover ``must``, from one of its values to another."""
     first = last = -1
     for value in bits(must):
         gap = (1 << value) - (1 << last + 1)

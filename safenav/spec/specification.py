@@ -277,7 +277,7 @@ def wrapping(heading: Heading, world: RegionMap) -> list[Region]:
 
 
 def walls(variable: str, section: Section, world: RegionMap, item: str) -> Iterator[Constraint]:
-    """Walls are never entered: one constraint for each run of walls within a row."""
+    """Yield the constraints that forbid walls: one for each run of walls within a row."""
     origin = Origin(item, "walls are never entered", SOURCE_MAP)
     for first, last in _runs(world):
         if first == last:
@@ -292,7 +292,7 @@ def walls(variable: str, section: Section, world: RegionMap, item: str) -> Itera
 
 
 def _runs(world: RegionMap) -> Iterator[tuple[Region, Region]]:
-    """Maximal runs of consecutive walls within one row, as (first, last)."""
+    """Yield the maximal runs of consecutive walls within one row, as (first, last)."""
     for row in range(world.rows):
         first: Region | None = None
         for region in range(world.region(row, 0), world.region(row, world.cols)):

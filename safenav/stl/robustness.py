@@ -33,7 +33,7 @@ class Recording(Protocol):
     finished: bool
 
     def signal(self, which: syntax.RobotSignal, times: Array) -> tuple[Array, float]:
-        """Values at the times, and a bound of their change per second."""
+        """Return the values at the times, and a bound of their change per second."""
 
     def instants(self, event: syntax.Happens) -> tuple[float, ...]:
         """Return the times of the event."""
@@ -59,8 +59,8 @@ class _Values(Struct, frozen=True):
 
 
 def robustness(formula: syntax.Requirement, recording: Recording) -> Robustness:
-    """The robustness of a formula at all samples of a recording. Raises MemoryError if its events
-    and windows need more than MOST_SAMPLES."""
+    """Return the robustness of a formula at all samples of a recording. Raises MemoryError if its
+    events and windows need more than MOST_SAMPLES."""
     count = int(np.floor(recording.end * recording.rate + _NEAR)) + 1
     grid = np.append(np.arange(count) / recording.rate, recording.end)
     # Each part is evaluated at samples, so the jumps of all parts are samples.
@@ -75,8 +75,8 @@ def robustness(formula: syntax.Requirement, recording: Recording) -> Robustness:
 
 
 def _jumps(tree: syntax.Node, recording: Recording) -> set[float]:
-    """The instants at which the value of a formula can jump: those of its events, moved by the
-    windows around them, and where windows reach the ends of the record."""
+    """Return the instants at which the value of a formula can jump: those of its events, moved by
+    the windows around them, and where windows reach the ends of the record."""
     match tree:
         case syntax.Happens():
             return set(recording.instants(tree))
@@ -153,14 +153,15 @@ class _Evaluation:
         return _Values(low, high, inner.error + inner.slope * self._gap / 2, inner.slope)
 
     def _behind(self, window: syntax.Window) -> NDArray[np.bool_]:
-        """The samples whose window extends past the end of the record."""
+        """Return the samples whose window extends past the end of the record."""
         if window.end == np.inf:
             return np.full(len(self._times), not self._recording.finished)
         behind: NDArray[np.bool_] = self._times + window.end > self._times[-1] + _NEAR
         return behind
 
     def _least(self, values: Array, window: syntax.Window, past: bool) -> Array:
-        """The minimum over the recorded part of each sample's window; +inf if there is none."""
+        """Return the minimum over the recorded part of each sample's window; +inf if there is
+        none."""
         times = self._times
         if past:
             values, times = values[::-1], -times[::-1]
@@ -187,8 +188,8 @@ class _Evaluation:
         return _Values(low, high, error, slope)
 
     def _reached(self, holds: Array, then: Array, window: syntax.Window, past: bool) -> Array:
-        """The maximum over the instants t' of each window of the lesser of ``then`` at t' and the
-        minimum of ``holds`` before t'."""
+        """Return the maximum over the instants t' of each window of the lesser of ``then`` at t'
+        and the minimum of ``holds`` before t'."""
         times = self._times
         if past:
             holds, then, times = holds[::-1], then[::-1], -times[::-1]
@@ -219,14 +220,14 @@ def _bounds(
 
 
 def _least_of(values: Array, first: NDArray[np.intp], last: NDArray[np.intp]) -> Array:
-    """The minimum of values[first..last] for each pair; +inf for none."""
+    """Return the minimum of values[first..last] for each pair; +inf for none."""
     least: Array = _folded(values[None], np.minimum, first, last)[0]
     return np.where(last >= first, least, np.inf)
 
 
 def _joined(left: Array, right: Array) -> Array:
-    """Two stretches as one; of each the minimum of ``holds``, and the greatest value of ``then``
-    that is reached in it while ``holds``."""
+    """Return two stretches as one; of each the minimum of ``holds``, and the greatest value of
+    ``then`` that is reached in it while ``holds``."""
     reached = np.maximum(left[1], np.minimum(left[0], right[1]))
     return np.array([np.minimum(left[0], right[0]), reached])
 

@@ -81,7 +81,7 @@ UNIVERSAL = frozenset({"always", "historically"})
 
 
 def children(tree: Node) -> tuple[Node, ...]:
-    """The parts of a node, from left to right."""
+    """Return the parts of a node, from left to right."""
     match tree:
         case Margin(term):
             return (term,)
@@ -94,7 +94,7 @@ def children(tree: Node) -> tuple[Node, ...]:
 
 
 def nodes(tree: Node) -> Iterator[Node]:
-    """The tree and everything below it, from left to right."""
+    """Yield the tree and everything below it, from left to right."""
     yield tree
     for child in children(tree):
         yield from nodes(child)
@@ -140,7 +140,7 @@ _RESERVED = frozenset({*_UNARY, "until", "since", "and", "or", "inf"})
 
 
 def parse_requirement(text: str) -> Requirement:
-    """The formula that ``text`` holds. Raises FormulaError."""
+    """Return the formula that ``text`` holds. Raises FormulaError."""
     if len(text) > MOST_LENGTH:
         raise FormulaError(1, f"a formula of {len(text)} characters", "split it into several")
     return _Parser(text).whole()

@@ -253,7 +253,7 @@ def paint(file: ScenarioText, edit: Operation) -> None:
         for found in re.finditer(r"(?m)(?:^|[\s\"'])([#.]+)(?=[\s\"',\]]|$)", part)
     ]
     if [file.text[start : start + world.cols] for start in starts] != world.grid_rows():
-        raise UsageError("paint this grid in the text: each of its rows needs a line of its own")
+        raise UsageError("give each row of this grid its own line in the text, then paint it")
     letters = {}
     for region in edit["regions"]:
         file.written(region, 0)

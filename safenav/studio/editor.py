@@ -57,7 +57,7 @@ class ScenarioFolder(Struct, frozen=True):
         pure = PurePosixPath(name)
         hidden = any(part.startswith(".") for part in pure.parts)
         if pure.is_absolute() or hidden or pure.suffix not in _ENDINGS:
-            raise UsageError(f"a name in {self.folder} is expected, such as lab.yaml")
+            raise UsageError(f"expected a name in {self.folder}, such as lab.yaml")
         path = self.folder / pure
         if path.is_symlink() or not path.resolve().is_relative_to(self.folder.resolve()):
             raise UsageError(f"{name} is a link to a place outside {self.folder}")
@@ -245,7 +245,7 @@ class Editor(Studio):
     async def _type(self, data: Message) -> None:
         text = data.get("text")
         if not isinstance(text, str) or len(text) > MAX_BYTES:
-            raise UsageError("a text is expected, of at most 5 MB")
+            raise UsageError("expected a text of at most 5 MB")
         self._replace(text)
 
     async def _edit(self, data: Message) -> None:
@@ -285,7 +285,7 @@ class Editor(Studio):
         name, origin = data.get("name"), self.origin
         path = self.scenarios.path(name) if isinstance(name, str) and name else origin.file
         if path is None:
-            raise UsageError("the scenario has no name yet: Save as gives it one")
+            raise UsageError("the scenario has no name yet: use 'Save as'")
         known = origin.saved if path == origin.file else None
         save_text(path, self.text, known, replace=data.get("replace") is True)
         moved = path != origin.file

@@ -257,7 +257,7 @@ class StudioRun:
         self.phase, self._ready = LivePhase.ENDED, False
         self._set_busy(False)
         if self._file is not None:
-            with suppress(OSError):  # a full disk, reported when it was written
+            with suppress(OSError):  # a full disk: the failed write has reported it
                 self._file.close()
         if self._live is not None:
             self._complete_tick()

@@ -169,7 +169,7 @@ class Server:
         assert task is not None
         self._connections.add(task)
         try:
-            # A server that ends cancels connections.
+            # An ending server cancels connections.
             with suppress(
                 *(ConnectionError, asyncio.IncompleteReadError),
                 *(TimeoutError, asyncio.CancelledError),
@@ -373,7 +373,7 @@ class LiveView(Studio):
 
     def __call__(self, record: Record) -> None:
         """Take the next line of the trace, in the thread of the mission."""
-        with suppress(RuntimeError):  # the view has been left
+        with suppress(RuntimeError):  # the page has been closed
             self._loop.call_soon_threadsafe(self._watched.hear, as_data(record))
 
     def wait(self) -> None:

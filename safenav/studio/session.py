@@ -216,7 +216,7 @@ class Studio:
 
     async def _change(self, data: Message) -> None:
         if self.run is None:
-            raise UsageError("no run has started: its world cannot be changed")
+            raise UsageError("no run has started, so there is no world to change")
         self.run.change({key: value for key, value in data.items() if key != "do"})
 
 

@@ -66,7 +66,7 @@ class Cache:
 
     @classmethod
     def from_environment(cls) -> Cache:
-        """``SAFENAV_CACHE`` (a directory, or ``off``), else the user's cache directory."""
+        """Return ``SAFENAV_CACHE`` (a directory, or ``off``), else the user's cache directory."""
         named = os.environ.get(VARIABLE)
         if named:
             return cls(None if named.lower() == _OFF else Path(named).expanduser())

@@ -171,7 +171,8 @@ class Synthesizer:
         strategy: bool = True,
         progress: Listener | None = None,
     ) -> list[SynthesisResult]:
-        """Results in the order of ``specs``, computed in parallel on the machine's processors.
+        """Return the results in the order of ``specs``, computed in parallel on the machine's
+        processors.
 
         ``progress`` is called in the caller's thread. On an error, Ctrl-C or SIGTERM all
         running syntheses are killed before the exception leaves.
@@ -448,7 +449,7 @@ def _translated(data: bytes) -> Finished | None:
 
 
 def _diagnostics(output: str, file: str, text: str) -> list[Diagnostic]:
-    """Errors as the synthesizer wrote them on standard error."""
+    """Return errors as the synthesizer wrote them on standard error."""
     found: list[Diagnostic] = []
     lines = text.split("\n")
     hint = ""

@@ -63,7 +63,7 @@ class Field(Struct, frozen=True):
         return value
 
     def encode(self, value: int) -> tuple[tuple[int, int], ...] | None:
-        """(column, bit) pairs of a value, None if the variable cannot hold it."""
+        """Return (column, bit) pairs of a value, None if the variable cannot hold it."""
         offset = value - self.base
         if not 0 <= offset < 1 << len(self.columns):
             return None
@@ -202,7 +202,7 @@ def _in_order(nodes: Mapping[str, _Node]) -> list[_Node]:
     try:
         return [nodes[str(number)] for number in range(len(nodes))]
     except KeyError as error:
-        raise _malformed(f"there are {len(nodes)} nodes, but none is {error}") from None
+        raise _malformed(f"node {error} is missing, although there are {len(nodes)}") from None
 
 
 def _check_columns(states: list[list[int]], transitions: list[list[int]], bits: int) -> None:

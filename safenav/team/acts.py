@@ -15,20 +15,21 @@ FAILURE = "world"
 
 
 def standing(team: Team, state: State, *, moving: bool) -> list[int | None]:
-    """The region of each robot that can take part in an action; ``moving``: also of those on their
-    way or out of service."""
+    """Return the region of each robot that can take part in an action; ``moving``: also of those on
+    their way or out of service."""
     can = (moving or (r.to is None and r.active) for r in state.robots)
     return [r.pose % team.size if c else None for r, c in zip(state.robots, can, strict=True)]
 
 
 def occupied(team: Team, state: State) -> frozenset[int]:
-    """The regions of all robots: two while they are on their way."""
+    """Return the regions of all robots: two while they are on their way."""
     size = team.size
     return frozenset(p % size for robot in state.robots for p in (robot.pose, robot.next))
 
 
 def is_reserved(team: Team, state: State, i: int, region: int) -> bool:
-    """Whether a robot must not enter a region now: a rival is there, or others are in a zone."""
+    """Return whether a robot must not enter a region now: a rival is there, or others are in a
+    zone."""
     member, size, robots = team.members[i], team.size, state.robots
     for j in member.rivals:
         other = robots[j]
@@ -106,9 +107,9 @@ def consequences(
 
 
 def _closed(team: Team, before: State, event: now.Lost) -> dict[Region, frozenset[str]]:
-    """The regions in which a lost robot may be, except its last one, which it blocks itself, each
-    with the robots to which it is closed. If it may be in a zone that it does not block there, the
-    whole zone is closed to the zone's other robots."""
+    """Return the regions in which a lost robot may be, except its last one, which it blocks itself,
+    each with the robots to which it is closed. If it may be in a zone that it does not block there,
+    the whole zone is closed to the zone's other robots."""
     name, here = team.members[event.robot].name, before.robots[event.robot].pose % team.size
     rivals = frozenset(team.members[j].name for j in team.members[event.robot].rivals)
     closed = dict.fromkeys(event.regions - {here}, rivals)
@@ -177,5 +178,5 @@ def lost(robot: Robot, others: frozenset[str], region: Region) -> Obstacle:
 
 
 def stands_for(obstacle: Obstacle, robot: str) -> bool:
-    """Whether an obstacle stands for a lost robot."""
+    """Return whether an obstacle stands for a lost robot."""
     return obstacle.type.name == f"lost_{robot}"

@@ -42,13 +42,13 @@ def _initial(member: Member) -> RobotNow:
 
 
 def _memory(member: Member, pose: int) -> now.Values:
-    """The memory of formulas in a state that has it."""
+    """Return the memory of formulas in a state that has it."""
     return tuple(sorted(member.graph.memory(pose).items()))
 
 
 def apply(team: Team, state: State, event: now.Event) -> State:
-    """The state after an event. What is set aside gets another chance after each that changes an
-    obstacle, the service of a robot or an objective."""
+    """Return the state after an event. What is set aside gets another chance after each that
+    changes an obstacle, the service of a robot or an objective."""
     if isinstance(event, _HELPS) or (isinstance(event, now.Acted) and event.truths):
         for number, each in enumerate(state.obstacles):
             if each.aside:
@@ -201,7 +201,7 @@ def _robot(state: State, i: int, **changes: object) -> State:
 
 
 def _put(team: Team, state: State, i: int, pose: int, **changes: object) -> State:
-    """A robot is in a pose to which no decision has led."""
+    """Place a robot in a pose to which no decision has led."""
     robot = state.robots[i]
     same = pose % team.size == robot.pose % team.size
     changes |= {"pose": pose} if same else {"pose": pose, "behind": None}
@@ -214,7 +214,7 @@ def _put(team: Team, state: State, i: int, pose: int, **changes: object) -> Stat
 
 
 def _moved(team: Team, state: State, i: int) -> State:
-    """A step uses charge when it ends, whatever its result."""
+    """End a step: it uses charge, whatever its result."""
     energy, charge = team.members[i].energy, state.robots[i].charge
     return state if energy is None else _robot(state, i, charge=energy.battery.stepped(charge))
 
@@ -228,7 +228,7 @@ def _charged(team: Team, state: State, i: int, time: float) -> State:
 
 
 def _forgiven(state: State, i: int | None = None, k: int | None = None) -> State:
-    """The failed actions of a robot, or on an obstacle, are forgotten."""
+    """Forget the failed actions of a robot, or on an obstacle."""
     left = tuple(pair for pair in state.attempts if pair[0] != i and pair[1] != k)
     return state if left == state.attempts else replace(state, attempts=left)
 
@@ -251,7 +251,7 @@ def _assigned(team: Team, state: State, i: int, objective: Objective) -> State:
 def _stepped(
     team: Team, state: State, i: int, pose: int, values: now.Values | None
 ) -> dict[str, object]:
-    """A robot begins a step or a stay: formulas count what that meets. ``values``: those of its
+    """Begin a step or a stay of a robot: formulas count what that meets. ``values``: those of its
     strategy there; else its memory stays, or is that of its state."""
     robot, formulas = state.robots[i], state.robots[i].objective.formulas
     if formulas is None:
@@ -272,7 +272,7 @@ def _obstacle(state: State, k: int, /, **changes: object) -> State:
 
 
 def _asked(team: Team, state: State, k: int, asked: tuple[tuple[int, int], ...]) -> State:
-    """An obstacle is known and open: its request joins the stack if it is not there yet."""
+    """Add the request of a known open obstacle to the stack, if it is not there yet."""
     before = state.obstacles[k]
     met = before.state is Is.OVER or before.stage.need >= len(team.obstacles[k].needs)
     stage = now.Stage() if met else before.stage  # a reappearing obstacle starts over
@@ -285,7 +285,7 @@ def _asked(team: Team, state: State, k: int, asked: tuple[tuple[int, int], ...])
 
 
 def _dropped(state: State, k: int) -> State:
-    """A request leaves the stack, wherever it stands in it."""
+    """Remove a request from the stack, wherever it stands in it."""
     return replace(state, requests=tuple(each for each in state.requests if each != k))
 
 
@@ -327,8 +327,8 @@ def _restarted(robot: RobotNow, member: Member) -> RobotNow:
 
 
 def _own(robot: RobotNow, member: Member) -> Count:
-    """Its progress with its own objective at a resolution. Targets that lead to a last one count
-    only as lines of the trace have it: there are none while a robot has a duty."""
+    """Return its progress with its own objective at a resolution. Targets that lead to a last one
+    count only as lines of the trace have it: there are none while a robot has a duty."""
     return robot.kept if robot.kept is not None and member.pursuit.settles else robot.own
 
 
@@ -344,7 +344,7 @@ Goals = Iterator[tuple[int, int]]
 
 
 def goals(team: Team, state: State, i: int, ticks: int | None = 1) -> Goals:
-    """Those of its own objective, and of its duty."""
+    """Return those of its own objective, and of its duty."""
     yield from own_goals(team, state, i, ticks)
     robot = state.robots[i]
     if not on_own(team, state, i):
@@ -354,14 +354,15 @@ def goals(team: Team, state: State, i: int, ticks: int | None = 1) -> Goals:
 
 
 def own_goals(team: Team, state: State, i: int, ticks: int | None = 1) -> Goals:
-    """Those of its own objective: on a duty only if its strategy remembers them."""
+    """Return those of its own objective: on a duty only if its strategy remembers them."""
     if on_own(team, state, i) or _remembers(team, i):
         robot, own = _begun(team, state, i), team.members[i].objective
         yield from _met(own, _counts(team, robot, i, own, robot.own, team.rounds, ticks))
 
 
 def _remembers(team: Team, i: int) -> bool:
-    """Whether a robot's strategy remembers the targets of its own objective met on a duty."""
+    """Return whether a robot's strategy remembers the targets of its own objective met on a
+    duty."""
     return team.assignable(i) and team.members[i].objective.formulas is None
 
 
@@ -384,8 +385,9 @@ def _counts(
     most: int,
     ticks: int | None,
 ) -> Iterator[Counted]:
-    """Each count of what a robot meets where it stands: one, or if that takes no time each target,
-    and where it settles ``most`` rounds; none on its way. Formulas count one step each time."""
+    """Yield each count of what a robot meets where it stands: one, or if that takes no time each
+    target, and where it settles ``most`` rounds; none on its way. Formulas count one step each
+    time."""
     if robot.to is not None:
         return
     here, region = reached(objective, team.members[i].graph, robot), robot.pose % team.size
@@ -399,7 +401,7 @@ def _counts(
 
 
 def _begun(team: Team, state: State, i: int) -> RobotNow:
-    """A robot that has just got a strict objective begins with the target on which it stands, if
+    """Let a robot that has just got a strict objective begin with the target on which it stands, if
     any. (Planned ones keep to the order of their plan.)"""
     robot, member = state.robots[i], team.members[i]
     own = member.objective
@@ -410,8 +412,8 @@ def _begun(team: Team, state: State, i: int) -> RobotNow:
 
 
 def _turned(member: Member, count: Count, memory: int) -> Count:
-    """The progress of a robot that continues with another target: the round that it has begun is
-    void."""
+    """Return the progress of a robot that continues with another target: the round that it has
+    begun is void."""
     if memory == count.memory:
         return count
     return count._replace(memory=memory, met=count.met - count.met % member.pursuit.targets)
@@ -431,7 +433,7 @@ def _count(
 
 
 def rounds(objective: Objective, count: Count) -> int:
-    """The rounds that are completed."""
+    """Return the rounds that are completed."""
     return objective.pursuit.rounds(count.met)
 
 
@@ -454,7 +456,7 @@ def _counted(team: Team, state: State, i: int, ticks: int | None) -> State:
 
 
 def will_count(team: Team, state: State, i: int) -> bool:
-    """Whether a robot has still to count what it meets by staying."""
+    """Return whether a robot has still to count what it meets by staying."""
     robot, member = state.robots[i], team.members[i]
     here = member.kept(robot.pose)
     after = _count(member.objective, robot.own, here, robot.pose % team.size)[0]
@@ -463,13 +465,14 @@ def will_count(team: Team, state: State, i: int) -> bool:
 
 
 def orders_ahead(team: Team, state: State) -> bool:
-    """Whether the scenario lets an order come."""
+    """Return whether the scenario lets an order come."""
     pairs = zip(team.obstacles, state.obstacles, strict=True)
     return any(o.ordered and each.state is Is.AWAY for o, each in pairs)
 
 
 def charged(team: Team, state: State, i: int) -> bool:
-    """Whether a robot that was flat has got another battery, so that it is in service again."""
+    """Return whether a robot that was flat has got another battery, so that it is in service
+    again."""
     robot, energy = state.robots[i], team.members[i].energy
     return robot.flat and energy is not None and robot.charge >= energy.battery.capacity
 
@@ -479,8 +482,8 @@ def done(team: Team, state: State, i: int) -> bool:
 
 
 def stands(team: Team, state: State, i: int) -> bool:
-    """Whether a robot is where its own objective settles; True if that settles nowhere. One that is
-    lost may be at several places."""
+    """Return whether a robot is where its own objective settles; True if that settles nowhere. One
+    that is lost may be at several places."""
     member, robot = team.members[i], state.robots[i]
     if not member.pursuit.settles:
         return True

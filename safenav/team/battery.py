@@ -33,7 +33,7 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
         return bool(self.chargers >> pose & 1)
 
     def is_flat(self, charge: float, pose: int) -> bool:
-        """Whether it can take no step, and gets no charge."""
+        """Return whether it can take no step, and gets no charge."""
         return charge < self.battery.move and not self.charging(pose)
 
     # The least charge from which it can continue.
@@ -44,8 +44,8 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def needs(self, allowed: Mask) -> tuple[dict[int, float], ...]:
-        """For each next target the least charge of each pose with which it can meet all targets
-        forever: the greatest fixpoint. Poses without one are left out."""
+        """Return for each next target the least charge of each pose with which it can meet all
+        targets forever: the greatest fixpoint. Poses without one are left out."""
         found: list[dict[int, float]] = [dict.fromkeys(bits(allowed), 0) for _ in self.targets]
         grown = True
         while grown:
@@ -62,7 +62,7 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def suffices(self, allowed: Mask, turn: int, goals: int) -> dict[int, float]:
-        """The least charge of each pose with which it can meet so many goals, alone."""
+        """Return the least charge of each pose with which it can meet so many goals, alone."""
         then: Mapping[int, float] = dict.fromkeys(bits(allowed), 0)
         for k in range(goals - 1, -1, -1):
             then = self._leg(allowed, self.targets[self.turn(turn + k)], then)
@@ -71,8 +71,8 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
     def _leg(
         self, allowed: Mask, goal: Mask, then: Mapping[int, float], *, direct: bool = False
     ) -> dict[int, float]:
-        """The least charge of each pose with which it reaches a goal with the charge ``then``, with
-        stops at chargers or ``direct``."""
+        """Return the least charge of each pose with which it reaches a goal with the charge
+        ``then``, with stops at chargers or ``direct``."""
         battery, before = self.battery, self._before(allowed)
         best, queue = dict[int, float](), list[tuple[float, int]]()
 
@@ -111,14 +111,15 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def _direct(self, allowed: Mask, goal: Mask, turn: int, lasting: bool) -> dict[int, float]:
-        """The charge to reach a goal without a stop, and (``lasting``) to continue from there to
-        target ``turn``."""
+        """Return the charge to reach a goal without a stop, and (``lasting``) to continue from
+        there to target ``turn``."""
         then = self.needs(allowed)[turn] if lasting else dict.fromkeys(bits(allowed), 0)
         return self._leg(allowed, goal, then, direct=True)
 
     @cached_method
     def _levels(self, allowed: Mask, goal: Mask, turn: int, lasting: bool) -> dict[int, int]:
-        """The chargers from which it reaches the goal, with the number of stops on the way."""
+        """Return the chargers from which it reaches the goal, with the number of stops on the
+        way."""
         direct, full = self._direct(allowed, goal, turn, lasting), self.battery.capacity
         places = [*bits(self.chargers & allowed)]
         found = {c: 0 for c in places if direct.get(c, NEVER) <= full}
@@ -138,10 +139,10 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
     def aim(
         self, allowed: Mask, goal: Mask, turn: int, at: tuple[int, float], how: tuple[bool, bool]
     ) -> Mask:
-        """The goal; or, if its charge does not suffice, the chargers with the fewest stops before
-        it that are in reach, or the one where it is. Target ``turn`` comes after the goal. ``at``:
-        pose and charge; ``how``: the charge must be ``lasting``, and it leaves chargers ``full``
-        only."""
+        """Return the goal; or, if its charge does not suffice, the chargers with the fewest stops
+        before it that are in reach, or the one where it is. Target ``turn`` comes after the goal.
+        ``at``: pose and charge; ``how``: the charge must be ``lasting``, and it leaves chargers
+        ``full`` only."""
         (pose, charge), (lasting, full), battery = at, how, self.battery
         on = self.chargers >> pose & 1
         if goal >> pose & 1:
@@ -164,12 +165,12 @@ class Energy(Struct, frozen=True, eq=False, dict=True):
         return self.aim(allowed, goal, turn, at, (False, full)) if lasting else goal
 
     def home(self, allowed: Mask) -> Mask:
-        """The poses where it waits: on a charger, if standing elsewhere uses charge."""
+        """Return the poses where it waits: on a charger, if standing elsewhere uses charge."""
         return self.chargers & allowed if self.battery.stay else 0
 
 
 def dominated(charges: Sequence[float], known: list[tuple[float, ...]]) -> bool:
-    """Whether some known charges are at least as high everywhere; keeps only the highest."""
+    """Return whether some known charges are at least as high everywhere; keeps only the highest."""
     if any(all(map(ge, one, charges)) for one in known):
         return True
     known[:] = [one for one in known if not all(map(ge, charges, one))]

@@ -73,7 +73,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def allowed(self, i: int, stages: Stages) -> Mask:
-        """The poses that a robot may enter."""
+        """Return the poses that a robot may enter."""
         closed = [
             self.gate(g).region
             for g in self.open(stages)
@@ -87,23 +87,25 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def rivals(self, i: int) -> frozenset[int]:
-        """The rivals of a robot that take part."""
+        """Return the rivals of a robot that take part."""
         return self.team.members[i].rivals & {*self.robots}
 
     def shut(self, i: int, poses: Sequence[int]) -> Mask:
-        """The regions that a robot must not enter, since others are in its zones."""
+        """Return the regions that a robot must not enter, since others are in its zones."""
         member, size = self.team.members[i], self.team.size
         return member.shut([1 << pose % size for pose in poses]) if member.zones else 0
 
     @cached_method
     def live(self, i: int, allowed: Mask) -> Mask:
-        """The allowed poses from which a robot can continue forever, once all are in service."""
+        """Return the allowed poses from which a robot can continue forever, once all are in
+        service."""
         more = self.away[i] if self.away else 0
         return self.graphs[i].live(self.team.members[i].aims, allowed | more) & allowed
 
     @cached_method
     def skilled(self, g: int, stages: Stages) -> tuple[int, ...]:
-        """The robots that have what the next need takes; of a chosen group, if there is one."""
+        """Return the robots that have what the next need takes; of a chosen group, if there is
+        one."""
         skills, group = self.need(g, stages).skills, stages[g].group
         able = (i for i in self.robots if skills <= self.team.members[i].robot.capabilities)
         return tuple(
@@ -114,7 +116,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def able(self, g: int, stages: Stages) -> tuple[int, ...]:
-        """The robots that would do their part of the next need where they can."""
+        """Return the robots that would do their part of the next need where they can."""
         out = stages[g].done
         if self.need(g, stages).takes:
             out = out | self.gate(g).strays[stages[g].need] | self.carriers(stages)
@@ -122,7 +124,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def carriers(self, stages: Stages) -> frozenset[int]:
-        """The robots that carry a load, or have taken their part of one. Each carries one at
+        """Return the robots that carry a load, or have taken their part of one. Each carries one at
         most."""
         found = {*self.laden}
         for g in self.open(stages):
@@ -136,7 +138,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         return self.need(g, stages).robots - len(stages[g].done)
 
     def commits(self, g: int, stages: Stages) -> bool:
-        """Whether meeting the next need chooses the robots of a later one."""
+        """Return whether meeting the next need chooses the robots of a later one."""
         stage, needs = stages[g], self.gate(g).needs
         chosen = stage.group is not None and len(stage.group) <= needs[stage.need].robots
         return self.chained(g, stages) and not chosen
@@ -146,21 +148,22 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         return after < len(self.gate(g).needs) and self.gate(g).needs[after].same
 
     def advanced(self, g: int, stages: Stages, group: Iterable[int] | None = None) -> Stages:
-        """The stages after the next need is met, by a group and those who had done their part."""
+        """Return the stages after the next need is met, by a group and those who had done their
+        part."""
         stage = stages[g]
         met = stage.group if group is None else stage.done.union(group)
         return put(stages, g, Stage(stage.need + 1, group=met if self.chained(g, stages) else None))
 
     def took_part(self, g: int, stages: Stages, group: Iterable[int]) -> Stages:
-        """The stages after a group has acted on the next need."""
+        """Return the stages after a group has acted on the next need."""
         need, done = self.need(g, stages), stages[g].done.union(group)
         if len(done) >= need.robots:
             return self.advanced(g, stages, group)
         return stages if need.together else put(stages, g, stages[g]._replace(done=done))
 
     def acted(self, stages: Stages, at: Sequence[int | None], i: int) -> Stages:
-        """The stages after robot i has done all that it can in its region; ``at``: the region of
-        each robot (None: it cannot take part). It takes loads last."""
+        """Return the stages after robot i has done all that it can in its region; ``at``: the
+        region of each robot (None: it cannot take part). It takes loads last."""
         loads = [g for g in self.open(stages) if self.need(g, stages).takes]
         loads.sort(key=lambda g: self.gate(g).source.order)
         for g in [g for g in self.open(stages) if g not in loads] + loads:
@@ -182,14 +185,14 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def acting(self, stages: Stages) -> Mask:
-        """The regions in which a robot may take part in a next need."""
+        """Return the regions in which a robot may take part in a next need."""
         found = 0
         for g in self.open(stages):
             found |= self.need(g, stages).regions if self.able(g, stages) else 0
         return found
 
     def performed(self, stages: Stages, poses: Sequence[int]) -> Stages:
-        """The stages after everybody has acted where it stands."""
+        """Return the stages after everybody has acted where it stands."""
         at = [pose % self.team.size for pose in poses]
         before = None
         while before != stages:
@@ -208,12 +211,13 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         stages: Stages,
         arriving: Container[int] = (),
     ) -> Joint:
-        """The joint state in which a search begins; ``arriving``: the robots on their way."""
+        """Return the joint state in which a search begins; ``arriving``: the robots on their
+        way."""
         return self._settled(poses, counts, stages, self.robots, arriving)
 
     def moved(self, joint: Joint, poses: tuple[int, ...], who: Iterable[int]) -> Joint:
-        """The joint state after robots ``who`` have gone to their ``poses``: all act, and goals
-        count. Those that arrive before a resolution count before it."""
+        """Return the joint state after robots ``who`` have gone to their ``poses``: all act, and
+        goals count. Those that arrive before a resolution count before it."""
         moved = [i for i in who if poses[i] != joint.poses[i]]
         after = self._settled(poses, joint.counts, joint.stages, who, moved)
         if len(moved) > 1 and self._restarts(joint.stages, after.stages):
@@ -221,8 +225,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         return after
 
     def sequence(self, joint: Joint, poses: tuple[int, ...]) -> Iterator[tuple[int, Joint]]:
-        """The robots that go to their poses one at a time, who leaves a region first, each with the
-        state after its step."""
+        """Yield the robots that go to their poses one at a time, who leaves a region first, each
+        with the state after its step."""
         size, left = self.team.size, [i for i in self.robots if poses[i] != joint.poses[i]]
         there: dict[int, set[int]] = {}
         for i in self.robots if left else ():
@@ -257,7 +261,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         return _Known(lambda pose: tuple(q for q in graph.steps(pose) if allowed >> q & 1))
 
     def moves(self, joint: Joint) -> Iterator[tuple[int, int]]:
-        """Each step that one robot can take while the others stand still."""
+        """Yield each step that one robot can take while the others stand still."""
         size = self.team.size
         for i in self.robots:
             taken, shut = {joint.poses[j] % size for j in self.rivals(i)}, self.shut(i, joint.poses)
@@ -266,15 +270,16 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
                     yield i, pose
 
     def is_done(self, i: int, count: tuple[int, int]) -> bool:
-        """Whether a robot has met what it must."""
+        """Return whether a robot has met what it must."""
         return self.rounds_done(i, count) >= (self.rounds or self.team.rounds)
 
     def rounds_done(self, i: int, count: tuple[int, int]) -> int:
-        """The rounds that a robot has completed."""
+        """Return the rounds that a robot has completed."""
         return self.team.members[i].pursuit.rounds(count[1])
 
     def awaited(self, i: int, count: tuple[int, int]) -> Mask:
-        """The poses that a robot wants to reach next; if it is done, those where it must end."""
+        """Return the poses that a robot wants to reach next; if it is done, those where it must
+        end."""
         member = self.team.members[i]
         if not self.is_done(i, count):
             return member.awaited(count[0])
@@ -283,7 +288,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
     def completed(
         self, joint: Joint, served: frozenset[int], who: tuple[int, ...] | None = None
     ) -> bool:
-        """Whether all is done, and everybody (``who``) stands where it may end."""
+        """Return whether all is done, and everybody (``who``) stands where it may end."""
         robots = self.robots if who is None else who
         if not all(self.is_done(i, joint.counts[i]) for i in robots):
             return False
@@ -293,8 +298,8 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def final(self, i: int, stages: Stages) -> Mask:
-        """The poses where a robot may end: it can continue forever, and is at the target at which
-        its objective settles, if it does."""
+        """Return the poses where a robot may end: it can continue forever, and is at the target at
+        which its objective settles, if it does."""
         member, live = self.team.members[i], self.live(i, self.allowed(i, stages))
         return live & member.targets[-1] if member.pursuit.settles else live
 
@@ -324,7 +329,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
             if free and not here >> count[0] & 1:
                 count = (next(bits(here)), 0)
             if pursuit.in_turn and self.is_done(i, count) and self.open(stages):
-                # what comes next if rounds restart
+                # the next goals if rounds restart
                 count = pursuit.step(count[0], here)[0], count[1]
             while not self.is_done(i, count):
                 memory, more = pursuit.step(count[0], here)
@@ -337,7 +342,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
         return Joint(poses, tuple(changed) if changed else counts, stages)
 
     def _restarts(self, before: Stages, after: Stages) -> bool:
-        """Whether a resolution restarts rounds: that of a flat battery does not."""
+        """Return whether a resolution restarts rounds: that of a flat battery does not."""
         over = {*self.open(before)} - {*self.open(after)}
         return any(self.gate(g).battery_of is None for g in over)
 
@@ -347,7 +352,7 @@ class Floor(Struct, frozen=True, eq=False, dict=True):
 
     @cached_method
     def kept(self, i: int) -> dict[int, int]:
-        """The targets that staying in each pose meets."""
+        """Return the targets that staying in each pose meets."""
         return _Known(self.team.members[i].kept)
 
 
@@ -367,7 +372,8 @@ def put(stages: Stages, g: int, stage: Stage) -> Stages:
 
 
 def restarted(member: Member, count: Count) -> Count:
-    """Progress after a resolution: rounds are counted from zero, a next target stays the next."""
+    """Return the progress after a resolution: rounds are counted from zero, a next target stays the
+    next."""
     return Count(count.memory if member.pursuit.in_turn else 0, 0, count.held)
 
 
@@ -390,8 +396,8 @@ def inside(team: Team, state: State) -> frozenset[Inside]:
 
 
 def gates_of(state: State) -> tuple[int, ...]:
-    """The open obstacles in the order of service: by the ticks at which they are due, then the
-    newest first, as the paper's stack has it."""
+    """Return the open obstacles in the order of service: by the ticks at which they are due, then
+    the newest first, as the paper's stack has it."""
     newest, dues = state.requests[::-1], {k: state.obstacles[k].due for k in state.requests}
     return tuple(sorted(newest, key=lambda k: (dues[k] is None, dues[k] or 0)))
 
@@ -414,7 +420,7 @@ def acting_floor(team: Team, state: State, among: Collection[int] | None = None)
 
 
 def laden(team: Team, state: State, gates: Collection[int]) -> frozenset[int]:
-    """The robots that carry loads which are never put down: of no gate of a floor."""
+    """Return the robots that carry loads which are never put down: of no gate of a floor."""
     found: set[int] = set()
     for k in state.sealed.difference(gates):
         stage, needs = state.obstacles[k].stage, team.obstacles[k].needs
@@ -449,7 +455,7 @@ def floor_of(
         floor = whole & ~taken
         absent.append(whole & taken)
         there = tuple(sorted(each for each in inside if each[0] == i))
-        for _, k, pose, behind in there:  # it stands there, and may leave
+        for _, k, pose, behind in there:  # a robot that stands there may leave
             floor |= 1 << pose
             graph = graph.left_only(pose, behind) if k in sealed else graph
         graphs.append(graph)
@@ -461,7 +467,7 @@ def floor_of(
 
 
 def without_memory(team: Team, state: State) -> tuple[Team, State]:
-    """The team and its state without the memory of formulas."""
+    """Return the team and its state without the memory of formulas."""
     plain = posed(team)
     if plain is team:
         return team, state
@@ -484,6 +490,7 @@ def stages_of(floor: Floor, state: State) -> Stages:
 
 
 def barred(team: Team, state: State) -> frozenset[tuple[int, int]]:
-    """The robots whose actions on an obstacle have failed too often, each with that obstacle."""
+    """Return the robots whose actions on an obstacle have failed too often, each with that
+    obstacle."""
     pairs = state.attempts
     return frozenset(pair for pair in pairs if pairs.count(pair) >= team.failures.actions)

@@ -23,7 +23,8 @@ MOST_STATES = 4000
 
 
 def graph_of(robot: Robot, world: RegionMap, *, shared: bool) -> PoseGraph:
-    """The states of a robot, and the steps that its rules allow. Raises UsageError for too many."""
+    """Return the states of a robot, and the steps that its rules allow. Raises UsageError for too
+    many."""
     found, mobility = formulas_in(robot.objective), robot.model.mobility
     if found is None:
         return plain_graph(world, mobility)
@@ -36,14 +37,14 @@ def graph_of(robot: Robot, world: RegionMap, *, shared: bool) -> PoseGraph:
     if not 0 < poses * _memories(found) <= MOST_STATES:
         raise UsageError(
             f"robots.{robot.name}.objective: its formulas have more than {MOST_STATES} states "
-            f"({poses} poses, each with the values of its memory), expected at most that many "
-            "for a robot that shares its floor: let them remember less, or let it avoid no robot"
+            f"({poses} poses, each with the values of its memory), too many for a robot that "
+            "shares its floor\n    use fewer or smaller memory variables, or 'avoids: []'"
         )
     return _remembering(found, world, mobility)
 
 
 def targets_of(objective: Objective, graph: PoseGraph) -> tuple[Mask, ...]:
-    """The states in which each goal of an objective is met."""
+    """Return the states in which each goal of an objective is met."""
     if objective.formulas is None:
         return graph.on_each(objective.targets)
     if graph.remembers:
@@ -58,7 +59,7 @@ def targets_of(objective: Objective, graph: PoseGraph) -> tuple[Mask, ...]:
 
 @lru_cache(maxsize=256)
 def _posed(formulas: Ltl, world: RegionMap, mobility: Mobility) -> PoseGraph:
-    """The poses, and the steps that formulas allow with some memory."""
+    """Return the poses, and the steps that formulas allow with some memory."""
     graph, allows = plain_graph(world, mobility), guarantees_of(formulas).allows
     steps = ((pose, step) for pose in bits(graph.everywhere) for step in graph.steps(pose))
     closed = (each for each in steps if not allows(graph.pose(each[0]), graph.pose(each[1])))
@@ -71,7 +72,8 @@ def _memories(formulas: Ltl) -> int:
 
 
 def reached(objective: Objective, graph: PoseGraph, robot: RobotNow) -> int:
-    """The targets on which a robot stands, or the goals of formulas that its last turn met."""
+    """Return the targets on which a robot stands, or the goals of formulas that its last turn
+    met."""
     if objective.formulas is None:
         return objective.reached(robot.pose % graph.size)
     if robot.came is None:
@@ -111,7 +113,7 @@ class StateGraph(PoseGraph):
         return self._memories[number // self._span][0]
 
     def number(self, pose: Pose) -> int:
-        """The state of a robot that begins in a pose."""
+        """Return the state of a robot that begins in a pose."""
         here = super().number(pose)
         begun = (
             k for k, (old, met) in enumerate(self._memories) if not met and self._begins(old, pose)
@@ -131,8 +133,8 @@ class StateGraph(PoseGraph):
         return super().pose(number % self._span)
 
     def left_only(self, pose: int, behind: int | None = None) -> PoseGraph:  # noqa: ARG002
-        """This graph without the steps into a pose, whatever the memory is; runs let a robot leave
-        to the region behind it only."""
+        """Return this graph without the steps into a pose, whatever the memory is; runs let a robot
+        leave to the region behind it only."""
         shut = self._shut | {pose % self._span}
         return StateGraph(self._formulas, self.world, self.mobility, shut)
 
@@ -188,7 +190,7 @@ class StateGraph(PoseGraph):
     def _met_on(
         self, before: Pose, old: Mapping[str, int], after: Pose, new: Mapping[str, int]
     ) -> frozenset[int]:
-        """The goals that a step meets but staying at either end does not."""
+        """Return the goals that a step meets but staying at either end does not."""
         ends, meets = ((before, old), (after, new)), self._guarantees.meets_with
         met = (g for g in self._guarantees.goals_of_steps if meets(g, before, old, after, new))
         return frozenset(g for g in met if not any(self._stays(g, *end) for end in ends))

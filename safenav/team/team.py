@@ -85,8 +85,8 @@ class Member(Struct, frozen=True, eq=False):
         return self.rivals.union(*(others for others, _ in self.zones))
 
     def shut(self, at: Sequence[Mask]) -> Mask:
-        """The regions that it must not enter, since others are in its zones. ``at``: the regions of
-        each robot."""
+        """Return the regions that it must not enter, since others are in its zones. ``at``: the
+        regions of each robot."""
         found = 0
         for others, regions in self.zones:
             if any(at[j] & regions for j in others):
@@ -112,24 +112,24 @@ class Member(Struct, frozen=True, eq=False):
         return self.targets[-1:] if self.pursuit.settles else self.targets
 
     def awaited(self, memory: int) -> Mask:
-        """The poses of its targets, one of which it must reach next."""
+        """Return the poses of its targets, one of which it must reach next."""
         found = 0
         for target in bits(self.pursuit.awaited(memory)):
             found |= self.targets[target]
         return found
 
     def reached(self, pose: int) -> int:
-        """The targets that contain a pose, as a mask."""
+        """Return the targets that contain a pose, as a mask."""
         return sum(1 << k for k, target in enumerate(self.targets) if target >> pose & 1)
 
     def kept(self, pose: int) -> int:
-        """The targets that staying in a pose meets, as a mask: not goals about steps."""
+        """Return the targets that staying in a pose meets, as a mask: not goals about steps."""
         goals = self.graph.stays or self.targets
         return sum(1 << k for k, goal in enumerate(goals) if goal >> pose & 1)
 
 
 def pace_on(world: RegionMap, robot: model.Robot) -> Pace:
-    """The pace of a robot at its start at time 0."""
+    """Return the pace of a robot at its start at time 0."""
     figures, ticks = robot.model.figures, robot.model.timing
     side = SIDE if world.frame is None else max(world.frame.resolution)
     return pace_of(figures, world.cols, side, robot.start.facing, ticks)
@@ -206,7 +206,7 @@ class Team(Struct, frozen=True, eq=False, dict=True):
         return tuple(found)
 
     def assignable(self, i: int) -> bool:
-        """Whether a robot keeps one strategy, whose inputs command it."""
+        """Return whether a robot keeps one strategy, whose inputs command it."""
         return self.scenario.coordination is Coordination.ASSIGNABLE and not self.members[i].planned
 
     @cached_property
@@ -215,7 +215,7 @@ class Team(Struct, frozen=True, eq=False, dict=True):
 
 
 def team_of(scenario: model.Scenario) -> Team:
-    """The team of a scenario."""
+    """Return the team of a scenario."""
     robots, members = scenario.robots, list[Member]()
     for robot in robots:
         others = (k for k, o in enumerate(robots) if o is not robot and robot.conflicts(o))
@@ -244,7 +244,7 @@ def _member(
 
 @lru_cache(maxsize=16)
 def posed(team: Team) -> Team:
-    """The team without the memory of formulas, as decisions about obstacles see it."""
+    """Return the team without the memory of formulas, as decisions about obstacles see it."""
     if not any(member.graph.remembers for member in team.members):
         return team
     members = (
@@ -303,7 +303,8 @@ def _obstacle(source: model.Obstacle, scenario: model.Scenario) -> Obstacle:
 def _strays(
     source: model.Obstacle, robots: Sequence[model.Robot], scenario: model.Scenario
 ) -> tuple[frozenset[int], ...]:
-    """For each need of an obstacle the robots that cannot deliver the load that they take by it."""
+    """Return for each need of an obstacle the robots that cannot deliver the load that they take by
+    it."""
     listed, strays = source.needs, []
     for k, need in enumerate(listed):
         numbers = takewhile(lambda n: listed[n].same, range(k + 1, len(listed)))
@@ -315,7 +316,7 @@ def _strays(
 
 
 def _cut_off(robot: model.Robot, later: list[tuple[int, ...]], scenario: model.Scenario) -> bool:
-    """Whether the map leaves a robot no path to some of these places."""
+    """Return whether the map leaves a robot no path to some of these places."""
     graph = plain_graph(scenario.map, robot.model.mobility)
     there = graph.closure(1 << graph.number(robot.start), graph.outside(robot.objective.avoid))
     return any(not there & graph.on(regions) for regions in later)

@@ -92,7 +92,8 @@ class _Formulas(Struct, frozen=True):
 
 
 def objective_of(data: Any) -> Objective:
-    """The objective in JSON data (``to_data``). Raises an error of msgspec, or ValueError."""
+    """Return the objective in JSON data (``to_data``). Raises an error of msgspec, or
+    ValueError."""
     known = data if isinstance(data, Mapping) else ()
     word, *others = [key for key in known if key not in _Rules.__struct_fields__]
     rules, body, kind = msgspec.convert(data, _Rules), data[word], KINDS.get(word)
@@ -114,7 +115,8 @@ def objective_of(data: Any) -> Objective:
 
 @cache
 def entries(kind: Any) -> tuple[FieldInfo, ...]:
-    """The fields of a record class, or of a class of objects in one, in the order of a file."""
+    """Return the fields of a record class, or of a class of objects in one, in the order of a
+    file."""
     known = {each.name: each for each in fields(kind)}
     names = dict.fromkeys(n for base in reversed(kind.__mro__) for n in get_annotations(base))
     return tuple(known[name] for name in names if name in known and name != "line")

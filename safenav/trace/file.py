@@ -108,13 +108,14 @@ _TEXTS = ("explanation", "because", "reason")
 
 
 def read_trace(path: str | Path) -> Trace:
-    """The trace in a file (``-``: standard input). Raises InputError if it cannot be read or is not
-    a trace."""
+    """Return the trace in a file (``-``: standard input). Raises InputError if it cannot be read or
+    is not a trace."""
     return read_bytes(read_content(path), "<stdin>" if str(path) == "-" else str(path))
 
 
 def read_content(path: str | Path) -> bytes:
-    """The bytes of a file (``-``: standard input). Raises InputError if it cannot be read."""
+    """Return the bytes of a file (``-``: standard input). Raises InputError if it cannot be
+    read."""
     try:
         return read_file(None if str(path) == "-" else path)
     except OSError as error:
@@ -123,8 +124,8 @@ def read_content(path: str | Path) -> bytes:
 
 
 def read_bytes(content: bytes, source: str = "<trace>") -> Trace:
-    """The trace in some bytes. ``source`` names it in messages. Raises InputError with the first
-    error of each line."""
+    """Return the trace in some bytes. ``source`` names it in messages. Raises InputError with the
+    first error of each line."""
     if wrong := another_kind(content[:_BEGINNING].decode("utf-8", "replace"), "trace", source):
         raise InputError([Diagnostic(source, 0, 0, *wrong)])
     lines = content.split(b"\n")
@@ -176,8 +177,8 @@ def _shown(value: Any, *, lines: bool = False) -> Any:
 
 
 def _escaped(text: str) -> str:
-    """The text with each control character as its escape, such as ``\\x1b``: a terminal would obey
-    it, a line end would start a new line, and no SVG can hold it."""
+    """Return the text with each control character as its escape, such as ``\\x1b``: a terminal
+    would obey it, a line end would start a new line, and no SVG can hold it."""
     return _CONTROL.sub(lambda found: found.group().encode("unicode_escape").decode(), text)
 
 
@@ -232,7 +233,7 @@ class _Reader:
         # An obstacle that reappears has several entries, in any order.
         first = [each.name for each in scenario.obstacles if each.appears is None]
         if len({*first}) < len(first):
-            raise WrongError("two obstacles have one name")
+            raise WrongError("two obstacles have the same name")
         self._obstacles = {each.name for each in scenario.obstacles}
         self._robots = {robot.name for robot in scenario.robots}
         self.header = header
@@ -261,7 +262,7 @@ def _converted(number: int, kind: type[R], data: dict[str, Any]) -> R:
 
 
 def _misfit(scenario: Scenario) -> str | None:
-    """The first name or region of a scenario that does not fit its map and its team."""
+    """Return the first name or region of a scenario that does not fit its map and its team."""
     world, names = scenario.map, {robot.name for robot in scenario.robots}
     objectives = [change.objective for change in scenario.changes]
     for robot in scenario.robots:
@@ -290,7 +291,7 @@ Listener = Callable[[Record], None]
 
 
 def as_data(record: Record) -> dict[str, Any]:
-    """The record as one JSON object of the trace."""
+    """Return the record as one JSON object of the trace."""
     data = {"type": record.type, **plain(record)}
     if record.note:
         data["note"] = True
@@ -332,7 +333,7 @@ class TraceWriter:
             raise self._failure(error) from error
 
     def _remove_empty(self) -> None:
-        """An interrupt before the first record leaves no empty file."""
+        """Remove an empty file, after an interrupt before the first record."""
         if self._made and not self._begun:
             self._path.unlink(missing_ok=True)
 

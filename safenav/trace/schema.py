@@ -24,7 +24,7 @@ _OBJECTIVE: Schema = {
 
 
 def trace_schema() -> Schema:
-    """The schema (draft 2020-12) that every line of a trace meets.
+    """Return the schema (draft 2020-12) that every line of a trace meets.
 
     Notes of other types, and fields that are not named here, are to be ignored by readers; so
     the schema allows them.
@@ -68,5 +68,5 @@ def _hook(kind: type) -> Schema:
 
 
 def schema_text() -> str:
-    """The schema as it is published."""
+    """Return the schema as it is published."""
     return json.dumps(trace_schema(), indent=2) + "\n"

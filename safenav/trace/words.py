@@ -8,7 +8,7 @@ from safenav.world.map import Region
 
 
 def obstacle_words(name: str, word: Word = number_word) -> str:
-    """``door@47``, or ``door@dock`` where the region has a name."""
+    """Return ``door@47``, or ``door@dock`` where the region has a name."""
     _, region, _ = name_parts(name)
     if not region.isdecimal():
         return name
@@ -16,7 +16,7 @@ def obstacle_words(name: str, word: Word = number_word) -> str:
 
 
 def seconds_words(seconds: float) -> str:
-    """A duration in the unit that fits: ``12 ms``, ``3.4 s``, ``2 min 5 s``."""
+    """Return a duration in the unit that fits: ``12 ms``, ``3.4 s``, ``2 min 5 s``."""
     if seconds < 0.0005:
         return "under 1 ms"
     if seconds < 0.9995:
@@ -27,12 +27,12 @@ def seconds_words(seconds: float) -> str:
 
 
 def moment_words(tick: int, seconds: float | None) -> str:
-    """When something happens: ``in tick 31``, or ``after 2 min 5 s`` of a live run."""
+    """Return when something happens: ``in tick 31``, or ``after 2 min 5 s`` of a live run."""
     return f"in tick {tick}" if seconds is None else f"after {seconds_words(seconds)}"
 
 
 def regions_words(regions: Iterable[Region], word: Word = number_word) -> str:
-    """Regions in short: ``22-24, 35``; a region alone by its name."""
+    """Return regions in short: ``22-24, 35``; a region alone by its name."""
     runs: list[tuple[int, int]] = []
     for region in sorted(regions):
         if runs and region == runs[-1][1] + 1:
@@ -61,9 +61,9 @@ def some(names: Iterable[str]) -> str:
 
 
 def shortened(rule: str) -> str:
-    """An assumption, or the reason of a weaker form, whose list of robots at its end is cut where
-    there are many: ``infinitely often no robot is beside it (a, b, c and 57 others)``, ``it shares
-    its floor with a, b, c and 57 others``."""
+    """Return an assumption, or the reason of a weaker form, whose list of robots at its end is cut
+    where there are many: ``infinitely often no robot is beside it (a, b, c and 57 others)``, ``it
+    shares its floor with a, b, c and 57 others``."""
     begin, end = (" (", ")") if rule.endswith(")") else (" with ", "")
     words, found, listing = rule.rpartition(begin)
     names = listing.removesuffix(end).split(", ")
@@ -71,5 +71,5 @@ def shortened(rule: str) -> str:
 
 
 def counted(number: int, noun: str, plural: str = "") -> str:
-    """``1 state``, ``2 states``; ``plural`` where an s is not enough."""
+    """Return ``1 state``, ``2 states``; ``plural`` where an s is not enough."""
     return f"{number} {noun if number == 1 else plural or noun + 's'}"

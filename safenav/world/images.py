@@ -64,7 +64,7 @@ class Layout(Struct, frozen=True):
 
 
 def walls(blocked: Blocked, layout: Layout, share: float = 0.0) -> frozenset[Region]:
-    """The regions that are walls. ``share`` of a region blocked, 0 to 1; 0: any of it."""
+    """Return the regions that are walls. ``share`` of a region blocked, 0 to 1; 0: any of it."""
     area = shares(blocked, layout)
     found = area > 0 if share == 0 else area >= share - _TOLERANCE
     return frozenset(int(region) for region in np.flatnonzero(found))
@@ -133,13 +133,13 @@ class Image(Struct, frozen=True):
     transparent: Blocked | None = None
 
     def where(self, chosen: NDArray[np.bool_]) -> Blocked:
-        """The pixels whose brightness is chosen; ``chosen`` has an entry for each value."""
+        """Return the pixels whose brightness is chosen; ``chosen`` has an entry for each value."""
         found: Blocked = chosen[self.brightness]
         return found
 
 
 def read_image(data: bytes) -> Image:
-    """The pixels of an image file. Raises InputError."""
+    """Return the pixels of an image file. Raises InputError."""
     if not data:
         raise InputError([flaw("the file is empty", _CONVERT)])
     if data.startswith((b"P2", b"P5")):
@@ -152,15 +152,15 @@ def read_image(data: bytes) -> Image:
 def _check_size(width: int, height: int) -> None:
     found = f"an image of {width} x {height} pixels"
     if not width * height:
-        raise InputError([flaw(found, "save it again: it has no pixel")])
+        raise InputError([flaw(found, "save it again: it is empty")])
     if width * height > MAX_PIXELS:
         hint = "scale it down: a few pixels for each region are enough"
         raise InputError([flaw(f"{found}; the maximum is {MAX_PIXELS}", hint)])
 
 
 def _pgm(data: bytes) -> Image:
-    """A PGM, plain (P2) or binary (P5). Pillow ignores what a wrong header leaves over or makes too
-    bright."""
+    """Return the pixels of a PGM, plain (P2) or binary (P5). Pillow ignores what a wrong header
+    leaves over or makes too bright."""
     head = _PGM.match(data)
     if head is None:
         hint = "it has 'P2' or 'P5', then width, height and the brightest value"
@@ -170,7 +170,7 @@ def _pgm(data: bytes) -> Image:
     body, count = data[head.end() :], width * height
     if head[1] == b"P5":
         size = 1 if white < 256 else 2
-        body = body[: count * size] + body[count * size :].rstrip()  # a line may end there
+        body = body[: count * size] + body[count * size :].rstrip()  # a final line end is allowed
         found = np.frombuffer(body, np.uint8 if size == 1 else ">u2", len(body) // size)
         given = len(body) / size
     else:
@@ -218,7 +218,7 @@ def _png(data: bytes) -> Image:
 
 
 def dark(image: Image) -> Blocked:
-    """Pixels darker than half of white. Transparent pixels count as white."""
+    """Return the pixels darker than half of white. Transparent pixels count as white."""
     found = image.where(2 * np.arange(image.white + 1) < image.white)
     return found if image.transparent is None else found & ~image.transparent
 
@@ -254,7 +254,8 @@ _ENOUGH = 0.6
 
 
 def suggested(blocked: Blocked) -> tuple[int, int]:
-    """Rows and columns of square regions: the fewest that keep most of the free floor connected."""
+    """Return the rows and columns of square regions: the fewest that keep most of the free floor
+    connected."""
     height, width = blocked.shape
     best, most = (1, 1), -1.0
     for longer in (12, 16, 20, 25, 30, 40, 50, 64, 80, 100, 128):
@@ -282,7 +283,7 @@ _HEADER = {
 
 
 def read_movingai(text: str) -> list[list[bool]]:
-    """Rows from the top, true where there is a wall. Raises InputError with all flaws.
+    """Return rows from the top, true where there is a wall. Raises InputError with all flaws.
 
     The format is that of Sturtevant's benchmarks (2012): ``type octile``, ``height`` and ``width``,
     then ``map`` and the rows. A robot walks on ground (``.`` and ``G``) and through swamp (``S``).

@@ -28,20 +28,21 @@ class Frame(Struct, frozen=True):
     yaw: float = 0.0
 
     def centre(self, row: float, col: float, rows: int) -> tuple[float, float]:
-        """x and y in metres of the centre of a region, on a map with this many rows; with a
+        """Return x and y in metres of the centre of a region, on a map with this many rows; with a
         fractional ``row`` or ``col``, of a point between regions."""
         east = (col + 0.5) * self.resolution[0]
         north = (rows - row - 0.5) * self.resolution[1]
         return self.in_world(east, north)
 
     def in_world(self, east: float, north: float) -> tuple[float, float]:
-        """x and y of a point by its metres east and north of the map's south-western corner."""
+        """Return x and y of a point by its metres east and north of the map's south-western
+        corner."""
         x = self.origin[0] + east * cos(self.yaw) - north * sin(self.yaw)
         y = self.origin[1] + east * sin(self.yaw) + north * cos(self.yaw)
         return x, y
 
     def on_map(self, x: float, y: float) -> tuple[float, float]:
-        """Metres east and north of the map's south-western corner, along its sides."""
+        """Return the metres east and north of the map's south-western corner, along its sides."""
         dx, dy = x - self.origin[0], y - self.origin[1]
         east = dx * cos(self.yaw) + dy * sin(self.yaw)
         return east, dy * cos(self.yaw) - dx * sin(self.yaw)
@@ -137,18 +138,19 @@ class RegionMap(Struct, frozen=True, dict=True):
         return row * self.cols + col
 
     def position(self, region: Region) -> tuple[int, int]:
-        """(row, col) of a region."""
+        """Return (row, col) of a region."""
         return divmod(region, self.cols)
 
     def is_free(self, region: Region) -> bool:
         return 0 <= region < self.size and region not in self.walls
 
     def closed_words(self, region: Region) -> str:
-        """The reason why a region is not free: ``a wall``, or ``off the map``."""
+        """Return the reason why a region is not free: ``a wall``, or ``off the map``."""
         return "a wall" if 0 <= region < self.size else "off the map"
 
     def step(self, region: Region, heading: Heading) -> Region | None:
-        """The next region in that direction, wall or not; None beyond the edge of the map."""
+        """Return the next region in that direction, wall or not; None beyond the edge of the
+        map."""
         row, col = self.position(region)
         d_row, d_col = heading.step
         if 0 <= row + d_row < self.rows and 0 <= col + d_col < self.cols:
@@ -157,7 +159,7 @@ class RegionMap(Struct, frozen=True, dict=True):
 
     @cached_method
     def neighbours(self, region: Region) -> tuple[Region, ...]:
-        """The free 4-neighbours, in the order north, east, south, west."""
+        """Return the free 4-neighbours, in the order north, east, south, west."""
         steps = (self.step(region, heading) for heading in Heading)
         return tuple(r for r in steps if r is not None and r not in self.walls)
 
@@ -188,7 +190,7 @@ class RegionMap(Struct, frozen=True, dict=True):
         return depth
 
     def grid_rows(self) -> list[str]:
-        """The map as rows of ``#`` and ``.``, as in a scenario and in a trace header."""
+        """Return the map as rows of ``#`` and ``.``, as in a scenario and in a trace header."""
         return [
             "".join(WALL if self.region(r, c) in self.walls else FREE for c in range(self.cols))
             for r in range(self.rows)
@@ -206,8 +208,8 @@ class RegionMap(Struct, frozen=True, dict=True):
         return {region: name for name, regions in largest_first for region in regions}
 
     def word(self, place: Region | frozenset[Region]) -> str:
-        """A region in one word: its name, else its number. For a set, the areas in it and its other
-        regions: ``ward_a|dock``."""
+        """Return a region in one word: its name, else its number. For a set, the areas in it and
+        its other regions: ``ward_a|dock``."""
         if isinstance(place, int):
             return self.named.get(place, str(place))
         rest, words = place, []
@@ -259,8 +261,8 @@ class Partition(Struct, frozen=True):
         return cls(tuple(sorted(map(frozenset, cells), key=min)))
 
     def coarsened(self, most: int, world: RegionMap) -> Partition:
-        """The partition with the smallest cell joined to its smallest neighbour (to any cell if
-        it has none) until there are at most ``most``.
+        """Return the partition with the smallest cell joined to its smallest neighbour (to any cell
+        if it has none) until there are at most ``most``.
 
         Its beliefs contain those of this partition.
         """
@@ -280,7 +282,7 @@ class Partition(Struct, frozen=True):
 
 @lru_cache(maxsize=64)
 def rooms(world: RegionMap) -> Partition:
-    """The rooms and corridors of a map, doorways with one of the rooms that they join.
+    """Return the rooms and corridors of a map, doorways with one of the rooms that they join.
 
     Open floor: regions in a fully free 2 x 2 square. Rooms are its connected pieces. The rest is
     narrow. A narrow piece of at most two regions is a doorway (or a nook) and belongs to a room
@@ -302,8 +304,9 @@ def rooms(world: RegionMap) -> Partition:
 
 @lru_cache(maxsize=64)
 def tiles(world: RegionMap, height: int, width: int) -> Partition:
-    """Tiles of ``height`` rows and ``width`` columns, laid from the north-west corner; a tile that
-    walls divide gives a cell for each connected piece. Raises ValueError if one is below 1."""
+    """Return tiles of ``height`` rows and ``width`` columns, laid from the north-west corner; a
+    tile that walls divide gives a cell for each connected piece. Raises ValueError if one is below
+    1."""
     if height < 1 or width < 1:
         raise ValueError(f"tiles of {height} x {width} regions")
     blocks: dict[tuple[int, int], set[Region]] = {}
@@ -315,7 +318,7 @@ def tiles(world: RegionMap, height: int, width: int) -> Partition:
 
 
 def _has_space(region: Region, world: RegionMap) -> bool:
-    """Whether the region lies in a fully free 2 x 2 square."""
+    """Return whether the region lies in a fully free 2 x 2 square."""
     row, col = world.position(region)
 
     def free(r: int, c: int) -> bool:
@@ -329,7 +332,7 @@ def _has_space(region: Region, world: RegionMap) -> bool:
 
 
 def pieces(regions: Collection[Region], world: RegionMap) -> list[frozenset[Region]]:
-    """The connected pieces of a set of regions, in the order of their lowest regions."""
+    """Return the connected pieces of a set of regions, in the order of their lowest regions."""
     left, found = set(regions), []
     for seed in sorted(regions):
         if seed in left:

@@ -35,7 +35,7 @@ class Pose(Struct, frozen=True):
 
     @classmethod
     def of(cls, region: Region, facing: str | None) -> Pose:
-        """The pose that faces a direction of this name."""
+        """Return the pose that faces a direction of this name."""
         return cls(region, None if facing is None else HEADINGS[facing])
 
     @property
@@ -79,7 +79,7 @@ FAR = 1 << 30
 
 
 def bits(mask: Mask) -> Iterator[int]:
-    """The members of a set, ascending."""
+    """Yield the members of a set, ascending."""
     if mask.bit_length() > _SHORT:  # in pieces: an operation takes as long as its numbers are
         data = mask.to_bytes(mask.bit_length() // 8 + 1, "little")
         for piece in _PIECES.finditer(data):
@@ -97,7 +97,7 @@ def bits(mask: Mask) -> Iterator[int]:
 
 
 def region_mask(regions: Iterable[Region]) -> Mask:
-    """A set of regions as a mask."""
+    """Return a set of regions as a mask."""
     found = 0
     for region in regions:
         found |= 1 << region
@@ -105,7 +105,7 @@ def region_mask(regions: Iterable[Region]) -> Mask:
 
 
 def _mask_of_many(members: Collection[int], size: int) -> Mask:
-    """A large set of numbers below ``size`` as a mask, in time that is linear in both."""
+    """Return a large set of numbers below ``size`` as a mask, in time that is linear in both."""
     digits = bytearray(b"0") * size
     for member in members:
         digits[member] = ord("1")
@@ -188,7 +188,7 @@ class PoseGraph:
         return PoseGraph(self.world, self.mobility, self._closed.union(shut))
 
     def regions_of(self, poses: Mask) -> Mask:
-        """The regions of a set of poses."""
+        """Return the regions of a set of poses."""
         found = 0
         while poses:
             found |= poses & self._full
@@ -201,12 +201,12 @@ class PoseGraph:
         return int(pose.heading) * self.size + pose.region
 
     def memory(self, number: int) -> Mapping[str, int]:
-        """The memory of the rules of steps at a number."""
+        """Return the memory of the rules of steps at a number."""
         del number
         return {}
 
     def moved(self, number: int, pose: Pose) -> int:
-        """The number of another pose for a robot at ``number``."""
+        """Return the number of another pose for a robot at ``number``."""
         del number
         return self.number(pose)
 
@@ -216,7 +216,8 @@ class PoseGraph:
 
     @cached_method
     def steps(self, pose: int) -> tuple[int, ...]:
-        """The poses one step away from a pose (north, east, south, west), without the stay."""
+        """Return the poses one step away from a pose (north, east, south, west), without the
+        stay."""
         after = []
         facing, region = divmod(pose, self.size)
         for heading in Heading:
@@ -230,7 +231,7 @@ class PoseGraph:
         return tuple(after)
 
     def forward(self, poses: Mask) -> Mask:
-        """The poses one step away from some of ``poses``, walls of the map respected."""
+        """Return the poses one step away from some of ``poses``, walls of the map respected."""
         narrowed = poses & self._narrowed
         found = self._forward(poses ^ narrowed)
         for pose in bits(narrowed):
@@ -239,7 +240,7 @@ class PoseGraph:
         return found
 
     def backward(self, poses: Mask) -> Mask:
-        """The poses from which one step leads to some of ``poses``."""
+        """Return the poses from which one step leads to some of ``poses``."""
         shunned = poses & self._shunned
         found = self._backward(poses ^ shunned)
         for step in bits(shunned):
@@ -250,7 +251,8 @@ class PoseGraph:
 
     @cached_method
     def closure(self, start: Mask, allowed: Mask) -> Mask:
-        """The poses reachable from ``start`` through ``allowed`` poses; ``start`` itself always."""
+        """Return the poses reachable from ``start`` through ``allowed`` poses; ``start`` itself
+        always."""
         return self._grown(self.forward, start, allowed, back=False)
 
     @cached_method
@@ -260,13 +262,13 @@ class PoseGraph:
         return self._grown(self.backward, goal, allowed, back=True)
 
     def around(self, pose: Mask, allowed: Mask) -> Mask:
-        """The poses from which ``pose`` can be reached and that it can reach itself."""
+        """Return the poses from which ``pose`` can be reached and that it can reach itself."""
         return self.closure(pose, allowed) & self.back(pose, allowed | pose)
 
     @cached_method
     def live(self, targets: tuple[Mask, ...], allowed: Mask) -> Mask:
-        """The greatest set of ``allowed`` poses from which every target can be reached inside the
-        set, forever."""
+        """Return the greatest set of ``allowed`` poses from which every target can be reached
+        inside the set, forever."""
         found = allowed
         while True:
             before = found
@@ -276,8 +278,8 @@ class PoseGraph:
                 return found
 
     def where_met(self, meets: Callable[[int, int], bool]) -> Mask:
-        """The poses in which a goal about steps is met: by staying there, or by a step into the
-        pose, if staying at neither end of the step meets it."""
+        """Return the poses in which a goal about steps is met: by staying there, or by a step into
+        the pose, if staying at neither end of the step meets it."""
         poses = list(bits(self.everywhere))
         staying = {pose for pose in poses if meets(pose, pose)}
         entered = {
@@ -290,7 +292,7 @@ class PoseGraph:
         return sum(1 << pose for pose in staying | entered)
 
     def steps_between(self, start: Mask, goal: Mask, allowed: Mask) -> int | None:
-        """Steps of a shortest path from some pose of ``start`` to some of ``goal``."""
+        """Return the steps of a shortest path from some pose of ``start`` to some of ``goal``."""
         found = frontier = start
         count = 0
         while frontier:
@@ -302,8 +304,8 @@ class PoseGraph:
         return None
 
     def path(self, start: int, goal: int, allowed: Mask) -> list[int] | None:
-        """The poses of a shortest path through ``allowed`` ones, ``start`` first; of several paths
-        the first by the order of ``steps``. None if there is none."""
+        """Return the poses of a shortest path through ``allowed`` ones, ``start`` first; of several
+        paths the first by the order of ``steps``. None if there is none."""
         inside = allowed | 1 << start
         layers = [1 << goal & inside]
         found = layers[0]
@@ -365,7 +367,7 @@ class PoseGraph:
     def _grown(
         self, step: Callable[[Mask], Mask], start: Mask, allowed: Mask, *, back: bool
     ) -> Mask:
-        """The least set with ``start`` that no ``step`` into ``allowed`` poses leaves."""
+        """Return the least set with ``start`` that no ``step`` into ``allowed`` poses leaves."""
         found = frontier = start
         while frontier:
             frontier = step(frontier) & allowed & ~found
@@ -381,7 +383,7 @@ class PoseGraph:
         for heading in range(4):
             block = heading * self.size if self.blocks > 1 else 0
             ways = (heading + 2) % 4 if back else heading
-            edge = (0, self._west, 0, self._east)[ways]  # not entered from the other row
+            edge = (0, self._west, 0, self._east)[ways]  # no step from the neighbouring row
             length, far = (self._cols, self.size) if ways % 2 == 0 else (1, self._cols)
             reached = poses >> block & self._full
             through = allowed >> block & self._full & ~edge
@@ -416,5 +418,5 @@ class PoseGraph:
 
 @lru_cache(maxsize=64)
 def plain_graph(world: RegionMap, mobility: Mobility) -> PoseGraph:
-    """The poses of a mobility on a map and its steps, made once."""
+    """Return the poses of a mobility on a map and its steps, made once."""
     return PoseGraph(world, mobility)

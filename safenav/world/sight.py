@@ -37,7 +37,8 @@ Offset = tuple[int, int]
 def visible_from(
     world: RegionMap, radius: float | None, closed: frozenset[Region] = frozenset()
 ) -> Visibility:
-    """The visibility on a map, computed once for each map, radius and set of closed obstacles.
+    """Return the visibility on a map, computed once for each map, radius and set of closed
+    obstacles.
 
     ``radius`` is in regions, None for unlimited; ``closed`` are regions whose obstacle blocks
     the view. Raises ValueError for a radius under 1: a robot must see its neighbours.
@@ -59,7 +60,7 @@ class Visibility:
         self._width = 2 * world.cols
 
     def sees(self, source: Region, target: Region) -> bool:
-        """Whether ``target`` is visible from ``source`` (and the other way round)."""
+        """Return whether ``target`` is visible from ``source`` (and the other way round)."""
         return bool(self.mask(source) >> target & 1)
 
     @cached_method
@@ -123,7 +124,7 @@ class Visibility:
             yield rows, reach
 
     def _obstructed(self, opaque: int, rows: int, cols: int) -> int:
-        """The regions from which something blocks the line of that offset."""
+        """Return the regions from which something blocks the line of that offset."""
         mirrored = -1 if cols < 0 else 1
         through, corners = crossed(rows, abs(cols))
         found = 0
@@ -136,7 +137,7 @@ class Visibility:
         return found
 
     def _moved(self, regions: int, offset: Offset) -> int:
-        """The regions from which ``offset`` leads into ``regions``."""
+        """Return the regions from which ``offset`` leads into ``regions``."""
         shift = offset[0] * self._width + offset[1]
         return regions >> shift if shift >= 0 else regions << -shift
 

@@ -144,7 +144,7 @@ def test_workers_end_when_the_batch_is_killed(slugs: SlugsLog, write: Write) -> 
     assert slugs.all_gone()
 
 
-def test_a_process_that_is_ended_during_a_synthesis_ends_in_order(
+def test_a_process_that_is_ended_during_a_synthesis_ends_cleanly(
     write: Write, slugs: SlugsLog
 ) -> None:
     """Its interpreter waited for a thread, then aborted."""

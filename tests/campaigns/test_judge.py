@@ -56,7 +56,7 @@ def data(case: Data) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("says", CASES["search"])
-def test_the_search_knows_what_is_possible(says: str) -> None:
+def test_the_search_decides_whether_a_mission_can_be_completed(says: str) -> None:
     case = CASES["search"][says]
     mission, sealed = Mission(data(case)), frozenset(case.get("sealed", ()))
     start = at_start(mission, mission.obstacles.keys() - sealed)

@@ -16,7 +16,7 @@ from safenav.doctor import PURPOSES, project
 from safenav.errors import install_command, missing_package, requirements
 
 
-def test_a_working_installation(safenav: Command, tmp_path: Path) -> None:
+def test_doctor_accepts_a_working_installation(safenav: Command, tmp_path: Path) -> None:
     found = safenav("doctor", "--json")
     assert found.returncode == 0, found.stdout
     data = json.loads(found.stdout)

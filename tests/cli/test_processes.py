@@ -110,7 +110,7 @@ def interrupted(*_, **__):
     ],
     ids=["signals", "group", "streams", "after", "from", "tool after", "tool from"],
 )
-def test_an_interruption_is_told_as_such_also_at_the_very_start_and_if_a_step_fails(
+def test_an_interruption_is_reported_as_such_even_at_the_start_and_if_a_step_fails(
     before: str,
 ) -> None:
     done = run(*CATALOGUE, before=before)

@@ -110,7 +110,9 @@ def read(language: str, text: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_a_page_can_be_followed(page: Path, tmp_path: Path, environment: dict[str, str]) -> None:
+def test_the_commands_of_a_page_print_what_it_shows(
+    page: Path, tmp_path: Path, environment: dict[str, str]
+) -> None:
     folder = tmp_path / "empty"
     folder.mkdir()
     (folder / "scenarios").symlink_to(ROOT / "scenarios")

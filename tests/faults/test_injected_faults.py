@@ -87,7 +87,7 @@ fi
     ],
     ids=["killed", "wrong", "cut off"],
 )
-def test_an_answer_that_is_no_strategy_is_never_executed(
+def test_a_reply_that_is_not_a_strategy_is_never_executed(
     answer: str, why: str, safenav: Safenav, tmp_path: Path
 ) -> None:
     slugs, trace = tmp_path / "slugs that fails", tmp_path / "t.jsonl"

@@ -122,7 +122,7 @@ def test_default_distances_end_inside_the_region(side: float, tmp_path: Path) ->
 
 
 @pytest.mark.parametrize("case", FILES["mistakes"], ids=lambda case: case["told"])
-def test_a_mistake_is_reported_with_its_position(case: dict[str, str], tmp_path: Path) -> None:
+def test_an_error_is_reported_with_its_position(case: dict[str, str], tmp_path: Path) -> None:
     with pytest.raises(InputError) as error:
         loaded(case["file"] if "file" in case else HEAD + case["text"], tmp_path)
     assert case["told"] in str(error.value)
@@ -162,7 +162,7 @@ def test_actions_without_services_are_named(robots: str, told: list[str], tmp_pa
     assert len(found) == len(told) and all(map(str.__contains__, found, told)), found
 
 
-def test_loader_and_schema_judge_mistakes_alike(tmp_path: Path) -> None:
+def test_loader_and_schema_judge_errors_alike(tmp_path: Path) -> None:
     full: Any = FILES["full"]
     scenario, validator = load_scenario(CASE), jsonschema.Draft202012Validator(SCHEMA)
     path, wrong = tmp_path / "fleet.yaml", {}

@@ -158,7 +158,7 @@ DRIVES = from_yaml(beside(__file__, "drives.yaml"))
 
 
 @pytest.mark.parametrize("case", DRIVES, ids=lambda case: case["name"])
-def test_a_drive_in_the_simulation(case: dict[str, Any]) -> None:
+def test_a_drive_in_the_simulation_ends_as_expected(case: dict[str, Any]) -> None:
     texts = [beside(__file__, f"scenarios/{case['scenario']}{end}.yaml") for end in ("", ".fleet")]
     for was, now in case.get("or", {}).items():
         texts = [text.replace(was, now) for text in texts]

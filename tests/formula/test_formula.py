@@ -85,7 +85,7 @@ def test_errors_point_at_the_position(text: str, column: int, words: str) -> Non
     ],
     ids=["parentheses", "negations", "implications", "both", "chains"],
 )
-def test_deep_nesting_is_refused_politely(text: str) -> None:
+def test_deep_nesting_is_refused_with_a_message(text: str) -> None:
     with pytest.raises(FormulaError, match=f"more than {MAX_DEPTH} deep"):
         parse(text)
 
@@ -125,7 +125,7 @@ def test_named_constants_become_numbers() -> None:
     assert to_text(resolved) == "x = 47 | next(!(47 < x + 1)) | x = dock'"
 
 
-def test_values_are_needed() -> None:
+def test_a_formula_needs_the_values_of_its_variables() -> None:
     with pytest.raises(ValueError, match="next state"):
         evaluate(parse("a'"), {"a": True})
     with pytest.raises(KeyError):
@@ -148,7 +148,9 @@ DECLARED = {"flag": None, "x": (2, 9)}
         ("flag' & next(flag)", True, {1: "first state only", 14: "first state only"}),
     ],
 )
-def test_checks_against_declarations(text: str, first: bool, problems: dict[int, str]) -> None:
+def test_formulas_are_checked_against_declarations(
+    text: str, first: bool, problems: dict[int, str]
+) -> None:
     """``first``: in an initial condition."""
     found = check(parse(text), DECLARED, next_allowed=not first)
     assert [problem.column for problem in found] == [*problems]

@@ -79,7 +79,7 @@ JUDGE = Path(safenav.judge.__file__).parent
 
 
 @pytest.mark.parametrize("file", sorted(JUDGE.rglob("*.py")), ids=str)
-def test_it_needs_python_alone(file: Path) -> None:
+def test_the_judge_needs_python_alone(file: Path) -> None:
     """Apart from ``strict_json``, which does too. That no module runs text: ``architecture``."""
     for node in ast.walk(ast.parse(file.read_text())):
         assert not isinstance(node, ast.ImportFrom) or (node.module and not node.level)

@@ -134,7 +134,7 @@ def test_small_regions_are_refused_with_the_reason(side: float, words: str) -> N
         robot("walker", side)
 
 
-def test_both_feet_carry_it_long_enough_also_with_very_unequal_steps() -> None:
+def test_both_feet_carry_a_walker_long_enough_also_with_very_unequal_steps() -> None:
     gait = gait_on(1.5, Walker(0.3, 0.3, 1.0))
     for primitive in (primitives.walk(gait, way, foot) for way in (0, 1) for foot in (1, -1)):
         carried = sum(hold.up - hold.down for hold in primitive.feet)

@@ -26,7 +26,7 @@ LIVE = [
 
 
 @pytest.mark.parametrize(("text", "facts"), [*cases()])
-def test_case(text: str, facts: Facts) -> None:
+def test_a_case_has_the_stated_facts(text: str, facts: Facts) -> None:
     hold(text, facts)
 
 

@@ -452,7 +452,7 @@ def test_a_proof_that_exceeds_its_budget_is_not_a_verdict(monkeypatch: pytest.Mo
     assert play(case("objectives/once_with_a_trapped_helper")).outcome["outcome"] == "search_limit"
 
 
-def test_without_a_strategy_the_run_ends_with_the_broken_assumption() -> None:
+def test_without_a_strategy_the_run_ends_with_the_violated_assumption() -> None:
     """There is no other strategy for the bee than the first."""
 
     class Once(Synthesizer):

@@ -17,7 +17,7 @@ PLAIN, *WARNINGS = from_yaml(beside(__file__, "lint.yaml"))
 
 
 @pytest.mark.parametrize("row", WARNINGS, ids=[row["what"] for row in WARNINGS])
-def test_warnings(row: dict[str, Any]) -> None:
+def test_a_scenario_gets_its_warnings(row: dict[str, Any]) -> None:
     scenario = load_scenario_text(SCENARIO.format(**PLAIN | row["changes"]))
     assert list(lint(scenario)) == row["said"]
 

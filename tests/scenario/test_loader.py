@@ -66,7 +66,7 @@ def test_a_scenario_is_read_as_it_is_meant(case: dict[str, Any]) -> None:
         assert [r.name for r in scenario.robots if obstacle.closed_to(r, need)] == names
 
 
-def test_line_ends_and_byte_order_marks_of_other_systems(tmp_path: Path) -> None:
+def test_line_ends_and_byte_order_marks_of_other_systems_are_read(tmp_path: Path) -> None:
     body = yaml.safe_dump(BASE)
     file = tmp_path / "with space and ü.yaml"
     file.write_bytes(b"\xef\xbb\xbf" + body.replace("\n", "\r\n").encode())
@@ -189,7 +189,7 @@ def test_the_first_scenario_is_valid() -> None:
 
 
 @pytest.mark.parametrize("mistake", MISTAKES, ids=[each["written"] for each in MISTAKES])
-def test_a_first_mistake_is_reported_with_its_remedy(mistake: dict[str, Any]) -> None:
+def test_an_error_in_a_first_scenario_is_reported_with_its_remedy(mistake: dict[str, Any]) -> None:
     assert mistake["part"] in FIRST
     with pytest.raises(InputError) as caught:
         load_scenario_text(FIRST.replace(mistake["part"], mistake["written"], 1), "first.yaml")

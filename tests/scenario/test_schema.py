@@ -81,7 +81,7 @@ def test_every_scenario_of_the_project_is_judged_alike() -> None:
     assert count > 200
 
 
-def test_the_full_scenario_has_no_mistake_and_with_other_forms_every_key() -> None:
+def test_the_full_scenario_is_valid_and_all_forms_together_have_every_key() -> None:
     assert judged(FULL) == ()
     assert list(VALIDATOR.iter_errors(DATA)) == []
     ways = [way for key, value in FORMS for way in places({key: value})]
@@ -91,7 +91,7 @@ def test_the_full_scenario_has_no_mistake_and_with_other_forms_every_key() -> No
 @pytest.mark.parametrize(
     ("key", "value"), FORMS, ids=[f"{key}{i}" for i, (key, _) in enumerate(FORMS)]
 )
-def test_loader_and_schema_agree_on_a_mistake(key: str, value: Any) -> None:
+def test_loader_and_schema_agree_on_an_error(key: str, value: Any) -> None:
     part, wrong = of_key(key), {}
     for turn, way in enumerate(places({key: value})):
         for name, data in mistakes({key: value}, way, turn):

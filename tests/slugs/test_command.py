@@ -102,7 +102,7 @@ def test_the_file_keeps_its_mode_and_links(own_slugs: Path, folder: Path) -> Non
     ],
     ids=["solving", "building", "reading", "translating"],
 )
-def test_a_limit_ends_the_run_in_order(
+def test_a_limit_ends_the_run_cleanly(
     own_slugs: Path, folder: Path, limit: tuple[str, str], words: tuple[str, ...], message: str
 ) -> None:
     """Exit status 3, how far it got, and no strategy."""
@@ -138,7 +138,7 @@ def test_a_strategy_with_too_many_nodes_is_given_up(own_slugs: Path, folder: Pat
         (None, ("--timeout", "0.1", "-"), "time limit reached while reading"),
     ],
 )
-def test_an_interrupt_ends_the_run_in_order(
+def test_an_interrupt_ends_the_run_cleanly(
     own_slugs: Path,
     folder: Path,
     number: signal.Signals | None,

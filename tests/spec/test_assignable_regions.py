@@ -63,7 +63,7 @@ def test_irreversible_steps_obstacles_and_directions_count() -> None:
     assert sent(Pose(11, WEST), visit(12)) == AssignableRegions(frozenset({11}))
 
 
-def test_behind_a_one_way_step_it_is_sent_on_only() -> None:
+def test_after_an_irreversible_step_a_robot_is_only_sent_onwards() -> None:
     ltl = Ltl(safety=("region = 10 -> region' != 9",), liveness=("region = 12",))
     found = sent(Pose(9), ltl)
     ways = {here: {to for to in range(13) if found.allows(Pose(here), {}, to)} for here in (9, 10)}

@@ -23,7 +23,7 @@ def at(*regions: int) -> frozenset[int]:
     return frozenset(regions)
 
 
-def test_it_agrees_with_the_game_played_out() -> None:
+def test_possibility_agrees_with_the_game_played_out() -> None:
     random = Random(11)
     counts = {True: 0, False: 0}
     for _ in range(400):
@@ -96,7 +96,7 @@ def test_a_patrol_is_weakened_one_form_at_a_time(
     ]
 
 
-def test_a_patrol_of_three_begins_with_the_next_target_that_it_can() -> None:
+def test_a_patrol_of_three_begins_with_the_next_target_that_it_can_reach() -> None:
     circuit = Patrol((at(0), at(2), at(7)))
     graph = PoseGraph(floor("...", ".#.", "...", "#.#"), Mobility.FREE)
     turned, last = forms(circuit, 0, Pose(10), graph)

@@ -79,7 +79,7 @@ def test_a_step_is_allowed_and_counts_as_by_the_formulas(objective: TargetObject
 
 
 @pytest.mark.parametrize("objective", OBJECTIVES[:7], ids=str)
-def test_it_starts_as_the_formulas_require(objective: Patrol | Visit) -> None:
+def test_an_objective_starts_as_the_formulas_require(objective: Patrol | Visit) -> None:
     for region, memory in product(REGIONS, range(len(objective.targets))):
         encoding = encode(objective, "robots.r", region, Memory(memory), assigned=True)
         start = values(objective.begin(region, memory), region)
@@ -128,7 +128,9 @@ WORLD = RegionMap.from_grid([".....", ".###.", "....."])
 
 
 @pytest.mark.parametrize("names", [("b",), ("b", "c")], ids=len)
-def test_it_never_enters_an_occupied_region_and_meets_its_targets(names: tuple[str, ...]) -> None:
+def test_a_robot_never_enters_an_occupied_region_and_meets_its_targets(
+    names: tuple[str, ...],
+) -> None:
     model = RobotModel("rover", Mobility.FREE, "ground", frozenset())
     objective = Visit((frozenset({0}), frozenset({14})))
     robot = Robot("rover", model, Pose(0), objective)

@@ -110,7 +110,7 @@ def test_the_environment_determines_the_folder_of_the_cache(
     assert Cache.from_environment().directory == folder
 
 
-def test_a_result_is_asked_for_once(
+def test_a_request_is_synthesized_once(
     answering: Callable[[bytes], Binary],
     patrol: Specification,
     patrol_json: bytes,

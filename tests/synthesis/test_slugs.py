@@ -131,7 +131,7 @@ def test_a_foreign_binary_is_held_to_its_memory(script: Script, patrol: Specific
         assert synthesizer.synthesize(patrol).verdict is verdict
 
 
-def test_upstreams_manners_give_the_same_answers(
+def test_upstreams_conventions_give_the_same_results(
     slugs: Binary,
     script: Script,
     patrol: Specification,

@@ -121,7 +121,7 @@ KINDS = pytest.mark.parametrize("counter", [False, True], ids=["strategies", "co
 
 
 @KINDS
-def test_those_of_oracle_and_slugs_prove_one_verdict(
+def test_strategies_of_oracle_and_slugs_prove_one_verdict(
     counter: bool, synthesizer: Synthesizer
 ) -> None:
     """Each is accepted, and none as a proof of the other verdict."""
@@ -138,7 +138,7 @@ def test_those_of_oracle_and_slugs_prove_one_verdict(
 
 @KINDS
 @pytest.mark.parametrize("damage", DAMAGES, ids=lambda damage: damage.__name__)
-def test_damaged_ones_are_refused_for_the_right_reason(
+def test_damaged_strategies_are_refused_for_the_right_reason(
     counter: bool, damage: Damage, synthesizer: Synthesizer
 ) -> None:
     """Damage may do no harm; but what the oracle refuses is refused, and each complaint is true."""
@@ -245,7 +245,7 @@ def test_moves_are_neither_listed_nor_multiplied_out(
 @pytest.mark.parametrize(
     ("last", "faults"), [("z' = 7", []), ("(z' = 7 | z' = 1023)", [Fault.MISSING_SUCCESSOR])]
 )
-def test_inputs_that_are_tied_over_many_values_are_counted(last: str, faults: list[Fault]) -> None:
+def test_tied_inputs_with_many_values_are_counted(last: str, faults: list[Fault]) -> None:
     """2^30 values of three tied inputs, of which one or two are possible; one has a successor."""
     inputs = "[INPUT]\nx:0...1023\ny:0...1023\nz:0...1023\n"
     text = f"{inputs}[ENV_TRANS]\nx' = y'\ny' = z' & {last}\n"

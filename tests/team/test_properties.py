@@ -88,7 +88,7 @@ def settled(team: Team, state: State, who: tuple[int, ...]) -> State:
 
 @given(SEEDS, RANDOM)
 @PROPERTY
-def test_events_do_as_a_search_foresees(seed: int, random: Random) -> None:
+def test_events_have_the_effect_that_a_search_foresees(seed: int, random: Random) -> None:
     """Random steps, each foreseen by ``Floor.after`` and done by events, lead to the same state."""
     team, state = begun(seed)
     floor = floor_now(team, state)
@@ -185,7 +185,7 @@ def _require_apart(team: Team, state: State) -> None:
 
 @given(SEEDS, RANDOM)
 @PROPERTY
-def test_a_plan_reaches_its_promise_whatever_its_steps_take(seed: int, random: Random) -> None:
+def test_a_plan_reaches_its_final_state_for_any_durations(seed: int, random: Random) -> None:
     assume(execute(seed, random))
 
 

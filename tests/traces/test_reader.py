@@ -106,7 +106,7 @@ def test_a_wrong_value_is_named_with_its_line(
         ),
     ],
 )
-def test_a_file_that_programs_read_differently_or_that_is_no_trace_is_refused(
+def test_a_file_that_programs_read_differently_or_that_is_not_a_trace_is_refused(
     lines: list[str], line: int, words: str
 ) -> None:
     with pytest.raises(InputError) as refused:

@@ -65,7 +65,7 @@ def plan_of(e: Line, s: State) -> Plan:
 def _meetings(plan: Plan, s: State) -> Iterator[str]:
     """Yield the rivals that the orders let into a region together."""
     lengths = {name: len(way) for name, way in plan.ways.items()}
-    for first, i, _, _ in plan.orders:  # who waits for a place beyond a way does not go
+    for first, i, _, _ in plan.orders:  # a robot that waits for a place beyond a way never goes
         lengths[first] = max(lengths[first], i + 1)
     order = Precedence(lengths, plan.orders)
     visits: dict[int, list[tuple[str, int]]] = {}
@@ -391,7 +391,7 @@ class Evidence:
         drive.nodes = fits
 
     def concludes(self, e: Line, s: State) -> None:
-        """Negatives that the judge has proven, and the end, are claims."""
+        """Claim the negatives that the judge has proven, and the end."""
         if e.kind == "blocked" and e.reason in ("no_capable_robot", "unresolvable"):
             kind, region = e.obstacle.partition("@")[0], s.obstacles[e.obstacle].region
             self.claim("never", e, f"No robot can ever resolve {kind}@{_word({region}, s)}.")

@@ -263,7 +263,8 @@ def least_within(s: State, name: str) -> int:
 
 
 def _least_round(s: State, name: str, ends_in: Collection[int] | None) -> int:
-    """``ends_in``: the regions that the robot touches only in their turn (None: the targets)."""
+    """Return the least number of ticks of a round. ``ends_in``: the regions that the robot touches
+    only in their turn (None: the targets)."""
     bound, own = Bound(s, 0), s.robots[name].own
 
     def round_from(seeds: Ticks) -> Ticks:

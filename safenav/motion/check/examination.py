@@ -63,12 +63,12 @@ class Grid(MetricFloor, frozen=True):
     """The map, and the cells beyond it."""
 
     def place(self, region: int) -> tuple[int, int]:
-        """Column from the west, row from the south."""
+        """Return the column from the west, row from the south."""
         row, col = divmod(region, self.cols)
         return col, self.rows - 1 - row
 
     def region(self, cell: tuple[int, int]) -> int:
-        """The region at a place."""
+        """Return the region at a place."""
         return (self.rows - 1 - cell[1]) * self.cols + cell[0]
 
     def distance(self, points: Array, cell: tuple[int, int]) -> Array:
@@ -80,7 +80,7 @@ class Grid(MetricFloor, frozen=True):
         return apart
 
     def cells(self, points: Array, radius: float) -> Iterator[tuple[int, int]]:
-        """All cells that discs of this radius around the points could touch.
+        """Yield all cells that discs of this radius around the points could touch.
 
         Raises UsageError for a piece of motion far off the map: too many cells to examine."""
         low = [(each - radius) / self.side for each in points.min(axis=0).tolist()]
@@ -136,11 +136,12 @@ class Examination:
         return one != other and robots[one].conflicts(robots[other])
 
     def radius(self, robot: str) -> float:
-        """The radius of the disc that its body fits in, in metres."""
+        """Return the radius of the disc that its body fits in, in metres."""
         return self.numbers[robot].get("size", 0.0) / 2
 
     def walked(self, segment: file.Segment) -> Walked:
-        """The motion of a segment, or of one of its shape: a walker has few, each computed once."""
+        """Return the motion of a segment, or of one of its shape: a walker has few, each computed
+        once."""
         if id(segment) not in self._walks:
             cut = (segment.robot, segment.t1) in self.resets
             key = segment.robot, cut, shape_of(segment)
@@ -150,8 +151,8 @@ class Examination:
         return self._walks[id(segment)]
 
     def flown(self, piece: file.Flight) -> list[tuple[Array, Array]]:
-        """Times and path of each part of a flight, computed once. A body at rest needs only two
-        samples."""
+        """Return times and path of each part of a flight, computed once. A body at rest needs only
+        two samples."""
         if id(piece) not in self._flights:
             found, begin = [], piece.t0
             for part in piece.parts:
@@ -163,8 +164,8 @@ class Examination:
         return self._flights[id(piece)]
 
     def discs(self, piece: file.Moving) -> list[Disc]:
-        """The discs that a piece moves, computed once: the body, and of a walker its feet, on the
-        ground and in the air."""
+        """Return the discs that a piece moves, computed once: the body, and of a walker its feet,
+        on the ground and in the air."""
         if id(piece) not in self._discs:
             self._discs[id(piece)] = [*self._made(piece)]
         return self._discs[id(piece)]
@@ -192,7 +193,8 @@ class Examination:
                 yield Disc("swinging foot", foot, *lasts, begin + moved.times.ravel(), places)
 
     def body(self, robot: str, begin: float, end: float) -> Array:
-        """The centres of a body (n, 2) between two times, by the pieces of motion between them."""
+        """Return the centres of a body (n, 2) between two times, by the pieces of motion between
+        them."""
         found = [np.empty((0, 2))]
         for piece in self.pieces[robot]:
             if piece.t0 < end - NEAR and piece.t1 > begin + NEAR:
@@ -202,7 +204,7 @@ class Examination:
         return np.concatenate(found)
 
     def places(self, robot: str, times: Array) -> Array:
-        """The middle of a body (n, 2) at some times."""
+        """Return the middle of a body (n, 2) at some times."""
         bodies = [self.discs(piece)[0] for piece in self.pieces[robot]]
         samples = np.concatenate([body.times for body in bodies])
         centres = np.concatenate([body.centres for body in bodies])
@@ -347,7 +349,7 @@ def _flown(case: Examination, track: file.FlownTrack, rows: Array, times: Array)
 
 
 def _up(rows: Array) -> Array:
-    """The direction (n, 3) of the thrust."""
+    """Return the direction (n, 3) of the thrust."""
     w, x, y, z = rows[:, 6:10].T
     axis: Array = np.stack(
         [2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x**2 + y**2)], axis=1

@@ -166,9 +166,9 @@ def _clock(case: Examination, name: str, path: MeasuredPath) -> None:
 
 
 def _errors(case: Examination, name: str, path: MeasuredPath) -> Array:
-    """Metres off the reference at each measurement; 0 while the robot acts, when it has none, and
-    in a run that took no time, which has no plan. The lines of the motion cover only actions that
-    have fulfilled a need."""
+    """Return the metres off the reference at each measurement; 0 while the robot acts, when it has
+    none, and in a run that took no time, which has no plan. The lines of the motion cover only
+    actions that have fulfilled a need."""
     if not case.pieces[name]:
         return np.zeros(len(path.times))
     off: Array = np.hypot(*(path.centres - case.places(name, path.times)).T)
@@ -246,7 +246,7 @@ def _arrivals(case: Examination, name: str, path: MeasuredPath) -> None:
 def _arrived(
     case: Examination, name: str, path: MeasuredPath
 ) -> Iterator[tuple[float, int, float | None]]:
-    """The arrivals of a robot: time (s), region, and metres from its goal (None: no goal was
+    """Yield the arrivals of a robot: time (s), region, and metres from its goal (None: no goal was
     sent)."""
     goals = case.motion.of(GoalLine, name)
     for depart, arrive in case.trace.steps:

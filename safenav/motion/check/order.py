@@ -176,7 +176,7 @@ def _done(
             continue
         waiting.remove(done)
         _performed(case, done, record.at if robot == record.robot else None)
-        lasts = done.t1 - done.t0  # of a live run, by its trace
+        lasts = done.t1 - done.t0  # the trace of a live run has the duration
         if not case.trace.header.live:
             lasts = max(case.numbers[name].get("action_seconds", 0.0) for name in wanted.robots)
         if abs(done.t1 - done.t0 - lasts) > NEAR or done.action != wanted.action:
@@ -254,8 +254,8 @@ def _charges(case: Examination, trace: Trace) -> None:
 
 
 def _comes_to_rest(case: Examination, piece: Moving) -> bool:
-    """Whether a robot only comes to rest: a walker by a step on the spot; a robot that has acted
-    short of the centre of its region by continuing to it."""
+    """Return whether a robot only comes to rest: a walker by a step on the spot; a robot that has
+    acted short of the centre of its region by continuing to it."""
     if piece.origin != piece.to:
         return False
     path = case.body(piece.robot, piece.t0, piece.t1)

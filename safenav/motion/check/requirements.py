@@ -89,7 +89,7 @@ class MotionRecording:
         return self._motion.header.robots
 
     def signal(self, which: RobotSignal, times: Array) -> tuple[Array, float]:
-        """Values at the times, and a bound of their change per second."""
+        """Return the values at the times, and a bound of their change per second."""
         if times is not self._times:
             self._times = times
             self._columns.cache_clear()
@@ -144,12 +144,13 @@ def _events(motion: Motion, trace: Trace) -> dict[tuple[str, str], tuple[float, 
 
 
 def requirements_of(trace: Trace, more: tuple[str, ...] = ()) -> dict[str, str]:
-    """The formulas of a trace by name, and ``more`` formulas, named by their text."""
+    """Return the formulas of a trace by name, and ``more`` formulas, named by their text."""
     return {**(trace.header.scenario.requirements), **{text: text for text in more}}
 
 
 def judged(recording: MotionRecording, formulas: Mapping[str, str]) -> list[Judgement]:
-    """The verdict on each formula. Raises UsageError for one that cannot be read or evaluated."""
+    """Return the verdict on each formula. Raises UsageError for one that cannot be read or
+    evaluated."""
     return [_judged(recording, name, text) for name, text in formulas.items()]
 
 
@@ -175,7 +176,8 @@ def readable(recording: MotionRecording, text: str) -> Requirement:
 
 
 def evaluated(recording: MotionRecording, formula: Requirement) -> Robustness:
-    """The robustness of a formula over time. Raises UsageError if it needs too many samples."""
+    """Return the robustness of a formula over time. Raises UsageError if it needs too many
+    samples."""
     try:
         return robustness(formula, recording)
     except MemoryError as error:
@@ -201,8 +203,8 @@ def _judged(recording: MotionRecording, name: str, text: str) -> Judgement:
 
 
 def curve(recording: MotionRecording, text: str) -> Robustness:
-    """Robustness over time for people: of the operand of an outer ``always``, which itself would
-    show the least value from the start."""
+    """Return the robustness over time for people: of the operand of an outer ``always``, which
+    itself would show the least value from the start."""
     formula = readable(recording, text)
     while isinstance(formula, Compound) and formula.operator == "always":
         (formula,) = formula.operands
@@ -213,8 +215,8 @@ MOST_POINTS = 400
 
 
 def curves(motion: Motion, trace: Trace) -> list[dict[str, object]]:
-    """The robustness of each requirement over time, for a page: at most MOST_POINTS points [time,
-    value] on the clock of the trace, each the least of those around it, and the verdict."""
+    """Return the robustness of each requirement over time, for a page: at most MOST_POINTS points
+    [time, value] on the clock of the trace, each the least of those around it, and the verdict."""
     formulas = requirements_of(trace)
     data: list[dict[str, object]] = []
     if not formulas:

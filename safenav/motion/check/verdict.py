@@ -42,7 +42,7 @@ LONGEST = 2_000_000
 
 
 def read_motion_of(path: Path, trace: Trace, name: Path) -> file.Motion:
-    """The motion of this trace in a file; ``name``: the file of the trace.
+    """Return the motion of this trace in a file; ``name``: the file of the trace.
 
     Raises InputError as ``read_motion``, and UsageError for the motion of another trace.
     """
@@ -55,8 +55,8 @@ def read_motion_of(path: Path, trace: Trace, name: Path) -> file.Motion:
 
 
 def mismatch(motion: file.Motion, trace: Trace) -> str:
-    """The first contradiction between the parts of a motion, or with its trace; empty if there is
-    none."""
+    """Return the first contradiction between the parts of a motion, or with its trace; empty if
+    there is none."""
     header, world = motion.header, trace.header.scenario.map
     if header.trace != trace.digest:
         return "the motion is of another trace: the sha256 of its header is not this one's"
@@ -93,8 +93,8 @@ def mismatch(motion: file.Motion, trace: Trace) -> str:
 
 
 def _limits(trace: Trace, name: str, limits: Mapping[str, object]) -> str:
-    """The first parameter of a robot that is not that of the trace, or a limit that no robot has;
-    empty if there is none."""
+    """Return the first parameter of a robot that is not that of the trace, or a limit that no robot
+    has; empty if there is none."""
     for key, value in (trace.robots[name].model.figures or {}).items():
         if limits.get(key) != value:
             return f"'{key}' is {limits.get(key)!r}, in the trace {value!r}"

@@ -27,7 +27,7 @@ NEAR = 1e-7
 
 
 def grid(seconds: float, step: float = STEP) -> Array:
-    """Times from 0 to the end, at most a step apart.
+    """Return times from 0 to the end, at most a step apart.
 
     Raises UsageError for a duration that no file of safenav has: its samples would fill the memory.
     """
@@ -177,7 +177,7 @@ def _support(segment: Segment, limits: Mapping[str, float], wrong: Wrong) -> boo
         if not down:
             wrong(begin, "support", "no foot is on the ground")
             return False
-        ends = {(phase.x, phase.y), (phase.to_x, phase.to_y)}  # one, while it rests
+        ends = {(phase.x, phase.y), (phase.to_x, phase.to_y)}  # the same while it rests
         off = max(_off(down, x, y, sole) for x, y in ends)
         if off > NEAR:
             what = f"the centre of pressure is {off:.3f} m outside the feet on the ground"

@@ -206,8 +206,8 @@ _OVER = {ObstacleStatus.RESOLVED, ObstacleStatus.BLOCKED}
 
 
 def syntheses_words(found: Sequence[SynthesisOutcome]) -> str | None:
-    """Many verified strategies in a few words: ``60 strategies (1 to 97 states, 12 from the cache,
-    verified)``; None if each is to be named."""
+    """Return many verified strategies in a few words: ``60 strategies (1 to 97 states, 12 from the
+    cache, verified)``; None if each is to be named."""
     sizes = [each.states for each in found if each.states is not None and each.verified is True]
     if len(found) <= MANY or len(sizes) < len(found):
         return None

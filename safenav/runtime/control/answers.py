@@ -73,7 +73,7 @@ class Answers:
         self.count, self.seconds = 0, 0.0
 
     def strategies(self, specs: Sequence[Specification]) -> list[SynthesisResult | None]:
-        """The results of syntheses; None for those that are still under way. Raises
+        """Return the results of syntheses; None for those that are still under way. Raises
         ResourceLimitError for one that has exhausted its limits."""
         texts = [spec.to_structuredslugs() for spec in specs]
         new = {t: s for t, s in zip(texts, specs, strict=True) if t not in self._known}
@@ -98,7 +98,7 @@ class Answers:
         charges: tuple[float, ...] = (),
         time: float = 0,
     ) -> Found | Deadlock | Unserved | None:
-        """The joint plan for the remaining mission, or the reason why there is none."""
+        """Return the joint plan for the remaining mission, or the reason why there is none."""
         about = floor.gates, floor.floors, floor.robots, floor.barred, floor.inside
         key = floor.team, *about, floor.helping, floor.laden, joint, served, seed
 
@@ -117,8 +117,8 @@ class Answers:
     def more(
         self, floor: Floor, joint: Joint, seed: int, charges: tuple[float, ...], time: float
     ) -> Plan | None:
-        """A plan for rounds beyond the mission, if there is one for which the charges suffice. It
-        is searched once: the joint state does not change while the robots stand."""
+        """Return a plan for rounds beyond the mission, if there is one for which the charges
+        suffice. It is searched once: the joint state does not change while the robots stand."""
         about = floor.team, floor.floors, floor.robots, floor.rounds, seed
         if about in self._vain:
             return None
@@ -141,7 +141,7 @@ class Answers:
         return all(each.future is None or each.future.done() for each in self._questions.values())
 
     def fresh(self) -> bool:
-        """Whether all answers have come since the last call."""
+        """Return whether all answers have come since the last call."""
         ready = self.ready  # once: an answer may come at any moment
         come, self._awaited = self._awaited and ready, not ready
         return come

@@ -131,14 +131,14 @@ def coordinate(
 
 
 def _values(team: Team, i: int, mine: Controller | None, node: int | None) -> now.Values | None:
-    """The values with which formulas begin; None: those of the robot's state."""
+    """Return the values with which formulas begin; None: those of the robot's state."""
     return None if mine is None or team.members[i].planned else mine.values(node)
 
 
 def first_controllers(
     team: Team, names: Collection[str], answers: Answers
 ) -> dict[str, Controller]:
-    """The controllers with which the named robots begin."""
+    """Return the controllers with which the named robots begin."""
     state = initial(team)
     plain, here = without_memory(team, state)
     floor = floor_now(plain, here)
@@ -176,7 +176,7 @@ def _question(team: Team, state: State) -> Hashable:
 
 
 def _is_astray(robot: RobotNow) -> bool:
-    """Whether a robot that its strategy drives is in none of its nodes."""
+    """Return whether a robot that its strategy drives is in none of its nodes."""
     return robot.active and robot.to is None and robot.node is None
 
 
@@ -199,7 +199,7 @@ def _settled(
     answers: Answers,
     coming: Coming,
 ) -> Control:
-    """Duties, roles and strategies: Algorithm 1, lines 10 to 14 and 20. Raises Pending."""
+    """Return duties, roles and strategies: Algorithm 1, lines 10 to 14 and 20. Raises Pending."""
     plain, here = without_memory(team, state)
     floor = floor_now(plain, here)
     stages, poses = stages_of(floor, here), tuple(r.next for r in here.robots)
@@ -252,7 +252,7 @@ def _settled(
         end = no_strategy(team, state, failed, begun=bool(before.roles))
         helped = {k for i, _ in failed if (k := roles[i].helps) is not None}
         vain = tuple(sorted(k for k in helped if not state.obstacles[k].aside))
-        if vain:  # formulas remember what the decision does not know
+        if vain:  # formulas have memory that the decision ignores
             kept = replace(before, question=None, failed=tuple(c for _, c in failed))
             return replace(kept, vain=vain)
         proves = end.outcome == "operator_needed" and floor.open(stages)
@@ -268,7 +268,7 @@ def _settled(
 
 
 def _is_a_game(failed: tuple[int, Controller]) -> bool:
-    """Whether others or inputs may keep a robot from its objective."""
+    """Return whether others or inputs may keep a robot from its objective."""
     objective = failed[1].task.objective
     return objective.formulas is not None or (objective.strict and objective.literal)
 
@@ -276,7 +276,7 @@ def _is_a_game(failed: tuple[int, Controller]) -> bool:
 def _meanwhile(
     team: Team, state: State, control: Control, roles: Roles, answers: Answers
 ) -> Control:
-    """Objectives of robots that wait for help, while the team waits for a change."""
+    """Return the objectives of robots that wait for help, while the team waits for a change."""
     asked = {i for each in state.obstacles if each.known for i, _ in each.asked}
     found = {i: role for i in sorted(asked) if (role := roles.meanwhile(i)) is not None}
     found = {i: role for i, role in found.items() if state.robots[i].active}
@@ -326,7 +326,7 @@ def _planned(
             plan = answers.more(floor, joint, len(state.over), charges, state.time)
             if plan is not None:
                 decide(now.Planned(plan))
-        return None  # nothing is left to do but for others
+        return None  # these robots have nothing left to do
     duties = control.found.duties
     helping = {d.g: tuple(i for i in duties if duties[i].g == d.g) for d in duties.values()}
     floor = replace(floor, helping=tuple(helping.items())) if helping else floor
@@ -354,7 +354,7 @@ def _planned(
 
 
 def _out_of_service(team: Team, state: State, control: Control) -> End | None:
-    """The end if only robots out of service have not met their objectives."""
+    """Return the end if only robots out of service have not met their objectives."""
     robots, out = state.robots, [i for i, r in enumerate(state.robots) if not r.active]
     if control.found.served or not out or any(r.acting for r in robots):
         return None
@@ -366,14 +366,16 @@ def _out_of_service(team: Team, state: State, control: Control) -> End | None:
 
 
 def _without(team: Team, state: State, robots: Sequence[int], left: str = "") -> End:
-    """The end of a run for want of robots that are out of service. ``left``: what else is known."""
+    """Return the end of a run for want of robots that are out of service. ``left``: what else is
+    known."""
     names = " and ".join(f"{team.members[i].name}{_why_out(team, state, i)}" for i in robots)
     left = left or what_is_left(team, state, (), live=team.scenario.clock is Clock.LIVE)
     return End("operator_needed", f"{names} out of service; {left}", "out_of_service")
 
 
 def _why_out(team: Team, state: State, i: int) -> str:
-    """The reason why a robot is out of service, and the robots of which it occupies a target."""
+    """Return the reason why a robot is out of service, and the robots of which it occupies a
+    target."""
     robot, where = state.robots[i], 1 << state.robots[i].pose % team.size
     why = (
         [text] if (text := "its battery is empty" if robot.flat else _OUT.get(robot.cause)) else []
@@ -386,8 +388,8 @@ def _why_out(team: Team, state: State, i: int) -> str:
 
 
 def is_complete(team: Team, state: State, control: Control) -> bool:
-    """Whether every robot has met its objective, those that must stay at its last target are there
-    now, and no request is being served."""
+    """Return whether every robot has met its objective, those that must stay at its last target are
+    there now, and no request is being served."""
     return not control.found.served and all(
         done(team, state, i) and stands(team, state, i) and robot.mode is None
         for i, robot in enumerate(state.robots)

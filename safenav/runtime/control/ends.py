@@ -59,9 +59,9 @@ class End(Struct, frozen=True):
 
 
 def hopeful(team: Team, state: State, *, given_up: bool = True, serving: bool = False) -> Sets:
-    """The team as if every robot were in service, or with ``serving`` as if the others did nothing,
-    and blocked no robot; with ``given_up`` as if the obstacles that are given up were still
-    requested."""
+    """Return the team as if every robot were in service, or with ``serving`` as if the others did
+    nothing, and blocked no robot; with ``given_up`` as if the obstacles that are given up were
+    still requested."""
     team, state = without_memory(team, state)
     again = tuple(k for k, each in enumerate(state.obstacles) if given_up and each.given_up)
     sealed = state.sealed.difference(again)
@@ -74,14 +74,15 @@ def hopeful(team: Team, state: State, *, given_up: bool = True, serving: bool = 
 
 
 def lacks_of(team: Team, state: State) -> dict[str, Shortfall]:
-    """The shortfalls of the known obstacles that are never resolved, some of them because others
-    are given up."""
+    """Return the shortfalls of the known obstacles that are never resolved, some of them because
+    others are given up."""
     views = [hopeful(team, state, given_up=again) for again in (False, True)]
     return {each.obstacle: each for now in views for each in shortfalls(now, closure_of(now))}
 
 
 def infeasible(team: Team, state: State, now: Sets) -> End:
-    """The end of a run in which, by the closure or after every choice, a robot cannot continue."""
+    """Return the end of a run in which, by the closure or after every choice, a robot cannot
+    continue."""
     word = team.world.word
     given_up = [team.obstacles[k].name for k, each in enumerate(state.obstacles) if each.given_up]
     lacks = lacks_of(team, state) if given_up else {}
@@ -100,7 +101,7 @@ def infeasible(team: Team, state: State, now: Sets) -> End:
 
 
 def _after_choices(now: Sets, steps: Sequence[Step], word: Word, *, left: bool) -> list[str]:
-    """The reasons up to a dead end. ``left``: whether a step is left there."""
+    """Return the reasons up to a dead end. ``left``: whether a step is left there."""
     sentences, lossless = list[str](), True
     for step in steps:
         lossless = lossless and step.lossless
@@ -114,7 +115,8 @@ def _after_choices(now: Sets, steps: Sequence[Step], word: Word, *, left: bool) 
 
 
 def _why_stuck(team: Team, state: State, i: int, *, chosen: bool) -> str:
-    """The reason why a robot cannot continue. ``chosen``: after an option that was chosen."""
+    """Return the reason why a robot cannot continue. ``chosen``: after an option that was
+    chosen."""
     robot, word = team.members[i].robot, team.world.word
     objective = robot.objective
     if objective.formulas is not None:
@@ -139,7 +141,7 @@ def _why_stuck(team: Team, state: State, i: int, *, chosen: bool) -> str:
 def no_strategy(
     team: Team, state: State, failed: Sequence[tuple[int, Controller]], *, begun: bool
 ) -> End:
-    """The end of a run in which a robot has no strategy: ``unrealizable`` before the start,
+    """Return the end of a run in which a robot has no strategy: ``unrealizable`` before the start,
     ``assumption_violated`` where others have violated an assumption of the last one."""
     for i, _ in failed:
         if rules := state.robots[i].broken:
@@ -163,7 +165,7 @@ def _why_not(team: Team, i: int, task: Task) -> str:
 
 
 def deadlocked(team: Team, state: State, found: Deadlock) -> End:
-    """The end of a run in which no order of moves of some robots completes the mission."""
+    """Return the end of a run in which no order of moves of some robots completes the mission."""
     robots, why = found.robots, found.why
     names = tuple(team.members[i].name for i in robots)
     if not why:
@@ -185,7 +187,8 @@ def deadlocked(team: Team, state: State, found: Deadlock) -> End:
 
 
 def completed(team: Team, state: State, found: Settlement) -> End:
-    """The end of a run in which the mission is complete, with the orders that are still open."""
+    """Return the end of a run in which the mission is complete, with the orders that are still
+    open."""
     why, undone = f"every robot has met its objective for {counted(team.rounds, 'round')}", []
     for k, each in enumerate(state.obstacles):
         if team.obstacles[k].ordered and each.known:
@@ -240,8 +243,8 @@ class Request:
         self.poses = tuple(robot.next for robot in state.robots)
 
     def why_nobody(self) -> str | None:
-        """The reason why no robot helps now, although some could get there; None if the bids show
-        it."""
+        """Return the reason why no robot helps now, although some could get there; None if the bids
+        show it."""
         floor, stage, g = self.floor, self.stages[self.g], self.g
         able, missing = floor.able(g, self.stages), floor.missing(g, self.stages)
         out = [i for i in self._skilled() if not self.state.robots[i].active]
@@ -275,8 +278,8 @@ class Request:
     def why_others(
         self, helpers: Sequence[int], before: Sequence[str], bids: Mapping[str, int | None]
     ) -> str | None:
-        """The reasons why robots that fail, are out of service, or are nearer than the helpers do
-        not help; None if the bids show it. ``before``: the helpers until now."""
+        """Return the reasons why robots that fail, are out of service, or are nearer than the
+        helpers do not help; None if the bids show it. ``before``: the helpers until now."""
         names = [self.team.members[i].name for i in helpers]
         last = max((bids.get(name) or 0 for name in names), default=0)
         reasons: dict[str, list[int]] = {}
@@ -304,7 +307,7 @@ class Request:
         return "; ".join(map(" ".join, pairs)) or None
 
     def _skilled(self) -> list[int]:
-        """The robots that have the next need's actions, also those out of service."""
+        """Return the robots that have the next need's actions, also those out of service."""
         stage, members = self.stages[self.g], self.team.members
         chosen = range(len(members)) if stage.group is None else sorted(stage.group)
         able = [i for i in chosen if self.need.skills <= members[i].robot.capabilities]
@@ -314,7 +317,7 @@ class Request:
         return self.floor.gate(self.g).strays[self.stages[self.g].need]
 
     def _loads(self) -> str:
-        """The loads of robots that cannot take another one; empty if there are none."""
+        """Return the loads of robots that cannot take another one; empty if there are none."""
         floor, parts = self.floor, []
         carrying = floor.carriers(self.stages) if self.need.takes else frozenset()
         for i in carrying.intersection(floor.skilled(self.g, self.stages)):
@@ -329,7 +332,7 @@ class Request:
         return bool(there & graph.poses_on(self.need.regions))
 
     def _returns(self, i: int) -> bool:
-        """Whether a robot could return to its pose after it has met the next need."""
+        """Return whether a robot could return to its pose after it has met the next need."""
         floor, graph, pose = self.floor, self.floor.graphs[i], 1 << self.poses[i]
         there = graph.closure(pose, floor.allowed(i, self.stages))
         then = floor.allowed(i, floor.advanced(self.g, self.stages, (i,)))

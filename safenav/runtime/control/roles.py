@@ -47,7 +47,7 @@ class Roles:
         return own or self._wait(i)
 
     def waits(self, i: int) -> bool:
-        """Whether a robot has met an obstacle that is being resolved."""
+        """Return whether a robot has met an obstacle that is being resolved."""
         return any(
             i in dict(self.state.obstacles[self.floor.gates[g]].asked) for g in self.found.served
         )
@@ -76,8 +76,8 @@ class Roles:
         return self.floor.gates[self.found.duties[i].g]
 
     def _meets_own_first(self, i: int) -> bool:
-        """Whether a robot must meet the next target of its ``once`` before its duty, since it could
-        not meet all that are left afterwards; and can."""
+        """Return whether a robot must meet the next target of its ``once`` before its duty, since
+        it could not meet all that are left afterwards; and can."""
         member, duty, floor = self.team.members[i], self.found.duties[i], self.floor
         if not (member.pursuit.settles and member.pursuit.in_turn):
             return False
@@ -90,8 +90,8 @@ class Roles:
         return not rest and bool(graph.closure(first, now) & duty.goal)
 
     def _own_target(self, i: int, goal: Mask) -> Target | None:
-        """The place where it waits, or the first own target between which and its duty it can
-        go."""
+        """Return the place where it waits, or the first own target between which and its duty it
+        can go."""
         waiting = [frozenset({place}) for place in self._places(i)]
         for target in (*waiting, *self.team.members[i].objective.targets):
             if self._goes_between(i, (goal, self.floor.graphs[i].on(target))):
@@ -99,8 +99,8 @@ class Roles:
         return None
 
     def meanwhile(self, i: int) -> Role | None:
-        """Its objective while it waits for help; None if it has none or cannot pursue it, or a
-        joint plan drives it."""
+        """Return its objective while it waits for help; None if it has none or cannot pursue it, or
+        a joint plan drives it."""
         member, graph = self.team.members[i], self.floor.graphs[i]
         other = member.robot.while_waiting
         if other is None or member.planned:
@@ -125,7 +125,7 @@ class Roles:
         return Role(rules.waiting(frozenset({here})))
 
     def _may_stay(self, i: int, places: Mask) -> bool:
-        """Whether the formulas of a robot let it stay in each of these poses."""
+        """Return whether the formulas of a robot let it stay in each of these poses."""
         formulas, graph = formulas_in(self.team.members[i].objective), self.floor.graphs[i]
         allows = None if formulas is None else guarantees_of(formulas).allows
         return allows is None or all(allows(pose, pose) for pose in graph.poses(places))
@@ -139,8 +139,8 @@ class Roles:
         return found[:1]
 
     def _own(self, i: int) -> Role | None:
-        """Its own objective, around the open obstacles if it can; None if it cannot pursue it
-        now."""
+        """Return its own objective, around the open obstacles if it can; None if it cannot pursue
+        it now."""
         member, floor, state = self.team.members[i], self.floor, self.state
         shut = self._shut(i)
         must = frozenset(k for k in state.requests if i in dict(state.obstacles[k].asked))
@@ -160,7 +160,7 @@ class Roles:
         return Role(objective, helps, shut, shut, self._forbidden(i, targets))
 
     def _shut(self, i: int) -> frozenset[int]:
-        """The open obstacles that a robot must not enter now."""
+        """Return the open obstacles that a robot must not enter now."""
         floor, stages = self.floor, self.stages
         shut = (g for g in floor.open(stages) if i in floor.gate(g).closed_to[stages[g].need])
         return frozenset(floor.gates[g] for g in shut)
@@ -171,7 +171,7 @@ class Roles:
         return bool(graph.closure(1 << self.poses[i], allowed) & graph.live(targets, allowed))
 
     def _forbidden(self, i: int, targets: tuple[Mask, ...]) -> frozenset[Pose]:
-        """The poses beside the safe ones from which a robot could still meet its targets."""
+        """Return the poses beside the safe ones from which a robot could still meet its targets."""
         safe, graph = self.found.safe[i], self.floor.graphs[i]
         allowed = self.floor.allowed(i, self.stages)
         if safe is None:

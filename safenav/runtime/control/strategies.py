@@ -62,11 +62,12 @@ class Controller(Struct, frozen=True, eq=False):
         return Form.OTHER_MEMORY if self.rung.weakening is Weakening.TURNED else Form.LITERAL
 
     def allows(self, word: Word) -> str | None:
-        """The shortfall of its form from the objective, with the reason; None if there is none."""
+        """Return the shortfall of its form from the objective, with the reason; None if there is
+        none."""
         return concession(self.asked, self.rung, word)
 
     def words(self, word: Word) -> str:
-        """The objective in the requested form, in the user's words."""
+        """Return the objective in the requested form, in the user's words."""
         allows = self.allows(word)
         return describe(self.asked, word) + (f" ({allows})" if allows else "")
 
@@ -77,14 +78,14 @@ class Controller(Struct, frozen=True, eq=False):
         return None if strategy is None else strategy.find_initial(begins)
 
     def steps(self, node: int, heard: Mapping[str, int]) -> list[tuple[int, int | None, int]]:
-        """The strategy's successors for these inputs: region, heading, node."""
+        """Return the strategy's successors for these inputs: region, heading, node."""
         strategy = self.result.strategy
         assert strategy is not None
         found = ((n, strategy.values(n)) for n in strategy.successors_for(node, heard))
         return [(values["region"], values.get("heading"), n) for n, values in found]
 
     def values(self, node: int | None) -> Values | None:
-        """The values at a node of the memory of formulas, and of inputs that they name."""
+        """Return the values at a node of the memory of formulas, and of inputs that they name."""
         objective, strategy = self.task.objective, self.result.strategy
         names = (*objective.memory, *objective.inputs)
         if node is None or strategy is None or not names:
@@ -100,8 +101,8 @@ Candidate = tuple[Task, ObjectiveForm]
 def synthesized(
     team: Team, state: State, roles: Mapping[int, Role], answers: Answers
 ) -> dict[int, Controller]:
-    """The strategy of each robot for its role, all synthesized simultaneously: the strongest form
-    that is realizable; if none is, the last one's verdict. Raises Pending."""
+    """Return the strategy of each robot for its role, all synthesized simultaneously: the strongest
+    form that is realizable; if none is, the last one's verdict. Raises Pending."""
     found: dict[int, Controller] = {}
     left = {i: candidates(team, state, i, role) for i, role in roles.items()}
     while tried := {i: each for i in left if (each := next(left[i], None)) is not None}:
@@ -122,7 +123,7 @@ def synthesized(
 
 
 def candidates(team: Team, state: State, i: int, role: Role) -> Iterator[Candidate]:
-    """The tasks for a role, the strongest form first."""
+    """Yield the tasks for a role, the strongest form first."""
     member, robot, assigned = team.members[i], state.robots[i], team.assignable(i)
     if assigned:
         role = Role(member.objective)  # with any assignment
@@ -162,8 +163,8 @@ def candidates(team: Team, state: State, i: int, role: Role) -> Iterator[Candida
 
 
 def pursues(team: Team, floor: Floor, state: State, i: int) -> bool:
-    """Whether a robot with rivals can pursue its objective alone, past all open obstacles, as its
-    poses show; False if only a synthesis can tell."""
+    """Return whether a robot with rivals can pursue its objective alone, past all open obstacles,
+    as its poses show; False if only a synthesis can tell."""
     member, robot = team.members[i], team.members[i].robot
     objective = member.objective
     if (
@@ -185,11 +186,11 @@ def pursues(team: Team, floor: Floor, state: State, i: int) -> bool:
 
 
 def outdated(team: Team, state: State, i: int, role: Role, controller: Controller) -> bool:
-    """Whether a strategy does not suffice for a role: another objective, or walls or poses unknown
-    to it."""
+    """Return whether a strategy does not suffice for a role: another objective, or walls or poses
+    unknown to it."""
     robot = state.robots[i]
     if not controller.realizable or (robot.node is None and robot.to is None):
-        return True  # it has none, or is astray
+        return True  # it has no strategy, or has left it
     if team.assignable(i):
         role = Role(team.members[i].objective)
     if controller.task.objective.relaxed() != role.objective.relaxed():
@@ -200,7 +201,7 @@ def outdated(team: Team, state: State, i: int, role: Role, controller: Controlle
 
 
 def walls_of(team: Team, state: State, i: int, avoid: frozenset[int]) -> tuple[Known, ...]:
-    """The regions beyond the walls that a robot must not plan through."""
+    """Return the regions beyond the walls that a robot must not plan through."""
     robot = team.members[i].robot
     found = [
         Known(r, f"robots.{robot.name}.objective.avoid", f"{robot.name} avoids it")
@@ -219,7 +220,7 @@ def walls_of(team: Team, state: State, i: int, avoid: frozenset[int]) -> tuple[K
 
 
 def _sealed_words(team: Team, state: State, k: int) -> str:
-    """The reason why a sealed obstacle stays."""
+    """Return the reason why a sealed obstacle stays."""
     if not state.obstacles[k].given_up:
         declared = "an operator declared it permanent"
         return "found to be untraversable" if k in state.over else declared
@@ -232,7 +233,7 @@ def _sealed_words(team: Team, state: State, k: int) -> str:
 
 
 def enough(team: Team, k: int) -> bool:
-    """Whether enough robots have the actions of each need of an obstacle."""
+    """Return whether enough robots have the actions of each need of an obstacle."""
     skills = [member.robot.capabilities for member in team.members]
     return all(
         sum(need.skills <= each for each in skills) >= need.robots
@@ -241,7 +242,7 @@ def enough(team: Team, k: int) -> bool:
 
 
 def observed(team: Team, state: State, i: int) -> Iterator[Observed]:
-    """The knowledge of a robot with a strategy about the robots that it tracks."""
+    """Yield the knowledge of a robot with a strategy about the robots that it tracks."""
     known, me = dict(state.robots[i].known), team.members[i]
     for j, member in enumerate(team.members if not me.planned else ()):
         if member.name in me.robot.tracks:
@@ -253,13 +254,13 @@ def observed(team: Team, state: State, i: int) -> Iterator[Observed]:
 
 
 def standing(team: Team, state: State) -> frozenset[int]:
-    """The regions of the known obstacles, which block the view."""
+    """Return the regions of the known obstacles, which block the view."""
     known, pairs = (Is.OPEN, Is.SEALED), zip(team.obstacles, state.obstacles, strict=True)
     return frozenset(obstacle.region for obstacle, each in pairs if each.state in known)
 
 
 def heard(team: Team, state: State, i: int, task: Task) -> dict[str, int]:
-    """The inputs of a robot's strategy now."""
+    """Return the inputs of a robot's strategy now."""
     robot, places = state.robots[i], {m.name: j for j, m in enumerate(team.members)}
     at = {each.name: state.robots[places[each.name]].pose % team.size for each in task.observed}
     known = {name: dict(robot.known).get(places[name], at[name]) for name in at}
@@ -268,7 +269,8 @@ def heard(team: Team, state: State, i: int, task: Task) -> dict[str, int]:
 
 
 def looked(team: Team, state: State, i: int, task: Task) -> now.Looked | None:
-    """The knowledge of a robot after it has looked around; None if its task tracks no robot."""
+    """Return the knowledge of a robot after it has looked around; None if its task tracks no
+    robot."""
     if not task.observed:
         return None
     watch, before = watch_for(task, team.world), dict(state.robots[i].known)
@@ -283,9 +285,9 @@ def looked(team: Team, state: State, i: int, task: Task) -> now.Looked | None:
 
 
 def after_look(watch: Tracker, own: Region, other: Region, known: Knowledge) -> Knowledge:
-    """The knowledge after a look from region ``own`` while the other is in ``other``, which only
-    decides whether it is seen. If it is not, although every region that it can have reached is in
-    sight, the belief is all cells."""
+    """Return the knowledge after a look from region ``own`` while the other is in ``other``, which
+    only decides whether it is seen. If it is not, although every region that it can have reached is
+    in sight, the belief is all cells."""
     if watch.visibility.sees(own, other):
         return other
     belief = watch.update(own, known).belief
@@ -302,8 +304,8 @@ Step = tuple[int, int | None, int]
 def commanded(
     team: Team, state: State, i: int, role: Role, found: Controller, safe: Mask | None
 ) -> list[Step]:
-    """The steps of a strategy under the first command that leads its robot toward its goal; else it
-    waits. ``safe``: the poses in which the team can continue."""
+    """Return the steps of a strategy under the first command that leads its robot toward its goal;
+    else it waits. ``safe``: the poses in which the team can continue."""
     robot, member, task = state.robots[i], team.members[i], found.task
     assert robot.node is not None and found.result.strategy is not None
     before, graph = found.result.strategy.values(robot.node), member.graph
@@ -326,7 +328,7 @@ def commanded(
     field = graph.distances(goal, free)
 
     def leads(step: Step, place: int | None) -> bool:
-        """Whether the strategy comes nearer to the goal by this step and its next ones."""
+        """Return whether the strategy comes nearer to the goal by this step and its next ones."""
         for _ in range(MOST_STEPS):
             if not free >> number(step) & 1:
                 return False
@@ -339,7 +341,7 @@ def commanded(
         return False
 
     def near(region: Region) -> tuple[int, Region]:
-        """The steps from a region to the goal."""
+        """Return the steps from a region to the goal."""
         return min(field[pose] for pose in bits(graph.on({region}))), region
 
     if not 0 < field[robot.pose] < FAR:
@@ -360,7 +362,7 @@ def commanded(
 
 
 def _goal(team: Team, state: State, i: int, role: Role) -> Mask:
-    """The poses that a robot must reach next."""
+    """Return the poses that a robot must reach next."""
     member, robot = team.members[i], state.robots[i]
     own = role.objective == member.objective
     return member.awaited(robot.own.memory) if own else targets_of(role.objective, member.graph)[0]

@@ -62,12 +62,12 @@ class Kept(Struct, frozen=True, forbid_unknown_fields=True):
     sha256: str = ""
 
     def checkpoint(self, lines: int, first: bytes) -> records.Checkpoint:
-        """The run after so many lines of its trace, the ``first`` of which is the header."""
+        """Return the run after so many lines of its trace, the ``first`` of which is the header."""
         return sealed(records.Checkpoint(self.memory.tick, lines, plain(self)), first)
 
 
 def sealed(line: records.Checkpoint, first: bytes) -> records.Checkpoint:
-    """A checkpoint with the digest of its data and of the first line of its trace."""
+    """Return a checkpoint with the digest of its data and of the first line of its trace."""
     return replace(line, run={**line.run, "sha256": _digest(line.run, first)})
 
 
@@ -77,7 +77,7 @@ def _digest(run: Mapping[str, object], first: bytes) -> str:
 
 
 def text_of(header: records.Header) -> bytes:
-    """The first line of a trace, as a writer writes it."""
+    """Return the first line of a trace, as a writer writes it."""
     return json_line(as_data(header)).strip().encode()
 
 
@@ -91,14 +91,14 @@ class Resumption(Struct, frozen=True):
     lines: tuple[records.Record, ...]
 
     def standing(self, scenario: Scenario) -> Scenario:
-        """The scenario with each robot where its last step began."""
+        """Return the scenario with each robot where its last step began."""
         rows = zip(scenario.robots, self.team.members, self.state.robots, strict=True)
         robots = [replace(robot, start=m.graph.pose(at.pose)) for robot, m, at in rows]
         return replace(scenario, robots=tuple(robots))
 
 
 def _last_checkpoint(trace: Trace) -> tuple[int, Kept]:
-    """The last checkpoint of a trace, and the number of lines before it."""
+    """Return the last checkpoint of a trace, and the number of lines before it."""
     found = [line for line in trace.records if isinstance(line, records.Checkpoint)]
     if not found:
         none = "it ends before its first checkpoint; run the scenario again, with --trace"
@@ -151,7 +151,7 @@ def _compare(trace: Trace, scenario: Scenario) -> None:
 
 
 def _restored(scenario: Scenario, kept: Kept) -> Team:
-    """The team of a checkpoint."""
+    """Return the team of a checkpoint."""
     team = team_of(scenario)
     for source, battery_of in kept.introduced:
         team = introduced(team, source, battery_of)

@@ -84,7 +84,7 @@ class Ledger:
         self.had = self.tick = 0
 
     def kept(self) -> LedgerKept | None:
-        """The ledger for a checkpoint."""
+        """Return the ledger for a checkpoint."""
         if not self.active:
             return None
         return LedgerKept(tuple(self.dues.items()), tuple(self.late), tuple(self.clocks))
@@ -149,12 +149,12 @@ class Ledger:
             self._foresee(team, state, fresh)
 
     def completed(self) -> None:
-        """The mission is completed in this tick."""
+        """Record that the mission has kept its deadline, if it has one."""
         if (due := self.dues.pop(MISSION, None)) is not None and not due.past:
             self._tell(MISSION, due.tick, DeadlineVerdict.KEPT)
 
     def _overdue(self, team: Team) -> None:
-        """The deadlines of the tick before this one."""
+        """Record the missed deadlines of the tick before this one."""
         late = DeadlineVerdict.LATE
         for of, due in self.dues.items():
             if due.tick < self.tick and not due.past:
@@ -237,8 +237,8 @@ def _beyond(soonest: int | None, due: int) -> bool:
 
 
 def objectives_change(team: Team, tick: int) -> bool:
-    """Whether the scenario still gives a robot another objective, which changes the bound of the
-    mission."""
+    """Return whether the scenario still gives a robot another objective, which changes the bound of
+    the mission."""
     scenario = team.scenario
     if any(change.objective is not None and change.at > tick for change in scenario.changes):
         return True
@@ -249,8 +249,8 @@ def objectives_change(team: Team, tick: int) -> bool:
 def orders_left(
     team: Team, state: State, i: int, most: int | None = None
 ) -> list[list[Mask] | None]:
-    """The sequences of targets of which a robot must still meet one for its round, or for ``most``
-    rounds: several while a joint plan may begin with any. None: it chooses their order."""
+    """Return the sequences of targets of which a robot must still meet one for its round, or for
+    ``most`` rounds: several while a joint plan may begin with any. None: it chooses their order."""
     member, own = team.members[i], state.robots[i].own
     free = member.planned and member.either and own.met == 0
     begun = [own._replace(memory=k) for k in range(len(member.targets))] if free else [own]
@@ -350,8 +350,8 @@ def _least_capacity(member: Member, energy: Energy, pose: int) -> int | None:
 
 
 def _orders(team: Team, member: Member, pose: int) -> list[list[Mask]]:
-    """The targets that a robot must meet in sequence for all rounds, from the start; several lists
-    if it may begin with any target (``literal``: with the first, or with the one on which it
+    """Return the targets that a robot must meet in sequence for all rounds, from the start; several
+    lists if it may begin with any target (``literal``: with the first, or with the one on which it
     stands); none if it chooses the order. A target on which it stands counts as met."""
     objective, masks, count = member.objective, member.targets, len(member.targets)
     if not objective.ordered():

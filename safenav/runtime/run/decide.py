@@ -29,8 +29,8 @@ class Proposal(NamedTuple):
 
 
 def continues(team: Team, state: State, control: Control, i: int) -> bool:
-    """Whether a robot moves while the team waits for help from outside: it can undo each of its
-    steps alone, and needs no help itself, or has an objective for that time."""
+    """Return whether a robot moves while the team waits for help from outside: it can undo each of
+    its steps alone, and needs no help itself, or has an objective for that time."""
     robot, member = state.robots[i], team.members[i]
     if member.planned or member.graph.one_way or member.objective.formulas is not None:
         return False
@@ -44,7 +44,8 @@ def continues(team: Team, state: State, control: Control, i: int) -> bool:
 
 
 def propose(team: Team, state: State, control: Control, i: int) -> Proposal:
-    """The driver's move: that of the joint plan for a robot with rivals, else of its strategy."""
+    """Return the driver's move: that of the joint plan for a robot with rivals, else of its
+    strategy."""
     stay = Proposal(state.robots[i].pose, "stay")
     if not state.robots[i].active or i in control.pending:
         return stay
@@ -65,7 +66,8 @@ def propose(team: Team, state: State, control: Control, i: int) -> Proposal:
 
 
 def _is_kept(team: Team, state: State, i: int, pose: int) -> bool:
-    """Whether the inputs of its formulas let a robot take a step now: plans do not foresee them."""
+    """Return whether the inputs of its formulas let a robot take a step now: plans do not foresee
+    them."""
     robot, graph = state.robots[i], team.members[i].graph
     formulas = team.members[i].objective.formulas
     if formulas is None or not formulas.inputs:
@@ -101,8 +103,8 @@ def _successors(team: Team, state: State, control: Control, i: int) -> list[Prop
 
 
 def node_while_staying(team: Team, state: State, control: Control, i: int) -> int | None:
-    """The node of a strategy that tracks others, for a robot that stays although its strategy
-    decides nothing: as before, with what the robot observes now. None: the node before."""
+    """Return the node of a strategy that tracks others, for a robot that stays although its
+    strategy decides nothing: as before, with what the robot observes now. None: the node before."""
     controller, node = control.controller(i), state.robots[i].node
     strategy = None if controller is None else controller.result.strategy
     if strategy is None or controller is None or node is None or not controller.task.observed:
@@ -112,8 +114,8 @@ def node_while_staying(team: Team, state: State, control: Control, i: int) -> in
 
 
 def broken(team: Team, state: State, control: Control, i: int) -> tuple[str, ...]:
-    """The assumptions of a robot's strategy that its observations violate, if the strategy has no
-    successor for them."""
+    """Return the assumptions of a robot's strategy that its observations violate, if the strategy
+    has no successor for them."""
     controller, node = control.controller(i), state.robots[i].node
     strategy = None if controller is None else controller.result.strategy
     if strategy is None or controller is None or node is None or team.members[i].planned:
@@ -130,8 +132,8 @@ def broken(team: Team, state: State, control: Control, i: int) -> tuple[str, ...
 
 
 def closing(team: Team, state: State, i: int, pose: int) -> int | None:
-    """The known obstacle that a robot would enter by a move to a pose; or pass, as it stands in one
-    that it has not resolved."""
+    """Return the known obstacle that a robot would enter by a move to a pose; or pass, as it stands
+    in one that it has not resolved."""
     robot, failed = state.robots[i], barred(team, state)
     here, region = robot.pose % team.size, pose % team.size
     if region == here:
@@ -151,7 +153,8 @@ def closing(team: Team, state: State, i: int, pose: int) -> int | None:
 
 
 def way_back(team: Team, state: State, i: int) -> int | None:
-    """The region to which a robot leaves an obstacle that it has entered and failed to resolve."""
+    """Return the region to which a robot leaves an obstacle that it has entered and failed to
+    resolve."""
     robot = state.robots[i]
     for one, k in barred(team, state):
         there = team.obstacles[k].region == robot.pose % team.size and state.obstacles[k].known
@@ -161,7 +164,7 @@ def way_back(team: Team, state: State, i: int) -> int | None:
 
 
 def others(team: Team, state: State, control: Control, i: int, refused: Proposal) -> list[Proposal]:
-    """Other successors of the strategy's node, which leave the refused region aside."""
+    """Return other successors of the strategy's node, which leave the refused region aside."""
     if team.members[i].planned or team.members[i].ticks > 1:
         return []
     found = _successors(team, state, control, i)

@@ -25,8 +25,8 @@ Emit = Callable[[records.Record], None]
 def move_line(
     team: Team, tick: int, before: State, event: now.Event, after: State
 ) -> records.Record | None:
-    """Lockstep: the line of a robot's turn, in which it moves, stays or is on its way; None if it
-    has just set out, and arrives in this turn."""
+    """Return the line in lockstep of a robot's turn, in which it moves, stays or is on its way;
+    None if it has just set out, and arrives in this turn."""
     result = None
     match event:
         case now.Goes(i):
@@ -123,7 +123,7 @@ def _plan_line(tick: int, team: Team, state: State, most: list[int]) -> records.
 def synthesis_line(
     tick: int, reason: Reason, found: Controller, world: RegionMap
 ) -> records.Synthesis:
-    """The line of a synthesis."""
+    """Return the line of a synthesis."""
     task, result = found.task, found.result
     hashes = result.spec_sha256, result.strategy_sha256
     possible = assignable_regions(task, world) if task.assignable else None
@@ -168,7 +168,7 @@ def _ordered(poses: Collection[Pose]) -> tuple[Place, ...]:
 
 
 def _memory(task: Task) -> dict[str, int] | None:
-    """The memory variables, and their values at the start."""
+    """Return the memory variables, and their values at the start."""
     objective, values = task.objective, task.memory.values
     if objective.remembers(task.assignable):
         return {objective.turn: objective.begin(task.pose.region, task.memory.index)}

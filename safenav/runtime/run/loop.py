@@ -70,7 +70,7 @@ class Run:
             self.control = replace(self.control, end=end)
 
     def kept(self) -> Kept:
-        """The run before its next pass, for a checkpoint."""
+        """Return the run before its next pass, for a checkpoint."""
         robots, listed = [m.robot for m in self.team.members], len(self.team.scenario.obstacles)
         own, within = (robot.objective for robot in robots), (robot.within for robot in robots)
         helps = tuple(role.helps for role in self.control.roles) or (None,) * len(robots)
@@ -101,10 +101,10 @@ class Run:
         self.settle()
 
     def step(self) -> None:
-        """A pass: a tick, or a moment at which something happens. The team decides together of all
-        changes of this moment."""
+        """Run a pass: a tick, or a moment at which something happens. The team decides together of
+        all changes of this moment."""
         changed = happened = False
-        for event in self.world.wait(self):  # it reports, and gives turns
+        for event in self.world.wait(self):  # reports of the world, and turns
             self.check()
             happened = True
             if isinstance(event, now.Change | now.Strayed):
@@ -117,7 +117,7 @@ class Run:
                 self.settle()
                 changed = False
                 if self.world.live and self.control.end is not None and self.is_complete():
-                    break  # it can only stop, and may
+                    break  # the run is complete, and only has to end
             before = self.state
             self.happens(event)
             if isinstance(event, now.Turn | now.Arrived | now.Goes):
@@ -141,7 +141,7 @@ class Run:
             self.answers.forget()
 
     def look(self, i: int) -> None:
-        """A robot looks for those that it tracks."""
+        """Let a robot look for those that it tracks."""
         controller = self.control.controller(i)
         if controller is not None:
             seen = looked(self.team, self.state, i, controller.task)
@@ -149,7 +149,7 @@ class Run:
                 self.happens(seen)
 
     def execute_controller(self, i: int) -> None:
-        """Lines 6 to 8: a robot's turn. It acts where it stands before it leaves; its driver
+        """Run a robot's turn (lines 6 to 8). It acts where it stands before it leaves; its driver
         proposes a move (NP); the move is characterized (EC); if an obstacle is there, it backs up
         to a safe one."""
         if not self.state.robots[i].idle:
@@ -175,7 +175,8 @@ class Run:
             self.take(i, step)
 
     def characterize(self, i: int, step: decide.Proposal) -> int | None:
-        """The obstacle that a robot would enter by a move: knowledge first, then the sensor."""
+        """Return the obstacle that a robot would enter by a move: knowledge first, then the
+        sensor."""
         known = decide.closing(self.team, self.state, i, step.pose)
         region = step.pose % self.team.size
         if known is not None or region == self.state.robots[i].pose % self.team.size:
@@ -188,8 +189,8 @@ class Run:
         return decide.closing(self.team, self.state, i, step.pose)
 
     def back_up(self, i: int, refused: decide.Proposal) -> decide.Proposal:
-        """Another successor of the strategy's node that is safe; else the stay, which keeps the
-        node."""
+        """Return another successor of the strategy's node that is safe; else the stay, which keeps
+        the node."""
         if self.world.moving:
             for step in decide.others(self.team, self.state, self.control, i, refused):
                 if self.characterize(i, step) is None:
@@ -208,7 +209,7 @@ class Run:
         self.act(i, action)
 
     def act(self, i: int, action: Action | None = None) -> None:
-        """Lines 17 and 18: a robot resolves what it can where it stands, requested or not.
+        """Let a robot resolve what it can where it stands, requested or not (lines 17 and 18).
         ``action``: its results, if it has begun."""
         action = self.action(i) if action is None else action
         if action is not None:
@@ -217,21 +218,21 @@ class Run:
             self.settle()
 
     def moves(self, i: int) -> bool:
-        """Whether a robot may move: while the team waits only some do."""
+        """Return whether a robot may move: while the team waits only some do."""
         if self.control.end is None:
             return True
         return self.waits() and decide.continues(self.team, self.state, self.control, i)
 
     def action(self, i: int) -> Action | None:
-        """The action of a robot where it stands: none beside an operator for whom the team
+        """Return the action of a robot where it stands: none beside an operator for whom the team
         waits."""
         operator = self.waits() and self.until() is None
         may = not operator or decide.continues(self.team, self.state, self.control, i)
         return self.world.act(self, i) if may else None
 
     def count(self, before: now.State, event: now.Event) -> None:
-        """The end of a turn: goals count where the robot stands, after it has acted. One that got
-        another objective in its turn has counted when it got it."""
+        """Count the goals of a robot where it stands, at the end of its turn. One that got another
+        objective in its turn has counted when it got it."""
         if isinstance(event, now.Turn | now.Arrived | now.Acted):
             i = event.robot
             robot = self.state.robots[i]
@@ -243,8 +244,8 @@ class Run:
                 self.happens(now.Counted(i, event.ticks if isinstance(event, now.Turn) else 1))
 
     def drains(self, i: int) -> bool:
-        """A robot off the chargers whose charge does not suffice for a step is out of service, and
-        needs another battery; return whether that is so."""
+        """Return whether the charge of a robot off the chargers does not suffice for a step; if so,
+        put it out of service: it needs another battery."""
         robot, energy = self.state.robots[i], self.team.members[i].energy
         kind = self.team.scenario.flat
         if energy is None or not (robot.active and robot.to is None):
@@ -304,32 +305,33 @@ class Run:
         self.settled = (self.team, self.state, self.control) if final else None
 
     def has_ended(self, event: now.Event) -> bool:
-        """Whether nothing can help after this turn, so that the other robots stand."""
+        """Return whether nothing can help after this turn, so that the other robots stand."""
         if self.recorder.ledger.stops:
             return True
         ended = isinstance(event, now.Turn | now.Arrived)
         return ended and self.control.end is not None and not self.waits()
 
     def waits(self) -> bool:
-        """Whether a change to come, or an operator, may still help the team, which waits for it."""
+        """Return whether a change to come, or an operator, may still help the team, which waits for
+        it."""
         end = self.control.end
         if end is None or end.outcome not in HELPED:
             return False
         return self.world.attended or self.until() is not None
 
     def until(self) -> float | None:
-        """When a coming change of the scenario may help; None: only an operator can."""
+        """Return when a coming change of the scenario may help; None: only an operator can."""
         end = self.control.end
         helped = end is not None and end.outcome == "operator_needed"
         return self.awaited() if helped else None
 
     def awaited(self) -> float | None:
-        """When the scenario changes something; None where only an operator is waited for."""
+        """Return when the scenario changes something; None where only an operator is waited for."""
         real = self.world.attended and not self.world.commands.simulated
         return None if real else self.world.coming(self)
 
     def over(self) -> End | None:
-        """The end of the run, if it has come."""
+        """Return the end of the run, if it has come."""
         state, end, ledger = self.state, self.control.end, self.recorder.ledger
         if ledger.stops:
             return End("late", f"a deadline was missed: {' and '.join(ledger.missed or ())}")
@@ -350,20 +352,20 @@ class Run:
         return None
 
     def is_complete(self) -> bool:
-        """Whether the mission is complete, and nothing more is to come or under way."""
+        """Return whether the mission is complete, and nothing more is to come or under way."""
         complete = is_complete(self.team, self.state, self.control)
         return complete and not self.acts() and not self.orders_to_come()
 
     def acts(self) -> bool:
-        """Whether an action is under way."""
+        """Return whether an action is under way."""
         return any(robot.acting is not None for robot in self.state.robots)
 
     def may_hear(self) -> bool:
-        """Whether an operator may set an input."""
+        """Return whether an operator may set an input."""
         return self.world.attended and bool(self.team.scenario.inputs)
 
     def still(self) -> End | None:
-        """The end of a run in which no robot will ever move."""
+        """Return the end of a run in which no robot will ever move."""
         if self.control.end is not None or not self.world.still:
             return None
         words = f"no robot moves; {self.left()}"
@@ -372,7 +374,7 @@ class Run:
         return End("time_limit", words)
 
     def left(self) -> str:
-        """The reason why the run is not completed yet, in words."""
+        """Return the reason why the run is not completed yet, in words."""
         return what_is_left(self.team, self.state, self.control.roles, live=self.world.live)
 
     def orders_to_come(self) -> bool:
@@ -389,7 +391,8 @@ _THERE = (now.Is.HIDDEN, now.Is.SEEN, now.Is.OPEN, now.Is.SEALED)
 
 
 def _helps(state: now.State, event: now.Event, *, ended: bool) -> bool:
-    """Whether a change may help with what has been given up. ``ended``: nothing else can help."""
+    """Return whether a change may help with what has been given up. ``ended``: nothing else can
+    help."""
     match event:
         case now.Gone(k):
             return ended or state.obstacles[k].state in (now.Is.OPEN, now.Is.SEALED)

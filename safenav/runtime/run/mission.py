@@ -137,8 +137,8 @@ class Mission:
         self._run.answers.background = self._world.live and not self._world.commands.pauses
 
     def step(self) -> None:
-        """One tick: every robot takes its turn, in the scenario's order. In a live run one pass:
-        it waits for events of the world, and each idle robot decides.
+        """Run one tick: every robot takes its turn, in the scenario's order. In a live run one
+        pass: it waits for events of the world, and each idle robot decides.
 
         Raises UsageError before ``start`` and after the end.
         """
@@ -289,7 +289,7 @@ def default_synthesizer(
     cache: Cache | None = None,
     at_once: int | None = None,
 ) -> Synthesizer:
-    """The synthesizer with the scenario's settings; it verifies every strategy."""
+    """Return the synthesizer with the scenario's settings; it verifies every strategy."""
     limits = scenario.limits
     return Synthesizer(
         binary,

@@ -109,7 +109,7 @@ class Operator:
             raise Stopped(end)
 
     def selected(self, run: Running) -> Iterator[now.Assigned]:
-        """The objectives of robots that follow from the inputs, where these are others than
+        """Yield the objectives of robots that follow from the inputs, where these are others than
         before."""
         for i, (robot, member) in enumerate(zip(run.state.robots, run.team.members, strict=True)):
             given = dict(member.robot.when)
@@ -297,13 +297,13 @@ def _serves(run: Running, i: int, active: bool, cause: str) -> Iterator[now.Even
 
 
 def _known(run: Running) -> list[int]:
-    """The obstacles known to the team."""
+    """Return the obstacles known to the team."""
     known = (Is.SEEN, Is.OPEN, Is.SEALED)
     return [k for k, each in enumerate(run.state.obstacles) if each.state in known]
 
 
 def _met(run: Running, name: str) -> int:
-    """The known obstacle of that name. Raises UsageError if there is none."""
+    """Return the known obstacle of that name. Raises UsageError if there is none."""
     names = {run.team.obstacles[k].name: k for k in _known(run)}
     if name not in names:
         word = run.team.world.word

@@ -79,7 +79,7 @@ class Recorder:
         self.emit(header if self.simulated else replace(header, world="external"))
 
     def kept(self) -> Memory:
-        """The recorder's memory, for a checkpoint."""
+        """Return the recorder's memory, for a checkpoint."""
         helpers, aside = tuple(self.helpers.items()), tuple(sorted(self.aside))
         memory = Memory(self.tick, self.moved, tuple(self.stack), helpers, aside)
         return replace(memory, planned=self.plan.said is not None, ledger=self.ledger.kept())
@@ -99,7 +99,7 @@ class Recorder:
             self.emit(records.PlanEnd(self.tick, PlanEndReason.CHANGED))
 
     def record(self, before: State, event: now.Event, after: State) -> None:
-        """The lines of an event, and of the deadlines that it keeps or passes."""
+        """Record an event, and the deadlines that it keeps or passes."""
         self._record(before, event, after)
         self.ledger.happened(self.team, before, event)
 
@@ -255,8 +255,8 @@ class Recorder:
         self.emit(records.ActionEnd(*who, results, left, event.why or None))
 
     def _acted(self, before: State, event: now.Acted) -> None:
-        """For each obstacle the needs that are met, and its resolution. Loads are put down first,
-        and taken last."""
+        """Record for each obstacle the needs that are met, and its resolution. Loads are put down
+        first, and taken last."""
         truths, stages = dict(event.truths), dict(event.stages)
         i, obstacles = event.robot, self.team.obstacles
         at = before.robots[i].pose % self.team.size
@@ -300,7 +300,7 @@ class Recorder:
         return records.KnownObstacle(self.tick, *about, reason, because, for_now)
 
     def _group(self, state: State, k: int, number: int, i: int) -> tuple[str, ...] | None:
-        """The robots that meet a need when robot i acts; None if it does so alone."""
+        """Return the robots that meet a need when robot i acts; None if it does so alone."""
         obstacle, stage = self.team.obstacles[k], state.obstacles[k].stage
         need, first, size = obstacle.needs[number], number == stage.need, self.team.size
         group = [*sorted({i, *(stage.done if first else ())})]
@@ -332,8 +332,8 @@ class Recorder:
         *,
         coming: bool,
     ) -> None:
-        """The lines of a decision: what is given up, the stack, strategies, goals met where robots
-        stand. ``coming``: the scenario still changes something."""
+        """Record a decision: what is given up, the stack, strategies, goals met where robots stand.
+        ``coming``: the scenario still changes something."""
         state = before
         for event in decided:
             if isinstance(event, now.GaveUp):
@@ -359,7 +359,7 @@ class Recorder:
             before = apply(self.team, before, event)
 
     def _told(self, state: State, new: Collection[int]) -> None:
-        """The objectives that no push, pop or synthesis (``new``) records: of planned and
+        """Record the objectives that no push, pop or synthesis (``new``) records: of planned and
         assignable robots, and of those out of service."""
         for i, robot in enumerate(state.robots):
             told = self.team.members[i].planned or self.team.assignable(i) or i not in new
@@ -421,8 +421,8 @@ class Recorder:
         )
 
     def _pops(self, state: State, *, ended: bool = False) -> None:
-        """The entries of requests that are over leave the stack. ``ended``: no decision follows, so
-        that those who took part have their own objectives again."""
+        """Remove the entries of requests that are over from the stack. ``ended``: no decision
+        follows, so that those who took part have their own objectives again."""
         told = [robot.objective for robot in state.robots]
         for k, who, helpers in self.stack if ended else ():
             for i, member in enumerate(self.team.members):
@@ -435,7 +435,7 @@ class Recorder:
             self.aside.discard(k)
 
     def _stack(self, state: State, control: Control) -> None:
-        """Requests with new helpers, and a push for each requester."""
+        """Record requests with new helpers, and a push for each requester."""
         told = [robot.objective for robot in state.robots]
         for k in state.requests:
             each = state.obstacles[k]

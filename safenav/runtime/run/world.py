@@ -87,7 +87,7 @@ class World:
         """When obstacles were opened last: earlier reports of them are late."""
 
     def kept(self) -> Truth | None:
-        """The simulated world for a checkpoint."""
+        """Return the simulated world for a checkpoint."""
         return None if self.truth is None else self.truth.kept()
 
     def resume(self, run: Running, truth: Truth | None, last: int) -> None:
@@ -155,7 +155,7 @@ class World:
                 yield now.Gone(number(run.team, run.state, sensed.obstacle), "world")
         robots = range(len(run.state.robots))
         busy = [i for i in robots if not run.state.robots[i].idle] if self.live else []
-        for i in (*busy, *(i for i in robots if i not in busy)):  # where robots are counts first
+        for i in (*busy, *(i for i in robots if i not in busy)):  # robots in transit first
             member, robot = run.team.members[i], run.state.robots[i]
             if robot.to is not None:
                 due_now = self.live or run.state.time >= (robot.due or 0)
@@ -173,7 +173,7 @@ class World:
                 yield now.Turn(i, None if self.live else 1)
 
     def _on(self, run: Running) -> frozenset[str]:
-        """The inputs that are on now: as an operator has set them, else the world."""
+        """Return the inputs that are on now: as an operator has set them, else the world."""
         names = [each.name for each in run.team.scenario.inputs]
         found = {name: name in run.state.inputs for name in names}
         found |= inputs_of(self._inputs if names else None, int(self.commands.now()))
@@ -181,7 +181,7 @@ class World:
         return frozenset(name for name in names if found[name])
 
     def _heard(self, run: Running) -> Iterator[now.Event]:
-        """The inputs of this moment, and the objectives that they select."""
+        """Yield the inputs of this moment, and the objectives that they select."""
         by_user, on = self.operator.inputs, self._on(run)
         if on != run.state.inputs or by_user.keys() != self._set:
             self._set = frozenset(by_user)
@@ -218,7 +218,7 @@ class World:
                 yield from consequences(run.team, before, lost)
 
     def _is_open_to(self, run: Running, i: int, obstacle: model.Obstacle) -> bool:
-        """Whether a robot tries to resolve a known obstacle by entering it."""
+        """Return whether a robot tries to resolve a known obstacle by entering it."""
         known = obstacle.name in run.team.numbers
         k = number(run.team, run.state, obstacle)
         if not known or run.state.obstacles[k].state is not now.Is.OPEN:
@@ -242,14 +242,14 @@ class World:
         return names.index(name) if name in names else None
 
     def stands(self, run: Running) -> bool:
-        """Whether time stands still until an operator intervenes."""
+        """Return whether time stands still until an operator intervenes."""
         idle = self.commands.simulated and self.commands.idle
         return self.attended and idle and run.waits() and run.until() is None
 
     # Commands.
 
     def sense(self, run: Running, i: int, region: int) -> model.Obstacle | None:
-        """The obstacle that a robot notices in a region beside it."""
+        """Return the obstacle that a robot notices in a region beside it."""
         return self.commands.sense(run.team.members[i].robot, region)
 
     def start(self, run: Running, i: int, step: Proposal) -> Iterator[now.Event]:
@@ -265,7 +265,7 @@ class World:
             yield from self._arrived(run, i, ended)
 
     def _number(self, robot: model.Robot) -> tuple[int, float | None]:
-        """The number of a robot's last command, and its expected duration; 0 in lockstep."""
+        """Return the number of a robot's last command, and its expected duration; 0 in lockstep."""
         if isinstance(self.commands, Lockstep):
             return 0, None
         return self.commands.number(robot.name), self.commands.expected(robot)
@@ -292,7 +292,7 @@ class World:
         return None
 
     def _results(self, run: Running, i: int, event: protocol.Acted | None) -> Iterator[now.Event]:
-        """The results of an action that has just begun; None: it is under way."""
+        """Yield the results of an action that has just begun; None: it is under way."""
         self._acts_now = True
         works = tuple(k for k, _ in self._changes(run, i))
         self._works[i] = works if event is None else ()
@@ -303,8 +303,8 @@ class World:
             yield from self._acted(run, i, event)
 
     def _acted(self, run: Running, i: int, event: protocol.Acted) -> Iterator[now.Event]:
-        """The results of an action: earlier needs follow from where robots stand, the last one only
-        from what the world reports."""
+        """Yield the results of an action: earlier needs follow from where robots stand, the last
+        one only from what the world reports."""
         self._works.pop(i, None)
         for obstacle, _ in event.found:
             yield from _introduced(run, obstacle)
@@ -339,7 +339,7 @@ class World:
                 truths[k] = (done if has_truth else None) if done else False
                 stages[k] = now.Stage(len(team.obstacles[k].needs))
         if event.reason and {*reported.values()} <= {ActResult.FAILED}:
-            stages = {}  # it has reported effects only
+            stages = {}  # the world has reported only effects
         gone = tuple(k for k, result in reported.items() if result is ActResult.NOTHING)
         over = {team.obstacles[k].name for k in (*truths, *gone)}
         self._opened |= dict.fromkeys(over, self.commands.now())
@@ -359,8 +359,8 @@ class World:
         yield from vain(run.team, before, run.state, i, failed)
 
     def _news(self, run: Running, i: int, event: protocol.Acted) -> protocol.Acted:
-        """An action with the results that tell the team something: a world that repeats its results
-        would keep the robot acting forever. A load is not delivered where it is taken."""
+        """Return an action with the results that tell the team something: a world that repeats its
+        results would keep the robot acting forever. A load is not delivered where it is taken."""
         team, state, told = run.team, run.state, list[tuple[model.Obstacle, ActResult]]()
         echoes, early, acts = list[str](), list[str](), dict(self._changes(run, i))
         for obstacle, result in event.found:
@@ -369,7 +369,7 @@ class World:
             asked = there.known and there.state is not now.Is.SEEN
             if result is ActResult.FAILED:
                 tells = k in acts or (not asked and _shows(team, state, i, obstacle, there))
-            else:  # what a sensor showed may not be there
+            else:  # a sensed obstacle may be absent
                 again = result is ActResult.NOTHING or obstacle.name in self._opened
                 tells = there.known or not again
             if asked and result is ActResult.DONE and _is_early(team, state, i, obstacle, there):
@@ -395,8 +395,8 @@ class World:
         return acts_on(run.team, run.state, where, i, self._acts(run, i))
 
     def _unnoticed(self, run: Running, i: int) -> dict[int, now.Stage]:
-        """Earlier needs of obstacles that no robot has encountered: a world may act on them, and
-        reports only the last need."""
+        """Return earlier needs of obstacles that no robot has encountered: a world may act on them,
+        and reports only the last need."""
         team, state = run.team, run.state
         pairs = ((k, each) for k, each in enumerate(state.obstacles) if each.state is now.Is.HIDDEN)
         hidden = [k for k, each in pairs if not team.obstacles[k].needs[each.stage.need].takes]
@@ -404,8 +404,8 @@ class World:
         return {k: stage for k, stage in changes if not resolved(team, k, stage)}
 
     def _acts(self, run: Running, i: int) -> list[int]:
-        """The known obstacles on which a robot acts: one that is sent for a load leaves others.
-        (A joint plan says which loads its robots take.)"""
+        """Return the known obstacles on which a robot acts: one that is sent for a load leaves
+        others. (A joint plan says which loads its robots take.)"""
         obstacles, roles = run.team.obstacles, run.control.roles
         known = [k for k, each in enumerate(run.state.obstacles) if each.known]
         known = [k for k in known if not self._is_met(run, i, k)]
@@ -414,7 +414,7 @@ class World:
         return [k for k in known if k not in taken or k == sent] if sent in taken else known
 
     def _is_met(self, run: Running, i: int, k: int) -> bool:
-        """Whether enough other robots act on an obstacle already."""
+        """Return whether enough other robots act on an obstacle already."""
         stage, needs = run.state.obstacles[k].stage, run.team.obstacles[k].needs
         others = sum(k in works for j, works in self._works.items() if j != i)
         if not others or stage.need >= len(needs):
@@ -423,8 +423,8 @@ class World:
         return need.together or others + len(stage.done) >= need.robots
 
     def _is_busy(self, run: Running, i: int) -> bool:
-        """Whether a robot leaves an obstacle beside it to others that act on it: if these fail, it
-        may act later."""
+        """Return whether a robot leaves an obstacle beside it to others that act on it: if these
+        fail, it may act later."""
         if not any(self._works.values()):
             return False
         where = standing(run.team, run.state, moving=self.moving)
@@ -433,13 +433,14 @@ class World:
         return any(self._is_met(run, i, k) for k, _ in changes)
 
     def _known(self, run: Running, i: int) -> list[model.Obstacle]:
-        """The known obstacles on which a robot acts: in a live run where it stands, else all."""
+        """Return the known obstacles on which a robot acts: in a live run where it stands, else
+        all."""
         if self.live:
             return [run.team.obstacles[k].source for k, _ in self._changes(run, i)]
         return [run.team.obstacles[k].source for k in self._acts(run, i)]
 
     def _group(self, run: Running, i: int) -> tuple[int, ...]:
-        """The robots that are busy while a robot acts: those that take part."""
+        """Return the robots that are busy while a robot acts: those that take part."""
         team, state, group = run.team, run.state, {i}
         at = [r.pose % team.size if r.idle and r.active else None for r in state.robots]
         for k, _ in self._changes(run, i):
@@ -447,7 +448,7 @@ class World:
         return tuple(sorted(group))
 
     def coming(self, run: Running) -> float | None:
-        """When the scenario changes something next, within its limits."""
+        """Return when the scenario changes something next, within its limits."""
         most = self.limit[0] if self.live else run.team.scenario.limits.ticks
         switches = switching(run.team.scenario.inputs) if self.truth is not None else []
         listed = [change.at for change in run.team.scenario.changes]
@@ -459,8 +460,8 @@ class World:
 def _is_early(
     team: Team, state: State, i: int, obstacle: model.Obstacle, there: now.ObstacleNow
 ) -> bool:
-    """Whether a robot would have delivered a load that it has only taken: the same robot must meet
-    one of the needs that are left elsewhere."""
+    """Return whether a robot would have delivered a load that it has only taken: the same robot
+    must meet one of the needs that are left elsewhere."""
     here = state.robots[i].pose % team.size
     return any(
         need.same and here not in obstacle.resolution_regions(team.world, number)
@@ -471,7 +472,7 @@ def _is_early(
 def _shows(
     team: Team, state: State, i: int, obstacle: model.Obstacle, there: now.ObstacleNow
 ) -> bool:
-    """Whether a failed action shows an obstacle that the team did not know as present."""
+    """Return whether a failed action shows an obstacle that the team did not know as present."""
     here, last = state.robots[i].pose % team.size, len(obstacle.needs) - 1
     able = obstacle.needs[last].action in team.members[i].robot.capabilities
     able = able and here in obstacle.resolution_regions(team.world, last)

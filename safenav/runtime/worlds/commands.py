@@ -60,7 +60,7 @@ class OpenCommand(Struct):
     trouble: str = ""
 
     def failed(self, at: float, why: str) -> protocol.Acted:
-        """The end of an action that has failed."""
+        """Return the end of an action that has failed."""
         found = tuple((obstacle, ActResult.FAILED) for obstacle in self.obstacles)
         return protocol.Acted(at, self.robot.name, found, why, command=self.command)
 
@@ -96,7 +96,7 @@ class Commands:
         return not self._open and not self._ended
 
     def now(self) -> float:
-        """Seconds of the run; never less than before."""
+        """Return the seconds of the run; never less than before."""
         self._now = max(self._now, self._clock() - self.zero)
         return self._now
 
@@ -115,18 +115,19 @@ class Commands:
         self._count, self.zero = last, self._clock() - time
 
     def at(self, event: protocol.WorldEvent) -> float:
-        """The time of an event in seconds of the run; now for one that has none, or a later one."""
+        """Return the time of an event in seconds of the run; now for one that has none, or a later
+        one."""
         at = getattr(event, "at", None)
         if at is None or not is_time(at):
             return self.now()
         return min(float(at) - self.zero, self.now())
 
     def number(self, name: str) -> int:
-        """The number of a robot's open command, or of its last one."""
+        """Return the number of a robot's open command, or of its last one."""
         return self._open[name].command if name in self._open else self._count
 
     def expected(self, robot: Robot) -> float | None:
-        """The expected duration of a robot's last command, if the world knows it."""
+        """Return the expected duration of a robot's last command, if the world knows it."""
         return None if self._expected is None else self._expected(robot)
 
     def placed(self, robot: Robot, pose: Pose) -> None:
@@ -140,7 +141,8 @@ class Commands:
             cleared(obstacle)
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
-        """The obstacle in ``region``, according to the world's sensors. Raises WorldError."""
+        """Return the obstacle in ``region``, according to the world's sensors. Raises
+        WorldError."""
         return sensed(self.world, robot, region, self.scenario.map)
 
     def start(self, robot: Robot, here: Pose, pose: Pose) -> protocol.Ended | None:
@@ -150,7 +152,7 @@ class Commands:
         return self.ended(robot, pose)
 
     def ended(self, robot: Robot, to: Pose) -> protocol.Ended | None:
-        """The end of a robot's step, taken in its turn; None while it is in transit."""
+        """Return the end of a robot's step, taken in its turn; None while it is in transit."""
         del to
         found = self._ended.pop(robot.name, None)
         assert isinstance(found, protocol.Ended | None)
@@ -163,7 +165,7 @@ class Commands:
         return self.acted(robot)
 
     def acted(self, robot: Robot) -> protocol.Acted | None:
-        """The end of a robot's action, taken in its turn; None until then."""
+        """Return the end of a robot's action, taken in its turn; None until then."""
         found = self._ended.pop(robot.name, None)
         assert found is None or isinstance(found, protocol.Acted)
         return found
@@ -188,15 +190,15 @@ class Commands:
         return self._drain() or heard or over or self.simulated
 
     def times(self) -> Sequence[float]:
-        """The future times at which a simulation changes something."""
+        """Return the future times at which a simulation changes something."""
         return () if self._times is None else self._times()
 
     def changes(self, occupied: Collection[Region]) -> Sequence[protocol.Change]:
-        """The obstacles that have appeared or disappeared."""
+        """Return the obstacles that have appeared or disappeared."""
         return () if self._changes is None else self._changes(int(self.now()), occupied)
 
     def _clock(self) -> float:
-        """Seconds on the world's clock. Raises WorldError."""
+        """Return the seconds on the world's clock. Raises WorldError."""
         found = asked("now()", self.world.now)
         if not is_time(found):
             raise WorldError(f"World.now() returned {found!r}, not seconds")
@@ -262,7 +264,7 @@ class Commands:
         self._ended[open_.robot.name] = self._checked(event, open_, wrong)
 
     def _ended_by(self, event: protocol.WorldEvent) -> OpenCommand | None:
-        """The open command that a report ends, if any."""
+        """Return the open command that a report ends, if any."""
         name, number = getattr(event, "robot", None), getattr(event, "command", None)
         open_ = self._open.get(name) if isinstance(name, str) else None
         return open_ if open_ is not None and number == open_.command else None
@@ -285,7 +287,7 @@ class Commands:
         return protocol.Lost(at, name, regions, wrong, command=open_.command)
 
     def _limit(self, command: OpenCommand) -> float | None:
-        """Seconds that a command may take; None: there is no limit."""
+        """Return the seconds that a command may take; None: there is no limit."""
         policy, robot = self.scenario.failures, command.robot
         limits = [policy.timeout] if policy.timeout is not None else []
         took = self._took.get(robot.name, ())

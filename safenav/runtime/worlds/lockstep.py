@@ -31,7 +31,8 @@ def asked(call: str, ask: Callable[[], T]) -> T:
 
 
 def inputs_of(world: object, tick: int) -> dict[str, bool]:
-    """The inputs that a world sets in a tick. Raises WorldError, also for a value such as "off"."""
+    """Return the inputs that a world sets in a tick. Raises WorldError, also for a value such as
+    "off"."""
     inputs = protocol.optional(world, "inputs")
 
     def read() -> dict[str, bool]:
@@ -66,7 +67,7 @@ class Lockstep:
         self._tick = int(time)
 
     def times(self) -> Sequence[float]:
-        """The ticks at which a simulation changes something."""
+        """Return the ticks at which a simulation changes something."""
         return [] if self._simulated is None else [float(t) for t in self._simulated.times()]
 
     def now(self) -> float:
@@ -82,7 +83,8 @@ class Lockstep:
         return True
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
-        """The obstacle in ``region``, according to the world's sensors. Raises WorldError."""
+        """Return the obstacle in ``region``, according to the world's sensors. Raises
+        WorldError."""
         return sensed(self._world, robot, region, self._scenario.map)
 
     def start(self, robot: Robot, here: Pose, pose: Pose) -> protocol.Ended | None:
@@ -94,11 +96,11 @@ class Lockstep:
         return None
 
     def ended(self, robot: Robot, to: Pose) -> protocol.Ended:
-        """The end of a robot's step of several ticks, in its turn when it is due."""
+        """Return the end of a robot's step of several ticks, in its turn when it is due."""
         return self._ended.pop(robot.name, None) or self._moved(robot, to)
 
     def act(self, robot: Robot, here: Pose, obstacles: Sequence[Obstacle]) -> protocol.Acted:
-        """The obstacles that the robot has resolved, each checked to be one that it can."""
+        """Return the obstacles that the robot has resolved, each checked to be one that it can."""
         if self._simulated is not None:  # other worlds do all that they can
             self._simulated.cleared = {obstacle.name for obstacle in obstacles}
         call = f"act({robot.name!r})"
@@ -111,10 +113,10 @@ class Lockstep:
         return protocol.Acted(self.now(), robot.name, found)
 
     def acted(self, robot: Robot) -> protocol.Acted | None:
-        """No action is under way."""
+        """Return None: no action is under way."""
 
     def changes(self, occupied: Collection[Region]) -> list[protocol.Change]:
-        """The obstacles that appeared or disappeared; none in a world without changes."""
+        """Return the obstacles that appeared or disappeared; none in a world without changes."""
         listed, tick = self._changes, self._tick
         if listed is None:
             return []
@@ -129,7 +131,8 @@ class Lockstep:
         return changes
 
     def _moved(self, robot: Robot, pose: Pose) -> protocol.Ended:
-        """The end of a step, with the pose that the world reports, checked to be possible."""
+        """Return the end of a step, with the pose that the world reports, checked to be
+        possible."""
         call = f"move({robot.name!r}, {pose.region})"
         found = asked(call, lambda: self._world.move(robot, pose))
         found = pose if found is None else found
@@ -163,7 +166,7 @@ class Lockstep:
 def sensed(
     world: protocol.BlockingWorld | protocol.World, robot: Robot, region: Region, floor: RegionMap
 ) -> Obstacle | None:
-    """The obstacle in ``region``, according to a world's sensors. Raises WorldError."""
+    """Return the obstacle in ``region``, according to a world's sensors. Raises WorldError."""
     call = f"sense({robot.name!r}, {region})"
     found = asked(call, lambda: world.sense(robot, region))
     if found is not None and checked(call, found, floor).region != region:

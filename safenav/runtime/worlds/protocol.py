@@ -106,11 +106,11 @@ class World(Protocol):
     is a fatal failure of its robot."""
 
     def now(self) -> float:
-        """Seconds on a monotonic clock."""
+        """Return the seconds on a monotonic clock."""
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
-        """The unresolved obstacle that the newest reading shows in ``region``, which ``robot`` is
-        about to enter."""
+        """Return the unresolved obstacle that the newest reading shows in ``region``, which
+        ``robot`` is about to enter."""
 
     def start(self, robot: Robot, pose: Pose, command: int) -> WorldEvent | None:
         """Send the robot to ``pose``, in its own region or a neighbouring one."""
@@ -133,7 +133,7 @@ class BlockingWorld(Protocol):
     """
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
-        """The unresolved obstacle in a region that ``robot`` is about to enter, if any."""
+        """Return the unresolved obstacle in a region that ``robot`` is about to enter, if any."""
 
     def move(self, robot: Robot, pose: Pose) -> Pose | None:
         """Bring the robot to ``pose``, in its own region or a neighbouring one. Return the pose
@@ -148,7 +148,7 @@ class BlockingWorld(Protocol):
 
 
 def optional(world: object, name: str) -> Callable[..., Any] | None:
-    """A method that a world need not have, or None:
+    """Return a method that a world need not have, or None:
 
     - ``changes(tick, occupied)``: each ``Change`` by the beginning of a tick; nothing may appear in
       the ``occupied`` regions, in which robots stand or which they are entering.
@@ -177,7 +177,7 @@ class Change(Struct, frozen=True):
 
 
 def is_time(found: Any) -> bool:
-    """Whether a value can be a time in seconds."""
+    """Return whether a value can be a time in seconds."""
     try:
         return isinstance(found, (float, Real)) and isfinite(found)
     except OverflowError:  # an int beyond every float
@@ -235,7 +235,7 @@ def well_formed(event: Any, robots: Collection[str]) -> WorldEvent:
 
 
 def claimed(event: WorldEvent) -> Collection[Region]:
-    """The regions in which a report places its robot."""
+    """Return the regions in which a report places its robot."""
     pose = getattr(event, "pose", None)
     return getattr(event, "regions", ()) if pose is None else (pose.region,)
 

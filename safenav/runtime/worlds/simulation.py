@@ -63,7 +63,7 @@ class SimulatedWorld:
         self._taken_away: set[str] = set()
 
     def kept(self) -> Truth:
-        """The state for a checkpoint."""
+        """Return the state for a checkpoint."""
         listed, brought = len(self._team.scenario.obstacles), tuple(sorted(self._brought))
         added = tuple(each.source for each in self._team.obstacles[listed:])
         truths = tuple(self._truths), {**self.truths}
@@ -99,7 +99,7 @@ class SimulatedWorld:
         return [(team.obstacles[k].source, truth) for k, truth in over]
 
     def parts(self, robot: Robot) -> Sequence[tuple[Obstacle, Stage]]:
-        """The obstacles that a robot's last action changed without resolving them, at their
+        """Return the obstacles that a robot's last action changed without resolving them, at their
         stages."""
         return self._parts.get(self._number[robot.name], ())
 
@@ -110,8 +110,8 @@ class SimulatedWorld:
         self._regions[self._number[robot.name]] = None
 
     def within_reach(self, robot: Robot) -> list[tuple[Obstacle, tuple[str, ...]]]:
-        """The obstacles of which a robot can fulfil a need where it stands, with the robots that
-        take part; those whose load it takes come last."""
+        """Return the obstacles of which a robot can fulfil a need where it stands, with the robots
+        that take part; those whose load it takes come last."""
         i, found = self._number[robot.name], list[tuple[Obstacle, tuple[str, ...]]]()
         for k in sorted((k for k, _ in self._changes(i)), key=self._as_moved):
             group = participants(self._team, self._state, self._regions, i, k)
@@ -120,11 +120,11 @@ class SimulatedWorld:
         return found
 
     def stands(self, obstacle: Obstacle) -> bool:
-        """Whether an obstacle is present and unresolved."""
+        """Return whether an obstacle is present and unresolved."""
         return any(source.name == obstacle.name for source in self._there(Is.OPEN))
 
     def closed_to(self, obstacle: Obstacle, robot: Robot) -> bool:
-        """Whether a robot must not enter a present obstacle at its next need."""
+        """Return whether a robot must not enter a present obstacle at its next need."""
         i = self._number[robot.name]
         return any(
             i in self._team.obstacles[k].closed_to[each.stage.need]
@@ -132,10 +132,10 @@ class SimulatedWorld:
             if each.state is Is.OPEN and self._team.obstacles[k].name == obstacle.name
         )
 
-    # Changes by themselves and by a user.
+    # Changes by the scenario and by a user.
 
     def times(self) -> list[int]:
-        """The ticks at which obstacles appear or disappear."""
+        """Return the ticks at which obstacles appear or disappear."""
         found = []
         for each, there in zip(self._team.obstacles, self._state.obstacles, strict=True):
             if there.state is Is.AWAY and each.source.appears is not None:
@@ -145,12 +145,12 @@ class SimulatedWorld:
         return found
 
     def inputs(self, tick: int) -> dict[str, bool]:
-        """The listed values of the inputs in a tick."""
+        """Return the listed values of the inputs in a tick."""
         listed = self._team.scenario.inputs
         return {e.name: any(first <= tick <= last for first, last in e.spans) for e in listed}
 
     def standing(self) -> Mapping[Region, Obstacle]:
-        """The present obstacles that robots notice: all except orders."""
+        """Return the present obstacles that robots notice: all except orders."""
         return {each.region: each for each in self._there(Is.OPEN) if not each.ordered}
 
     def changes(self, tick: int, occupied: Collection[Region]) -> list[Change]:
@@ -232,7 +232,8 @@ class SimulatedWorld:
         return acts_on(self._team, self._state, self._regions, i, known)
 
     def _as_moved(self, k: int) -> tuple[bool, str]:
-        """The order in which a motion performs the parts of an action: taking loads comes last."""
+        """Return the order in which a motion performs the parts of an action: taking loads comes
+        last."""
         need = self._state.obstacles[k].stage.need
         return self._team.obstacles[k].needs[need].takes, self._team.obstacles[k].name
 
@@ -247,13 +248,13 @@ class SimulatedWorld:
                 yield each.source
 
     def _due(self, tick: int) -> list[int]:
-        """The obstacles that are to appear, the earliest first."""
+        """Return the obstacles that are to appear, the earliest first."""
         pairs = enumerate(self._state.obstacles)
         away = [(self._team.obstacles[k].source.appears, k) for k, e in pairs if e.state is Is.AWAY]
         return [k for _, k in sorted((at, k) for at, k in away if at is not None and at <= tick)]
 
     def _fits(self, obstacle: Obstacle, occupied: Collection[Region]) -> bool:
-        """Whether an obstacle can appear now; an order also in an occupied region."""
+        """Return whether an obstacle can appear now; an order also in an occupied region."""
         if obstacle.ordered:
             return not self.stands(obstacle)
         return obstacle.region not in occupied and obstacle.region not in self.standing()
@@ -290,7 +291,7 @@ class LiveSimulation:
         return self._now
 
     def expected(self, robot: Robot) -> float | None:
-        """Seconds that the last command of a robot takes."""
+        """Return the seconds that the last command of a robot takes."""
         return self._takes.get(robot.name)
 
     def sense(self, robot: Robot, region: Region) -> Obstacle | None:
@@ -326,11 +327,11 @@ class LiveSimulation:
         return None
 
     def step_seconds(self, name: str, here: Region, there: Region) -> float:
-        """The duration of a step that a robot begins now."""
+        """Return the duration of a step that a robot begins now."""
         return self._paces[name].step(self._now, here, there)
 
     def action_seconds(self, obstacle: Obstacle, group: Sequence[str], now: float) -> float:
-        """Seconds from ``now`` until a group has acted."""
+        """Return the seconds from ``now`` until a group has acted."""
         team = [(self._paces[name], self._poses[name].region) for name in group]
         return acted_by(team, now, obstacle.region)
 

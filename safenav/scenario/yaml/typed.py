@@ -274,7 +274,7 @@ def _fits(annotation: Any, node: Node) -> bool:
 
 def _number(node: Node, what: str, findings: Findings, key: Key) -> Any:
     value = node.value if isinstance(node, Scalar) else None
-    if value in ("nan", "NaN"):  # as other writers of YAML have it
+    if value in ("nan", "NaN"):  # the spelling of other YAML writers
         value = math.nan
     if isinstance(value, bool) or not isinstance(value, int | float):
         wrong_type(node, what, key.expected or "a number", findings)
