@@ -156,6 +156,9 @@ def damaged(text: str, damage: dict[str, Any]) -> str:
     for path in damage.get("without", ()):
         held, key = at(line, path)
         del held[key]
+    for path, value in damage.get("insert", {}).items():
+        held, key = at(line, path)
+        held.insert(key, value)
     for axis, metres in damage.get("bump", {}).items():
         ((seconds, *axes),) = line["curves"]
         k, path = metres / (seconds / 2) ** 4, axes["xyz".index(axis)]
@@ -211,6 +214,19 @@ def test_a_damaged_motion_is_refused(
     for robot, words in damage.get("tracked", {}).items():
         (tracked,) = [str(one) for one in trackings(made, trace) if one.robot == robot]
         assert all(word in tracked for word in words), tracked
+
+
+def test_feet_that_point_apart_are_refused() -> None:
+    whole, trace, _ = good("case_study_1")
+    lines = [json.loads(line) for line in whole.splitlines()]
+    for line in lines:
+        for foot in line.get("feet", ()):
+            foot[2] += foot[3] * np.pi / 2
+        for side, *_, start, goal in line.get("swings", ()):
+            start[2], goal[2] = (state[2] + side * np.pi / 2 for state in (start, goal))
+    text = "".join(json.dumps(line) + "\n" for line in lines)
+    found = check_motion(parsed(text.encode(), "motion"), trace)
+    assert {finding.rule for finding in found} == {"feet"}
 
 
 def test_the_errors_of_simulated_flights_are_reported() -> None:

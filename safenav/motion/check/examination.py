@@ -156,8 +156,10 @@ class Examination:
         if id(piece) not in self._flights:
             found, begin = [], piece.t0
             for part in piece.parts:
-                still = max(len(axis) for axis in (part.x, part.y, part.z, part.yaw)) < 2
-                times = grid(part.seconds, inf if still else STEP)
+                terms = max(len(axis) for axis in (part.x, part.y, part.z, part.yaw))
+                # So many samples that the curve cannot leave them far aside.
+                step = min(STEP, part.seconds / (2 * terms**2)) if terms > 1 else inf
+                times = grid(part.seconds, step or STEP)
                 found.append((begin + times, path(part, times)))
                 begin += part.seconds
             self._flights[id(piece)] = found
@@ -336,7 +338,7 @@ def _flown(case: Examination, track: file.FlownTrack, rows: Array, times: Array)
     limited(lean, float(np.degrees(steepest)), "tilt", "it leans by {:.0f} degrees")
     flights = case.motion.of(file.Flight, track.robot)
     planned = sampled(flights, times, {})
-    off = np.hypot(rows[:, 0] - planned["x"], rows[:, 1] - planned["y"])
+    off = np.hypot.reduce([rows[:, k] - planned[axis] for k, axis in enumerate("xyz")])
     limited(off, OFF, "track", "it is {:.3f} m off its reference")
     spans = [
         Holding(track.robot, region, flight.t0, flight.t1)

@@ -95,7 +95,10 @@ def mismatch(motion: file.Motion, trace: Trace) -> str:
 def _limits(trace: Trace, name: str, limits: Mapping[str, object]) -> str:
     """Return the first parameter of a robot that is not that of the trace, or a limit that no robot
     has; empty if there is none."""
-    for key, value in (trace.robots[name].model.figures or {}).items():
+    figures = trace.robots[name].model.figures
+    if figures is None and "driven" not in limits:
+        return "in the trace it has no motion in metres"
+    for key, value in (figures or {}).items():
         if limits.get(key) != value:
             return f"'{key}' is {limits.get(key)!r}, in the trace {value!r}"
     for key, bound in file.BUILD.items() if limits["kind"] == "walker" else ():
@@ -146,9 +149,8 @@ def check_flights(case: Examination, robot: str) -> None:
     if case.motion.header.robots[robot]["kind"] == "rover":
         slip = np.abs(speed[0] * np.sin(place[3]) - speed[1] * np.cos(place[3]))
         limited(slip, NEAR, "slip", "it moves sideways at {:.3f} m/s")
-    if "altitude" in own:
-        off = np.abs(place[2] - own["altitude"])
-        limited(off, NEAR, "altitude", "{:.3f} m off its altitude")
+    off = np.abs(place[2] - own.get("altitude", 0.0))
+    limited(off, NEAR, "altitude", "{:.3f} m off its altitude")
 
 
 def _part_state(part: Curve, t: float) -> State:
@@ -193,6 +195,13 @@ def check_joins(case: Examination, robot: str) -> None:
             if off > STILL:
                 what = f"it begins a step {off:.3f} m from the centre of region {piece.origin}"
                 case.wrong(piece.t0, robot, "centre", what)
+    ends_of = ((first, first.origin, False), (last, last.to, True))
+    for piece, region, ended in ends_of if robot not in case.driven else ():
+        there = np.array([_end(piece, last=ended)[:2]])
+        off = float(case.grid.distance(there, case.grid.place(region))[0])
+        if off > STILL:
+            what = f"it {'ends' if ended else 'begins'} {off:.3f} m outside region {region}"
+            case.wrong(piece.t1 if ended else 0.0, robot, "room", what)
 
 
 def joined(case: Examination, before: Moving, after: Moving) -> None:
@@ -234,7 +243,7 @@ def _feet(before: Segment, after: Segment, wrong: Callable[[str], None]) -> None
         here = [f for f in after.feet if f.side == side and abs(f.down) < NEAR]
         if there and here:
             jump = hypot(there[0].x - here[0].x, there[0].y - here[0].y)
-            if jump > NEAR:
+            if max(jump, abs(remainder(there[0].yaw - here[0].yaw, tau))) > NEAR:
                 wrong(f"a foot on the ground jumps by {jump:.4f} m")
     up = [
         swing for swing in before.swings if abs(swing.t1 - lasting) < NEAR and swing.u1 < 1 - NEAR

@@ -3,8 +3,8 @@ its mass, and feet that support it."""
 
 from cmath import rect
 from collections.abc import Callable, Mapping
-from itertools import pairwise
-from math import ceil, cos, hypot, inf, sin
+from itertools import combinations, pairwise
+from math import ceil, cos, hypot, inf, pi, remainder, sin, tau
 
 import numpy as np
 from msgspec import Struct
@@ -18,6 +18,8 @@ Array = NDArray[np.float64]
 
 STEP = 0.02
 """Seconds between samples of a body."""
+LEAST = 50
+"""The fewest samples of a swing, so that its foot cannot leave them far aside."""
 MOST_SAMPLES = 5_000_000
 """Samples of one piece of motion: more than a day."""
 
@@ -108,14 +110,15 @@ def walked(segment: Segment, limits: Mapping[str, float], *, cut: bool = False) 
     """Solve the pendulum of a segment, and the quintics of its feet; check the rules of segments.
     ``cut``: it was cut off."""
     ends = np.cumsum([phase.seconds for phase in segment.phases])
-    still = segment.start == segment.goal and len(segment.phases) == 1
+    rests = segment.start == segment.goal and not any(segment.start[2:])
+    still = rests and len(segment.phases) == 1
     times = np.sort(np.append(grid(float(ends[-1]), inf if still else STEP), ends[:-1]))
     moved = mass(segment.phases, segment.start, segment.goal, times, limits["omega"])
     swings = segment.swings
     begin, end = np.array([[swing.t0, swing.t1] for swing in swings]).reshape(-1, 2).T
     seconds = end - begin
     longest = float(seconds.max(initial=STEP))
-    u = grid(longest) / longest
+    u = grid(longest, min(STEP, longest / LEAST)) / longest
     paths = np.array([between(s.t1 - s.t0, s.start, s.goal)[:2] for s in swings])
     paths = paths.reshape(-1, 2, 6).transpose(0, 2, 1)
     powers = (seconds[:, None] * u)[:, :, None] ** np.arange(6)
@@ -128,6 +131,8 @@ def walked(segment: Segment, limits: Mapping[str, float], *, cut: bool = False) 
 
 
 GRAVITY = 9.81
+TURNED = pi / 4
+"""The most by which one foot lands turned against the other, in radians."""
 INNER = 0.6
 """Share of a sole, around its middle, in which the centre of pressure stays."""
 
@@ -231,14 +236,19 @@ def _off(feet: list[Foothold], x: float, y: float, sole: tuple[float, float]) ->
 
 
 def _steps(segment: Segment, limits: Mapping[str, float], wrong: Wrong) -> None:
-    for before, after in pairwise(segment.feet):
+    feet = sorted(segment.feet, key=lambda foot: foot.down)
+    together = [(a, b) for a, b in combinations(feet, 2) if b.down < a.up + NEAR]
+    for before, after in {*pairwise(feet), *together}:
         dx, dy = after.x - before.x, after.y - before.y
         length = hypot(dx, dy)
+        turned = abs(remainder(after.yaw - before.yaw, tau))
+        if turned > TURNED + NEAR:
+            wrong(after.down, "feet", f"a foot lands {turned:.2f} rad turned against the other")
         if length > limits["step"] + NEAR:
             wrong(after.down, "step", f"a step of {length:.3f} m, more than {limits['step']:g}")
         if before.side == after.side:
             continue
-        yaw = (before.yaw + after.yaw) / 2
+        yaw = before.yaw + remainder(after.yaw - before.yaw, tau) / 2
         aside = after.side * (dy * cos(yaw) - dx * sin(yaw))
         if aside < limits["aside"] - NEAR:
             what = f"a foot lands {aside:.3f} m beside the other, less than {limits['aside']:g}"
@@ -279,11 +289,15 @@ def _swings(segment: Segment, fastest: Array, limits: Mapping[str, float], wrong
 def _grounded(segment: Segment, wrong: Wrong) -> None:
     """Each foot is either on the ground or in the air."""
     for side in (1, -1):
-        spans = [(f.down, f.up) for f in segment.feet if f.side == side]
-        spans += [(s.t0, s.t1) for s in segment.swings if s.side == side]
+        spans = [(f.down, f.up, True) for f in segment.feet if f.side == side]
+        spans += [(s.t0, s.t1, False) for s in segment.swings if s.side == side]
         spans.sort()
+        if jump := next((b for a, b in pairwise(spans) if a[2] is b[2]), None):
+            wrong(jump[0], "feet", "a foot moves on while it is on the ground, or in the air")
         reached = 0.0
-        for begin, end in spans:
+        for begin, end, _ in spans:
+            if not end > begin:
+                wrong(begin, "feet", "a foot is on the ground for no time")
             if abs(begin - reached) > NEAR:
                 what = "is recorded twice" if begin < reached else "has no position"
                 foot = "left" if side == 1 else "right"
