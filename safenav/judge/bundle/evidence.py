@@ -65,9 +65,11 @@ def plan_of(e: Line, s: State) -> Plan:
 def _meetings(plan: Plan, s: State) -> Iterator[str]:
     """Yield the rivals that the orders let into a region together."""
     lengths = {name: len(way) for name, way in plan.ways.items()}
-    for first, i, _, _ in plan.orders:  # a robot that waits for a place beyond a way never goes
-        lengths[first] = max(lengths[first], i + 1)
-    order = Precedence(lengths, plan.orders)
+    beyond = {**lengths}
+    orders = [(one, min(i, lengths[one]), other, j) for one, i, other, j in plan.orders]
+    for first, i, _, _ in orders:  # who waits for a place beyond a way does not go
+        beyond[first] = max(beyond[first], i + 1)
+    order = Precedence(beyond, orders)
     visits: dict[int, list[tuple[str, int]]] = {}
     for robot, way in plan.ways.items():
         for index, (region, _) in enumerate(way):
@@ -76,16 +78,23 @@ def _meetings(plan: Plan, s: State) -> Iterator[str]:
         inside = [each for r in regions for each in visits.get(r, ()) if each[0] in who]
         for one, other in order.together(inside):
             yield f"the plan lets {one} and {other} be together in {sorted(regions)}"
+        for outsider in who - plan.ways.keys() if inside else ():
+            if _occupies(outsider, s) & regions:
+                yield f"{inside[0][0]} would enter {sorted(regions)}, where {outsider} is"
     for region, ones in visits.items():
         for one, other in order.together(ones):
             if other in s.rivals[one]:
                 yield f"the plan lets {one} and {other} into {s.show(region)} together"
         for outsider in s.robots.keys() - plan.ways.keys():
-            bound = s.robots[outsider].bound  # a robot on its way leaves its region in time
-            holds = s.robots[outsider].holds if bound is None else {bound}
             for robot in {name for name, _ in ones} & {*s.rivals[outsider]}:
-                if region in holds:
+                if region in _occupies(outsider, s):
                     yield f"{robot} would enter {s.show(region)}, where {outsider} is"
+
+
+def _occupies(robot: str, s: State) -> frozenset[int]:
+    """Return the regions of a robot that no plan leads. On its way it leaves one in time."""
+    bound = s.robots[robot].bound
+    return s.robots[robot].holds if bound is None else frozenset([bound])
 
 
 Event = tuple[str, int, bool]
@@ -208,6 +217,7 @@ class Evidence:
         self.plan: Plan | None = None
         self.moves = self.followed = self.plans = 0
         self.broken = False
+        self.begun = False  # some plan was made while a robot was on its way
 
     def rules(self) -> list[Rule]:
         """Return the rules, for one trace."""
@@ -325,6 +335,7 @@ class Evidence:
         """No two rivals ever meet: they follow plans, whose orders keep them apart."""
         if e.kind == "plan":
             self.plan, self.plans = plan_of(e, s), self.plans + 1
+            self.begun |= any(robot.bound is not None for robot in s.robots.values())
         elif e.kind == "plan_end":
             for name in self.drives.keys() & (self.plan.ways.keys() if self.plan else ()):
                 self.drives[name].nodes |= self.drives[name].at(s.destination(name))
@@ -424,6 +435,7 @@ class Evidence:
                 f"each of the {self.plans} joint plans" if self.plans > 1 else "the joint plan"
             )
             what = f"{several} keeps its robots apart, however long their steps take"
+            what += ", once those have ended that began before it" if self.begun else ""
             self.claim("apart", None, f"Rivals never meet: {what}.")
         if hands:
             self.claim("changed", None, f"A user, an operator or the world made {hands} changes.")
