@@ -1,5 +1,6 @@
 """Each lie is refused by all who must refuse it (``lies.yaml``)."""
 
+import json
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -19,7 +20,7 @@ from certify.making import (
 )
 from once import from_yaml
 from safenav.certify.check import check_bundle
-from support.damage import Line, believed, damage
+from support.damage import Line, believed, damage, find
 
 DATA = from_yaml((Path(__file__).parent / "lies.yaml").read_text())
 LIES: dict[str, dict[str, Any]] = {lie["says"]: lie for lie in DATA["lies"]}
@@ -82,6 +83,28 @@ def test_a_refutation_in_other_circumstances_is_refused(says: str) -> None:
     lines = damage(lines_of(files), [*edits, {"line": ["synthesis"], "fields": about}])
     files = {name: data for name, data in files.items() if not name.startswith("source/")}
     assert refused(with_lines(files, lines))
+
+
+def test_a_robot_is_not_lost_behind_what_another_one_resolves() -> None:
+    files = files_of(shipped("a game behind a pile"))
+    lines = lines_of(files)
+    met = find(lines, "violation")
+    about = {
+        "verdict": "unrealizable",
+        "strategy": None,
+        "spec": "0" * 64,
+        "node": None,
+        "closed": [[7, "obstacles.pile@7"]],
+    }
+    refuted = lines[find(lines, "synthesis", {"robot": "a"})] | about | {"tick": 1}
+    end: Line = {"outcome": "operator_needed", "cause": "unrealizable", "explanation": "it is so"}
+    end |= {"tick": 1, "ticks": 1, "rounds": {"a": 0, "b": 0}, "unrealizable": {"a": "0" * 64}}
+    variables = ["region@0.0.19", *(f"region@{bit}" for bit in range(1, 5)), "x"]
+    stays = {"variables": variables, "nodes": {"0": {"state": [0, 1, 1, 0, 0, 0], "trans": [0]}}}
+    files = {name: data for name, data in files.items() if not name.startswith("source/")}
+    files["proofs/of_a.json"] = json.dumps({"automaton": stays}).encode()
+    reason = refused(with_lines(files, [*lines[: met + 1], refuted, lines[-1] | end]))
+    assert "keep a from its objective forever" in reason
 
 
 @pytest.mark.parametrize("beside", [False, True], ids=["alone", "beside the right one"])

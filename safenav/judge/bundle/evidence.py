@@ -269,6 +269,8 @@ class Evidence:
             task = self.tasks[proof]
             self._fits(task, e, s)
             alone = ", even without other robots" if len(s.robots) > 1 else ""
+            shut = task.closed - s.robots[e.robot].own.avoid
+            alone += f", while {_word(shut, s)} is closed" if shut else ""
             self.claim("unrealizable", e, f"No strategy exists for {text}{alone}.", proof)
             self.hopeless[e.robot, e.spec] = task, e
         if e.verdict != "realizable" or e.node is None:

@@ -356,6 +356,8 @@ class Others:
         self.cells, known = s.cells, e.knowledge or {}
         whole = s.world.free.issubset(frozenset().union(*s.cells))
         require(whole or not known, "the cells of beliefs leave out a free region")
+        slow = not self.live and s.robots[e.robot].data.timing > 1
+        require(not (known and slow), "between its looks others take more than one step")
         require(set(known) <= {*s.robots} - {e.robot}, "it knows of robots that do not exist")
         self.first = {name: self.number(name, what) for name, what in known.items()}
         self.names = {name: f"at_{name}" for name in self.first}
