@@ -308,6 +308,8 @@ def trace_lines(found: CheckedTrace) -> Iterator[str]:
     yield from broken(found.source, found.notes, "more not judged")
     if not found.complete:
         yield "The trace ends before its outcome; checked as far as it goes."
+    if found.outcome in EARLY:
+        yield f"Not judged: why the run ended early ({found.outcome})."
     if not found.findings:
         numbers = found.statistics
         yield (
@@ -385,6 +387,7 @@ def broken(source: object, found: Sequence[object], rest: str = "more") -> Itera
         yield f"and {len(found) - SHOWN} {rest} (--json prints them)"
 
 
+EARLY = ("assumption_violated", "search_limit", "time_limit", "interrupted", "error")
 EXTERNAL = (
     "A world of the user's ran it: what it reports is trusted, what it never showed may be absent."
 )

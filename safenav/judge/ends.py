@@ -9,6 +9,9 @@ from safenav.judge.rules import NotJudged, rule
 from safenav.judge.state import Robot, State
 from safenav.judge.world import TooLargeError
 
+SLOWEST = 20
+"""Seconds per tick of the limit, for a simulated live run without one in seconds."""
+
 
 @rule("header")
 def header(_: Line, s: State) -> Iterator[str]:
@@ -49,14 +52,15 @@ def time(e: Line, s: State) -> Iterator[str]:
         yield "the time of this line is missing"
     elif s.live and (e.t or 0.0) < s.time:
         yield f"second {e.t} follows second {s.time}"
-    elif not s.live and (e.t is not None or e.kind in ("depart", "arrive", "act")):
+    elif not s.live and (e.t is not None or e.kind in ("depart", "arrive", "act", "operator")):
         yield "a line of a live run, in a run in ticks"
 
 
 @rule("goal")
 def goal(e: Line, s: State) -> Iterator[str]:
     """A robot that meets a target is in its region; the goals of formulas are met by its last
-    step, or by staying, each once."""
+    step, or by staying, with a memory that they may have. In ticks, each goal is met once in a
+    step, and of those in turn only one."""
     robot = s.robots[e.robot]
     own, given, here = robot.own, robot.given, robot.pose[0]
     if e.region != here:
@@ -68,11 +72,11 @@ def goal(e: Line, s: State) -> Iterator[str]:
         yield NotJudged(f"whether {e.robot} meets the goals of its formulas: too many memories")
     served = [one for one in (own, given) if one.kind != "ltl"]
     there = any(e.goal < one.count and here in one.targets[e.goal] for one in served)
-    if not (counts(e, robot) or there) and (given.kind != "ltl" or given.serves(own)):
+    if not (counts(e, robot, s.live) or there) and (given.kind != "ltl" or given.serves(own)):
         yield f"{s.show(here)} is not target {e.goal} of {e.robot}"
-    elif own.kind == "ltl" and robot.met.get(e.goal) == e.tick and counts(e, robot):
-        yield f"{e.robot} counts goal {e.goal} of its formulas twice for one step"
-    elif counts(e, robot) and given.serves(own):
+    elif counts(e, robot, s.live) and given.serves(own):
+        if robot.again(e, s.live) and not own.covers:
+            yield f"{e.robot} counts goal {e.goal} twice for one step"
         most = robot.progress.rounds(own, e.tick) + 1
         if not own.settles and e.round > most:
             yield f"{e.robot} has completed at most {most} rounds, not {e.round}"
@@ -80,15 +84,16 @@ def goal(e: Line, s: State) -> Iterator[str]:
 
 @rule("deadline")
 def deadline(e: Line, s: State) -> Iterator[str]:
-    """A duty with a deadline is kept until its tick ends, late after that, and lost
-    only if no behaviour could meet it; obstacles are excused once they need not be resolved."""
+    """A duty with a deadline is kept until the tick in which it is due ends, late after that, and
+    lost only if no behaviour could meet it; obstacles are excused once they need not be
+    resolved."""
     one = s.obstacles.get(e.of)
     if not s.has_deadline(e.of):
         yield f"{e.of} has no deadline"
     elif e.verdict == "lost":
         yield from _proven(lost_problems(e, s))
-    elif e.of == "mission" and e.due != s.by:
-        yield f"the mission is due in tick {s.by}, not {e.due}"
+    elif e.due != (due := s.due(e.of, e.verdict)) and e.verdict != "excused":
+        yield f"{e.of} is due in tick {due}, not {e.due}"
     elif e.verdict == "excused" and (one.open and not one.shut if one else e.of == "mission"):
         yield f"{e.of} is still due"
     elif e.verdict == "late" and e.due >= e.tick:
@@ -116,7 +121,7 @@ def deadlines(e: Line, s: State) -> Iterator[str]:
 def end(e: Line, s: State) -> Iterator[str]:
     """A completed run has met each objective as often as the scenario asks since the last
     resolution, and ends where objectives end; a stay at a last target in a live run is as many
-    rounds as the run says; a run ends at a limit only if it is reached."""
+    rounds as the run says; a run ends at a limit only if it is reached, and by then."""
     limits, wanted = s.scenario.limits, s.scenario.until.rounds
     for name, robot in s.robots.items():
         rounds = robot.progress.rounds(robot.own, e.tick)
@@ -133,9 +138,10 @@ def end(e: Line, s: State) -> Iterator[str]:
                 yield f"an input keeps {name} from its objective"
         if (stated := e.rounds.get(name)) is None:
             yield f"the rounds of {name} are missing"
-        elif stated > rounds and (
-            e.outcome == "completed" or stated > min(robot.progress.counts, default=0)
-        ):
+            continue
+        done, exact = e.outcome == "completed", not (s.live or robot.own.settles)
+        most = rounds if done else max(rounds, min(robot.progress.counts, default=0))
+        if stated > most or (done and exact and stated < rounds):
             yield f"{name} has {rounds} rounds, not {stated}"
     if e.outcome == "completed":
         undone, later = sorted(n for n in s.orders if s.obstacles[n].open), later_change(e, s)
@@ -146,10 +152,14 @@ def end(e: Line, s: State) -> Iterator[str]:
         if to_come and not s.external:
             yield f"{to_come[0].name} is still to be ordered"
     limit = limits.seconds if s.live else limits.ticks
-    if e.outcome == "tick_limit" and (s.live or e.ticks != limit or e.tick != limit):
+    if not s.live and e.ticks != e.tick:
+        yield f"the run ends in tick {e.tick}, not {e.ticks}"
+    if e.outcome == "tick_limit" and (s.live or e.tick != limit):
         yield f"the limit of {limit} ticks is not reached"
     if not s.live and s.tick > limits.ticks + 1:
         yield f"the limit is {limits.ticks} ticks"
+    if s.live and not s.external and s.time > (most := limits.seconds or limits.ticks * SLOWEST):
+        yield f"the limit is {most:g} s"
     if e.outcome == "unrealizable":
         if s.moves:
             yield "unrealizable is for runs that never begin, but robots have moved"
@@ -162,22 +172,26 @@ def end(e: Line, s: State) -> Iterator[str]:
 
 def later_change(e: Line, s: State) -> float | None:
     """Return when the scenario surely changes something later, within its limits."""
-    times = [float(change.at) for change in s.scenario.changes]
+    now, limits = (e.t or s.time) if s.live else s.tick, s.scenario.limits
+    times = [float(change.at) for change in s.scenario.changes if change.at > now]
+    times += [now for change in s.changes if change.at == now]
     for each in s.scenario.inputs:
-        times += [float(t) for first, last in each.spans for t in (first, last + 1)]
+        times += [float(t) for span in each.spans for t in (span[0], span[1] + 1) if t > now]
     listed = [one.name for one in s.scenario.obstacles]
     for one in s.obstacles.values():
-        if one.goes is not None and one.present and listed.count(one.name) == 1:
+        if one.goes is not None and one.goes > now and one.present and listed.count(one.name) == 1:
             times.append(float(one.goes))
-    now, limits = (e.t or s.time) if s.live else s.tick, s.scenario.limits
     last = (limits.seconds if s.live else None) or limits.ticks
-    times = [t for t in times if t > now and (last is None or t <= last)]
+    times = [t for t in times if last is None or t <= last]
     return None if s.external else min(times, default=None)
 
 
-@rule("outcome", "waiting")
+@rule("outcome", "waiting", "assumption")
 def assumption(e: Line, s: State) -> Iterator[str]:
-    """A run that ends or waits because others have violated an assumption records that."""
+    """A run that ends or waits because others have violated an assumption records that; simulated
+    robots violate none."""
+    if e.kind == "assumption" and not s.external:
+        yield "a simulated robot violates an assumption"
     if e.outcome == "assumption_violated" and not s.assumptions:
         yield "no line records a violated assumption"
 
@@ -187,7 +201,7 @@ def negative(e: Line, s: State) -> Iterator[str]:
     """A run that needs an operator proves that no sequence of moves completes the mission, and the
     scenario changes nothing more."""
     if e.outcome == "operator_needed":
-        if e.kind == "outcome" and e.tick > 0 and (later := later_change(e, s)) is not None:
+        if e.kind == "outcome" and (later := later_change(e, s)) is not None:
             yield f"the run ends, but the scenario changes something at {later:g}"
         yield from _proven(negative_problems(e, s))
 
@@ -207,7 +221,7 @@ def _proven(problems: Iterator[str]) -> Iterator[str]:
         yield NotJudged(f"whether the proof holds: {error}")
 
 
-def counts(e: Line, robot: Robot) -> bool:
+def counts(e: Line, robot: Robot, live: bool) -> bool:
     """Return whether a goal line is a goal of the robot's own objective."""
     own = robot.own
     if own.kind == "ltl":
@@ -216,6 +230,13 @@ def counts(e: Line, robot: Robot) -> bool:
             return False
         if formulas is None or not formulas.goals:
             return True  # a rule reports that it is not judged
-        pairs = (robot.before, robot.pose), (robot.pose, robot.pose)
-        return any(formulas.meets(e.goal, *pair) for pair in pairs)
+        here = robot.pose
+        if robot.memories is None:
+            return any(formulas.meets(e.goal, at, here) for at in (robot.before, here))
+        known = formulas.lasting(robot.memories, here) if live else robot.memories
+        return (
+            formulas.meets_with(robot.recalled, e.goal, robot.before, here)
+            or formulas.meets_with(known, e.goal, here, here)
+            or any(e.goal in formulas.met_by_staying(here, one) for one in known)
+        )
     return bool(e.goal < own.count and e.region in own.targets[e.goal])

@@ -32,6 +32,7 @@ def after(e: Line, s: State) -> None:
                 s.obstacles[e.obstacle.name].there = False
         case "inputs":
             s.inputs |= e.values
+            s.switched = e.tick
             s.by_user |= {*(e.user or ())}
         case "push" | "pop":
             for name, objective in e.objectives.items():
@@ -53,7 +54,7 @@ def _begin_tick(tick: int, s: State) -> None:
     s.dues = {of: due for of, due in s.dues.items() if due >= tick}
     for robot in s.robots.values():
         clock = robot.clock
-        clock.over = clock.over or (clock.within is not None and clock.begun + clock.within < tick)
+        clock.over = clock.over or (clock.within is not None and clock.due < tick)
         clock.away = clock.away or robot.out or not robot.given.serves(robot.own)
 
 
@@ -109,8 +110,13 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
                 if e.objective == robot.own and e.memory:
                     robot.first = next(iter(e.memory.values()))
                 formulas = robot.own.formulas
-                if robot.memories is not None and e.memory and e.objective.kind == "ltl":
-                    robot.memories = formulas.remembering(e.memory) if formulas else None
+                if (
+                    formulas
+                    and robot.memories is not None
+                    and e.memory
+                    and e.objective == robot.own
+                ):
+                    robot.memories = s.remembered(robot, formulas.remembering(e.memory))
         case "told":
             robot.given = e.objective
         case "assumption":
@@ -151,11 +157,14 @@ def _memories(robot: Robot, here: tuple[int, str | None], s: State) -> None:
     formulas = robot.own.formulas
     if robot.memories is None or formulas is None or robot.bound is not None:
         return
-    stays = robot.memories | formulas.after(robot.memories, here, here)
+    robot.recalled = robot.memories
+    robot.recalled = robot.memories
     if robot.pose == here:
-        robot.memories = stays
+        robot.memories = robot.memories | formulas.after(robot.memories, here, here)
     else:
-        known = stays if s.live else robot.memories
+        robot.recalled = known = (
+            formulas.lasting(robot.memories, here) if s.live else robot.memories
+        )
         robot.memories = formulas.after(known, here, robot.pose) or known
 
 
@@ -175,7 +184,7 @@ def _acted(e: Line, robot: Robot, s: State) -> None:
     acts, failed = robot.acts, {name for name, result in e.results.items() if result == "failed"}
     for each in s.robots.values():
         if each.acts is acts and acts is not None:
-            each.acts = None
+            each.acts, each.acted = None, e.tick
     if not e.reason or e.results.keys() - failed:
         _stood(robot.name, s)
     s.barred |= {(robot.name, name) for name in e.barred or ()}
@@ -199,7 +208,7 @@ def _charge_stands(e: Line, robot: Robot, s: State) -> None:
 
 def _goal(e: Line, robot: Robot, s: State) -> None:
     own, progress = robot.own, robot.progress
-    if not counts(e, robot):
+    if not counts(e, robot, s.live) or robot.again(e, s.live):
         return
     rounds = progress.rounds(own, e.tick)
     progress.counts = tuple(n + (k == e.goal) for k, n in enumerate(progress.counts))
@@ -215,6 +224,7 @@ def _goal(e: Line, robot: Robot, s: State) -> None:
         progress.passed = 0
     robot.met[e.goal] = e.tick
     if progress.rounds(own, e.tick) > rounds and not own.settles:
+        s.kept[robot.name] = robot.clock.due
         robot.clock.restart(e.tick)
 
 
@@ -236,10 +246,11 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
             if s.external and not one.present:
                 one.begin()
                 one.known = True
-        case "request":
+        case "request" | "push":
             _due(e, one, s)
         case "appeared":
             one.begin()
+            one.since = e.tick
             s.orders.discard(one.name)
             s.dues.pop(one.name, None)
             if one.ordered:  # even if its line is missing, the order is due
@@ -269,7 +280,7 @@ def _obstacle(e: Line, one: Obstacle, s: State) -> None:
             one.rest = one.rest._replace(left=())
             one.shut = e.traversable is False
             s.found |= {one.name} if one.shut else set()
-            s.dues.pop(one.name, None)
+            s.kept |= {one.name: s.dues.pop(one.name)} if one.name in s.dues else {}
             s.entering = [each for each in s.entering if each[1] != one.name]
             if one.name in s.flat:
                 s.robots[s.flat.pop(one.name)].filled = True

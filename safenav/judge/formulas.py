@@ -196,6 +196,11 @@ class Formulas:
         rows = product(self.values, repeat=2)
         return any(self.goals[goal](self._row(before, after, *row)) for row in rows)
 
+    def meets_with(self, memories: Iterable[int], goal: int, before: Pose, after: Pose) -> bool:
+        """Return whether a step from one of some memories meets a goal."""
+        known = {*memories}
+        return any(i in known and goal in goals for i, _, goals in self.steps(before, after))
+
     def met_by_staying(self, pose: Pose, memory: int) -> frozenset[int]:
         """Return the goals that a robot meets by staying in a pose with that memory."""
         row = self.values[memory]
@@ -206,6 +211,13 @@ class Formulas:
         """Return the memories that may follow some memories in a step."""
         known = {*memories}
         return {j for i, j, _ in self.steps(before, then) if i in known}
+
+    def lasting(self, memories: Iterable[int], pose: Pose) -> set[int]:
+        """Return the memories that may follow some memories while the robot stays."""
+        known = {*memories}
+        while more := self.after(known, pose, pose) - known:
+            known |= more
+        return known
 
     def _row(self, before: Pose, after: Pose, old: Sequence[int], new: Sequence[int]) -> Values:
         (a, faced), (b, faces) = before, after

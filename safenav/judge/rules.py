@@ -177,7 +177,8 @@ def in_time(e: Line, s: State) -> Iterator[str]:
 @rule("move", "depart")
 def own_rules(e: Line, s: State) -> Iterator[str]:
     """No robot enters a region that its own objective avoids, and each of its steps keeps the
-    formulas of its `always` and of the `safety` of its `ltl`."""
+    formulas of its `always` and of the `safety` of its `ltl`,
+    with a memory that they may have."""
     robot, step = s.robots[e.robot], s.step(e)
     if step.strays and s.external:
         return
@@ -188,7 +189,9 @@ def own_rules(e: Line, s: State) -> Iterator[str]:
         return  # a step that was begun may be ended under other rules
     way = s.world.side(step.start, step.to) if robot.faces else None
     here = step.start, robot.pose[1]
-    if not formulas.allows(here, (step.to, way)):
+    remembers = robot.memories is not None and robot.given.serves(robot.own)
+    known = s.memories(robot) if remembers else range(len(formulas.values))
+    if not formulas.after(known, here, (step.to, way)):
         yield f"{e.robot} steps from {s.show(here[0])} to {s.show(step.to)} against its formulas"
 
 
@@ -227,6 +230,48 @@ def charge_after(e: Line, robot: Robot, s: State) -> float:
     if e.to in s.scenario.chargers:
         return float(min(battery.capacity, charge + battery.charge))
     return float(max(0.0, charge - battery.stay))
+
+
+@rule("act", "acted", "met", "resolved")
+def actions(e: Line, s: State) -> Iterator[str]:
+    """In a live run an obstacle is resolved by a robot that acts, in service and not in transit,
+    unless the world is the user's."""
+    robot = s.robots[e.robot]
+    if e.kind == "act":
+        for name in e.robots:
+            if s.robots[name].out or s.robots[name].bound is not None:
+                yield f"{name} acts, but is out of service or in transit"
+    elif e.kind == "acted":
+        if robot.acts is None and not s.external:
+            yield f"{e.robot} has not begun to act"
+    elif s.live and not s.external and robot.acts is None and robot.acted != e.tick:
+        yield f"{e.robot} does not act"
+
+
+@rule("move", "outcome")
+def done(e: Line, s: State) -> Iterator[str]:
+    """In ticks of a simulated world, a need is met in the turn in which enough robots have stood
+    where it is."""
+    first = e.robot == s.names[0] or e.outcome == "completed"
+    for one in s.obstacles.values() if first and not (s.live or s.external) else ():
+        if one.open and one.since < e.tick and one.rest.left and not one.rest.takes():
+            need = one.rest.left[0]
+            able = need.able & one.group if need.same else need.able
+            there = {n for n in able if s.robots[n].pose[0] in need.regions}
+            if len(there if need.together else one.rest.done & able) >= need.robots:
+                yield f"{one.name} is not resolved, but {', '.join(sorted(there))} can do that"
+
+
+@rule("violation")
+def encounter(e: Line, s: State) -> Iterator[str]:
+    """A robot encounters an obstacle that blocks it, in its region or a neighbouring one; in a
+    simulated world it is there."""
+    one, (here, _) = s.obstacles[e.obstacle], s.robots[e.robot].pose
+    near = one.region == here or s.world.side(here, one.region) or one.type.startswith("lost_")
+    if not near or e.robot not in one.blocks:
+        yield f"{e.robot} cannot encounter {one.name} from {s.show(here)}"
+    elif not one.open and not s.external:
+        yield f"{one.name} is not there"
 
 
 @rule("met", "resolved")
@@ -273,9 +318,12 @@ def _group(e: Line, one: Obstacle, number: int, s: State) -> Iterator[str]:
 
 @rule("discovered")
 def listed(e: Line, s: State) -> Iterator[str]:
-    """In ticks, an obstacle that the scenario of a simulated world does not list appears during the
-    run."""
-    if e.obstacle.appears is None and not (s.external or s.live):  # live: perhaps a lost robot
+    """An obstacle that the scenario of a simulated world does not list appears during the run; a
+    live one may also stand for a lost robot, or for something unknown that blocks a layer."""
+    layers = {robot.data.layer for robot in s.robots.values()}
+    made = {f"lost_{name}" for name in s.names} | {f"unknown_{layer}" for layer in layers}
+    fits = s.external or (s.live and e.obstacle.type.name in made)
+    if e.obstacle.appears is None and not fits:
         yield f"the scenario has no {e.obstacle.name}"
 
 
@@ -326,19 +374,33 @@ def _is_empty(robot: Robot, s: State, now: float) -> bool:
 
 @rule("objective", "service", "inputs")
 def changes(e: Line, s: State) -> Iterator[str]:
-    """Robots get other objectives, and leave or return to service, as the scenario lists it, by a
-    user, by the inputs, or in a world that is not simulated."""
+    """Inputs change as the scenario lists it, or by a user. Robots get other objectives, and leave
+    or return to service, as it lists, by a user, as an input changes, or in a world that is not
+    simulated; later only if they do something else."""
     if e.kind == "inputs":
+        if e.values.items() <= s.inputs.items() and not e.user:
+            yield "no input changes"
         if unknown := e.values.keys() - s.inputs.keys():
             yield f"there is no input {', '.join(sorted(unknown))}"
+        for each in s.scenario.inputs:
+            told = e.values.get(each.name) not in (None, *_stated(each, s.now(e), s))
+            if told and each.name not in (*s.by_user, *(e.user or ())) and not s.external:
+                yield f"{each.name} is not {'on' if e.values[each.name] else 'off'} at {s.now(e):g}"
         return
     robot = s.robots[e.robot]
+    later = e.kind == "objective" and e.cause != "user" and not e.at_once
+    if later and robot.given.serves(robot.own):
+        yield f"{e.robot} gets its objective later, although it does nothing else"
+    if e.active is not None and e.active is not robot.out:
+        yield f"{e.robot} is {'in' if e.active else 'out of'} service already"
     if e.cause == "scenario" and not any(s.applies(one, e) for one in s.changes):
         yield f"the scenario lists no such change of {e.robot} at {s.now(e):g}"
     elif e.cause == "input":
         own, within = robot.data.objective, None if s.away(e.robot) else robot.data.within
         if e.objective != _by_inputs(e.robot, s) or (e.objective == own and e.within != within):
             yield f"the inputs do not give {e.robot} that objective"
+        elif s.switched != e.tick:
+            yield f"no input changes for {e.robot}"
     elif e.cause == "world" and not (s.external or s.live):
         yield f"a simulated world changes the service of {e.robot}"
     elif e.cause == "battery" and not (e.active or _is_empty(robot, s, s.now(e))):
@@ -356,11 +418,16 @@ def _by_inputs(robot: str, s: State) -> Line:
 @rule("move", "depart", "outcome")
 def due_changes(e: Line, s: State) -> Iterator[str]:
     """A simulated world lets obstacles appear and disappear, and applies changes and inputs, at
-    the times of the scenario."""
+    the times of the scenario; in ticks, a robot whose charge is used up is out of service."""
     first = e.kind != "move" or e.robot == s.names[0]
-    if s.external or not first or (e.kind == "outcome" and e.outcome != "completed"):
+    ends = e.outcome in (None, "completed", "operator_needed")
+    if s.external or not first or not ends:
         return
     now = s.now(e)
+    for name, robot in s.robots.items() if not s.live else ():
+        idle = robot.bound is None and robot.pose[0] not in s.scenario.chargers
+        if idle and not robot.out and _is_empty(robot, s, now):
+            yield f"{name} is in service, but its charge is used up"
     for one in s.coming:
         if one.appears > now or (s.live and one.appears >= now):
             break
@@ -382,10 +449,16 @@ def due_changes(e: Line, s: State) -> Iterator[str]:
         elif change.active is s.robots[change.robot].out and not (s.live and s.hands):
             yield f"the service of {change.robot} does not change at {change.at}"
     for each in s.scenario.inputs:
-        on = any(first <= now < last + 1 for first, last in each.spans)
-        changes = s.live and any(now in (first, last + 1) for first, last in each.spans)
-        if each.name not in s.by_user and s.inputs[each.name] is not on and not changes:
-            yield f"{each.name} must be {'on' if on else 'off'} at {now:g}"
+        on = s.inputs[each.name]
+        if each.name not in s.by_user and on not in _stated(each, now, s):
+            yield f"{each.name} must be {'off' if on else 'on'} at {now:g}"
+
+
+def _stated(each: Line, now: float, s: State) -> set[bool]:
+    """Return the values that the scenario gives an input; live, both as it changes."""
+    on = any(first <= now < last + 1 for first, last in each.spans)
+    changes = s.live and any(now in (first, last + 1) for first, last in each.spans)
+    return {on, not on} if changes else {on}
 
 
 def _taken(region: int, now: float, s: State) -> bool:
@@ -402,17 +475,35 @@ def obeys_inputs(e: Line, s: State) -> Iterator[str]:
     """A robot that moves has the objective that the inputs give it."""
     robot = s.robots[e.robot]
     listed = {change.robot for change in s.scenario.changes if change.objective is not None}
-    judged = robot.data.when and e.robot not in listed and not s.hands
+    judged = robot.data.when and (e.robot not in listed or s.away(e.robot)) and not s.hands
     if judged and robot.own != _by_inputs(e.robot, s):
         yield f"{e.robot} has another objective than the inputs give it"
 
 
-@rule("told", "push")
+@rule("synthesis")
+def memory(e: Line, s: State) -> Iterator[str]:
+    """A strategy begins with a memory that its robot may have."""
+    robot = s.robots[e.robot]
+    own, turn = robot.own, robot.progress.turn
+    if not e.memory or e.objective.data != own.data:
+        return
+    if robot.memories is not None:
+        if not s.remembered(robot, own.formulas.remembering(e.memory)):
+            yield f"the formulas of {e.robot} cannot remember {', '.join(e.memory)} so"
+        return
+    same = own.in_turn and not own.ends and e.objective.kind == own.kind
+    if same and e.form != "other_memory" and turn not in (None, e.memory.get("goal", turn)):
+        yield f"{e.robot} continues with target {turn}, not {e.memory['goal']}"
+
+
+@rule("told", "push", "pop", "synthesis")
 def duties(e: Line, s: State) -> Iterator[str]:
     """A robot has another objective than its own only while an obstacle is known that is not
     resolved."""
-    told = {e.robot: e.objective} if e.kind == "told" else e.objectives
-    others = [name for name, objective in told.items() if not objective.serves(s.robots[name].own)]
+    installs = e.kind != "synthesis" or (e.node is not None and e.places is None)
+    told = (e.objectives or {e.robot: e.objective}) if installs else {}
+    team = [(name, s.robots[name]) for name in told]
+    others = [name for name, robot in team if not (robot.out or told[name].serves(robot.own))]
     every = s.obstacles.values()
     if others and not any(one.present and (one.known or e.obstacle == one.name) for one in every):
         yield f"{others[0]} gets another objective, but nothing is to be resolved"

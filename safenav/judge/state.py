@@ -71,6 +71,10 @@ class Clock:
     before: bool = False
     over: bool = False
 
+    @property
+    def due(self) -> int:
+        return self.begun + (self.within or 0)
+
     def restart(self, tick: int) -> None:
         self.begun, self.before, self.away, self.over = tick, self.away, False, False
 
@@ -80,11 +84,12 @@ class Robot:
     """A robot. ``holds``: the regions that it occupies or may occupy; ``bound``: the region that it
     is in transit to since tick ``began``; ``came``: the region that it entered its own from;
     ``before``: its pose before its last move; ``given``: the objective that lines last gave it;
-    ``memories``: those that its formulas may have (None: not followed); ``stands``: live, since
-    when it uses its ``charge`` without a step; ``filled``: its battery was replaced; ``kept``: its
-    progress with the objective that it resumes after an input; ``first``: the target with which
-    its strategy begins; ``acts``: the action in which it takes part; ``met``: the goals of its
-    formulas that its last step has met, each with its tick."""
+    ``memories``: those that its formulas may have (None: not followed), ``recalled``: before its
+    last step; ``stands``: live, since when it uses its ``charge`` without a step; ``filled``: its
+    battery was replaced; ``kept``: its progress with the objective that it resumes after an input;
+    ``first``: the target with which its strategy begins; ``acts``: the action in which it takes
+    part, ``acted``: when one ended last; ``met``: the goals that its last step has met, each with
+    its tick."""
 
     name: str
     data: Line
@@ -105,15 +110,24 @@ class Robot:
     out: bool = False
     lost: bool = False
     memories: set[int] | None = None
+    recalled: set[int] = field(default_factory=set)
     kept: Progress | None = None
     first: int | None = None
     acts: Line | None = None
+    acted: int | None = None
     met: dict[int, int] = field(default_factory=dict)
 
     @property
     def faces(self) -> bool:
         """Return whether it has a heading."""
         return bool(self.data.mobility == "heading")
+
+    def again(self, e: Line, live: bool) -> bool:
+        """Return whether a goal line is a second one for a step, of the same goal or in turn. In
+        each pass of a live run all targets count where the robot is."""
+        if live and self.own.kind != "ltl":
+            return False
+        return e.tick in (self.met.values() if self.own.in_turn else [self.met.get(e.goal)])
 
     def follow(self) -> None:
         """Begin to follow the memories of its formulas, if they have any that can be followed."""
@@ -190,8 +204,8 @@ class Rest(NamedTuple):
 @dataclass
 class Obstacle:
     """An obstacle. ``rest``: its unmet needs; ``group``: those that met the last one; ``there``: it
-    is present; ``shut``: it is permanent; ``known``: the team knows of it; ``declared``: by an
-    operator."""
+    is present, ``since`` a tick; ``shut``: it is permanent; ``known``: the team knows of it;
+    ``declared``: by an operator."""
 
     name: str
     type: str
@@ -209,6 +223,7 @@ class Obstacle:
     shut: bool = False
     known: bool = False
     declared: bool = False
+    since: int = 1
 
     @property
     def open(self) -> bool:
@@ -248,10 +263,11 @@ class Step(NamedTuple):
 class State:
     """The state at a line. ``tick``, ``time`` (live: seconds); ``coming``: the obstacles that the
     scenario lets appear, and ``changes`` for robots, that have not come yet; ``dues``: open
-    deadlines of obstacles and the mission; ``missed``: deadlines that have passed; ``entering``:
-    live, steps into the region of an obstacle on which some robot acts, with their ticks;
-    ``strays``, ``hands``: steps that ended elsewhere than commanded, and changes by a user or the
-    world."""
+    deadlines of obstacles and the mission; ``missed``: deadlines that have passed; ``kept``: the
+    last one of each robot and obstacle that was met; ``switched``: when an input changed last;
+    ``entering``: live, steps into the region of an obstacle on which some robot acts, with their
+    ticks; ``strays``, ``hands``: steps that ended elsewhere than commanded, and changes by a user
+    or the world."""
 
     def __init__(self, header: Line) -> None:
         self.scenario = h = header.scenario
@@ -273,6 +289,8 @@ class State:
         self.by_user: set[str] = set()
         self.by = None if self.live else h.until.by
         self.dues = {} if self.by is None else {"mission": self.by}
+        self.kept: dict[str, int] = {}
+        self.switched: int | None = None
         self.missed: set[str] = set()
         self.orders: set[str] = set()
         self.flat: dict[str, str] = {}  # obstacles at robots whose charge is used up
@@ -380,6 +398,20 @@ class State:
             return robot.pose
         return robot.bound, self.world.side(robot.pose[0], robot.bound) if robot.faces else None
 
+    def memories(self, robot: Robot) -> set[int]:
+        """Return the memories that a robot's formulas may have now."""
+        known, formulas = robot.memories or set(), robot.own.formulas
+        return formulas.lasting(known, robot.pose) if self.live and known else known
+
+    def remembered(self, robot: Robot, told: set[int]) -> set[int]:
+        """Return the memories of a robot's formulas that may be told ones where it is, or will
+        arrive."""
+        formulas, known = robot.own.formulas, self.memories(robot)
+        if robot.bound is None:
+            return known & told
+        way = robot.pose, self.destination(robot.name)
+        return {one for one in known if not told.isdisjoint(formulas.after([one], *way))}
+
     def loads(self, robot: str) -> list[str]:
         """Return the loads that a robot carries."""
         every = self.obstacles.values()
@@ -425,11 +457,19 @@ class State:
             return of == "mission" and self.by is not None
         return not self.live and self.obstacles[of].within is not None
 
+    def due(self, of: str, verdict: str) -> int | None:
+        """Return the tick in which a deadline ends, or has ended."""
+        if of == "mission":
+            return self.by
+        if verdict == "kept":
+            return self.kept.get(of)
+        return self.robots[of].clock.due if of in self.robots else self.dues.get(of)
+
     def overdue(self, tick: int) -> Iterator[str]:
         """Yield the open deadlines that a tick misses."""
         yield from (of for of, due in self.dues.items() if due < tick)
         for name, robot in self.robots.items():
             clock = robot.clock
-            late = clock.within is not None and clock.begun + clock.within < tick
+            late = clock.within is not None and clock.due < tick
             if late and not (clock.over or clock.away or clock.before):
                 yield name

@@ -42,7 +42,7 @@ class Enumeration:
     def complete(self) -> Iterator[_State]:
         """Yield the reachable states in which the mission is completed, those with the fewest goals
         left first. Raises TooLargeError."""
-        queue, seen, after = list[tuple[int, int, _State]](), set[_State](), self._starts()
+        queue, seen, after = list[tuple[int, int, _State]](), set[_State](), self.starts()
         while True:
             for found in after:
                 if found not in seen:
@@ -61,7 +61,7 @@ class Enumeration:
         at = zip(self.robots, state.poses, strict=True)
         return ", ".join(f"{name} at {pose[0]}" for name, pose in at)
 
-    def _starts(self) -> Iterator[_State]:
+    def starts(self) -> Iterator[_State]:
         poses = tuple(self.case.at[name] for name in self.robots)
         for left in product(*map(self._begins, self.robots, self.targets)):
             yield self._settled(_State(poses, left, self.opened))
@@ -294,12 +294,12 @@ def _out_of_service_problems(e: Line, s: State) -> Iterator[str]:
     service: move, and complete what they have to do."""
     if not any(robot.out for robot in s.robots.values()):
         yield "no robot is out of service"
-    elif e.kind == "outcome" and not any(robot.acts for robot in s.robots.values()):
+    elif e.kind == "outcome":
         case = Case(s)
         every = Enumeration(case, case.names, case.obstacles, PER_SERVED_STATE)
         for state in every.complete():
             if s.orders.isdisjoint(one.name for one in state.opened):
-                if state.poses != tuple(case.at.values()):
+                if state not in every.starts():
                     done = every.show(state)
                     yield f"the robots in service can do their part of the mission, with {done}"
                 return
@@ -346,13 +346,15 @@ def _continues(robot: Robot, case: Case, memory: Mapping[str, int] | None) -> bo
         return bool(here)
     if own.kind == "ltl" and formulas is not None and memory is not None:
         fresh = formulas.names and not memory
-        rows = formulas.begins(pose) if fresh else formulas.remembering(memory)
+        rows = {*(formulas.begins(pose) if fresh else formulas.remembering(memory))}
+        if robot.memories is not None and not s.remembered(robot, rows):
+            return True  # a memory that it cannot have proves nothing
         begins: frozenset[Any] = frozenset((*pose, row, frozenset[int]()) for row in rows)
         return Case(s, memory={name: 0}).can_continue(name, begins, ())
     if own.literal and own.strict and memory and not robot.out:
         turn = next(iter(memory.values()))
-        # A memory that it cannot have proves nothing.
-        turns = not 0 <= turn < own.count or _keeps_order(robot, case, turn)
+        stale = not 0 <= turn < own.count or robot.progress.turn not in (None, turn)
+        turns = stale or _keeps_order(robot, case, turn)
         return turns and case.can_continue(name, case.start[name], ())
     return case.can_continue(name, case.start[name], ())
 
