@@ -216,6 +216,17 @@ def test_a_damaged_motion_is_refused(
         assert all(word in tracked for word in words), tracked
 
 
+def test_a_walker_that_goes_backwards_is_refused() -> None:
+    whole, trace, _ = good("case_study_1")
+    lines = [json.loads(line) for line in whole.splitlines()]
+    for line in lines:
+        turning = line.get("turning", [])
+        turning[:2] = [yaw + np.pi for yaw in turning[:2]]
+    text = "".join(json.dumps(line) + "\n" for line in lines)
+    found = check_motion(parsed(text.encode(), "motion"), trace)
+    assert {finding.rule for finding in found} == {"turning"}
+
+
 def test_feet_that_point_apart_are_refused() -> None:
     whole, trace, _ = good("case_study_1")
     lines = [json.loads(line) for line in whole.splitlines()]

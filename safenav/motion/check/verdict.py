@@ -5,7 +5,7 @@ that follow each other without gap, jump or jerk of velocity."""
 from collections.abc import Callable, Mapping
 from functools import partial
 from itertools import pairwise
-from math import cos, dist, hypot, remainder, sin, tau
+from math import atan2, cos, dist, hypot, remainder, sin, tau
 from pathlib import Path
 
 import numpy as np
@@ -195,6 +195,13 @@ def check_joins(case: Examination, robot: str) -> None:
             if off > STILL:
                 what = f"it begins a step {off:.3f} m from the centre of region {piece.origin}"
                 case.wrong(piece.t0, robot, "centre", what)
+    for piece in pieces if robot not in case.driven else ():
+        if isinstance(piece, Segment) and piece.origin != piece.to:
+            (col, row), (to_col, to_row) = map(case.grid.place, (piece.origin, piece.to))
+            off = remainder(piece.turning[1] - atan2(to_row - row, to_col - col), tau)
+            if abs(off) > NEAR:
+                found = f"it faces {abs(off):.3f} rad off the way of its step to region {piece.to}"
+                case.wrong(piece.t1, robot, "turning", found)
     ends_of = ((first, first.origin, False), (last, last.to, True))
     for piece, region, ended in ends_of if robot not in case.driven else ():
         there = np.array([_end(piece, last=ended)[:2]])
