@@ -158,7 +158,6 @@ def _memories(robot: Robot, here: tuple[int, str | None], s: State) -> None:
     if robot.memories is None or formulas is None or robot.bound is not None:
         return
     robot.recalled = robot.memories
-    robot.recalled = robot.memories
     if robot.pose == here:
         robot.memories = robot.memories | formulas.after(robot.memories, here, here)
     else:
