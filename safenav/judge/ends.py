@@ -186,12 +186,9 @@ def later_change(e: Line, s: State) -> float | None:
     return None if s.external else min(times, default=None)
 
 
-@rule("outcome", "waiting", "assumption")
+@rule("outcome", "waiting")
 def assumption(e: Line, s: State) -> Iterator[str]:
-    """A run that ends or waits because others have violated an assumption records that; simulated
-    robots violate none."""
-    if e.kind == "assumption" and not s.external:
-        yield "a simulated robot violates an assumption"
+    """A run that ends or waits because others have violated an assumption records that."""
     if e.outcome == "assumption_violated" and not s.assumptions:
         yield "no line records a violated assumption"
 

@@ -94,7 +94,7 @@ def pace(e: Line, s: State) -> Iterator[str]:
     """In ticks each robot has one move each tick, and a step takes the ticks that its model
     states."""
     if not s.live and (e.kind == "outcome" or e.robot == s.names[0]):
-        whole = e.kind == "outcome" and e.outcome in ("completed", "tick_limit")
+        whole = e.kind == "outcome" and e.outcome == "tick_limit"  # others may end within a tick
         for name in s.names:
             if s.robots[name].moved < e.tick - 1 + whole:
                 yield f"{name} has no move in tick {s.robots[name].moved + 1}"
@@ -206,8 +206,9 @@ def service(e: Line, s: State) -> Iterator[str]:
 
 @rule("move", "depart", "service")
 def charge(e: Line, s: State) -> Iterator[str]:
-    """No robot takes a step for which its charge does not suffice, and a battery is replaced only
-    by resolving the obstacle that appeared when it was used up."""
+    """No robot takes a step for which its charge does not suffice; in ticks, one whose charge is
+    used up is out of service in its turn. A battery is replaced only by resolving the obstacle
+    that appeared when it was used up."""
     robot = s.robots[e.robot]
     if e.kind == "service":
         if e.active and e.cause == "battery" and not robot.filled:
@@ -218,6 +219,12 @@ def charge(e: Line, s: State) -> Iterator[str]:
             yield f"{e.robot} takes a step with a charge of {left:g}"
     elif robot.charge is not None and charge_after(e, robot, s) < 0:
         yield f"{e.robot} takes a step with a charge of {robot.charge:g}"
+    elif (
+        not (s.live or s.external or robot.out or robot.bound is not None)
+        and robot.pose[0] not in s.scenario.chargers
+        and _is_empty(robot, s, s.now(e))
+    ):
+        yield f"{e.robot} is in service, but its charge is used up"
 
 
 def charge_after(e: Line, robot: Robot, s: State) -> float:
@@ -418,16 +425,12 @@ def _by_inputs(robot: str, s: State) -> Line:
 @rule("move", "depart", "outcome")
 def due_changes(e: Line, s: State) -> Iterator[str]:
     """A simulated world lets obstacles appear and disappear, and applies changes and inputs, at
-    the times of the scenario; in ticks, a robot whose charge is used up is out of service."""
-    first = e.kind != "move" or e.robot == s.names[0]
+    the times of the scenario."""
+    first = s.live or e.robot == s.names[0]  # in ticks all is due before it moves
     ends = e.outcome in (None, "completed", "operator_needed")
     if s.external or not first or not ends:
         return
     now = s.now(e)
-    for name, robot in s.robots.items() if not s.live else ():
-        idle = robot.bound is None and robot.pose[0] not in s.scenario.chargers
-        if idle and not robot.out and _is_empty(robot, s, now):
-            yield f"{name} is in service, but its charge is used up"
     for one in s.coming:
         if one.appears > now or (s.live and one.appears >= now):
             break
