@@ -216,7 +216,8 @@ def _goal(e: Line, robot: Robot, s: State) -> None:
         if len(progress.seen) == own.count:
             progress.covered, progress.seen = progress.covered + 1, frozenset()
     elif own.ends:
-        progress.ahead += e.goal == progress.ahead
+        if progress.may_count(own, e.goal):
+            progress.ahead, progress.passed = e.goal + 1, 0
         _stands(e, robot, s)
     elif own.in_turn and progress.may_count(own, e.goal):
         progress.goals, progress.turn = progress.goals + 1, (e.goal + 1) % own.count

@@ -46,14 +46,17 @@ class Progress:
 
     def passes(self, own: Objective, region: int) -> None:
         """Note the targets that the robot is at, if they are the next ones."""
-        while own.in_turn and self.passed < own.count:
-            if region not in own.targets[((self.turn or 0) + self.passed) % own.count]:
+        first, left = (self.ahead, own.count - self.ahead) if own.ends else (self.turn, own.count)
+        while own.in_turn and self.passed < left:
+            if region not in own.targets[((first or 0) + self.passed) % own.count]:
                 return
             self.passed += 1
 
     def may_count(self, own: Objective, target: int) -> bool:
         """Return whether a target may be the next that counts: the first one of a round also if
-        those before it were passed on a duty."""
+        those before it were passed on a duty, and so each of ``once``."""
+        if own.ends:
+            return 0 <= target - self.ahead <= self.passed
         turn = self.turn or 0
         if self.goals:
             return target == turn

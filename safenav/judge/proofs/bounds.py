@@ -169,12 +169,12 @@ class Bound:
 def _left(robot: Robot, wanted: int, tick: int) -> Iterator[list[frozenset[int]]]:
     """Yield the sequences of targets that a robot may still have to meet."""
     own, progress = robot.own, robot.progress
-    if own.ends:
-        there = progress.stayed or progress.since is not None
-        yield [] if there else [*own.targets[progress.ahead :]]
+    if own.ends and not progress.ended(own):
+        yield [*own.targets[progress.ahead :]]
         return
-    if own.settles:  # each tick at its target is a round
-        yield [own.targets[-1]] * (wanted - progress.rounds(own, tick))
+    if own.settles:  # each tick at its last target is a round, and it must be there at the end
+        away = progress.since is None
+        yield [own.last] * max(wanted - progress.rounds(own, tick), int(away))
         return
     left, turn = max(own.count * wanted - progress.goals, 0), progress.turn
     free = own.strict and turn is None and robot.first is None
