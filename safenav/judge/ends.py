@@ -152,7 +152,7 @@ def end(e: Line, s: State) -> Iterator[str]:
         if to_come and not s.external:
             yield f"{to_come[0].name} is still to be ordered"
     limit = limits.seconds if s.live else limits.ticks
-    if not s.live and e.ticks != e.tick:
+    if not s.live and e.ticks != e.tick and e.outcome not in ("error", "interrupted"):
         yield f"the run ends in tick {e.tick}, not {e.ticks}"
     if e.outcome == "tick_limit" and (s.live or e.tick != limit):
         yield f"the limit of {limit} ticks is not reached"
@@ -174,7 +174,9 @@ def later_change(e: Line, s: State) -> float | None:
     """Return when the scenario surely changes something later, within its limits."""
     now, limits = (e.t or s.time) if s.live else s.tick, s.scenario.limits
     times = [float(change.at) for change in s.scenario.changes if change.at > now]
-    times += [now for change in s.changes if change.at == now]
+    for change in s.changes:
+        applied = change.active is not s.robots[change.robot].out and change.objective is None
+        times += [now] * (change.at == now and not applied)
     for each in s.scenario.inputs:
         times += [float(t) for span in each.spans for t in (span[0], span[1] + 1) if t > now]
     listed = [one.name for one in s.scenario.obstacles]

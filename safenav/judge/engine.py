@@ -22,7 +22,8 @@ def after(e: Line, s: State) -> None:
     if e.robot is not None:
         robot = s.robots[e.robot]
         _robot(e, robot, s)
-        robot.progress.passes(robot.own, robot.pose[0])
+        if not robot.given.serves(robot.own):  # what it meets on a duty may count without a line
+            robot.progress.passes(robot.own, robot.pose[0])
     if isinstance(e.obstacle, str):
         _obstacle(e, s.obstacles[e.obstacle], s)
     match e.kind:

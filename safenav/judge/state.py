@@ -314,7 +314,6 @@ class State:
         self.zones = [(zone.robots, zone.regions) for zone in h.never_together]
         for robot in self.robots.values():
             self.stand(robot)
-            robot.progress.passes(robot.own, robot.pose[0])
 
     def _robot(self, data: Line) -> Robot:
         (region, heading), own = data.start, data.objective
