@@ -223,6 +223,7 @@ def _goal(e: Line, robot: Robot, s: State) -> None:
     elif own.in_turn and progress.may_count(own, e.goal):
         progress.goals, progress.turn = progress.goals + 1, (e.goal + 1) % own.count
         progress.passed = 0
+        progress.former = None if robot.given.serves(own) else e.goal  # perhaps only of its duty
     robot.met[e.goal] = e.tick
     if progress.rounds(own, e.tick) > rounds and not own.settles:
         s.kept[robot.name] = robot.clock.due
@@ -309,7 +310,7 @@ def _restart_rounds(tick: int, s: State) -> None:
         progress = robot.progress
         robot.progress = Progress(counts=(0,) * robot.own.count)
         robot.progress.turn, robot.progress.ahead = progress.turn, progress.ahead
-        robot.progress.passed = progress.passed
+        robot.progress.passed, robot.progress.former = progress.passed, progress.former
         robot.clock.restart(tick)
         robot.met.clear()
         s.stand(robot)

@@ -395,9 +395,6 @@ def changes(e: Line, s: State) -> Iterator[str]:
                 yield f"{each.name} is not {'on' if e.values[each.name] else 'off'} at {s.now(e):g}"
         return
     robot = s.robots[e.robot]
-    later = e.kind == "objective" and e.cause != "user" and not e.at_once
-    if later and robot.given.serves(robot.own):
-        yield f"{e.robot} gets its objective later, although it does nothing else"
     if e.active is not None and e.active is not robot.out:
         yield f"{e.robot} is {'in' if e.active else 'out of'} service already"
     if e.cause == "scenario" and not any(s.applies(one, e) for one in s.changes):

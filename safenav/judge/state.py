@@ -16,13 +16,15 @@ from safenav.judge.world import World
 class Progress:
     """Progress of a robot with its own objective since the last resolution. ``goals``: the goals
     met in turn; ``turn``: the next target (None: the first), ``passed``: how many from it on the
-    robot has passed, in turn, since it counted one; ``seen``: those of a round of ``cover``;
+    robot has passed, in turn, since it counted one, ``former``: that one, if it counted on a duty;
+    ``seen``: those of a round of ``cover``;
     ``counts``: how often each was met; ``ahead``: targets of ``once``;
     ``stayed``: ticks at the last target, and ``since`` when the robot stands there."""
 
     goals: int = 0
     turn: int | None = None
     passed: int = 0
+    former: int | None = None
     seen: frozenset[int] = frozenset()
     covered: int = 0
     counts: tuple[int, ...] = ()
@@ -60,7 +62,8 @@ class Progress:
         turn = self.turn or 0
         if self.goals:
             return target == turn
-        return own.strict or (target - turn) % own.count <= self.passed
+        passed = (target - turn) % own.count <= self.passed
+        return own.strict or passed or target == self.former
 
 
 @dataclass
