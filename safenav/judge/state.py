@@ -16,7 +16,7 @@ from safenav.judge.world import World
 class Progress:
     """Progress of a robot with its own objective since the last resolution. ``goals``: the goals
     met in turn; ``turn``: the next target (None: the first), ``passed``: how many from it on the
-    robot has passed, in turn, since it counted one, ``former``: that one, if it counted on a duty;
+    robot has passed, in turn, since it counted one, ``former``: that one, if it was on a duty;
     ``seen``: those of a round of ``cover``;
     ``counts``: how often each was met; ``ahead``: targets of ``once``;
     ``stayed``: ticks at the last target, and ``since`` when the robot stands there."""
