@@ -20,7 +20,7 @@ from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError
 from safenav.files import HINT, foreign_character
-from safenav.formula.parser import MAX_NUMBER, TooLongError, to_infix
+from safenav.formula.parser import MAX_NUMBER
 from safenav.formula.syntax import one_of
 from safenav.world.map import Heading, Region, RegionMap
 from safenav.world.poses import Pose
@@ -159,6 +159,8 @@ def read_specification(text: str, file: str = "-", robot: str = "robot") -> Spec
     if (foreign := foreign_character(text)) is not None:
         at, column, found = foreign
         raise InputError([Diagnostic(file, at, column, f"not text: {found}", HINT)])
+    from safenav.formula.prefix import TooLongError, to_infix  # only files of users have it
+
     variables: dict[str, Variable] = {}
     constraints: list[Constraint] = []
     problems: list[Diagnostic] = []

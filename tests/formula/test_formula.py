@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from once import beside, from_yaml
 from safenav.formula import syntax
-from safenav.formula.parser import MAX_DEPTH, FormulaError, check, parse, to_infix
+from safenav.formula.parser import MAX_DEPTH, FormulaError, check, parse
+from safenav.formula.prefix import to_infix
 from safenav.formula.syntax import Connective, Operation, evaluate, to_text
 
 BOOLEANS = ("a", "b", "next_one", "Xs")
