@@ -285,6 +285,7 @@ def _ahead(plan: Scenario, ahead: Rehearsal, warnings: Sequence[str]) -> list[st
 
 def of_trace(file: GivenFile, with_motion: bool) -> JudgedFile:
     """Judge a trace. Its requirements are judged on the motion, if that is given."""
+    from safenav.judge.state import EXTERNAL
     from safenav.run.checked import checked
     from safenav.trace.file import read_bytes
 
@@ -388,10 +389,6 @@ def broken(source: object, found: Sequence[object], rest: str = "more") -> Itera
 
 
 EARLY = ("assumption_violated", "search_limit", "time_limit", "interrupted", "error")
-EXTERNAL = (
-    "A world of the user's ran it: what it reports is trusted, what it never showed may be absent."
-)
-
 BUNDLE_FILE = options.Output(".zip", folder=True)
 CERTIFY_EPILOG = """\b
 Examples:

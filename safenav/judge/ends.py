@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 
+from safenav.judge.changes import later_change
 from safenav.judge.lines import Line
 from safenav.judge.proofs.bounds import lost_problems, refused_problems
 from safenav.judge.proofs.negatives import negative_problems, shut_problems
@@ -168,24 +169,6 @@ def end(e: Line, s: State) -> Iterator[str]:
         elif s.unrealizable:
             names = ", ".join(s.unrealizable)
             yield NotJudged(f"whether {names} is unrealizable (a bundle proves it)")
-
-
-def later_change(e: Line, s: State) -> float | None:
-    """Return when the scenario surely changes something later, within its limits."""
-    now, limits = (e.t or s.time) if s.live else s.tick, s.scenario.limits
-    times = [float(change.at) for change in s.scenario.changes if change.at > now]
-    for change in s.changes:
-        applied = change.active is not s.robots[change.robot].out and change.objective is None
-        times += [now] * (change.at == now and not applied)
-    for each in s.scenario.inputs:
-        times += [float(t) for span in each.spans for t in (span[0], span[1] + 1) if t > now]
-    listed = [one.name for one in s.scenario.obstacles]
-    for one in s.obstacles.values():
-        if one.goes is not None and one.goes > now and one.present and listed.count(one.name) == 1:
-            times.append(float(one.goes))
-    last = (limits.seconds if s.live else None) or limits.ticks
-    times = [t for t in times if last is None or t <= last]
-    return None if s.external else min(times, default=None)
 
 
 @rule("outcome", "waiting")

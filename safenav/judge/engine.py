@@ -83,8 +83,7 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
             if e.cause == "input" and away:
                 robot.kept = robot.kept or robot.progress
             elif e.cause == "input" and robot.kept is not None:
-                fresh.turn, fresh.ahead = robot.kept.turn, robot.kept.ahead
-                fresh.passed = robot.kept.passed
+                fresh = robot.kept.anew(e.objective)
             robot.kept = robot.kept if e.cause != "input" or away else None
             robot.own, robot.progress, robot.first = e.objective, fresh, None
             robot.met.clear()
@@ -111,12 +110,8 @@ def _robot(e: Line, robot: Robot, s: State) -> None:
                 if e.objective == robot.own and e.memory:
                     robot.first = next(iter(e.memory.values()))
                 formulas = robot.own.formulas
-                if (
-                    formulas
-                    and robot.memories is not None
-                    and e.memory
-                    and e.objective == robot.own
-                ):
+                follows = formulas and robot.memories is not None
+                if follows and e.memory and e.objective == robot.own:
                     robot.memories = s.remembered(robot, formulas.remembering(e.memory))
         case "told":
             robot.given = e.objective
@@ -158,14 +153,11 @@ def _memories(robot: Robot, here: tuple[int, str | None], s: State) -> None:
     formulas = robot.own.formulas
     if robot.memories is None or formulas is None or robot.bound is not None:
         return
-    robot.recalled = robot.memories
-    if robot.pose == here:
-        robot.memories = robot.memories | formulas.after(robot.memories, here, here)
-    else:
-        robot.recalled = known = (
-            formulas.lasting(robot.memories, here) if s.live else robot.memories
-        )
-        robot.memories = formulas.after(known, here, robot.pose) or known
+    stays, robot.recalled = robot.pose == here, robot.memories
+    if s.live and not stays:
+        robot.recalled = formulas.lasting(robot.memories, here)
+    after = formulas.after(robot.recalled, here, robot.pose)
+    robot.memories = robot.recalled | after if stays else after or robot.recalled
 
 
 def _stood(name: str, s: State) -> None:
@@ -307,17 +299,14 @@ def _due(e: Line, one: Obstacle, s: State) -> None:
 
 def _restart_rounds(tick: int, s: State) -> None:
     for robot in s.robots.values():
-        progress = robot.progress
-        robot.progress = Progress(counts=(0,) * robot.own.count)
-        robot.progress.turn, robot.progress.ahead = progress.turn, progress.ahead
-        robot.progress.passed, robot.progress.former = progress.passed, progress.former
+        robot.progress = robot.progress.anew(robot.own)
         robot.clock.restart(tick)
         robot.met.clear()
         s.stand(robot)
 
 
 FACTS: tuple[Rule, ...] = tuple(RULES)
-"""The rules of the modules ``rules`` and ``ends``, in their order."""
+"""The rules of the modules ``rules``, ``changes`` and ``ends``, in their order."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The table of rules, and those on the motion of robots, obstacles and changes.
+"""The table of rules, and those on what robots do: motion, charge, actions.
 
 A rule is a generator over a line and the state before it takes effect. It yields what is wrong.
 """
@@ -177,8 +177,7 @@ def in_time(e: Line, s: State) -> Iterator[str]:
 @rule("move", "depart")
 def own_rules(e: Line, s: State) -> Iterator[str]:
     """No robot enters a region that its own objective avoids, and each of its steps keeps the
-    formulas of its `always` and of the `safety` of its `ltl`,
-    with a memory that they may have."""
+    formulas of its `always` and of the `safety` of its `ltl`, with a memory that they may have."""
     robot, step = s.robots[e.robot], s.step(e)
     if step.strays and s.external:
         return
@@ -222,9 +221,19 @@ def charge(e: Line, s: State) -> Iterator[str]:
     elif (
         not (s.live or s.external or robot.out or robot.bound is not None)
         and robot.pose[0] not in s.scenario.chargers
-        and _is_empty(robot, s, s.now(e))
+        and is_empty(robot, s, s.now(e))
     ):
         yield f"{e.robot} is in service, but its charge is used up"
+
+
+def is_empty(robot: Robot, s: State, now: float) -> bool:
+    """Return whether a robot's charge does not suffice for a step."""
+    charge, battery = robot.charge, robot.data.battery
+    if charge is None:
+        return False
+    if s.live:
+        charge = robot.charge_at(now, s.scenario.chargers)
+    return bool(charge < battery.move)
 
 
 def charge_after(e: Line, robot: Robot, s: State) -> float:
@@ -321,209 +330,3 @@ def _group(e: Line, one: Obstacle, number: int, s: State) -> Iterator[str]:
     for name in who if e.kind == "met" and one.rest.takes() else ():
         if loads := s.loads(name):
             yield f"{name} carries {loads[0]}, and takes {one.name} as well"
-
-
-@rule("discovered")
-def listed(e: Line, s: State) -> Iterator[str]:
-    """An obstacle that the scenario of a simulated world does not list appears during the run; a
-    live one may also stand for a lost robot, or for something unknown that blocks a layer."""
-    layers = {robot.data.layer for robot in s.robots.values()}
-    made = {f"lost_{name}" for name in s.names} | {f"unknown_{layer}" for layer in layers}
-    fits = s.external or (s.live and e.obstacle.type.name in made)
-    if e.obstacle.appears is None and not fits:
-        yield f"the scenario has no {e.obstacle.name}"
-
-
-@rule("appeared", "gone", "order", "truth")
-def timetable(e: Line, s: State) -> Iterator[str]:
-    """Obstacles appear, disappear and are ordered as the scenario says, by a user, or by a world
-    that is not simulated; none that a scenario or a user adds appears where a robot is."""
-    one, now = s.obstacles[e.obstacle], s.now(e)
-    if e.kind == "order":
-        if not one.there or one.blocks or not (one.ordered or s.external or e.cause == "user"):
-            yield f"{one.name} is not an order of the scenario"
-        return
-    if e.cause == "world" and not (s.external or s.live):
-        yield f"a simulated world changes {one.name}, which the scenario does not"
-    if e.kind == "truth":
-        again = [each for each in s.scenario.obstacles if each.name == one.name]
-        stated = (each.traversable for each in again if (each.appears or now + 1) <= now)
-        if e.cause == "scenario" and e.traversable not in stated:
-            yield f"the scenario does not state that {one.name} is {e.traversable} at {now:g}"
-        return
-    if (e.kind == "appeared") is one.present:
-        yield f"{one.name} has {e.kind}, but it is {'present' if one.present else 'absent'}"
-    if e.cause == "battery":
-        empty = (r for r in s.robots.values() if r.pose[0] == one.region and _is_empty(r, s, now))
-        if one.type != s.scenario.flat or not any(empty):
-            yield f"{one.name} appears, but no charge is used up there"
-        return
-    noticed = e.cause == "world" and s.external
-    for name in s.names if e.kind == "appeared" and not (one.ordered or noticed) else ():
-        if one.region in s.robots[name].holds:
-            yield f"{one.name} appears at {s.show(one.region)}, where {name} is"
-    if e.cause == "scenario":
-        listed = [each.appears for each in s.coming if each.name == one.name]
-        ends = [] if one.goes is None else [one.goes]
-        due = listed[:1] if e.kind == "appeared" else ends
-        if not due or due[0] > now:
-            yield f"the scenario does not let {one.name} be {e.kind} at {now:g}"
-
-
-def _is_empty(robot: Robot, s: State, now: float) -> bool:
-    charge, battery = robot.charge, robot.data.battery
-    if charge is None:
-        return False
-    if s.live:
-        charge = robot.charge_at(now, s.scenario.chargers)
-    return bool(charge < battery.move)
-
-
-@rule("objective", "service", "inputs")
-def changes(e: Line, s: State) -> Iterator[str]:
-    """Inputs change as the scenario lists it, or by a user. Robots get other objectives, and leave
-    or return to service, as it lists, by a user, as an input changes, or in a world that is not
-    simulated; later only if they do something else."""
-    if e.kind == "inputs":
-        if e.values.items() <= s.inputs.items() and not e.user:
-            yield "no input changes"
-        if unknown := e.values.keys() - s.inputs.keys():
-            yield f"there is no input {', '.join(sorted(unknown))}"
-        for each in s.scenario.inputs:
-            told = e.values.get(each.name) not in (None, *_stated(each, s.now(e), s))
-            if told and each.name not in (*s.by_user, *(e.user or ())) and not s.external:
-                yield f"{each.name} is not {'on' if e.values[each.name] else 'off'} at {s.now(e):g}"
-        return
-    robot = s.robots[e.robot]
-    if e.active is not None and e.active is not robot.out:
-        yield f"{e.robot} is {'in' if e.active else 'out of'} service already"
-    if e.cause == "scenario" and not any(s.applies(one, e) for one in s.changes):
-        yield f"the scenario lists no such change of {e.robot} at {s.now(e):g}"
-    elif e.cause == "input":
-        own, within = robot.data.objective, None if s.away(e.robot) else robot.data.within
-        if e.objective != _by_inputs(e.robot, s) or (e.objective == own and e.within != within):
-            yield f"the inputs do not give {e.robot} that objective"
-        elif s.switched != e.tick:
-            yield f"no input changes for {e.robot}"
-    elif e.cause == "world" and not (s.external or s.live):
-        yield f"a simulated world changes the service of {e.robot}"
-    elif e.cause == "battery" and not (e.active or _is_empty(robot, s, s.now(e))):
-        yield f"{e.robot} is out of service, but its charge is not used up"
-
-
-def _by_inputs(robot: str, s: State) -> Line:
-    """Return the objective that the inputs assign to a robot."""
-    data = s.robots[robot].data
-    listed = (objective for name, objective in data.when if s.inputs.get(name))
-    found: Line = next(listed, data.objective)
-    return found
-
-
-@rule("move", "depart", "outcome")
-def due_changes(e: Line, s: State) -> Iterator[str]:
-    """A simulated world lets obstacles appear and disappear, and applies changes and inputs, at
-    the times of the scenario."""
-    first = s.live or e.robot == s.names[0]  # in ticks all is due before it moves
-    ends = e.outcome in (None, "completed", "operator_needed")
-    if s.external or not first or not ends:
-        return
-    now = s.now(e)
-    for one in s.coming:
-        if one.appears > now or (s.live and one.appears >= now):
-            break
-        here = one.goes is None or now < one.goes
-        if (
-            here
-            and not s.obstacles[one.name].open
-            and (one.ordered or not _taken(one.region, now, s))
-        ):
-            yield f"{one.name} does not appear by {now:g}"
-    for one in s.obstacles.values():
-        if one.open and one.goes is not None and one.goes <= now - s.live * 1e-9:
-            yield f"{one.name} does not disappear by {now:g}"
-    for change in s.changes:
-        if change.at > now or (s.live and change.at >= now):
-            break
-        if change.objective is not None:
-            yield f"{change.robot} does not get its objective of {change.at}"
-        elif change.active is s.robots[change.robot].out and not (s.live and s.hands):
-            yield f"the service of {change.robot} does not change at {change.at}"
-    for each in s.scenario.inputs:
-        on = s.inputs[each.name]
-        if each.name not in s.by_user and on not in _stated(each, now, s):
-            yield f"{each.name} must be {'off' if on else 'on'} at {now:g}"
-
-
-def _stated(each: Line, now: float, s: State) -> set[bool]:
-    """Return the values that the scenario gives an input; live, both as it changes."""
-    on = any(first <= now < last + 1 for first, last in each.spans)
-    changes = s.live and any(now in (first, last + 1) for first, last in each.spans)
-    return {on, not on} if changes else {on}
-
-
-def _taken(region: int, now: float, s: State) -> bool:
-    """Return whether a robot is in a region, or leaves it at this instant, or another obstacle is
-    there, not an order."""
-    held = any(region in robot.holds for robot in s.robots.values())
-    if held or (s.live and s.left.get(region) == now):
-        return True
-    return any(one.open and not one.ordered for one in s.at[region])
-
-
-@rule("move", "depart")
-def obeys_inputs(e: Line, s: State) -> Iterator[str]:
-    """A robot that moves has the objective that the inputs give it."""
-    robot = s.robots[e.robot]
-    listed = {change.robot for change in s.scenario.changes if change.objective is not None}
-    judged = robot.data.when and (e.robot not in listed or s.away(e.robot)) and not s.hands
-    if judged and robot.own != _by_inputs(e.robot, s):
-        yield f"{e.robot} has another objective than the inputs give it"
-
-
-@rule("synthesis")
-def memory(e: Line, s: State) -> Iterator[str]:
-    """A strategy begins with a memory that its robot may have."""
-    robot = s.robots[e.robot]
-    own, turn = robot.own, robot.progress.turn
-    if not e.memory or e.objective.data != own.data:
-        return
-    if robot.memories is not None:
-        if not s.remembered(robot, own.formulas.remembering(e.memory)):
-            yield f"the formulas of {e.robot} cannot remember {', '.join(e.memory)} so"
-        return
-    same = own.in_turn and not own.ends and e.objective.kind == own.kind
-    if same and e.form != "other_memory" and turn not in (None, e.memory.get("goal", turn)):
-        yield f"{e.robot} continues with target {turn}, not {e.memory['goal']}"
-
-
-@rule("told", "push", "pop", "synthesis")
-def duties(e: Line, s: State) -> Iterator[str]:
-    """A robot has another objective than its own only while an obstacle is known that is not
-    resolved."""
-    installs = e.kind != "synthesis" or (e.node is not None and e.places is None)
-    told = (e.objectives or {e.robot: e.objective}) if installs else {}
-    team = [(name, s.robots[name]) for name in told]
-    others = [name for name, robot in team if not (robot.out or told[name].serves(robot.own))]
-    every = s.obstacles.values()
-    if others and not any(one.present and (one.known or e.obstacle == one.name) for one in every):
-        yield f"{others[0]} gets another objective, but nothing is to be resolved"
-
-
-@rule("blocked", "reopened")
-def permanence(e: Line, s: State) -> Iterator[str]:
-    """An obstacle becomes permanent because it was just found untraversable, because an operator
-    says so, or because it can never be resolved."""
-    one = s.obstacles[e.obstacle]
-    if e.kind == "reopened":
-        if not one.shut or one.resolved:
-            yield f"{one.name} is reopened, but was not given up"
-    elif e.robots != one.blocks:
-        yield f"{one.name} blocks {', '.join(sorted(one.blocks)) or 'no robot'}"
-    elif e.reason == "untraversable" and one.name not in s.found:
-        yield f"{one.name} was not found untraversable in this tick"
-    elif e.reason == "operator" and not one.declared:
-        yield f"no operator has declared {one.name} permanent"
-    elif e.reason == "no_capable_robot" and all(
-        len(need.able) >= need.robots for need in one.needs[one.stage :]
-    ):
-        yield f"enough robots have the actions that {one.name} needs"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import takewhile
 from typing import Any, NamedTuple
 
@@ -11,15 +11,19 @@ from safenav.judge.formulas import Pose
 from safenav.judge.lines import Line, Objective
 from safenav.judge.world import World
 
+EXTERNAL = (
+    "A world of the user's ran it: what it reports is trusted, what it never showed may be absent."
+)
+"""The reservation about a run whose world is not simulated."""
+
 
 @dataclass
 class Progress:
     """Progress of a robot with its own objective since the last resolution. ``goals``: the goals
     met in turn; ``turn``: the next target (None: the first), ``passed``: how many from it on the
     robot has passed, in turn, since it counted one, ``former``: that one, if it was on a duty;
-    ``seen``: those of a round of ``cover``;
-    ``counts``: how often each was met; ``ahead``: targets of ``once``;
-    ``stayed``: ticks at the last target, and ``since`` when the robot stands there."""
+    ``seen``: those of a round of ``cover``; ``counts``: how often each was met; ``ahead``: targets
+    of ``once``; ``stayed``: ticks at the last target, and ``since`` when the robot stands there."""
 
     goals: int = 0
     turn: int | None = None
@@ -45,6 +49,11 @@ class Progress:
 
     def ended(self, own: Objective) -> bool:
         return own.ends and self.ahead >= own.count
+
+    def anew(self, own: Objective) -> Progress:
+        """Return it with rounds from zero: the next target stays the next."""
+        fresh = Progress(counts=(0,) * own.count, ahead=self.ahead)
+        return replace(fresh, turn=self.turn, passed=self.passed, former=self.former)
 
     def passes(self, own: Objective, region: int) -> None:
         """Note the targets that the robot is at, if they are the next ones."""

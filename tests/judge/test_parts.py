@@ -102,7 +102,7 @@ def test_each_rule_states_its_requirement_as_the_page_does() -> None:
 
 def test_rules_keep_nothing_and_change_no_state() -> None:
     """A rule assigns only local names, and to no part of the state."""
-    for file in (JUDGE / "rules.py", JUDGE / "ends.py"):
+    for file in (JUDGE / f"{name}.py" for name in ("rules", "changes", "ends")):
         for node in ast.walk(ast.parse(file.read_text())):
             targets = node.targets if isinstance(node, ast.Assign) else []
             targets = [node.target] if isinstance(node, ast.AugAssign) else targets

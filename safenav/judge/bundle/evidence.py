@@ -11,7 +11,7 @@ from safenav.judge.bundle.strategies import RefusedError, Task, formed, require
 from safenav.judge.formulas import Pose
 from safenav.judge.lines import Line, Objective
 from safenav.judge.rules import STEPS, Rule
-from safenav.judge.state import State
+from safenav.judge.state import EXTERNAL, State
 from safenav.judge.world import closure
 from safenav.strict_json import read_json
 
@@ -419,8 +419,7 @@ class Evidence:
             if lost and e.proof is None and lost == stated.keys():
                 self.proven.add(e.number)
             if e.kind == "outcome" and s.external:
-                what = "what it reports is trusted, what it never showed may be absent"
-                self.claim("world", None, f"A world of the user's ran it: {what}.")
+                self.claim("world", None, EXTERNAL)
             if e.kind == "outcome":
                 self.claim("outcome", e, _end(e, s, lost if e.proof is None else ()))
 
