@@ -1,4 +1,18 @@
 # The public names and their modules: what type checkers read, and __init__.py at run time.
+from safenav.certify.bundle import make_bundle as make_bundle
+from safenav.certify.check import check_bundle as check_bundle
+from safenav.errors import Diagnostic as Diagnostic
+from safenav.errors import ExitCode as ExitCode
+from safenav.errors import InputError as InputError
+from safenav.errors import Outcome as Outcome
+from safenav.errors import ResourceLimitError as ResourceLimitError
+from safenav.errors import SafenavError as SafenavError
+from safenav.errors import SynthesizerError as SynthesizerError
+from safenav.errors import UsageError as UsageError
+from safenav.errors import Verdict as Verdict
+from safenav.motion.check.verdict import check_motion as check_motion
+from safenav.motion.making import motion_of as motion_of
+from safenav.review.postmortem import explain_team as explain_team
 from safenav.run.checked import check_trace as check_trace
 from safenav.run.reading import read_run as read_run
 from safenav.runtime.run.checkpoint import resumption as resumption
@@ -14,6 +28,9 @@ from safenav.runtime.worlds.protocol import Lost as Lost
 from safenav.runtime.worlds.protocol import Sensed as Sensed
 from safenav.runtime.worlds.protocol import World as World
 from safenav.runtime.worlds.protocol import WorldEvent as WorldEvent
+from safenav.runtime.worlds.simulation import LiveSimulation as LiveSimulation
+from safenav.runtime.worlds.simulation import SimulatedWorld as SimulatedWorld
+from safenav.scenario.model import Clock as Clock
 from safenav.scenario.model import Need as Need
 from safenav.scenario.model import Obstacle as Obstacle
 from safenav.scenario.model import ObstacleType as ObstacleType
@@ -22,15 +39,22 @@ from safenav.scenario.model import Robot as Robot
 from safenav.scenario.model import Scenario as Scenario
 from safenav.scenario.reading.catalogue import built_in as built_in
 from safenav.scenario.reading.loader import load_scenario as load_scenario
+from safenav.scenario.reading.loader import load_scenario_text as load_scenario_text
 from safenav.spec.compile import compile_task as compile_task
+from safenav.spec.specification import Specification as Specification
+from safenav.spec.specification import read_specification as read_specification
 from safenav.spec.task import Task as Task
 from safenav.studio.server import LiveView as LiveView
 from safenav.synthesis.slugs import Synthesizer as Synthesizer
+from safenav.synthesis.strategy import Strategy as Strategy
+from safenav.trace.file import Trace as Trace
 from safenav.trace.file import TraceWriter as TraceWriter
 from safenav.trace.file import read_trace as read_trace
 from safenav.trace.vocabulary import ActResult as ActResult
 from safenav.verify.verification import first_failure as first_failure
 from safenav.world.map import Heading as Heading
+from safenav.world.map import Region as Region
+from safenav.world.map import RegionMap as RegionMap
 from safenav.world.poses import Pose as Pose
 
 __version__: str

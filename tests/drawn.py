@@ -8,9 +8,7 @@ from typing import Any, TypeVar
 
 import pytest
 
-from safenav import Scenario
-from safenav.errors import InputError
-from safenav.scenario.reading.loader import load_scenario_text
+from safenav import InputError, Scenario, load_scenario_text
 
 MOST = 60
 """Draws until one is accepted."""

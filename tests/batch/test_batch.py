@@ -18,13 +18,13 @@ import pytest
 from batch.conftest import SAFENAV, SlugsLog, Write, safenav, scenario, started, wait_until
 from children import gone
 from once import ROOT
+from safenav import SafenavError, UsageError
 from safenav.batch.case import Case, CaseVerdict, Conditions, Result
 from safenav.batch.pool import Pool
 from safenav.batch.search import find_cases
 from safenav.batch.session import Report, ResultsFile, run_batch
 from safenav.batch.worker import Worker, leave, run_case
 from safenav.certify.check import sources_of
-from safenav.errors import SafenavError, UsageError
 from safenav.report.batch import summary
 
 BATCH = (ROOT / "docs" / "batch.md").read_text(encoding="utf-8")

@@ -24,7 +24,7 @@ from campaigns.play import Played, play
 from campaigns.world import faults_of
 from drawn import tried
 from once import from_yaml
-from safenav.errors import InputError
+from safenav import InputError
 from scenario.mistakes import places
 from support.missions import FAMILIES, mission
 

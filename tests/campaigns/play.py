@@ -20,12 +20,19 @@ from campaigns.judge.mission import NotJudgedError, judged_mission
 from campaigns.judge.trace import broken_promises, judge_trace, told_by_signals
 from campaigns.world import FaultyWorld
 from runtime.worlds import Driven
-from safenav import Mission, Scenario, check_trace, resumption
+from safenav import (
+    InputError,
+    Mission,
+    ResourceLimitError,
+    Scenario,
+    UsageError,
+    check_trace,
+    load_scenario_text,
+    resumption,
+)
 from safenav.certify import bundle as writing
-from safenav.errors import InputError, ResourceLimitError, UsageError
 from safenav.files import json_line
 from safenav.runtime.run.mission import default_synthesizer
-from safenav.scenario.reading.loader import load_scenario_text
 from safenav.synthesis.cache import Cache
 from safenav.trace.file import as_data, read_bytes
 from safenav.world.poses import Mobility

@@ -14,9 +14,18 @@ import pytest
 from campaigns.__main__ import drawn, read_case
 from campaigns.play import play
 from drawn import loads
-from safenav import Arrived, Lost, Mission, Pose, Robot, Scenario, Sensed, WorldEvent
-from safenav.errors import Outcome
-from safenav.runtime.worlds.simulation import LiveSimulation
+from safenav import (
+    Arrived,
+    LiveSimulation,
+    Lost,
+    Mission,
+    Outcome,
+    Pose,
+    Robot,
+    Scenario,
+    Sensed,
+    WorldEvent,
+)
 from support.missions import mission
 
 WANTED = int(os.environ.get("SAFENAV_FUZZ", "0"))

@@ -24,14 +24,22 @@ pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation
 
 from drawn import tried
 from fleet.lab import Drive, drive_in, watched
-from safenav import ActResult, Scenario, Sensed, WorldEvent, check_trace
-from safenav.errors import Diagnostic, InputError, UsageError
+from safenav import (
+    ActResult,
+    Diagnostic,
+    InputError,
+    Scenario,
+    Sensed,
+    UsageError,
+    WorldEvent,
+    check_trace,
+    load_scenario_text,
+)
 from safenav.fleet import transport
 from safenav.fleet.file import FleetFile, load_fleet
 from safenav.fleet.lab.physics import body_of
 from safenav.fleet.lab.simulation import SimulationTransport
 from safenav.fleet.world import FleetWorld
-from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace import records
 from safenav.trace.vocabulary import MoveEnd
 from support.floors import free_in, rooms

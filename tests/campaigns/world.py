@@ -26,13 +26,13 @@ from safenav import (
     Lost,
     Obstacle,
     Pose,
+    Region,
     Robot,
     Scenario,
     WorldEvent,
 )
 from safenav.runtime.worlds.protocol import Change, Ended
 from safenav.team.state import Is
-from safenav.world.map import Region
 from safenav.world.poses import moves
 from support.durations import Uneven
 

@@ -30,13 +30,9 @@ from certify.making import (
     shipped,
     with_lines,
 )
-from safenav import first_failure
+from safenav import Strategy, UsageError, check_bundle, first_failure, read_specification
 from safenav.certify import bundle as writing
-from safenav.certify.check import check_bundle
-from safenav.errors import UsageError
-from safenav.spec.specification import read_specification
 from safenav.synthesis.cache import Cache
-from safenav.synthesis.strategy import Strategy
 
 COMPLETED = "The mission is completed"
 LARGE = [f"case_study_{k}" for k in ("1", "1_beliefs", "2", "2_beliefs", "3", "3_beliefs")]

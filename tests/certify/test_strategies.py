@@ -5,10 +5,8 @@ from typing import Any
 
 import pytest
 
-from safenav.errors import InputError
+from safenav import InputError, load_scenario_text, read_specification
 from safenav.judge.bundle import strategies as checker
-from safenav.scenario.reading.loader import load_scenario_text
-from safenav.spec.specification import read_specification
 from safenav.verify.automaton import NoMeasureError, measure
 
 FALLS = "the measure does not decrease from node"

@@ -18,19 +18,27 @@ from msgspec.structs import replace
 
 from drawn import loads
 from once import from_yaml
-from safenav import Scenario, Synthesizer, Task, compile_task, first_failure
+from safenav import (
+    Clock,
+    ResourceLimitError,
+    Scenario,
+    Specification,
+    Synthesizer,
+    Task,
+    Verdict,
+    compile_task,
+    first_failure,
+    load_scenario_text,
+)
 from safenav.certify.bundle import bundle_of_run, files_of_run, write_files
-from safenav.errors import ResourceLimitError, Verdict
 from safenav.files import json_line
 from safenav.judge.bundle.evidence import Evidence
 from safenav.judge.engine import judge
 from safenav.runtime.control.strategies import Controller
 from safenav.runtime.run.lines import synthesis_line
-from safenav.scenario.model import Clock
 from safenav.scenario.objective import Patrol, Visit
-from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.belief import automatic
-from safenav.spec.specification import Section, Specification
+from safenav.spec.specification import Section
 from safenav.spec.task import NO_MEMORY, Known, Memory, ObjectiveForm, Observed
 from safenav.synthesis.cache import Cache
 from safenav.trace import records

@@ -28,8 +28,8 @@ import pytest
 import warm
 from children import ran
 from once import ROOT, from_yaml
+from safenav import load_scenario_text
 from safenav.cli import COMMANDS, command_of, group
-from safenav.scenario.reading.loader import load_scenario_text
 
 DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", *sorted(DOCS.rglob("*.md"))]

@@ -6,8 +6,8 @@ import click
 import pytest
 from click.testing import CliRunner
 
+from safenav import SafenavError
 from safenav.cli import group
-from safenav.errors import SafenavError
 
 
 def invoke(*words: object) -> tuple[int, str, str]:

@@ -26,13 +26,11 @@ from oracle.specification import (
     apply,
 )
 from oracle.text import inputs_first
-from safenav import Scenario
-from safenav.errors import InputError
+from safenav import InputError, Scenario, load_scenario_text
+from safenav import Specification as Compiled
 from safenav.formula import syntax
 from safenav.formula.parser import parse
-from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.specification import Constraint
-from safenav.spec.specification import Specification as Compiled
 
 
 def drawn(source: Random) -> Specification:

@@ -20,7 +20,16 @@ from oracle.automata import check_strategy, from_json
 from oracle.game import build_game
 from oracle.specification import Atom, Constant, Specification, apply
 from oracle.text import to_plain
-from safenav import Heading, Pose, Scenario, Synthesizer, compile_task
+from safenav import (
+    Heading,
+    Pose,
+    RegionMap,
+    Scenario,
+    Synthesizer,
+    compile_task,
+    explain_team,
+    read_specification,
+)
 from safenav.explain.explanation import (
     CoreMember,
     Explanation,
@@ -30,10 +39,7 @@ from safenav.explain.explanation import (
 )
 from safenav.explain.play import Cause, vacuities
 from safenav.report.terminal.explanation_text import explanation_lines
-from safenav.review.postmortem import explain_team
 from safenav.runtime.run.mission import default_synthesizer, first_results
-from safenav.spec.specification import read_specification
-from safenav.world.map import RegionMap
 from safenav.world.poses import moves
 
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "0"))

@@ -10,12 +10,10 @@ import pytest
 
 from explain.conftest import invoke
 from once import SCENARIOS
-from safenav import Mission, Synthesizer, first_failure, load_scenario
-from safenav.errors import Verdict
+from safenav import Mission, Synthesizer, Verdict, explain_team, first_failure, load_scenario
 from safenav.explain.explanation import NoStrategyCause, RepairKind
 from safenav.explain.play import Questions
 from safenav.report.terminal.explanation_text import explanation_lines
-from safenav.review.postmortem import explain_team
 from safenav.runtime.run.mission import default_synthesizer, first_results
 from support.transcripts import check
 

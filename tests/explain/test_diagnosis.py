@@ -6,8 +6,7 @@ from random import Random
 from msgspec.structs import replace
 
 from explain.games import drawn_scenario
-from safenav import Synthesizer, Task, compile_task
-from safenav.errors import Verdict
+from safenav import RegionMap, Synthesizer, Task, Verdict, compile_task, load_scenario_text
 from safenav.explain.explanation import (
     NoStrategyCause,
     PlayEnd,
@@ -20,9 +19,7 @@ from safenav.explain.investigation import explain
 from safenav.explain.repair import find_repairs
 from safenav.report.terminal.explanation_text import cause_words
 from safenav.scenario.objective import Ltl, describe
-from safenav.scenario.reading.loader import load_scenario_text
 from safenav.spec.task import NO_MEMORY, Known
-from safenav.world.map import RegionMap
 
 GAMES = 150
 

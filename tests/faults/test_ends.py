@@ -23,8 +23,7 @@ import pytest
 import warm
 from children import gone, ran
 from once import SCENARIOS
-from safenav import Mission, Synthesizer, check_trace, load_scenario
-from safenav.errors import Outcome
+from safenav import Mission, Outcome, Synthesizer, check_trace, load_scenario
 from safenav.files import write_all
 
 HELLO, WAREHOUSE = SCENARIOS / "hello.yaml", SCENARIOS / "warehouse.yaml"

@@ -11,16 +11,13 @@ from typing import Any
 from msgspec.structs import replace
 
 from once import beside
-from safenav import Mission, Scenario, TraceWriter
+from safenav import Clock, Mission, Scenario, TraceWriter, check_motion, load_scenario_text
 from safenav.fleet.driven import driven_motion
 from safenav.fleet.file import Station, load_fleet
 from safenav.fleet.transport import DriveRecording
 from safenav.fleet.world import FleetWorld, fleet_world
 from safenav.motion.check.examination import Finding
-from safenav.motion.check.verdict import check_motion
 from safenav.motion.file import Motion, parsed, text_of
-from safenav.scenario.model import Clock
-from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.file import Listener, read_bytes
 
 HALL = beside(__file__, "scenarios/hall.yaml")

@@ -10,14 +10,12 @@ import pytest
 import yaml
 
 from once import beside, from_yaml
-from safenav import Scenario, load_scenario
-from safenav.errors import Diagnostic, InputError
+from safenav import Diagnostic, InputError, Scenario, load_scenario, load_scenario_text
 from safenav.fleet import file as fleet_file
 from safenav.fleet.file import template_text
 from safenav.fleet.robots import unserved
 from safenav.scenario.lint import imprecise
 from safenav.scenario.model import Failures
-from safenav.scenario.reading.loader import load_scenario_text
 from scenario.mistakes import disagreement, keys_of, mistakes, places
 from warm import safenav
 

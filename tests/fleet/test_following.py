@@ -12,15 +12,13 @@ pytest.importorskip("numpy", reason="references need the extra 'motion'")
 import numpy as np
 
 from once import beside
-from safenav import ActResult
-from safenav.errors import UsageError
+from safenav import ActResult, UsageError, load_scenario_text
 from safenav.fleet.file import FollowUse, Station
 from safenav.fleet.following import Follower, Following, mover_of
 from safenav.fleet.setpoints import ACCELERATION, HORIZON, MOVING, PERIOD, YAW, Setpoints
 from safenav.fleet.transport import GoalEnd, GoalEnded, GoalPoint, Located, Performed, Places
 from safenav.motion.check.walk import walked
 from safenav.motion.file import Segment
-from safenav.scenario.reading.loader import load_scenario_text
 
 TEXT = beside(__file__, "scenarios/four_robots.yaml")
 DIGIT, EAST, QUAD, SOUTH = 15, 16, 8, 15

@@ -14,13 +14,21 @@ import numpy as np
 
 from fleet.lab import driven, watched
 from once import beside, from_yaml
-from safenav import Heading, Need, Obstacle, ObstacleType, Pose, built_in, check_trace
+from safenav import (
+    Heading,
+    Need,
+    Obstacle,
+    ObstacleType,
+    Pose,
+    built_in,
+    check_trace,
+    load_scenario_text,
+)
 from safenav.fleet.lab.physics import Physics, straight
 from safenav.fleet.transport import Places
 from safenav.motion.check.execution import trackings
 from safenav.motion.columns import columns_at
 from safenav.motion.file import Action, Reset, Segment
-from safenav.scenario.reading.loader import load_scenario_text
 
 HALL = beside(__file__, "scenarios/hall_with_origin.yaml")
 YARD = beside(__file__, "scenarios/two_lifters.yaml")

@@ -28,8 +28,7 @@ import numpy
 
 from fleet.lab import drive_in
 from once import beside, from_yaml
-from safenav import ActResult, check_trace
-from safenav.errors import UsageError
+from safenav import ActResult, Clock, UsageError, check_trace, load_scenario_text
 from safenav.fleet.file import FollowUse, Network, Station
 from safenav.fleet.following import mover_of, resting_place
 from safenav.fleet.ros2 import node
@@ -50,8 +49,6 @@ from safenav.fleet.transport import (
 from safenav.fleet.world import FleetWorld
 from safenav.motion.check.execution import trackings
 from safenav.motion.file import Foothold
-from safenav.scenario.model import Clock
-from safenav.scenario.reading.loader import load_scenario_text
 
 DEFINED = from_yaml(beside(__file__, "interfaces.yaml"))
 

@@ -11,14 +11,22 @@ import pytest
 
 from once import beside
 from runtime.played import Run
-from safenav import ActResult, Heading, Mission, Obstacle, Pose, Scenario
-from safenav.errors import Outcome, UsageError
+from safenav import (
+    ActResult,
+    Heading,
+    Mission,
+    Obstacle,
+    Outcome,
+    Pose,
+    Scenario,
+    UsageError,
+    load_scenario_text,
+)
 from safenav.fleet import goals, transport
 from safenav.fleet import world as fleet
 from safenav.fleet.file import ScanUse, Station
 from safenav.fleet.world import FleetWorld
 from safenav.runtime.worlds import protocol
-from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.records import Depart
 from safenav.trace.vocabulary import MovedBy
 

@@ -12,10 +12,10 @@ from click.testing import CliRunner
 from hypothesis import event, given
 from hypothesis import strategies as st
 
+from safenav import InputError, SafenavError
 from safenav.cli.check import check
 from safenav.cli.run import run
 from safenav.cli.synth import explain
-from safenav.errors import InputError, SafenavError
 from scenario.mistakes import places
 from support.examples import campaign
 from support.missions import mission

@@ -16,8 +16,7 @@ from hypothesis import strategies as st
 
 from once import from_yaml
 from runtime.played import play
-from safenav import check_trace
-from safenav.errors import InputError
+from safenav import InputError, check_trace
 from safenav.judge.engine import judge
 from safenav.judge.lines import NotATraceError
 from safenav.run.checked import CheckedTrace, checked

@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 
 import safenav.judge
+from safenav import RegionMap
 from safenav.judge.bundle.strategies import sees
 from safenav.judge.engine import FACTS
 from safenav.judge.formulas import Formulas, UnreadError
 from safenav.judge.world import World
-from safenav.world.map import RegionMap
 from safenav.world.sight import visible_from
 
 

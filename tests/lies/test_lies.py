@@ -19,7 +19,7 @@ from certify.making import (
     with_lines,
 )
 from once import from_yaml
-from safenav.certify.check import check_bundle
+from safenav import check_bundle
 from support.damage import Line, believed, damage, find
 
 DATA = from_yaml((Path(__file__).parent / "lies.yaml").read_text())

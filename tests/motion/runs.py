@@ -7,11 +7,9 @@ from msgspec.structs import replace
 
 from once import SCENARIOS, made_once, trace_of_shipped
 from runtime.played import play
-from safenav import load_scenario
+from safenav import Clock, Trace, load_scenario, motion_of
 from safenav.motion.file import Motion, parsed, text_of
-from safenav.motion.making import motion_of
-from safenav.scenario.model import Clock
-from safenav.trace.file import Trace, read_bytes
+from safenav.trace.file import read_bytes
 from support.durations import Uneven
 
 SHIPPED = sorted(path.stem for path in SCENARIOS.glob("*.yaml"))

@@ -18,14 +18,13 @@ from fleet.lab import driven
 from motion.runs import SHIPPED, motion, trace_bytes
 from motion.runs import played as traced
 from once import beside, from_yaml
-from safenav.errors import InputError, UsageError
+from safenav import InputError, Trace, UsageError, check_motion, motion_of
 from safenav.motion.check.execution import trackings
-from safenav.motion.check.verdict import check_motion, read_motion_of
+from safenav.motion.check.verdict import read_motion_of
 from safenav.motion.columns import report_of
 from safenav.motion.file import parsed, text_of
-from safenav.motion.making import motion_of
 from safenav.scenario.model import RobotModel
-from safenav.trace.file import Trace, read_bytes
+from safenav.trace.file import read_bytes
 from support.missions import mission
 
 DAMAGES = from_yaml(beside(__file__, "damages.yaml"))

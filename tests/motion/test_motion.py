@@ -15,18 +15,16 @@ from msgspec.structs import replace
 from fleet.lab import driven
 from motion.runs import SHIPPED, live_trace, motion, played, trace_bytes, trace_of
 from once import beside
-from safenav.errors import InputError, UsageError
+from safenav import InputError, Trace, UsageError, check_motion, motion_of
 from safenav.motion import waypoints
 from safenav.motion.check.examination import Finding
 from safenav.motion.check.order import disorder
-from safenav.motion.check.verdict import check_motion
 from safenav.motion.columns import columns_at, columns_of
 from safenav.motion.file import Action, GoalLine, Measured, Moving, parsed, text_of
-from safenav.motion.making import motion_of
 from safenav.motion.timing import dated, in_time, ordered, paces_of
 from safenav.pace.robot import Pace
 from safenav.trace import records
-from safenav.trace.file import Trace, read_bytes
+from safenav.trace.file import read_bytes
 from safenav.trace.records import Service
 
 SLOWED = int(os.environ.get("SAFENAV_MOTION_SLOWED", "10"))

@@ -13,7 +13,7 @@ import pytest
 from msgspec import convert, json
 
 from motion.runs import motion
-from safenav.errors import UsageError
+from safenav import UsageError
 from safenav.motion import walker as primitives
 from safenav.motion.check.verdict import joined
 from safenav.motion.check.walk import shape_of, walked

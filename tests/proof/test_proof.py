@@ -27,13 +27,19 @@ from oracle.duel import Duel
 from oracle.game import build_game, extract, solve
 from oracle.generator import random_specification
 from oracle.text import inputs_first, to_plain
-from safenav import Synthesizer, compile_task, first_failure, load_scenario
-from safenav.errors import SafenavError
+from safenav import (
+    SafenavError,
+    Strategy,
+    Synthesizer,
+    compile_task,
+    first_failure,
+    load_scenario,
+    read_specification,
+)
 from safenav.judge.bundle.strategies import check_measure
 from safenav.runtime.run.mission import default_synthesizer, first_results
-from safenav.spec.specification import Section, read_specification
+from safenav.spec.specification import Section
 from safenav.synthesis.program import find_own_binary
-from safenav.synthesis.strategy import Strategy
 from safenav.verify.automaton import Automaton, NoMeasureError
 from safenav.verify.verification import measures, obligations
 

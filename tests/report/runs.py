@@ -6,8 +6,7 @@ from pathlib import Path
 
 from once import SCENARIOS, beside, made_once
 from runtime.played import play
-from safenav import read_run, read_trace
-from safenav.motion.making import motion_of
+from safenav import motion_of, read_run, read_trace
 from safenav.report.page.html import page_of_trace
 from safenav.report.page.motion import page3d_of
 from safenav.run.run import Run

@@ -10,9 +10,8 @@ import pytest
 
 from report.browser import Browser, Keys
 from report.runs import changed, page_of, paged, run_of, solid_page_of, trace_of
-from safenav import read_trace
+from safenav import motion_of, read_trace
 from safenav.motion.file import Action
-from safenav.motion.making import motion_of
 
 CELL = 40.0  # side of a region in the page, see front/src/camera.ts
 PHONE = {"width": 390, "height": 844}

@@ -16,10 +16,9 @@ from msgspec.structs import replace
 
 from children import ran
 from report.runs import page_of, run_of, solid_page_of, trace_of
-from safenav import read_trace
+from safenav import motion_of, read_trace
 from safenav.motion.columns import columns_of
 from safenav.motion.file import GoalLine, Measured
-from safenav.motion.making import motion_of
 from safenav.motion.timing import in_time
 from safenav.report.page.html import embedded, encoded
 from safenav.report.page.motion import RATE, encoded_motion

@@ -14,17 +14,14 @@ from msgspec.structs import replace
 
 from once import SCENARIOS
 from report.runs import own, run_of
-from safenav import load_scenario
-from safenav.errors import UsageError
+from safenav import RegionMap, UsageError, load_scenario, load_scenario_text
 from safenav.report.picture.film import Film
 from safenav.report.picture.floor import placed_names
 from safenav.report.picture.scene import svg_of, svg_of_scenario
 from safenav.report.picture.svg import png_of, separated, text_width
 from safenav.report.terminal.story import scenario_text
 from safenav.run.values import BLUE, ORANGE
-from safenav.scenario.reading.loader import load_scenario_text
 from safenav.studio.drawing import drawing_of
-from safenav.world.map import RegionMap
 
 resvg_py = pytest.importorskip("resvg_py", reason="PNG needs the extra `pictures` (resvg-py)")
 Image = pytest.importorskip("PIL.Image", reason="GIF needs the extra `pictures` (pillow)")

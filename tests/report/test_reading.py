@@ -10,13 +10,11 @@ import pytest
 from msgspec.structs import replace
 
 from report.runs import changed, own, trace_of
-from safenav import Obstacle, ObstacleType, read_run
-from safenav.errors import InputError, Verdict
+from safenav import Clock, InputError, Obstacle, ObstacleType, Verdict, load_scenario_text, read_run
 from safenav.report.terminal import story
 from safenav.report.terminal.story import Story, syntheses_words
 from safenav.run.reading import RunReader
-from safenav.scenario.model import OPERATOR_ACTION, Clock
-from safenav.scenario.reading.loader import load_scenario_text
+from safenav.scenario.model import OPERATOR_ACTION
 from safenav.trace import records, vocabulary
 from safenav.trace.fields import objective_of
 from safenav.trace.file import unstarted

@@ -53,10 +53,9 @@ from certify.making import files_of, judged, lines_of, rewrite, with_lines
 from once import SCENARIOS, from_yaml
 from runtime import worlds
 from runtime.played import Run, begin, loaded, whole
-from safenav import Mission, Scenario, check_trace, resumption
+from safenav import Mission, SafenavError, Scenario, UsageError, check_trace, resumption
 from safenav.certify.bundle import bundle_of_trace
 from safenav.cli.check import check as command
-from safenav.errors import SafenavError, UsageError
 from safenav.files import json_line
 from safenav.report.terminal.story import Story
 from safenav.scenario.model import Failures

@@ -7,10 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from safenav import Mission, Scenario, check_trace
+from safenav import Mission, Scenario, check_trace, load_scenario_text
 from safenav.files import json_line
 from safenav.judge.engine import Finding
-from safenav.scenario.reading.loader import load_scenario_text
 from safenav.trace.file import as_data
 from safenav.trace.records import Record
 

@@ -12,9 +12,8 @@ from children import ran
 from once import SCENARIOS, trace_of_shipped
 from runtime.facts import Facts, cases, hold
 from runtime.played import Run, completed
-from safenav import Mission, Scenario, check_trace, load_scenario
+from safenav import Clock, Mission, Scenario, check_trace, load_scenario
 from safenav.batch.case import Ledger, differences
-from safenav.scenario.model import Clock
 from safenav.trace.file import read_bytes
 from support.durations import Uneven
 

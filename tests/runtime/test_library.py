@@ -11,7 +11,7 @@ import pytest
 
 import safenav
 from children import ran
-from safenav.errors import Diagnostic, InputError, Outcome, UsageError
+from safenav import Diagnostic, InputError, Outcome, UsageError
 from safenav.formula.parser import FormulaError
 
 ROOT = Path(__file__).parents[2]

@@ -16,10 +16,8 @@ from once import SCENARIOS
 from runtime.facts import case
 from runtime.played import begin, loaded, whole
 from runtime.worlds import Remote
-from safenav import Mission, Sensed, built_in, load_scenario
-from safenav.errors import UsageError
+from safenav import Mission, Sensed, SimulatedWorld, UsageError, built_in, load_scenario
 from safenav.runtime.interventions import read_intervention
-from safenav.runtime.worlds.simulation import SimulatedWorld
 
 GATE = case("operator/gate")
 NAMED = GATE.replace("]}\ncatalogue", "], names: {doorway: [2, 5]}}\ncatalogue")

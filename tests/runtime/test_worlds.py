@@ -21,31 +21,35 @@ from safenav import (
     Arrived,
     Blocked,
     Elsewhere,
+    ExitCode,
     Failed,
     Heading,
+    LiveSimulation,
     Lost,
     Mission,
     Need,
     Obstacle,
+    Outcome,
     Pose,
     Robot,
     Scenario,
     Sensed,
+    SimulatedWorld,
+    Strategy,
     Synthesizer,
+    SynthesizerError,
+    Verdict,
     WorldEvent,
     built_in,
 )
-from safenav.errors import ExitCode, Outcome, SynthesizerError, Verdict
 from safenav.plan import search
 from safenav.report.terminal.story import Story
 from safenav.runtime.control.answers import Answers
 from safenav.runtime.worlds.lockstep import WorldError
 from safenav.runtime.worlds.protocol import Change
-from safenav.runtime.worlds.simulation import LiveSimulation, SimulatedWorld
 from safenav.scenario.model import Failures
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.program import find_binary
-from safenav.synthesis.strategy import Strategy
 from safenav.team.apply import rounds
 from safenav.team.floor import Floor
 

@@ -14,16 +14,17 @@ from safenav import (
     Blocked,
     Elsewhere,
     Failed,
+    LiveSimulation,
     Lost,
     Obstacle,
     Pose,
+    Region,
     Robot,
     Scenario,
     Sensed,
+    SimulatedWorld,
     WorldEvent,
 )
-from safenav.runtime.worlds.simulation import LiveSimulation, SimulatedWorld
-from safenav.world.map import Region
 from support.durations import Uneven
 
 

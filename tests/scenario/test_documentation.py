@@ -11,10 +11,10 @@ import yaml
 from msgspec import Struct
 
 from once import ROOT, from_yaml
+from safenav import load_scenario_text
 from safenav.fleet.file import FleetKeys, Station
 from safenav.scenario import language
 from safenav.scenario.model import Failures
-from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.yaml.keys import entries, schema_text
 from scenario.mistakes import keys_of
 

@@ -8,9 +8,7 @@ import pytest
 import yaml
 
 from motion.runs import played
-from safenav import built_in, check_trace
-from safenav.motion.check.verdict import check_motion
-from safenav.motion.making import motion_of
+from safenav import built_in, check_motion, check_trace, motion_of
 from safenav.report.picture.svg import obstacle_pictogram, robot_pictogram
 from safenav.scenario.model import Catalogue
 from safenav.trace.file import read_bytes

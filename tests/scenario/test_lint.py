@@ -6,10 +6,9 @@ from typing import Any
 import pytest
 
 from once import beside, from_yaml
-from safenav.errors import InputError, UsageError
+from safenav import InputError, UsageError, load_scenario_text
 from safenav.motion.making import check_movable
 from safenav.scenario.lint import imprecise, lint
-from safenav.scenario.reading.loader import load_scenario_text
 
 SCENARIO = beside(__file__, "scenarios/lint.txt")
 """With words in braces, which the rows of lint.yaml replace."""

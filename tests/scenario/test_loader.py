@@ -15,10 +15,8 @@ import pytest
 import yaml
 
 from once import ROOT, beside, from_yaml
-from safenav import load_scenario
-from safenav.errors import ExitCode, InputError
+from safenav import ExitCode, InputError, load_scenario, load_scenario_text
 from safenav.scenario.objective import describe, written
-from safenav.scenario.reading.loader import load_scenario_text
 from safenav.scenario.yaml import document
 from safenav.scenario.yaml.document import DocumentError, Place, read_document, scalar_value
 from safenav.trace import fields

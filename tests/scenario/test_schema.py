@@ -21,9 +21,8 @@ from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 
 from once import ROOT, beside
-from safenav import Scenario
-from safenav.errors import Diagnostic, InputError
-from safenav.scenario.reading.loader import load_scenario_text, schema_text
+from safenav import Diagnostic, InputError, Scenario, load_scenario_text
+from safenav.scenario.reading.loader import schema_text
 from safenav.scenario.yaml.document import DocumentError, plain, read_document
 from safenav.trace import fields
 from scenario.mistakes import disagreement, keys_of, mistakes, places

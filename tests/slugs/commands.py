@@ -9,10 +9,9 @@ import pytest
 
 from children import ran
 from once import beside
-from safenav import first_failure
+from safenav import Strategy, first_failure
 from safenav.synthesis.program import find_own_binary
 from safenav.synthesis.slugs import load_specification
-from safenav.synthesis.strategy import Strategy
 
 # The robot follows a light that returns infinitely often.
 FOLLOW = beside(__file__, "specifications/follow.structuredslugs")

@@ -2,12 +2,11 @@
 
 import pytest
 
-from safenav import Heading, Pose, Robot, Task
+from safenav import Heading, Pose, RegionMap, Robot, Task
 from safenav.scenario.model import RobotModel
 from safenav.scenario.objective import Cover, Hold, Ltl, Objective, Visit
 from safenav.spec.assignable import AssignableRegions, assignable_regions
 from safenav.spec.task import Known
-from safenav.world.map import RegionMap
 from safenav.world.poses import Mobility
 
 CORRIDOR = RegionMap.from_grid(["#######", "#.....#", "#######"])  # regions 8 to 12

@@ -13,8 +13,19 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from once import SCENARIOS
-from safenav import Pose, Robot, Synthesizer, Task, compile_task, first_failure, load_scenario
-from safenav.errors import UsageError, Verdict
+from safenav import (
+    Pose,
+    Region,
+    RegionMap,
+    Robot,
+    Synthesizer,
+    Task,
+    UsageError,
+    Verdict,
+    compile_task,
+    first_failure,
+    load_scenario,
+)
 from safenav.formula.parser import parse
 from safenav.formula.syntax import Predicate, predicate
 from safenav.judge.bundle.strategies import sees
@@ -26,7 +37,7 @@ from safenav.spec import belief
 from safenav.spec.belief import Knowledge, watch
 from safenav.spec.specification import Section
 from safenav.spec.task import Known, Observed
-from safenav.world.map import Partition, Region, RegionMap
+from safenav.world.map import Partition
 from safenav.world.poses import Mobility, bits
 from support.examples import campaign
 

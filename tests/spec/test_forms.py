@@ -7,11 +7,10 @@ from random import Random
 
 import pytest
 
-from safenav import Heading, Pose
+from safenav import Heading, Pose, RegionMap
 from safenav.explain.explanation import play
 from safenav.scenario.objective import Cover, Hold, Objective, Once, Patrol, Visit
 from safenav.spec.task import Memory, ObjectiveForm, Weakening, can_keep, concession, forms
-from safenav.world.map import RegionMap
 from safenav.world.poses import Mobility, PoseGraph, region_mask
 
 

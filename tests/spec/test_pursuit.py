@@ -10,8 +10,17 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from safenav import Heading, Pose, Robot, Synthesizer, Task, compile_task, first_failure
-from safenav.errors import Verdict
+from safenav import (
+    Heading,
+    Pose,
+    RegionMap,
+    Robot,
+    Synthesizer,
+    Task,
+    Verdict,
+    compile_task,
+    first_failure,
+)
 from safenav.formula.parser import parse
 from safenav.formula.syntax import evaluate, predicate
 from safenav.scenario.model import RobotModel
@@ -19,7 +28,6 @@ from safenav.scenario.objective import Cover, Hold, Once, Patrol, TargetObjectiv
 from safenav.spec.compile import assumption_names, busy, encode
 from safenav.spec.specification import Section
 from safenav.spec.task import NO_MEMORY, Known, Memory
-from safenav.world.map import RegionMap
 from safenav.world.poses import Mobility, plain_graph
 from support.examples import campaign
 

@@ -9,9 +9,8 @@ from typing import Any
 import pytest
 
 from once import SCENARIOS, beside, from_yaml
-from safenav import built_in
-from safenav.errors import UsageError
-from safenav.scenario.reading.loader import load_draft, load_scenario_text
+from safenav import UsageError, built_in, load_scenario_text
+from safenav.scenario.reading.loader import load_draft
 from safenav.studio import editing
 from safenav.studio.drawing import drawing_of
 from safenav.studio.editor import blank

@@ -17,11 +17,17 @@ from motion.runs import live_trace
 from once import SCENARIOS, beside, trace_of_shipped
 from report.browser import Browser, Keys
 from runtime.worlds import Driven
-from safenav import LiveView, Mission, check_trace, load_scenario
-from safenav.errors import UsageError
+from safenav import (
+    LiveView,
+    Mission,
+    Trace,
+    UsageError,
+    check_trace,
+    load_scenario,
+    load_scenario_text,
+)
 from safenav.run.reading import run_of
-from safenav.scenario.reading.loader import load_scenario_text
-from safenav.trace.file import Trace, read_bytes
+from safenav.trace.file import read_bytes
 from safenav.trace.records import Appeared, Inputs, Resolved
 from safenav.trace.vocabulary import ChangeCause
 from studio.board import Board

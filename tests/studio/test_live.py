@@ -14,8 +14,8 @@ import pytest
 from children import ran
 from once import SCENARIOS
 from runtime.test_operator import GATE
-from safenav import check_trace
-from safenav.trace.file import Trace, read_bytes
+from safenav import Trace, check_trace
+from safenav.trace.file import read_bytes
 from safenav.trace.records import Operator, Waiting
 from studio.serving import Page, Served
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from once import SCENARIOS
-from safenav.errors import UsageError
+from safenav import UsageError
 from safenav.studio.editor import Editor
 from safenav.studio.server import LARGEST, listening
 from studio.serving import Served

@@ -3,9 +3,7 @@
 from collections.abc import Mapping, Sequence
 from random import Random
 
-from safenav import Obstacle, Scenario
-from safenav.runtime.worlds.simulation import LiveSimulation
-from safenav.world.map import Region
+from safenav import LiveSimulation, Obstacle, Region, Scenario
 
 
 class Uneven(LiveSimulation):

@@ -13,8 +13,7 @@ from typing import Any
 
 from campaigns.judge.mission import Mission, NotJudgedError
 from campaigns.judge.search import Poses
-from safenav.errors import InputError
-from safenav.scenario.reading.loader import load_scenario_text
+from safenav import InputError, load_scenario_text
 from support.floors import free_in, open_floor, rooms, scattered
 
 ACTIONS = ("push", "sense", "clear", "lift")

@@ -8,7 +8,7 @@ import pytest
 
 from children import none_left
 from once import beside
-from safenav.spec.specification import Specification, read_specification
+from safenav import Specification, read_specification
 from safenav.synthesis.program import Binary
 from slugs.commands import binary_under_test
 

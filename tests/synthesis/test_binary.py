@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from safenav.errors import SynthesizerError
+from safenav import SynthesizerError
 from safenav.synthesis import program as module
 from safenav.synthesis.program import VARIABLE, Binary, find_binary
 

@@ -7,9 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from safenav import Synthesizer
-from safenav.errors import Verdict
-from safenav.spec.specification import Specification
+from safenav import Specification, Synthesizer, Verdict
 from safenav.synthesis.cache import Cache, CacheEntry, CacheWarning
 from safenav.synthesis.program import Binary
 

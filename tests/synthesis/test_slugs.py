@@ -15,15 +15,17 @@ import pytest
 
 from children import gone, ran
 from once import beside, from_yaml
-from safenav import Synthesizer, first_failure
-from safenav.errors import (
+from safenav import (
     ExitCode,
     ResourceLimitError,
     SafenavError,
+    Specification,
+    Synthesizer,
     SynthesizerError,
     Verdict,
+    first_failure,
 )
-from safenav.spec.specification import Constraint, Origin, Section, Specification
+from safenav.spec.specification import Constraint, Origin, Section
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.program import Binary, die_with_parent
 from safenav.synthesis.slugs import SynthesisProgress

@@ -9,9 +9,9 @@ import networkx
 import pytest
 
 from once import beside, from_yaml
-from safenav.errors import SynthesizerError
-from safenav.spec.specification import Owner, Specification, Variable, read_specification
-from safenav.synthesis.strategy import Strategy, to_dot, to_graphml
+from safenav import Specification, Strategy, SynthesizerError, read_specification
+from safenav.spec.specification import Owner, Variable
+from safenav.synthesis.strategy import to_dot, to_graphml
 
 
 @pytest.fixture

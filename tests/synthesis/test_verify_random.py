@@ -30,14 +30,12 @@ from oracle.automata import (
 from oracle.game import Solution, build_game, extract, solve
 from oracle.generator import random_specification
 from oracle.text import inputs_first, to_structuredslugs
-from safenav import Synthesizer
-from safenav.errors import Verdict
+from safenav import Specification, Strategy, Synthesizer, Verdict, read_specification
 from safenav.formula.parser import parse
 from safenav.formula.syntax import evaluate
-from safenav.spec.specification import Section, Specification, read_specification
+from safenav.spec.specification import Section
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.program import Binary
-from safenav.synthesis.strategy import Strategy
 from safenav.verify.verification import Failure, Fault, Verification, verify
 
 GAMES = int(os.environ.get("SAFENAV_RANDOM_GAMES", "400"))

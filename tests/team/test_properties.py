@@ -13,12 +13,10 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from drawn import loads
-from safenav import Mission
-from safenav.errors import Outcome
+from safenav import Clock, Mission, Outcome
 from safenav.plan.ask import Found, ask
 from safenav.plan.order import at_end, closed, joint_now, next_step
 from safenav.runtime.control import coordinate
-from safenav.scenario.model import Clock
 from safenav.solve.solve import Solver, settle
 from safenav.team import state as now
 from safenav.team.acts import acts_on, is_reserved, resolved, standing

@@ -12,17 +12,19 @@ from msgspec.structs import replace
 from once import SCENARIOS
 from runtime.worlds import Driven
 from safenav import (
+    Clock,
+    InputError,
     Mission,
     Scenario,
     TraceWriter,
+    UsageError,
     check_trace,
     load_scenario,
     read_trace,
     resumption,
 )
-from safenav.errors import InputError, UsageError
 from safenav.files import json_line
-from safenav.scenario.model import Clock, Exclusion, RobotChange
+from safenav.scenario.model import Exclusion, RobotChange
 from safenav.trace import records
 from safenav.trace.fields import convert, plain
 from safenav.trace.file import as_data, read_bytes

@@ -2,9 +2,9 @@
 
 import pytest
 
+from safenav import load_scenario_text
 from safenav.plan.charged import ChargedSearch
 from safenav.plan.search import STATIC, Exhausted, Immobile, Search
-from safenav.scenario.reading.loader import load_scenario_text
 from safenav.team.apply import initial
 from safenav.team.floor import Floor, floor_now
 from safenav.team.team import team_of

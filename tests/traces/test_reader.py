@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from once import from_yaml
-from safenav.errors import InputError
+from safenav import InputError, Trace
 from safenav.judge.lines import NotATraceError, Reader
-from safenav.trace.file import Trace, read_bytes
+from safenav.trace.file import read_bytes
 from support.damage import GOOD, Edit, damage, find, text
 
 REFUSED = from_yaml(Path(__file__).with_name("refused.yaml").read_text())

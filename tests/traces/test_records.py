@@ -18,9 +18,8 @@ from msgspec import Meta, Struct
 from msgspec.structs import fields, replace
 
 from once import from_yaml, trace_of_shipped
-from safenav import Scenario, TraceWriter, check_trace, read_trace
+from safenav import InputError, Outcome, RegionMap, Scenario, TraceWriter, check_trace, read_trace
 from safenav.cli.new import new as command
-from safenav.errors import InputError, Outcome
 from safenav.judge import lines as judge
 from safenav.run.wording import Wording
 from safenav.scenario.objective import Objective
@@ -29,7 +28,6 @@ from safenav.trace.fields import convert, entries, objective_of
 from safenav.trace.file import as_data, read_bytes
 from safenav.trace.records import KINDS, VERSION, Header, Record
 from safenav.trace.schema import schema_text, trace_schema
-from safenav.world.map import RegionMap
 from support.damage import GOOD
 
 OBJECTIVES = (

@@ -12,9 +12,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from safenav.errors import InputError
+from safenav import InputError, RegionMap
 from safenav.world.images import Blocked, Layout, crossed, read_image, read_movingai, walls
-from safenav.world.map import RegionMap
 from support.examples import campaign
 
 MAPS = Path(__file__).parents[1] / "maps"

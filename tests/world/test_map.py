@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from safenav.world.map import RegionMap, rooms, tiles
+from safenav import RegionMap
+from safenav.world.map import rooms, tiles
 from safenav.world.poses import Mobility, PoseGraph, bits
 from safenav.world.sight import visible_from
 
