@@ -7,13 +7,14 @@ import re
 import struct
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from functools import cache
 from heapq import merge
+from itertools import count
 from math import cos, radians, sin
 from pathlib import Path
 from typing import Any
 
 from msgspec import Struct
+from msgspec.structs import astuple
 
 from safenav.errors import missing_package
 from safenav.fleet.ros2.interfaces import INTERFACES
@@ -21,20 +22,20 @@ from safenav.pace.robot import AIR
 from safenav.report.picture.floor import INK
 from safenav.report.picture.svg import STATUS_MARKS
 from safenav.run.run import CLOSED, Run
+from safenav.run.tracks import RobotTrack
 from safenav.run.values import Event, Hidden, ObstacleStatus, StoryKind
-from safenav.scenario.objective import Objective, target_regions
+from safenav.scenario.objective import target_regions
 from safenav.world.map import Frame, Region
 
 Message = Mapping[str, Any]
 _ARROW, _CUBE, _CYLINDER, _LINE, _CUBES, _TEXT = 0, 1, 3, 4, 6, 9
+_ADD, _DELETE, _DELETE_ALL = 0, 2, 3
 _FLIES = 0.8
 """Height of the bodies of the layer ``air``, in regions."""
 _HEIGHTS = {ObstacleStatus.FOUND: 0.15, ObstacleStatus.BLOCKED: 0.8}
 """Heights of obstacles by status, in regions, for people who cannot tell the colours apart."""
-_COLOURS = {status: mark.colour for status, mark in STATUS_MARKS.items()}
 TRAIL = 8
 """Most corners in a path: with all so far, bags would grow with the square of the ticks."""
-_ADD, _DELETE, _DELETE_ALL = 0, 2, 3
 _INFO, _WARN, _ERROR = 20, 30, 40
 _LEVELS = {
     StoryKind.VIOLATION: _WARN,
@@ -76,10 +77,8 @@ def names_of(run: Run) -> dict[str, str]:
     for track in run.robots:
         plain = re.sub(r"\W", "_", track.name, flags=re.ASCII).strip("_") or "robot"
         plain = f"r_{plain}" if plain[0].isdigit() else plain
-        name, number = plain, 2
-        while name in ("map", *found.values()):
-            name, number = f"{plain}_{number}", number + 1
-        found[track.name] = name
+        names = (plain if number == 1 else f"{plain}_{number}" for number in count(1))
+        found[track.name] = next(name for name in names if name not in ("map", *found.values()))
     return found
 
 
@@ -93,29 +92,25 @@ class _Messages:
 
     def all(self) -> Iterator[Stamped]:
         """Yield the messages of what never changes, then of each tick what has changed."""
-        run, changes = self.run, _Latest()
+        run = self.run
         yield Stamped(run.time(0), "/map", "nav_msgs/msg/OccupancyGrid", self._map())
         yield self._markers(0, "/places", self._places())
         yield self._markers(0, "/robots", self._bodies())
         passed = {track.name: deque[Message](maxlen=TRAIL) for track in run.robots}
         for tick in range(run.last + 1):
-            seconds, poses = run.time(tick), self._poses(tick)
-            yield self._frames(seconds, poses)
+            poses = {track.name: self._pose(track, tick) for track in run.robots}
+            yield self._frames(run.time(tick), poses)
             for track in run.robots:
-                if changes.new(track.name, track.regions[tick]):
+                if tick == 0 or track.regions[tick] != track.regions[tick - 1]:
                     path = self._path(tick, passed[track.name], poses[track.name])
                     topic = f"/{self.names[track.name]}/path"
-                    yield Stamped(seconds, topic, "nav_msgs/msg/Path", path)
-            known = ((hidden, hidden.status.at(tick)) for hidden in run.hidden.values())
-            told = ((hidden, s if s in CLOSED else ObstacleStatus.ABSENT) for hidden, s in known)
-            shown = [(h, s) for h, s in told if changes.new(h.name, s, ObstacleStatus.ABSENT)]
-            if shown:
-                yield self._markers(tick, "/obstacles", (self._obstacle(tick, *s) for s in shown))
-            plan = run.plans.at(tick)
-            objectives = [track.objectives.at(tick) for track in run.robots]
-            if changes.new("plan", (plan, objectives)):
-                yield self._markers(tick, "/plan", self._plan(tick, plan, objectives))
-            yield from (self._log(seconds, tick, event) for event in run.happened(tick))
+                    yield Stamped(run.time(tick), topic, "nav_msgs/msg/Path", path)
+            obstacles = [*self._obstacles(tick)]
+            if obstacles:
+                yield self._markers(tick, "/obstacles", obstacles)
+            if tick == 0 or self._intentions(tick) != self._intentions(tick - 1):
+                yield self._markers(tick, "/plan", self._plan(tick))
+            yield from (self._log(tick, event) for event in run.happened(tick))
 
     def moved(self, motion: Poses) -> Iterator[Stamped]:
         """Yield the frames of the robots at the poses of a motion."""
@@ -135,8 +130,9 @@ class _Messages:
         ]
         return Stamped(seconds, "/tf", "tf2_msgs/msg/TFMessage", {"transforms": transforms})
 
-    def _log(self, seconds: float, tick: int, event: Event) -> Stamped:
+    def _log(self, tick: int, event: Event) -> Stamped:
         failed = event.kind is StoryKind.OUTCOME and self.run.failed
+        seconds = self.run.time(tick)
         log = {
             "stamp": stamp(seconds),
             "level": _ERROR if failed else _LEVELS.get(event.kind, _INFO),
@@ -163,15 +159,12 @@ class _Messages:
     def _header(self, tick: int) -> Message:
         return {"stamp": stamp(self.run.time(tick)), "frame_id": "map"}
 
-    def _poses(self, tick: int) -> dict[str, Message]:
-        """Return each robot's pose, interpolated during a step of several ticks."""
-        found = {}
-        for track in self.run.robots:
-            row, col, heading = self.run.place(track, tick)
-            x, y = self.frame.centre(row, col, self.run.map.rows)
-            facing = 0.0 if heading is None else radians(90.0 - heading)
-            found[track.name] = _pose(x, y, self.frame.yaw + facing)
-        return found
+    def _pose(self, track: RobotTrack, tick: int) -> Message:
+        """Return a robot's pose, interpolated during a step of several ticks."""
+        row, col, heading = self.run.place(track, tick)
+        x, y = self.frame.centre(row, col, self.run.map.rows)
+        facing = 0.0 if heading is None else radians(90.0 - heading)
+        return _pose(x, y, self.frame.yaw + facing)
 
     def _path(self, tick: int, passed: deque[Message], pose: Message) -> Message:
         if len(passed) > 1 and _straight(passed[-2]["pose"], passed[-1]["pose"], pose):
@@ -179,13 +172,19 @@ class _Messages:
         passed.append({"header": self._header(tick), "pose": pose})
         return {"header": self._header(tick), "poses": list(passed)}
 
-    def _obstacle(self, tick: int, hidden: Hidden, status: ObstacleStatus) -> Message:
-        number = [*self.run.hidden].index(hidden.name)
-        action = _DELETE if status is ObstacleStatus.ABSENT else _ADD
-        look = {"scale": self._size(0.9, _HEIGHTS.get(status, 0.4))}
-        look |= {"color": _colour(_COLOURS.get(status, INK), 0.8)}
-        marker = self._marker(tick, "obstacles", number, _CUBE, action) | look
-        return marker | {"pose": self._at(hidden.region), "text": hidden.label(self.run.map)}
+    def _obstacles(self, tick: int) -> Iterator[Message]:
+        """Yield a box of each obstacle whose status has changed; none of those that are no longer
+        closed."""
+        for number, hidden in enumerate(self.run.hidden.values()):
+            status = _shown(hidden, tick)
+            if status is _shown(hidden, tick - 1):
+                continue
+            action = _ADD if status in CLOSED else _DELETE
+            size = self._size(0.9, _HEIGHTS.get(status, 0.4))
+            colour = STATUS_MARKS[status].colour if status in CLOSED else INK
+            look = {"scale": size, "color": _colour(colour, 0.8), "pose": self._at(hidden.region)}
+            text = hidden.label(self.run.map)
+            yield self._marker(tick, "obstacles", number, _CUBE, action=action, text=text, **look)
 
     def _places(self) -> Iterator[Message]:
         """Yield names of regions and areas."""
@@ -196,65 +195,59 @@ class _Messages:
             places = self._points(regions)
             middle = {axis: sum(p[axis] for p in places) / len(places) for axis in "xyz"}
             look = {"scale": self._size(0.4, 0.4), "color": _colour(INK, 1.0), "text": name}
-            pose = {**_pose(0.0, 0.0, 0.0), "position": middle}
-            yield self._marker(0, "places", number, _TEXT) | look | {"pose": pose}
+            pose = _pose(0.0, 0.0, 0.0) | {"position": middle}
+            yield self._marker(0, "places", number, _TEXT, pose=pose, **look)
 
     def _bodies(self) -> Iterator[Message]:
         """Yield a body, a nose and a name in the frame of each robot, so that they move with it."""
         side = self.side
         for number, track in enumerate(self.run.robots):
-            look = track.look
+            colour = track.look.colour
             height = (_FLIES if track.layer == AIR else 0.15) * side
             nose = {"x": 0.5 * side, "y": 0.12 * side, "z": 0.12 * side}
-            parts = [("bodies", _CYLINDER, self._size(0.55, 0.3), height, look.colour, "")]
+            parts = [("bodies", _CYLINDER, self._size(0.55, 0.3), height, colour, "")]
             if any(heading is not None for heading in track.headings):
                 parts.append(("headings", _ARROW, nose, height, INK, ""))
-            name = ("names", _TEXT, self._size(0.35, 0.35))
-            parts.append((*name, height + 0.5 * side, look.colour, track.name))
-            for kind, shape, size, z, colour, text in parts:
-                more = {"scale": size, "color": _colour(colour, 1.0), "text": text}
-                yield (
-                    self._marker(0, kind, number, shape)
-                    | more
-                    | {
-                        "header": {"stamp": stamp(0.0), "frame_id": self.names[track.name]},
-                        "frame_locked": True,
-                        "pose": {**_pose(0.0, 0.0, 0.0), "position": {"x": 0.0, "y": 0.0, "z": z}},
-                    }
-                )
+            above = height + 0.5 * side
+            parts.append(("names", _TEXT, self._size(0.35, 0.35), above, colour, track.name))
+            header = {"stamp": stamp(0.0), "frame_id": self.names[track.name]}
+            for kind, shape, size, z, ink, text in parts:
+                pose = _pose(0.0, 0.0, 0.0) | {"position": {"x": 0.0, "y": 0.0, "z": z}}
+                look = {"scale": size, "color": _colour(ink, 1.0), "text": text}
+                more = {"header": header, "frame_locked": True, "pose": pose}
+                yield self._marker(0, kind, number, shape, **look, **more)
 
-    def _plan(
-        self,
-        tick: int,
-        plan: Mapping[str, Sequence[Region]],
-        objectives: Sequence[Objective | None],
-    ) -> Iterator[Message]:
+    def _intentions(self, tick: int) -> object:
+        run = self.run
+        return run.plans.at(tick), [track.objectives.at(tick) for track in run.robots]
+
+    def _plan(self, tick: int) -> Iterator[Message]:
         """Yield each robot's targets, and its path while a joint plan is carried out."""
-        yield self._marker(tick, "plan", 0, _LINE, _DELETE_ALL)
+        yield self._marker(tick, "plan", 0, _LINE, action=_DELETE_ALL)
         for number, track in enumerate(self.run.robots):
-            if regions := sorted(target_regions(objectives[number])):
-                colour, size = _colour(track.look.colour, 0.25), self._size(0.8, 0.02)
-                more = {"scale": size, "color": colour, "points": self._points(regions)}
-                yield self._marker(tick, "targets", number, _CUBES) | more | {"text": track.name}
-            if len(way := plan.get(track.name, ())) > 1:
-                colour, size = _colour(track.look.colour, 0.8), self._size(0.1, 0.0)
-                more = {"scale": size, "color": colour, "points": self._points(way)}
-                yield self._marker(tick, "ways", number, _LINE) | more | {"text": track.name}
+            targets = sorted(target_regions(track.objectives.at(tick)))
+            way = self.run.plans.at(tick).get(track.name, ())
+            for kind, shape, regions, least, opacity, size in (
+                ("targets", _CUBES, targets, 1, 0.25, self._size(0.8, 0.02)),
+                ("ways", _LINE, way, 2, 0.8, self._size(0.1, 0.0)),
+            ):
+                if len(regions) >= least:
+                    colour, points = _colour(track.look.colour, opacity), self._points(regions)
+                    look = {"scale": size, "color": colour, "points": points, "text": track.name}
+                    yield self._marker(tick, kind, number, shape, **look)
 
-    def _marker(
-        self, tick: int, kind: str, number: int, shape: int, action: int = _ADD
-    ) -> dict[str, Any]:
+    def _marker(self, tick: int, kind: str, number: int, shape: int, **look: Any) -> Message:
         """Return a marker; the MCAP writer adds the defaults of other fields."""
         return {
             "header": self._header(tick),
             "ns": kind,
             "id": number,
             "type": shape,
-            "action": action,
+            "action": _ADD,
             "pose": _pose(0.0, 0.0, 0.0),
             "scale": self._size(1.0, 1.0),
             "color": _colour("#000000", 1.0),
-        }
+        } | look
 
     def _markers(self, tick: int, topic: str, markers: Iterable[Message]) -> Stamped:
         kind = "visualization_msgs/msg/MarkerArray"
@@ -271,14 +264,10 @@ class _Messages:
         return {"x": wide * self.side, "y": wide * self.side, "z": high * self.side}
 
 
-class _Latest(dict[str, object]):
-    """The latest value of each thing that has a message when it changes."""
-
-    def new(self, key: str, value: object, first: object = None) -> bool:
-        """Return whether a value has changed, and keep it."""
-        before = self.get(key, first)
-        self[key] = value
-        return value != before
+def _shown(hidden: Hidden, tick: int) -> ObstacleStatus:
+    """Return the status of an obstacle that the team knows to be closed; ``ABSENT`` for others."""
+    status = hidden.status.at(tick)
+    return status if tick >= 0 and status in CLOSED else ObstacleStatus.ABSENT
 
 
 def _straight(first: Message, middle: Message, last: Message) -> bool:
@@ -294,7 +283,7 @@ def stamp(seconds: float) -> Message:
     return {"sec": nanoseconds // 10**9, "nanosec": nanoseconds % 10**9}
 
 
-def _pose(x: float, y: float, yaw: float) -> Message:
+def _pose(x: float, y: float, yaw: float) -> dict[str, Message]:
     turned = {"x": 0.0, "y": 0.0, "z": sin(yaw / 2), "w": cos(yaw / 2)}
     return {"position": {"x": x, "y": y, "z": 0.0}, "orientation": turned}
 
@@ -302,14 +291,6 @@ def _pose(x: float, y: float, yaw: float) -> Message:
 def _colour(text: str, opacity: float) -> Message:
     red, green, blue = (int(text[i : i + 2], 16) / 255 for i in (1, 3, 5))
     return {"r": red, "g": green, "b": blue, "a": opacity}
-
-
-Encoder = Callable[[bytearray, Any], None]
-"""Appends a value, aligned; without one (None), a default."""
-
-_NUMBERS = {"bool": "?", "byte": "B", "char": "B", "float32": "f", "float64": "d"}
-_NUMBERS |= {"int8": "b", "int16": "h", "int32": "i", "int64": "q"}
-_NUMBERS |= {"uint8": "B", "uint16": "H", "uint32": "I", "uint64": "Q"}
 
 
 def write_mcap(path: Path, messages: Iterable[Stamped]) -> None:
@@ -323,91 +304,46 @@ def write_mcap(path: Path, messages: Iterable[Stamped]) -> None:
         writer.start(profile="ros2", library="safenav")
         schemas: dict[str, int] = {}
         channels: dict[str, int] = {}
-        for number, message in enumerate(messages):
-            kind, at = message.kind, round(message.seconds * 1e9)
+        for number, (seconds, topic, kind, message) in enumerate(map(astuple, messages)):
             if kind not in schemas:
                 schemas[kind] = writer.register_schema(kind, "ros2msg", definition(kind).encode())
-            if message.topic not in channels:
-                channels[message.topic] = writer.register_channel(
-                    message.topic, "cdr", schemas[kind]
-                )
-            data = encoded(kind, message.message)
-            writer.add_message(channels[message.topic], at, data, at, number)
+            if topic not in channels:
+                channels[topic] = writer.register_channel(topic, "cdr", schemas[kind])
+            at, out = round(seconds * 1e9), bytearray()
+            _write(out, kind.replace("/msg/", "/"), message)
+            # The header of little-endian CDR comes first; from there on values are aligned.
+            writer.add_message(channels[topic], at, b"\0\1\0\0" + out, at, number)
         finish: Callable[[], None] = writer.finish
         finish()
 
 
-def encoded(kind: str, message: Message) -> bytes:
-    """Return a message (``nav_msgs/msg/Path``) as CDR; absent fields have their defaults."""
-    out = bytearray()
-    _encoder(kind.replace("/msg/", "/"))(out, message)
-    return b"\0\1\0\0" + out  # the header of little-endian CDR, from which on values are aligned
+_LETTERS = {"bool": "?", "byte": "B", "char": "B", "float32": "f", "float64": "d"}
+_LETTERS |= {"int8": "b", "int16": "h", "int32": "i", "int64": "q"}
+_LETTERS |= {"uint8": "B", "uint16": "H", "uint32": "I", "uint64": "Q"}
+_NUMBERS = {kind: struct.Struct(f"<{letter}") for kind, letter in _LETTERS.items()}
 
 
-@cache
-def _encoder(kind: str) -> Encoder:
-    """Return the encoder of a type of field: ``float64``, ``string[]``, ``geometry_msgs/Pose``."""
-    base, sequence, count = kind.removesuffix("]").partition("[")
-    if sequence:
-        return _sequence(_encoder(base), int(count or 0))
-    if base in _NUMBERS:
-        return _number(struct.Struct(f"<{_NUMBERS[base]}"))
-    if base == "string":
-        return _string
-    lines = [line.split() for line in INTERFACES[base]]
-    if all(of == "float64" for of, _ in lines):
-        return _numbers([key for _, key in lines])
-    fields = [(key, _encoder(of)) for of, key in lines]
-
-    def encode(out: bytearray, value: Any) -> None:
-        value = value or {}
-        for key, field in fields:
-            field(out, value.get(key))
-
-    return encode
-
-
-def _number(form: struct.Struct) -> Encoder:
-    size, pack = form.size, form.pack
-
-    def encode(out: bytearray, value: Any) -> None:
-        out += bytes(-len(out) % size)
-        out += pack(value or 0)
-
-    return encode
-
-
-def _numbers(keys: Sequence[str]) -> Encoder:
-    """Return the encoder of a type of 64-bit numbers only, of which bags are full."""
-    pack = struct.Struct(f"<{len(keys)}d").pack
-
-    def encode(out: bytearray, value: Any) -> None:
-        out += bytes(-len(out) % 8)
-        out += pack(*[value.get(key, 0.0) for key in keys] if value else [0.0] * len(keys))
-
-    return encode
-
-
-_length = _number(struct.Struct("<I"))
-
-
-def _string(out: bytearray, value: Any) -> None:
-    text = (value or "").encode() + b"\0"
-    _length(out, len(text))
-    out += text
-
-
-def _sequence(item: Encoder, count: int) -> Encoder:
-    """Return the encoder of an array of ``count`` items; 0: of any number."""
-
-    def encode(out: bytearray, value: Any) -> None:
-        values = value or [None] * count
-        if not count:
-            _length(out, len(values))
+def _write(out: bytearray, kind: str, value: Any) -> None:
+    """Append a value (``float64``, ``string[]``, ``geometry_msgs/Pose``) as CDR, aligned; absent
+    values have their defaults."""
+    base, array, length = kind.removesuffix("]").partition("[")
+    if array:
+        values = value or [None] * int(length or 0)
+        if not length:
+            _write(out, "uint32", len(values))
         for each in values:
-            item(out, each)
-
-    return encode
+            _write(out, base, each)
+    elif base in _NUMBERS:
+        number = _NUMBERS[base]
+        out += bytes(-len(out) % number.size)
+        out += number.pack(value or 0)
+    elif base == "string":
+        text = (value or "").encode() + b"\0"
+        _write(out, "uint32", len(text))
+        out += text
+    else:
+        for of, key in INTERFACES[base]:
+            _write(out, of, value and value.get(key))
 
 
 _SEPARATOR = "\n" + "=" * 80 + "\n"
@@ -417,8 +353,8 @@ def definition(kind: str) -> str:
     """Return the definition of a message (``nav_msgs/msg/Path``) and of all its parts."""
     wanted = [kind.replace("/msg/", "/")]
     for name in wanted:
-        parts = (field.split()[0].removesuffix("[]") for field in INTERFACES[name])
+        parts = (of.removesuffix("[]") for of, _ in INTERFACES[name])
         wanted += dict.fromkeys(part for part in parts if part in INTERFACES.keys() - wanted)
-    first, *texts = ("\n".join(INTERFACES[name]) for name in wanted)
+    first, *texts = ("\n".join(map(" ".join, INTERFACES[name])) for name in wanted)
     named = (f"MSG: {name}\n{text}" for name, text in zip(wanted[1:], texts, strict=True))
     return _SEPARATOR.join((first, *named))

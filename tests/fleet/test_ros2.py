@@ -116,8 +116,8 @@ def test_fields_are_those_of_other_definitions() -> None:
     for name, fields in INTERFACES.items():
         package, *_, kind = name.split("/")
         theirs = typestore().fielddefs[f"{package}/msg/{kind}"][1]
-        mine = [re.sub("/(msg|srv|action)/", "/", field) for field in fields]
-        assert mine == [f"{named(what)} {field}" for field, what in theirs], name
+        mine = [(re.sub("/(msg|srv|action)/", "/", kind), key) for kind, key in fields]
+        assert mine == [(named(what), field) for field, what in theirs], name
 
 
 @pytest.mark.parametrize("name", DEFINED["kinds"], ids=lambda name: name.split("/")[-1])

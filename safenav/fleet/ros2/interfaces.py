@@ -9,8 +9,8 @@ from pathlib import Path
 _TEXT = Path(__file__).with_suffix(".msg").read_text(encoding="utf-8")
 
 INTERFACES = {
-    name: tuple(fields)
+    name: tuple((kind, key) for kind, key in map(str.split, fields))
     for name, *fields in (part.split("\n") for part in _TEXT.strip().split("\n\nMSG: "))
 }
-"""The fields (``type name``) of each interface: ``nav_msgs/Path``, or with its folder if that is
+"""The fields (type, name) of each interface: ``nav_msgs/Path``, or with its folder if that is
 not ``msg``."""

@@ -40,7 +40,7 @@ def _message(kind: str) -> Any:
     fields: dict[str, Any] = {}
     if name.endswith(("_Request", "_Response")):
         fields = {"client": idl.uint64, "number": idl.int64}
-    fields |= {key: _type(of) for of, key in map(str.split, INTERFACES[kind])}
+    fields |= {key: _type(of) for of, key in INTERFACES[kind]}
     on_the_wire = f"{package}::{folder[0] if folder else 'msg'}::dds_::{name}_"
     made: Any = make_idl_struct(name, on_the_wire, fields, dataclassify=False)
     for key, of in fields.items():
