@@ -1,11 +1,13 @@
 """The gate: which small errors of safenav the tests find.
 
+    python -m gate --record 5
     python -m gate safenav/ --count 300 --at-once 2
     python -m gate safenav/judge/ judge lies
 
-draws errors in the modules whose path begins so, and runs the test folders for each until a test
-fails: those that are named, or all, first the ones that import the package most often. Prints what
-kills each error, or that it survived. Not part of ``make test``: it takes hours. Each run sees its
+The second draws errors in the modules whose path begins so, and runs, for each, the tests that run
+its line, the shortest first, until one fails; the first records which tests these are (all tests
+once, in 5 processes; needs the package coverage). The third runs the test folders that are named.
+Prints what kills each error, or that it survived. Not part of ``make test``. Each run sees its
 error in a mount namespace of its own (Linux), so this tree never changes.
 """
 
@@ -13,17 +15,22 @@ import argparse
 import ast
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
+from hashlib import sha1
+from itertools import repeat
 from pathlib import Path
 from random import Random
 from typing import NamedTuple
 from zlib import crc32
+
+import pytest
 
 ROOT = Path(__file__).parents[1]
 OTHERS: dict[type[ast.AST], type[ast.AST]] = {
@@ -55,6 +62,22 @@ UNCHANGED = (ast.JoinedStr, ast.pattern, ast.arguments)
 TYPES = ("annotation", "returns")
 """Nodes and fields in which nothing changes: texts, patterns, parameters, types; neither do the
 keywords of a class."""
+
+
+RECORD = ROOT / "build" / "gate"
+"""What a record consists of: which test has run which lines, and how long each test takes."""
+TEST = "SAFENAV_GATE_TEST"
+"""The environment variable with the label of the test that runs."""
+SETTINGS = """[run]
+parallel = true
+data_file = {}/data
+source = {}/safenav
+context = ${{{}-}}
+patch = _exit
+disable_warnings = no-data-collected, module-not-imported, module-not-measured, already-imported
+"""
+FIRST = 20
+"""Tests of the first round: nearly all errors are found by one of them."""
 
 
 class Mutant(NamedTuple):
@@ -124,15 +147,72 @@ def mutants(path: Path) -> Iterator[Mutant]:
             left += (n for n in inner if isinstance(n, ast.AST) and not isinstance(n, UNCHANGED))
 
 
-def ordered(path: Path) -> list[str]:
-    """All folders of tests, first those of the module's package and those that import it most."""
-    package = ".".join(path.relative_to(ROOT).with_suffix("").parts[:2])
-    named = dict.fromkeys((p.parent.name for p in (ROOT / "tests").glob("*/test_*.py")), 0)
-    for folder in named:
-        for file in (ROOT / "tests" / folder).rglob("*.py"):
-            named[folder] += len(re.findall(rf"{package}\b", file.read_text(encoding="utf-8")))
-    own = package.rpartition(".")[2]
-    return sorted(named, key=lambda folder: (folder != own, -named[folder], folder))
+def digest(test: str) -> str:
+    """The label of a test among recorded lines (its name may hold any character)."""
+    return sha1(test.encode()).hexdigest()[:12]
+
+
+def pytest_runtest_protocol(item: pytest.Item) -> None:
+    """As a plugin of pytest: name the test whose lines are recorded from now on."""
+    from coverage import Coverage
+
+    os.environ[TEST] = digest(item.nodeid)
+    recorder = Coverage.current()
+    assert recorder is not None, "lines are not recorded"
+    recorder.switch_context(os.environ[TEST])
+
+
+def pytest_runtest_logreport(report: pytest.TestReport) -> None:
+    """As a plugin of pytest: write down how long a test takes."""
+    if report.when == "call" and report.passed and "PYTEST_XDIST_WORKER" not in os.environ:
+        with (RECORD / "tests").open("a", encoding="utf-8") as file:
+            file.write(f"{report.duration:.3f} {report.nodeid}\n")
+
+
+def record(workers: int) -> int:
+    """Run all tests, and record which lines each of them runs, in all of its processes."""
+    shutil.rmtree(RECORD, ignore_errors=True)
+    RECORD.mkdir(parents=True)
+    (RECORD / "settings").write_text(SETTINGS.format(RECORD, ROOT, TEST))
+    paths = {"PYTHONPATH": str(ROOT / "tests"), "COVERAGE_PROCESS_START": str(RECORD / "settings")}
+    tests = ["-m", "pytest", "-p", "gate", "-q", "-n", str(workers), "--dist", "worksteal"]
+    status = subprocess.run([sys.executable, *tests], cwd=ROOT, env={**os.environ, **paths})
+    combined = ["-m", "coverage", "combine", "-q", "--rcfile", str(RECORD / "settings")]
+    subprocess.run([sys.executable, *combined], cwd=ROOT, check=True)
+    return status.returncode
+
+
+def recorded() -> Callable[[Mutant], list[str]]:
+    """Return which tests run the line of a mutant, the shortest first.
+
+    Lines of a module's own level run once in a process, for whatever test comes first: any test
+    that runs a line of the module may find an error there.
+    """
+    from coverage import CoverageData
+
+    data = CoverageData(str(RECORD / "data"))
+    data.read()
+    rows = (RECORD / "tests").read_text(encoding="utf-8").splitlines()
+    named = [row.partition(" ")[::2] for row in rows]
+    times = {digest(test): (float(seconds), test) for seconds, test in named}
+
+    def tests(mutant: Mutant) -> list[str]:
+        runs = data.contexts_by_lineno(str(mutant.path))
+        lines: Iterable[int] = runs
+        if (inner := function(mutant)) is not None:
+            lines = sorted(line for line in runs if inner < line <= mutant.line)[-1:]
+        labels = {label.rpartition("|")[2] for line in lines for label in runs[line]}
+        return [test for _, test in sorted(times[label] for label in labels & times.keys())]
+
+    return tests
+
+
+def function(mutant: Mutant) -> int | None:
+    """The first line of the innermost function around a mutant; None at the module's own level."""
+    kinds = ast.FunctionDef | ast.AsyncFunctionDef
+    nodes = [n for n in ast.walk(ast.parse(mutant.path.read_bytes())) if isinstance(n, kinds)]
+    around = [n.lineno for n in nodes if n.lineno < mutant.line <= (n.end_lineno or 0)]
+    return max(around, default=None)
 
 
 def failure(tests: list[str], patience: float, mutant: Mutant | None = None) -> str:
@@ -165,14 +245,19 @@ def failure(tests: list[str], patience: float, mutant: Mutant | None = None) -> 
     return failed[1] if failed else f"{begun[-1]} (ends the run)" if begun else "no test can be run"
 
 
-def killer(mutant: Mutant, folders: list[str], patience: float) -> str:
-    """Return what kills a mutant; empty if nothing does."""
-    tests = [f"tests/{folder}" for folder in folders or ordered(mutant.path)]
-    while found := failure(tests, patience, mutant):
-        if "::" not in found or " (ends" in found or not failure([found], patience):
+def killer(mutant: Mutant, rounds: list[list[str]], patience: float) -> str:
+    """Return which of the tests kills a mutant; empty if none does. Rounds of tests are run one
+    after the other."""
+    aside: list[str] = []
+    found = ""
+    for tests in filter(None, rounds):
+        while found := failure([*tests, *aside], patience, mutant):
+            if "::" not in found or " (ends" in found or not failure([found], patience):
+                break
+            print(f"{found} fails without an error, too", file=sys.stderr, flush=True)
+            aside += ["--deselect", found]
+        if found:
             break
-        print(f"{found} fails without an error, too", file=sys.stderr, flush=True)
-        tests += ["--deselect", found]
     print(mutant, f"killed by {found}" if found else "SURVIVED", sep="\t", flush=True)
     return found
 
@@ -180,19 +265,26 @@ def killer(mutant: Mutant, folders: list[str], patience: float) -> str:
 def main() -> int:
     """Play the mutants; 1 if fewer than 85 % are killed."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("modules", help="beginning of the paths, from the root of the project")
+    parser.add_argument("modules", nargs="?", help="beginning of the paths, from the root")
     parser.add_argument("folders", nargs="*", help="of tests, the cheapest first")
+    parser.add_argument("--record", type=int, metavar="PROCESSES")
     parser.add_argument("--count", type=int, default=20)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--at-once", type=int, default=1)
     parser.add_argument("--patience", type=float, default=600, help="seconds for a test")
     asked = parser.parse_args()
+    if asked.record:
+        return record(asked.record)
+    folders = [[f"tests/{folder}" for folder in asked.folders]]
+    running = recorded() if not asked.folders else lambda _: []
     paths = sorted((ROOT / "safenav").rglob("*.py"))
     chosen = [path for path in paths if str(path.relative_to(ROOT)).startswith(asked.modules)]
     every = [mutant for path in chosen for mutant in mutants(path)]
     drawn = Random(asked.seed).sample(every, min(asked.count, len(every)))
+    tests = [running(mutant) for mutant in drawn]
+    rounds = [folders if asked.folders else [own[:FIRST], own[FIRST:]] for own in tests]
     with ThreadPoolExecutor(asked.at_once) as pool:
-        kills = [*pool.map(lambda one: killer(one, asked.folders, asked.patience), drawn)]
+        kills = [*pool.map(killer, drawn, rounds, repeat(asked.patience))]
     print(f"{sum(map(bool, kills))} of {len(kills)} killed")
     return int(sum(map(bool, kills)) < 0.85 * len(kills))
 

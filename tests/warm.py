@@ -162,6 +162,8 @@ def _become(asked: Mapping[str, Any], files: list[int]) -> NoReturn:
     os.chdir(asked["cwd"])
     os.environ.clear()
     os.environ.update(asked["env"])
+    if "coverage" in sys.modules:  # `python -m gate --record`
+        sys.modules["coverage"].Coverage.current().switch_context(asked["env"]["SAFENAV_GATE_TEST"])
     sys.argv = ["-c", *asked["words"]]
     status = 0
     try:
