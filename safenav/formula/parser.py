@@ -2,8 +2,7 @@
 formula against declared variables: names, types, ranges, primes.
 
 Operators, from the one that binds most tightly: ``+``; comparisons; ``!``; ``&``; ``|``; ``^``;
-``->``; ``<->``. One loop climbs the precedences, so nesting costs few stack frames; depth is
-limited all the same, because every later walk over the tree recurses.
+``->``; ``<->``. Depth is limited, because the parser and every later walk over the tree recurse.
 """
 
 from __future__ import annotations
@@ -11,6 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from functools import reduce
+from typing import ClassVar, Generic, TypeVar
 
 from msgspec import Struct
 
@@ -19,7 +19,7 @@ from safenav.formula import syntax
 from safenav.formula.syntax import Connective, Operation
 
 MAX_DEPTH = 100
-"""Deepest nesting of parentheses, negations and implication chains."""
+"""Deepest nesting of operators."""
 
 MAX_NUMBER = 2**31 - 1
 
@@ -39,33 +39,131 @@ class FormulaError(SafenavError):
         return type(self), (self.column, self.found, self.hint)
 
 
-def parse(text: str) -> syntax.Formula:
-    """Return the formula that ``text`` holds. Raises FormulaError."""
-    return _Parser(tokens_of(text, _TOKEN, _HINTS)).whole()
+T = TypeVar("T")
 
 
 class Token(Struct, frozen=True):
+    """``kind``: the operator or keyword that it spells, else the group of its pattern."""
+
     kind: str
     text: str
     column: int
+
+
+def tokens_of(
+    text: str, pattern: re.Pattern[str], hints: Mapping[str, str], kinds: Mapping[str, str]
+) -> list[Token]:
+    """Return the tokens of a formula by the groups of a pattern, without ``space``; the last one is
+    ``end``. ``kinds``: of keywords and aliases. Raises FormulaError for ``foreign`` ones and for
+    characters that no group matches."""
+    tokens, position = list[Token](), 0
+    while position < len(text):
+        match = pattern.match(text, position)
+        found = text[position] if match is None else match.group()
+        if match is None or match.lastgroup == "foreign":
+            raise FormulaError(position + 1, f"unexpected {found!r}", hints.get(found, ""))
+        if (group := str(match.lastgroup)) != "space":
+            kind = kinds.get(found, found if group == "mark" else group)
+            tokens.append(Token(kind, found, position + 1))
+        position = match.end()
+    return [*tokens, Token("end", "", len(text) + 1)]
+
+
+class FormulaParser(Generic[T]):
+    """Precedence climbing over the tokens of one formula. A language defines ``operand``, which
+    reads a part without binary operators, and ``joined``, which reads the right side of one.
+
+    ``levels``: how tightly each binary operator binds; ``misplaced``: hints for tokens where they
+    cannot stand; ``deepest``: the limit of nesting; ``empty``: the hint for an empty formula.
+    """
+
+    levels: ClassVar[Mapping[str, int]]
+    misplaced: ClassVar[Mapping[str, str]]
+    deepest: ClassVar[int]
+    empty: ClassVar[str]
+
+    def __init__(self, tokens: list[Token]) -> None:
+        self._tokens = tokens
+        self._at = 0
+        self._depth = 0
+
+    def operand(self, least: int) -> T:
+        raise NotImplementedError
+
+    def joined(self, left: T, begin: Token, operator: Token, level: int) -> T:
+        """Return ``left``, which begins at a token, joined with what follows the operator."""
+        raise NotImplementedError
+
+    def whole(self) -> T:
+        if self.peek().kind == "end":
+            raise FormulaError(1, "the formula is empty", self.empty)
+        formula = self.expression()
+        if self.peek().kind != "end":
+            raise self.unexpected("an operator or the end")
+        return formula
+
+    def expression(self, least: int = 0) -> T:
+        """Return what begins here, up to an operator that binds less tightly than ``least``."""
+        begin = self.peek()
+        self._depth += 1
+        if self._depth > self.deepest:
+            raise too_deep(begin.column)
+        left = self.operand(least)
+        while (level := self.levels.get(self.peek().kind, -1)) >= least:
+            left = self.joined(left, begin, self.next(), level)
+        self._depth -= 1
+        return left
+
+    def peek(self) -> Token:
+        return self._tokens[self._at]
+
+    def next(self) -> Token:
+        """Consume and return the next token."""
+        self._at += 1
+        return self._tokens[self._at - 1]
+
+    def take(self, *kinds: str) -> Token | None:
+        """Consume and return the next token if it is one of these."""
+        token = self._tokens[self._at]
+        if token.kind not in kinds:
+            return None
+        self._at += 1
+        return token
+
+    def need(self, kind: str, why: str) -> Token:
+        """Consume and return the next token, which must be of this kind. ``why``: completes the
+        message."""
+        if self.peek().kind != kind:
+            raise self.unexpected(f"'{kind}' {why}")
+        return self.next()
+
+    def enclosed(self, opening: Token) -> T:
+        """Return what is in the parentheses that a token has opened."""
+        inner = self.expression()
+        self.need(")", f"for the '(' in column {opening.column}")
+        return inner
+
+    def unexpected(self, expected: str) -> FormulaError:
+        """Return the error at the next token, or at a word before it that was taken for a name."""
+        token, before = self.peek(), self._tokens[self._at - 1]
+        if token.text not in self.misplaced and before.kind == "name":
+            token = before if before.text in self.misplaced else token
+        shown = "end of the formula" if token.kind == "end" else repr(token.text)
+        hint = self.misplaced.get(token.text, f"expected {expected}")
+        return FormulaError(token.column, f"unexpected {shown}", hint)
+
+
+def too_deep(column: int) -> FormulaError:
+    return FormulaError(column, "nested too deeply", "split the formula into several lines")
 
 
 _TOKEN = re.compile(
     r"(?P<space>\s+)"
     r"|(?P<number>[0-9]+)"
     r"|(?P<name>[A-Za-z_][A-Za-z0-9_]*(?:[@.][A-Za-z0-9_]+)*)"
-    r"|(?P<iff><-->|<->)"
-    r"|(?P<implies>-->|->)"
     r"|(?P<foreign>===?|!==|<=>|=>|=<|<>|\[\])"
+    r"|(?P<mark><?--?>|&&?|/\\|\|\|?|\\/|!(?!=)|[~^+'()])"
     r"|(?P<relation>!=|<=|>=|=|<|>)"
-    r"|(?P<and>&&|&|/\\)"
-    r"|(?P<or>\|\||\||\\/)"
-    r"|(?P<xor>\^)"
-    r"|(?P<not>[!~])"
-    r"|(?P<plus>\+)"
-    r"|(?P<prime>')"
-    r"|(?P<open>\()"
-    r"|(?P<close>\))"
 )
 
 _HINTS = {
@@ -83,242 +181,118 @@ _HINTS = {
     "[": "a region is written as its number or its name",
     "{": "join alternatives with '|', or give the regions a name under 'areas'",
 }
+"""Hints for signs of other languages."""
 
-_WORDS = {
-    "and": "write '&'",
-    "or": "write '|'",
-    "not": "write '!'",
-    "implies": "write '->'",
-    "iff": "write '<->'",
-}
+_WORDS = {"and": "&", "or": "|", "not": "!", "implies": "->", "iff": "<->"}
 """Operators in words, as in requirements on the motion and in other languages."""
 
-_TEMPORAL = {
-    "F": "put each goal to reach infinitely often under 'liveness'",
-    "G": "put each condition that must always hold under 'safety'",
-    "U": "GR(1) has no until: use a memory variable, or goals under 'liveness'",
-    "W": "GR(1) has no weak until: use a memory variable under 'safety'",
+_KINDS = {
+    **{"&&": "&", "/\\": "&", "||": "|", "\\/": "|", "~": "!", "-->": "->", "<-->": "<->"},
+    **{"next": "next", "X": "next", "TRUE": "TRUE", "FALSE": "FALSE"},
 }
 
-_OPERATORS = {
-    "iff": Connective.IFF,
-    "implies": Connective.IMPLIES,
-    "xor": Connective.XOR,
-    "or": Connective.OR,
-    "and": Connective.AND,
-}
-"""Operators by the kind of their token."""
+_ONE_STEP = "a GR(1) formula refers to this state and the next one only"
+
+_TWO_NUMBERS = "it takes numbers (x, x' or 3), not formulas; join two comparisons with '&'"
 
 
-def tokens_of(text: str, pattern: re.Pattern[str], hints: Mapping[str, str]) -> list[Token]:
-    """Return the tokens of a formula by the groups of a pattern, without ``space``; the last one is
-    ``end``. Raises FormulaError for ``foreign`` ones and for characters that no group matches."""
-    tokens = []
-    position = 0
-    while position < len(text):
-        match = pattern.match(text, position)
-        found = text[position] if match is None else match.group()
-        if match is None or match.lastgroup == "foreign":
-            raise FormulaError(position + 1, f"unexpected {found!r}", hints.get(found, ""))
-        if match.lastgroup != "space":
-            tokens.append(Token(str(match.lastgroup), found, position + 1))
-        position = match.end()
-    return [*tokens, Token("end", "", len(text) + 1)]
+class _Parser(FormulaParser[syntax.Formula]):
+    """The structured-slugs expression language."""
 
+    levels: ClassVar = {
+        operator: level for operator, level in syntax.PRECEDENCE.items() if operator != "!"
+    }
+    misplaced: ClassVar = {
+        "F": "put each goal to reach infinitely often under 'liveness'",
+        "G": "put each condition that must always hold under 'safety'",
+        "U": "GR(1) has no until: use a memory variable, or goals under 'liveness'",
+        "W": "GR(1) has no weak until: use a memory variable under 'safety'",
+        "'": "one prime follows a variable; for a formula write next(...)",
+        **dict.fromkeys((*syntax.Relation, "+"), _TWO_NUMBERS),
+        **{word: f"write '{sign}'" for word, sign in _WORDS.items()},
+        **{word.upper(): f"write '{sign}'" for word, sign in _WORDS.items()},
+    }
+    deepest = 2 * MAX_DEPTH  # parentheses around an operand need not be operators
+    empty = "write TRUE for no condition"
+    _inside_next = False
 
-class _Parser:
-    """Recursive descent with precedence climbing over the tokens of one formula."""
+    def joined(
+        self, left: syntax.Formula, begin: Token, operator: Token, level: int
+    ) -> syntax.Formula:
+        del begin
+        node, operands = Connective(operator.kind), [left, self.expression(level + 1)]
+        while self.take(operator.kind):
+            operands.append(self.expression(level + 1))
+        if node not in (Connective.IMPLIES, Connective.IFF):
+            return Operation(node, tuple(operands))
+        if len(operands) > MAX_DEPTH:
+            raise too_deep(operator.column)
+        return reduce(lambda one, other: Operation(node, (one, other)), operands)
 
-    def __init__(self, tokens: list[Token]) -> None:
-        self._tokens = tokens
-        self._next = 0
-        self._depth = 0
-        self._height = 0
-        self._inside_next = False
-
-    def whole(self) -> syntax.Formula:
-        if self._peek().kind == "end":
-            raise FormulaError(1, "the formula is empty", "write TRUE for no condition")
-        formula = self._binary(1)
-        if self._peek().kind != "end":
-            raise self._unexpected("an operator or the end")
-        return formula
-
-    def _peek(self) -> Token:
-        return self._tokens[self._next]
-
-    def _take(self) -> Token:
-        token = self._tokens[self._next]
-        self._next += 1
-        return token
-
-    def _binary(self, lowest: int) -> syntax.Formula:
-        """Parse the operators of precedence ``lowest`` and higher, with all that binds tighter."""
-        left = self._unary()
-        while (kind := self._peek().kind) in _OPERATORS:
-            node = _OPERATORS[kind]
-            if (rank := syntax.PRECEDENCE[node]) < lowest:
-                break
-            operands = [left]
-            height = self._height
-            chained = kind in ("implies", "iff")
-            while self._peek().kind == kind:
-                operator = self._take()
-                operands.append(self._binary(rank + 1))
-                height = max(height, self._height)
-                if chained:
-                    height = self._bounded(height + 1, operator)
-            if chained:
-                left = reduce(lambda one, other: Operation(node, (one, other)), operands)
-            else:
-                left = Operation(node, tuple(operands))
-            self._height = height if chained else height + 1
-            self._bounded(self._height, self._peek())
-        return left
-
-    def _unary(self) -> syntax.Formula:
-        token = self._peek()
-        if token.kind == "not":
-            self._take()
-            self._descend(token)
-            operand = self._unary()
-            self._depth -= 1
-            self._height = self._bounded(self._height + 1, token)
-            return Operation(Connective.NOT, (operand,))
-        if token.kind == "name" and token.text in ("next", "X") and self._opens_next():
-            return self._next_formula()
-        return self._comparison()
-
-    def _opens_next(self) -> bool:
-        return self._tokens[self._next + 1].kind == "open"
-
-    def _next_formula(self) -> syntax.Formula:
-        word = self._take()
-        if self._inside_next:
-            raise FormulaError(word.column, f"{word.text} inside {word.text}", _ONE_STEP)
-        self._inside_next = True
-        operand = self._parenthesized()
-        self._inside_next = False
-        if self._peek().kind in ("relation", "plus"):
-            hint = "next(...) takes a formula; the next value of a number is written x'"
-            raise FormulaError(self._peek().column, f"unexpected {self._shown()}", hint)
-        for name in syntax.names_of(operand):
-            if name.primed:
-                found = f"the primed variable {name.name}' inside {word.text}(...)"
-                raise FormulaError(name.column, found, _ONE_STEP)
-        self._height = self._bounded(self._height + 1, word)
-        return Operation(Connective.NEXT, (operand,))
-
-    def _parenthesized(self) -> syntax.Formula:
-        opening = self._take()
-        self._descend(opening)
-        formula = self._binary(1)
-        if self._peek().kind != "close":
-            raise self._unexpected(f"')' for the '(' in column {opening.column}")
-        self._take()
-        self._depth -= 1
-        if self._peek().kind == "prime":
-            hint = "a prime follows a variable; for a formula write next(...)"
-            raise FormulaError(self._peek().column, 'unexpected "\'"', hint)
-        return formula
-
-    def _comparison(self) -> syntax.Formula:
-        """Return a comparison, a Boolean variable, a constant, or a formula in parentheses."""
-        token = self._peek()
-        self._height = 0
-        if token.kind == "open":
-            inner = self._parenthesized()
-            if self._peek().kind not in ("relation", "plus"):
-                return inner
-            if not isinstance(inner, syntax.Name):
-                raise FormulaError(
-                    self._peek().column,
-                    f"unexpected {self._shown()}",
-                    "expected a number, found a formula",
-                )
-            return self._related(self._sum(inner))
-        if token.kind == "name" and token.text in ("TRUE", "FALSE"):
-            self._take()
-            if self._peek().kind in ("relation", "plus"):
-                hint = f"{token.text} is not a number"
-                raise FormulaError(self._peek().column, f"unexpected {self._shown()}", hint)
-            return syntax.Constant(token.text == "TRUE")
-        term = self._sum(self._atom())
-        if isinstance(term, syntax.Name) and self._peek().kind != "relation":
-            return term
-        return self._related(term)
-
-    def _related(self, left: syntax.Term) -> syntax.Formula:
-        """Return ``left`` compared with the term that follows."""
-        if self._peek().kind != "relation":
-            raise self._unexpected("a comparison such as '=' after a number")
-        relation = syntax.Relation(self._take().text)
-        right = self._sum(self._atom())
-        if self._peek().kind == "relation":
-            hint = "comparisons do not chain: join two with '&'"
-            raise FormulaError(self._peek().column, f"unexpected {self._shown()}", hint)
-        return syntax.Comparison(relation, left, right)
+    def operand(self, least: int) -> syntax.Formula:
+        """Return a negation, ``next(...)``, a comparison, a Boolean variable, a constant, or a
+        formula in parentheses."""
+        del least
+        if self.take("!"):
+            return Operation(Connective.NOT, (self.expression(len(syntax.PRECEDENCE)),))
+        if word := self.take("next"):
+            self._look_ahead(word)
+            opening = self.need("(", f"after {word.text}, around what holds in the next state")
+            self._inside_next = True
+            operand = self.enclosed(opening)
+            self._inside_next = False
+            return Operation(Connective.NEXT, (operand,))
+        if constant := self.take("TRUE", "FALSE"):
+            return syntax.Constant(constant.kind == "TRUE")
+        opened = self.take("(")
+        first: syntax.Formula | syntax.Number
+        first = self.enclosed(opened) if opened else self._atom()
+        if not isinstance(first, syntax.Name | syntax.Number):
+            return first
+        left = self._sum(first)
+        if isinstance(left, syntax.Name) and self.peek().kind != "relation":
+            return left
+        if (relation := self.take("relation")) is None:
+            raise self.unexpected("a comparison such as '=' after a number")
+        return syntax.Comparison(syntax.Relation(relation.text), left, self._sum(self._atom()))
 
     def _sum(self, first: syntax.Name | syntax.Number) -> syntax.Term:
         terms = [first]
-        while self._peek().kind == "plus":
-            self._take()
+        while self.take("+"):
             terms.append(self._atom())
         return syntax.Sum(tuple(terms)) if len(terms) > 1 else first
 
     def _atom(self) -> syntax.Name | syntax.Number:
-        token = self._peek()
-        if token.kind == "number":
-            self._take()
-            if len(token.text) > 10 or int(token.text) > MAX_NUMBER:
+        if number := self.take("number"):
+            if len(number.text) > 10 or int(number.text) > MAX_NUMBER:
                 hint = f"the largest number is {MAX_NUMBER}"
-                raise FormulaError(token.column, "a number that is too large", hint)
-            return syntax.Number(int(token.text), token.column)
-        if token.kind != "name" or token.text in ("TRUE", "FALSE"):
-            raise self._unexpected("a variable, a number or '('")
-        self._take()
-        if token.text in _TEMPORAL:
-            found = f"the temporal operator {token.text}"
-            raise FormulaError(token.column, found, _TEMPORAL[token.text])
-        if token.text in ("next", "X"):
-            hint = f"write {token.text}(...) around what must hold in the next state"
-            raise FormulaError(token.column, f"unexpected {token.text!r}", hint)
-        primed = self._peek().kind == "prime"
+                raise FormulaError(number.column, "a number that is too large", hint)
+            return syntax.Number(int(number.text), number.column)
+        if self.peek().kind != "name" or self.peek().text in syntax.RESERVED_WORDS:
+            raise self.unexpected("a variable, a number or '('")
+        name = self.next()
+        primed = self.take("'")
         if primed:
-            self._take()
-            if self._peek().kind == "prime":
-                raise FormulaError(self._peek().column, "a second prime", _ONE_STEP)
-        return syntax.Name(token.text, primed, token.column)
+            self._look_ahead(name)
+        return syntax.Name(name.text, primed is not None, name.column)
 
-    def _descend(self, token: Token) -> None:
-        """Enter one more level of the text, which bounds the parser's own recursion."""
-        self._depth = self._bounded(self._depth + 1, token)
-
-    def _bounded(self, levels: int, token: Token) -> int:
-        """Return ``levels`` if the tree is not too high for later recursive walks."""
-        if levels > MAX_DEPTH:
-            found = f"nested more than {MAX_DEPTH} deep"
-            raise FormulaError(token.column, found, "split the formula into several lines")
-        return levels
-
-    def _shown(self) -> str:
-        token = self._peek()
-        return "end of the formula" if token.kind == "end" else repr(token.text)
-
-    def _unexpected(self, expected: str) -> FormulaError:
-        token = self._peek()
-        hint = f"expected {expected}"
-        before = self._tokens[self._next - 1]
-        if token.kind == "name" and token.text in _TEMPORAL:
-            hint = _TEMPORAL[token.text]
-        for word in (token, before) if self._next else (token,):
-            if word.kind == "name" and word.text.lower() in _WORDS:
-                found = f"unexpected {word.text!r}"
-                return FormulaError(word.column, found, _WORDS[word.text.lower()])
-        return FormulaError(token.column, f"unexpected {self._shown()}", hint)
+    def _look_ahead(self, token: Token) -> None:
+        """Raise at the next value of something in ``next(...)``."""
+        if self._inside_next:
+            raise FormulaError(
+                token.column, f"a next value ({token.text}) inside next(...)", _ONE_STEP
+            )
 
 
-_ONE_STEP = "a GR(1) formula refers to this state and the next one only"
+def parse(text: str) -> syntax.Formula:
+    """Return the formula that ``text`` holds. Raises FormulaError."""
+    formula = _Parser(tokens_of(text, _TOKEN, _HINTS, _KINDS)).whole()
+    height, level = -1, [formula]
+    while level:
+        height, level = height + 1, [part for node in level for part in syntax.operands_of(node)]
+    if height > MAX_DEPTH:
+        raise too_deep(1)
+    return formula
 
 
 Bounds = tuple[int, int] | None

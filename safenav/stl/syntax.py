@@ -9,10 +9,11 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from math import inf
+from typing import ClassVar
 
 from msgspec import Struct
 
-from safenav.formula.parser import FormulaError, Token, tokens_of
+from safenav.formula.parser import FormulaError, FormulaParser, Token, tokens_of
 
 ARGUMENTS = {"distance": 2, "speed": 1, "height": 1, "x": 1, "y": 1}
 """The signals of robots (metres, metres per second), and how many robots each takes."""
@@ -100,9 +101,6 @@ def nodes(tree: Node) -> Iterator[Node]:
         yield from nodes(child)
 
 
-MOST_DEPTH = 50
-"""Deepest nesting: the parser and the evaluator recurse."""
-
 MOST_LENGTH = 2000
 """Maximum number of characters of a formula."""
 
@@ -110,11 +108,9 @@ _TOKEN = re.compile(
     r"(?P<space>\s+)"
     r"|(?P<number>\d+(?:\.\d*)?(?:[eE][+-]?\d+)?)"
     rf"|(?P<event>(?:{'|'.join(EVENTS)})_[A-Za-z_][\w-]*@[A-Za-z0-9_][\w-]*(?:#\d+)?)"
-    r"|(?P<word>[A-Za-z_]\w*)"
-    r"|(?P<implies>->)"
-    r"|(?P<relation>>=|<=|>|<)"
+    r"|(?P<name>[A-Za-z_]\w*)"
     r"|(?P<foreign><->|=>|==?|!=?|&&?|\|\|?|~|/\\|\\/|[/^])"
-    r"|(?P<mark>[-+*(),\[\]])"
+    r"|(?P<mark>->|>=|<=|[-+*(),\[\]<>])"
 )
 _HINTS = {
     ":": "a comma separates the ends of a window: [0,5]",
@@ -132,164 +128,103 @@ _WORDS = {"G": "always", "F": "eventually", "U": "until", "S": "since", "H": "hi
 _WORDS |= {"O": "once", "globally": "always", "finally": "eventually", "AND": "and", "OR": "or"}
 _WORDS |= {"NOT": "not", "implies": "->"}
 _UNARY = ("not", "always", "eventually", "once", "historically")
-_LEVELS = {"->": 1, "until": 2, "since": 2, "or": 3, "and": 4, "+": 7, "-": 7, "*": 8}
-_LEVELS |= dict.fromkeys((">=", ">", "<=", "<"), 6)
-"""How tightly each binary operator binds; those of one operand bind as ``_OPERAND``."""
+_RELATIONS = (">=", ">", "<=", "<")
 _OPERAND = 5
-_RESERVED = frozenset({*_UNARY, "until", "since", "and", "or", "inf"})
+"""How tightly an operator of one operand binds."""
+_RESERVED = {word: word for word in (*_UNARY, "until", "since", "and", "or", "inf")}
 
 
 def parse_requirement(text: str) -> Requirement:
     """Return the formula that ``text`` holds. Raises FormulaError."""
     if len(text) > MOST_LENGTH:
         raise FormulaError(1, f"a formula of {len(text)} characters", "split it into several")
-    return _Parser(text).whole()
+    tokens = tokens_of(text, _TOKEN, _HINTS, _RESERVED)
+    return _condition(_Parser(tokens).whole(), tokens[0])
 
 
-class _Parser:
-    def __init__(self, text: str) -> None:
-        self._lexemes = tokens_of(text, _TOKEN, _HINTS)
-        self._at = 0
-        self._depth = 0
+class _Parser(FormulaParser[Node]):
+    levels: ClassVar = {
+        **{"->": 1, "until": 2, "since": 2, "or": 3, "and": 4, "+": 7, "-": 7, "*": 8},
+        **dict.fromkeys(_RELATIONS, 6),
+    }
+    misplaced: ClassVar = {word: f"write '{meant}'" for word, meant in _WORDS.items()}
+    deepest = 50
+    empty = "e.g. always(distance(a, b) >= 1)"
 
-    def whole(self) -> Requirement:
-        begin = self._peek()
-        if begin.kind == "end":
-            raise FormulaError(1, "the formula is empty", "e.g. always(distance(a, b) >= 1)")
-        tree = _condition(self._expression(), begin)
-        if self._peek().kind != "end":
-            raise self._unexpected("an operator or the end")
-        return tree
-
-    def _peek(self) -> Token:
-        return self._lexemes[self._at]
-
-    def _take(self, *texts: str) -> Token | None:
-        """Consume and return the next lexeme if it is one of these."""
-        found = self._peek()
-        if found.text not in texts or found.kind == "end":
-            return None
-        self._at += 1
-        return found
-
-    def _need(self, text: str, why: str = "") -> None:
-        if self._take(text) is None:
-            raise self._unexpected(f"'{text}'{why}")
-
-    def _unexpected(self, expected: str) -> FormulaError:
-        found = self._peek()
-        shown = "end of the formula" if found.kind == "end" else repr(found.text)
-        hint = f"expected {expected}"
-        if found.kind == "word" and found.text in _WORDS:
-            hint = f"write '{_WORDS[found.text]}'"
-        return FormulaError(found.column, f"unexpected {shown}", hint)
-
-    def _expression(self, least: int = 0) -> Node:
-        """Return what begins here, up to an operator that binds less tightly than ``least``."""
-        begin = self._peek()
-        self._depth += 1
-        if self._depth > MOST_DEPTH:
-            found = f"nested more than {MOST_DEPTH} deep"
-            raise FormulaError(begin.column, found, "split it into several formulas")
-        left = self._operand() if least <= _OPERAND else self._factor()
-        while (level := _LEVELS.get(self._peek().text, -1)) >= least:
-            operator = self._lexemes[self._at]
-            self._at += 1
-            left = self._joined(left, begin, operator, level)
-        self._depth -= 1
-        return left
-
-    def _joined(self, left: Node, begin: Token, operator: Token, level: int) -> Node:
-        """Return ``left``, which begins at a token, joined with what follows the operator."""
+    def joined(self, left: Node, begin: Token, operator: Token, level: int) -> Node:
         text = operator.text
         if level > _OPERAND:
-            first, after = _number(left, begin), self._peek()
-            second = _number(self._expression(level + 1), after)
-            if operator.kind != "relation":
+            first, after = _number(left, begin), self.peek()
+            second = _number(self.expression(level + 1), after)
+            if text not in _RELATIONS:
                 return Arithmetic(text, first, second)
-            if self._peek().kind == "relation":
+            if other := self.take(*_RELATIONS):
                 hint = "comparisons do not chain: join two with 'and'"
-                raise FormulaError(self._peek().column, f"unexpected '{self._peek().text}'", hint)
+                raise FormulaError(other.column, f"unexpected '{other.text}'", hint)
             more, less = (first, second) if text[0] == ">" else (second, first)
             return Margin(Arithmetic("-", more, less))
         held = _condition(left, begin)
         window = self._window() if text in ("until", "since") else Window()
-        after = self._peek()
-        then = _condition(self._expression(level + (text != "->")), after)
+        after = self.peek()
+        then = _condition(self.expression(level + (text != "->")), after)
         if text == "->":
             return Compound("or", (Compound("not", (held,)), then))
         return Compound(text, (held, then), window)
 
-    def _operand(self) -> Node:
-        operator = self._take(*_UNARY)
+    def operand(self, least: int) -> Node:
+        operator = self.take(*_UNARY) if least <= _OPERAND else None
         if operator is None:
             return self._factor()
         window = Window() if operator.text == "not" else self._window()
-        begin = self._peek()
-        operand = _condition(self._expression(_OPERAND), begin)
+        begin = self.peek()
+        operand = _condition(self.expression(_OPERAND), begin)
         return Compound(operator.text, (operand,), window)
 
     def _window(self) -> Window:
-        opening = self._take("[")
+        opening = self.take("[")
         if opening is None:
             return Window()
         begin = self._seconds()
-        self._need(",", " between the ends of a window: [0,45]")
+        self.need(",", "between the ends of a window: [0,45]")
         end = self._seconds()
-        self._need("]", " at the end of a window")
+        self.need("]", "at the end of a window")
         if begin > end or begin == inf:
             found = f"the window [{begin:g},{end:g}] ends before it begins"
             raise FormulaError(opening.column, found)
         return Window(begin, end)
 
     def _seconds(self) -> float:
-        if self._take("inf"):
+        if found := self.take("number"):
+            return _value(found)
+        if self.take("inf"):
             return inf
-        if self._peek().kind != "number":
-            raise self._unexpected("seconds: a number, or 'inf'")
-        return self._value()
-
-    def _value(self) -> float:
-        found = self._peek()
-        self._at += 1
-        value = float(found.text)
-        if value > 1e9:
-            raise FormulaError(found.column, "a number that is too large")
-        return value
+        raise self.unexpected("seconds: a number, or 'inf'")
 
     def _factor(self) -> Node:
-        found = self._peek()
-        if opening := self._take("("):
-            inner = self._expression()
-            self._need(")", f" for the '(' in column {opening.column}")
-            return inner
-        if self._take("-"):
-            after = self._peek()
+        if opening := self.take("("):
+            return self.enclosed(opening)
+        if self.take("-"):
+            after = self.peek()
             return Arithmetic("-", Literal(0.0), _number(self._factor(), after))
-        if found.kind == "number":
-            return Literal(self._value())
-        if found.kind == "event":
-            self._at += 1
-            kind, _, obstacle = found.text.partition("_")
-            return Happens(kind, obstacle, found.column)
-        if found.kind == "word" and found.text not in _RESERVED:
-            return self._signal()
-        raise self._unexpected("a formula")
+        if number := self.take("number"):
+            return Literal(_value(number))
+        if event := self.take("event"):
+            kind, _, obstacle = event.text.partition("_")
+            return Happens(kind, obstacle, event.column)
+        if self.peek().kind != "name" or self.peek().text in _WORDS:
+            raise self.unexpected("a formula")
+        return self._signal(self.next())
 
-    def _signal(self) -> RobotSignal:
-        name = self._peek()
+    def _signal(self, name: Token) -> RobotSignal:
         if name.text not in ARGUMENTS:
-            if name.text in _WORDS:
-                raise self._unexpected("")
             known = ", ".join(ARGUMENTS)
             hint = f"signals: {known}; events: requested_door@47, resolved_door@47"
             raise FormulaError(name.column, f"'{name.text}' is not a signal", hint)
-        self._at += 1
-        self._need("(", f" and the robots of {name.text}")
-        robots = [self._robot()]
-        while self._take(","):
-            robots.append(self._robot())
-        self._need(")", f" after the robots of {name.text}")
+        self.need("(", f"and the robots of {name.text}")
+        robots = [self.need("name", "of a robot")]
+        while self.take(","):
+            robots.append(self.need("name", "of a robot"))
+        self.need(")", f"after the robots of {name.text}")
         wanted = ARGUMENTS[name.text]
         if len(robots) != wanted:
             found = f"{name.text} takes {wanted} robot{'s' * (wanted > 1)}, not {len(robots)}"
@@ -297,12 +232,11 @@ class _Parser:
         names = tuple(robot.text for robot in robots)
         return RobotSignal(name.text, names, tuple(robot.column for robot in robots))
 
-    def _robot(self) -> Token:
-        found = self._peek()
-        if found.kind != "word":
-            raise self._unexpected("the name of a robot")
-        self._at += 1
-        return found
+
+def _value(number: Token) -> float:
+    if (value := float(number.text)) > 1e9:
+        raise FormulaError(number.column, "a number that is too large")
+    return value
 
 
 def _condition(tree: Node, begin: Token) -> Requirement:
