@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from safenav.errors import Diagnostic, InputError, Verdict
 from safenav.run import values
 from safenav.run.run import Run
-from safenav.run.tracks import Charge, ContradictionError, RobotPaths, RobotTrack, tracks_of
+from safenav.run.tracks import SAME, Charge, ContradictionError, RobotTrack, tracks_of
 from safenav.run.wording import Wording
 from safenav.scenario.model import OPERATOR_ACTION, Obstacle
 from safenav.scenario.objective import Ltl, Objective
@@ -64,9 +64,11 @@ def run_of(trace: Trace) -> Run:
             reader.append(record)
     except ContradictionError as error:
         raise InputError([Diagnostic(trace.source, line, 1, str(error))]) from error
-    run = reader.run
-    # Events of an incomplete last tick belong to the last complete one.
-    run.events = [replace(e, tick=min(e.tick, run.last)) for e in run.events]
+    run, last = reader.run, reader.run.last
+    # Events of an incomplete last tick belong to the last complete one; its moves are not shown.
+    run.events = [replace(e, tick=min(e.tick, last)) for e in run.events]
+    for track in run.robots:
+        del track.regions[last + 1 :], track.headings[last + 1 :]
     return run
 
 
@@ -77,8 +79,7 @@ class RunReader:
     def __init__(self, header: records.Header, place: Place = RegionMap.place) -> None:
         scenario = self._scenario = header.scenario
         seconds = [0.0] if header.live else None
-        tracks = tracks_of(scenario)
-        self._paths = RobotPaths(scenario.map, tracks, seconds)
+        tracks = self._tracks = tracks_of(scenario)
         skills = {robot.name: robot.capabilities for robot in scenario.robots}
         self._wording = Wording(scenario.map, place, skills, live=header.live)
         self._acts: dict[int, int] = {}
@@ -113,7 +114,7 @@ class RunReader:
         self.run.hidden[each.name] = values.Hidden(
             each.name,
             each.type.name,
-            self._paths.on_map(each.region),
+            self._on_map(each.region),
             tuple(actions),
             values.Changes.of(first),
             tuple(need.same for need in each.needs[1:]),
@@ -128,18 +129,22 @@ class RunReader:
     def append(self, line: records.Record) -> None:
         """Add the next line. Raises ContradictionError if it does not fit those before."""
         if self.run.seconds is not None:
-            line = replace(line, tick=self._paths.instant(line.t))
-        now = self._paths.now(line.tick)
+            line = replace(line, tick=self._instant(line.t))
+        now = self.run.time(line.tick)
         kind = _KINDS.get(line.type)
         if (obstacle := getattr(line, "obstacle", None)) and line.type in _STATUSES:
             self._status(line.tick, obstacle, _STATUSES[line.type])
         match line:
             case records.Move():
-                self._paths.move(line.robot, line.tick, line.to, line.heading, line.toward)
+                self._move(line)
+            case records.Depart() | records.Arrive() if self.run.seconds is None:
+                raise ContradictionError("a run without a clock has no steps in seconds")
             case records.Depart():
-                self._paths.depart(line.robot, line.tick, line.to, line.seconds)
+                to, seconds = self._on_map(line.to), line.seconds or 0.0
+                self._robot(line.robot).depart(line.tick, to, now, seconds)
             case records.Arrive():
-                self._paths.arrive(line.robot, line.tick, line.at, line.heading)
+                at = self._on_map(line.at)
+                self._robot(line.robot).arrive(line.tick, at, line.heading, now)
                 if line.result is not MoveEnd.ARRIVED:
                     kind = values.StoryKind.FAILURE
                 elif line.reason:
@@ -158,15 +163,17 @@ class RunReader:
                     self._seen(begun, self.run.hidden.get(name))
                 if line.reason or ActResult.FAILED in line.results.values():
                     kind = values.StoryKind.FAILURE
-            case records.Told() | records.NewObjective():
-                self._told(line)
+            case records.Told():
+                self._set_objective(line.tick, line.robot, line.objective)
+            case records.NewObjective(at_once=True):
+                self._given(line.tick, line.robot, line.objective)
             case records.Belief():
                 self._believe(line)
             case records.Plan():
                 paths = {n: tuple(region for region, _ in path) for n, path in line.robots.items()}
                 self.run.plans.append((line.tick, paths))
                 for name in (name for name, path in paths.items() if len(path) > 1):
-                    self._paths.robot(name).driven = True
+                    self._robot(name).driven = True
             case records.PlanEnd():
                 self.run.plans.append((line.tick, {}))
             case records.Inputs():
@@ -177,10 +184,11 @@ class RunReader:
             case records.Waiting(until=float()):
                 kind = values.StoryKind.PAUSED
             case records.Operator(robot=str() as robot, region=int() as region):
-                self._paths.put(robot, region, line.heading)
+                track = self._robot(robot)
+                since = self.run.time(len(track.regions) - 1)
+                track.put(self._on_map(region), line.heading, since)
             case records.End():
-                self.run.ending = line
-                self.run.within = self._paths.end(line.tick)
+                self._end(line)
             case _:
                 self._obstacle(line, now)
         for track in self.run.robots:
@@ -195,6 +203,50 @@ class RunReader:
                 self._synthesized(line)
             case _ if kind is not None:
                 self._event(line, kind)
+
+    def _robot(self, name: str) -> RobotTrack:
+        if name not in self._tracks:
+            raise ContradictionError(f"the header has no robot {name}")
+        return self._tracks[name]
+
+    def _on_map(self, region: Region) -> Region:
+        if not 0 <= region < (size := self.run.map.size):
+            raise ContradictionError(f"{region} is not a region of the map (0 to {size - 1})")
+        return region
+
+    def _instant(self, time: float | None) -> int:
+        """Return the ordinal of an instant of a live run; at a new one all robots stay until a line
+        moves them."""
+        seconds = self.run.seconds
+        assert seconds is not None
+        if time is not None and time > seconds[-1] + SAME:
+            seconds.append(time)
+            for track in self.run.robots:
+                track.stand()
+        return len(seconds) - 1
+
+    def _move(self, line: records.Move) -> None:
+        """Take a turn of a robot in lockstep: in each tick all have one."""
+        track, to = self._robot(line.robot), self._on_map(line.to)
+        due = len(track.regions)
+        if line.tick != due:
+            expected = f"the next move of {line.robot} is that of tick {due}"
+            raise ContradictionError(f"{expected}, not of tick {line.tick}")
+        for other in self.run.robots:
+            if len(other.regions) < due:
+                raise ContradictionError(f"{other.name} has no move in tick {due - 1}")
+        track.move(to, line.heading, None if line.toward is None else self._on_map(line.toward))
+
+    def _end(self, line: records.End) -> None:
+        """Take the end of a run; robots without a turn in its tick stay, or remain in transit."""
+        run, tick = self.run, line.tick
+        run.ending = line
+        run.within = run.seconds is None and run.last == tick - 1
+        for track in run.robots if run.within else ():
+            if len(track.regions) == tick:
+                track.stand()
+                if (step := track.transit(tick)) is not None:
+                    track.steps[-1] = replace(step, end=tick + 1)
 
     def _obstacle(self, line: records.Record, now: float) -> None:
         """Take a line about an obstacle."""
@@ -240,8 +292,8 @@ class RunReader:
             case records.Appeared():
                 hidden = self._known(line.obstacle)
                 hidden.met.put(line.tick, 0)  # it may have disappeared before
-                charges = [track.battery for track in run.robots if track.battery is not None]
-                here = [each for each in charges if each.region == hidden.region]
+                there = (track for track in run.robots if track.regions[-1] == hidden.region)
+                here = [track.battery for track in there if track.battery is not None]
                 if line.cause is ChangeCause.BATTERY and here:
                     self._flat[line.obstacle] = min(here, key=lambda each: each.at(now))
             case records.Gone():
@@ -275,13 +327,13 @@ class RunReader:
         region = None if known is None else known.region
         match line:
             case records.Violation():
-                region = self._paths.on_map(line.proposed)
+                region = self._on_map(line.proposed)
             case records.Met() | records.Resolved() | records.Arrive():
-                region = self._paths.on_map(line.at)
+                region = self._on_map(line.at)
             case records.Goal():
-                region = self._paths.on_map(line.region)
+                region = self._on_map(line.region)
         if robot is not None:
-            self._paths.robot(robot)
+            self._robot(robot)
         text = text or self._wording.sentence(line)
         self.run.events.append(values.Event(line.tick, kind, text, robot, region, obstacle, **more))
 
@@ -295,7 +347,7 @@ class RunReader:
             ]
             waiting = line.requester
             if waiting is not None and waiting in line.objectives and waiting not in helpers:
-                track = self._paths.robot(waiting)
+                track = self._robot(waiting)
                 track.waits.append(track.objectives.now)
         else:
             own = [n for n, row in enumerate(rows) if row.obstacle == line.obstacle]
@@ -304,7 +356,7 @@ class RunReader:
                 del rows[ended[-1]]
             del rows[max(0, line.depth) :]
         run.stack.append((line.tick, tuple(rows)))
-        tracks = map(self._paths.robot, new)
+        tracks = map(self._robot, new)
         told = "; ".join(
             f"{track.name}: {run.doing(track, track.objectives.now)}" for track in tracks
         )
@@ -318,17 +370,17 @@ class RunReader:
         self._event(line, values.StoryKind.SYNTHESIS, synthesis=line)
 
     def _believe(self, line: records.Belief) -> None:
-        regions = frozenset(map(self._paths.on_map, line.regions))
-        held, of = self._paths.robot(line.robot).beliefs, self._paths.robot(line.of).name
+        regions = frozenset(map(self._on_map, line.regions))
+        held, of = self._robot(line.robot).beliefs, self._robot(line.of).name
         beliefs = held.setdefault(of, values.Changes.of(None))
         beliefs.append((line.tick, values.RobotBelief(line.seen, regions)))
 
     def _goal(self, line: records.Goal) -> None:
-        track = self._paths.robot(line.robot)
+        track = self._robot(line.robot)
         before, objective = track.progress.now, track.objectives.now
         settles = objective is not None and objective.settles
         rounds = 0 if settles else line.round  # a round per held tick is not shown
-        reached = values.RobotProgress(rounds, self._paths.on_map(line.region))
+        reached = values.RobotProgress(rounds, self._on_map(line.region))
         track.progress.append((line.tick, reached))
         if settles and before.reached == line.region:  # continued holding is not an event
             return
@@ -345,23 +397,17 @@ class RunReader:
         self.run.inputs |= line.values
         of = ((robot.name, name) for robot in self._scenario.robots for name, _ in robot.when)
         modes = {robot for robot, name in of if line.values.get(name)}
-        self._restart(line.tick, map(self._paths.robot, modes ^ self._modes))
+        self._restart(line.tick, map(self._robot, modes ^ self._modes))
         self._modes = modes
-
-    def _told(self, line: records.Told | records.NewObjective) -> None:
-        if isinstance(line, records.Told):
-            self._set_objective(line.tick, line.robot, line.objective)
-        elif line.at_once:
-            self._given(line.tick, line.robot, line.objective)
 
     def _set_objective(self, tick: int, name: str, objective: Objective) -> bool:
         """Change an objective, and return whether it was another one."""
-        changed = objective != self._paths.robot(name).objectives.now
+        changed = objective != self._robot(name).objectives.now
         if changed:
             self._given(tick, name, objective)
         return changed
 
     def _given(self, tick: int, name: str, objective: Objective) -> None:
-        track = self._paths.robot(name)
+        track = self._robot(name)
         track.objectives.append((tick, objective))
         track.progress.append((tick, values.RobotProgress()))

@@ -72,7 +72,7 @@ class Run(Struct):
     @property
     def last(self) -> int:
         """The last complete tick."""
-        return len(self.robots[0].regions) - 1 if self.robots else 0
+        return min((len(track.regions) for track in self.robots), default=1) - 1
 
     @property
     def failed(self) -> bool:

@@ -214,10 +214,11 @@ class _Rows:
         return [[tick, *value(held)] for tick, held in {max(0, t): v for t, v in new}.items()]
 
     def _robot(self, track: RobotTrack) -> dict[str, Any]:
-        begin, headings = self._begin, track.headings[self._begin :]
+        begin, end = self._begin, self._run.last + 1
+        headings = track.headings[begin:end]
         facing = [heading.name[0] for heading in headings if heading is not None]
         return {
-            "path": track.regions[begin:],
+            "path": track.regions[begin:end],
             "steps": [
                 [step.first, step.last, step.toward, round(step.begin, 3), round(step.end, 3)]
                 for step in track.steps[bisect_left(track.steps, begin - 1, key=_last) :]
