@@ -1,6 +1,5 @@
 """A small patrol whose strategy is written down by hand, and slugs binaries that misbehave."""
 
-import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -9,7 +8,6 @@ import pytest
 from children import none_left
 from once import beside
 from safenav import Specification, read_specification
-from safenav.synthesis.program import Binary
 from slugs.commands import binary_under_test
 
 
@@ -26,24 +24,24 @@ def patrol_json() -> bytes:
 
 
 @pytest.fixture
-def script(tmp_path: Path) -> Callable[[str], Binary]:
+def script(tmp_path: Path) -> Callable[[str], Path]:
     """Makes a shell script that stands for a slugs binary. Like upstream's, it does not know
     ``--version`` and reads its request from a file, unless it handles them itself."""
 
-    def make(body: str) -> Binary:
+    def make(body: str) -> Path:
         path = tmp_path / f"slugs-{len(list(tmp_path.iterdir()))}"
         path.write_text(f"#!/bin/sh\n{body}\n")
         path.chmod(0o755)
-        return Binary(path)
+        return path
 
     return make
 
 
 @pytest.fixture
-def answering(script: Callable[[str], Binary], tmp_path: Path) -> Callable[[bytes], Binary]:
+def answering(script: Callable[[str], Path], tmp_path: Path) -> Callable[[bytes], Path]:
     """Makes a binary that says realizable and prints a strategy; ``calls`` has a line for each."""
 
-    def make(printed: bytes) -> Binary:
+    def make(printed: bytes) -> Path:
         output = tmp_path / f"printed-{len(list(tmp_path.iterdir()))}"
         output.write_bytes(printed)
         return script(
@@ -56,8 +54,8 @@ def answering(script: Callable[[str], Binary], tmp_path: Path) -> Callable[[byte
 
 
 @pytest.fixture(scope="session")
-def slugs() -> Binary:
-    return Binary(binary_under_test(), ours="SAFENAV_SLUGS" not in os.environ)
+def slugs() -> Path:
+    return binary_under_test()
 
 
 @pytest.fixture(autouse=True)

@@ -1,5 +1,6 @@
-"""Requests to a slugs binary: verdicts, limits, and every way in which a program can fail; in
-threads, under signals. No process is left behind."""
+"""Requests to a slugs binary, as the library and the commands make them: which binary, verdicts,
+limits, and every way in which a program can fail; in threads, under signals. No process is left
+behind."""
 
 import json
 import os
@@ -10,9 +11,11 @@ import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+import warm
 from children import gone, ran
 from once import beside, from_yaml
 from safenav import (
@@ -24,25 +27,30 @@ from safenav import (
     SynthesizerError,
     Verdict,
     first_failure,
+    read_specification,
 )
-from safenav.spec.specification import Constraint, Origin, Section
-from safenav.synthesis.cache import Cache
-from safenav.synthesis.program import Binary, die_with_parent
-from safenav.synthesis.slugs import SynthesisProgress
 from slugs.commands import ENDLESS
 
-Script = Callable[[str], Binary]
+Script = Callable[[str], Path]
+OWN = "safenav.synthesis.slugs.find_own_binary"
 UPSTREAM = 'if [ "$1" = --version ]; then echo "unknown parameter" >&2; exit 1; fi\n'
 NATIVE = 'if [ "$1" = --version ]; then echo "slugs 9.9.9"; exit 0; fi\n'
 REALIZABLE, UNREALIZABLE = (
     f"echo 'RESULT: Specification is {word}.' >&2\n" for word in ("realizable", "unrealizable")
 )
-NONE = Cache(None)
+
+
+def extended(spec: Specification, more: str) -> Specification:
+    return read_specification(spec.to_structuredslugs() + more, robot=spec.robot)
 
 
 def impossible(spec: Specification) -> Specification:
-    wall = Constraint(Section.SYS_TRANS, "region' != 5", Origin("obstacles.wall", "no entry"))
-    return spec.with_more(wall)
+    return extended(spec, "[SYS_TRANS]\nregion' != 5\n")
+
+
+@pytest.fixture
+def uncached(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SAFENAV_CACHE", "off")
 
 
 @pytest.fixture
@@ -55,30 +63,65 @@ def test_our_binary_gets_the_specification_on_standard_input_with_its_limits(
     script: Script, patrol: Specification, tmp_path: Path
 ) -> None:
     binary = script(
-        NATIVE
-        + f'cd "{tmp_path}"; cat > given; echo "$@" > arguments; echo "$SLUGS_PARENT" > parent\n'
-        + UNREALIZABLE
-        + "exit 10"
+        NATIVE + f'cd "{tmp_path}"; cat > given; echo "$@" > arguments\n' + UNREALIZABLE + "exit 10"
     )
-    binary = Binary(binary.path, ours=True)
-    synthesizer = Synthesizer(binary, seconds=7.5, memory_mb=100, cache=NONE)
+    synthesizer = Synthesizer(binary, seconds=7.5, memory_mb=100)
     handler = signal.getsignal(signal.SIGTERM)
     assert synthesizer.synthesize(patrol).verdict is Verdict.UNREALIZABLE
     assert (tmp_path / "given").read_text() == patrol.to_structuredslugs()
-    assert int((tmp_path / "parent").read_text()) == os.getpid(), "it ends with this process"
     limits = "--nodes 200000 --timeout 7.5 --memory 100"
     assert (tmp_path / "arguments").read_text() == f"--explicitStrategy --jsonOutput {limits} -\n"
-    fair = Constraint(Section.ENV_LIVENESS, "request", Origin("", ""))
-    synthesizer.synthesize(patrol.with_more(fair))
+    synthesizer.synthesize(extended(patrol, "[ENV_LIVENESS]\nrequest\n"))
     assert "--biasForAction" in (tmp_path / "arguments").read_text()
     assert signal.getsignal(signal.SIGTERM) is handler, "another one only while programs run"
 
 
+@pytest.mark.parametrize(
+    ("make", "complaint"),
+    [
+        (lambda _: None, "does not exist"),
+        (lambda path: path.mkdir(), "is a directory"),
+        (lambda path: path.write_text("no program"), "is not executable"),
+    ],
+    ids=["missing", "directory", "not executable"],
+)
+def test_a_useless_environment_variable_is_named_not_ignored(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    make: Callable[[Path], object],
+    complaint: str,
+) -> None:
+    make(tmp_path / "slugs")
+    monkeypatch.setenv("SAFENAV_SLUGS", str(tmp_path / "slugs"))
+    with pytest.raises(SynthesizerError, match=rf"{complaint}(.|\n)*SAFENAV_SLUGS"):
+        Synthesizer()
+
+
+@pytest.mark.parametrize(
+    ("body", "version"),
+    [
+        ('echo "slugs 1.2.3 (safenav)"', "1.2.3"),
+        ('echo "slugs 1.2.3"; exit 1', None),
+        ('echo "RESULT: Specification is realizable." >&2', None),
+        ("kill -9 $$", None),
+        ("sleep 60; echo 'slugs 1.2.3'", None),
+    ],
+)
+def test_our_binary_is_recognized_by_its_version(
+    script: Script, monkeypatch: pytest.MonkeyPatch, body: str, version: str | None
+) -> None:
+    if "sleep" in body:
+        monkeypatch.setattr("safenav.synthesis.program._VERSION_SECONDS", 0.1)
+    found = Synthesizer(script(body)).binary
+    assert (found.native, found.version) == (version is not None, version)
+
+
+@pytest.mark.usefixtures("uncached")
 @pytest.mark.parametrize(("body", "expected", "words"), from_yaml(beside(__file__, "answers.yaml")))
 def test_limits_are_verdicts_and_failures_errors_with_the_last_words_of_the_binary(
     script: Script, patrol: Specification, body: str, expected: str, words: str
 ) -> None:
-    synthesizer = Synthesizer(script(NATIVE + body), seconds=300, cache=NONE)
+    synthesizer = Synthesizer(script(NATIVE + body), seconds=300)
     if not expected.endswith("Error"):
         result = synthesizer.synthesize(patrol)
         assert (result.verdict, result.strategy) == (expected, None)
@@ -99,7 +142,7 @@ def test_a_binary_that_floods_its_output_is_stopped_at_the_memory_limit(
 ) -> None:
     binary = script(kind + f"exec yes >&{stream}")
     with pytest.raises(ResourceLimitError, match=f"more than {limit} MiB"):
-        Synthesizer(binary, memory_mb=limit, cache=NONE).synthesize(patrol)
+        Synthesizer(binary, memory_mb=limit).synthesize(patrol)
 
 
 @pytest.mark.parametrize("prefix", [UPSTREAM, NATIVE], ids=["upstream", "ours"])
@@ -111,8 +154,8 @@ def test_a_binary_that_hangs_is_killed_with_its_children(
     prefix: str,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    child, own = tmp_path / "child", script(NATIVE + "cat")
-    monkeypatch.setattr("safenav.synthesis.slugs.find_own_binary", lambda: own)
+    child, own = tmp_path / "child", Synthesizer(script(NATIVE + "cat")).binary
+    monkeypatch.setattr(OWN, lambda: own)
     binary = script(prefix + f'echo working >&2; sleep 900 & echo $! > "{child}"; sleep 900; wait')
     result = Synthesizer(binary, seconds=1).synthesize(patrol)
     assert result.verdict is Verdict.TIMEOUT
@@ -121,6 +164,7 @@ def test_a_binary_that_hangs_is_killed_with_its_children(
     assert not child.exists() or not child.read_text() or gone(int(child.read_text()))
 
 
+@pytest.mark.usefixtures("uncached")
 def test_a_foreign_binary_is_held_to_its_memory(script: Script, patrol: Specification) -> None:
     eater = (
         "import sys\n"
@@ -130,12 +174,13 @@ def test_a_foreign_binary_is_held_to_its_memory(script: Script, patrol: Specific
     )
     binary = script(UPSTREAM + f'exec "{sys.executable}" -c "{eater}"')
     for limit, verdict in ((None, Verdict.UNREALIZABLE), (200, Verdict.OUT_OF_MEMORY)):
-        synthesizer = Synthesizer(binary, memory_mb=limit, cache=NONE)
+        synthesizer = Synthesizer(binary, memory_mb=limit)
         assert synthesizer.synthesize(patrol).verdict is verdict
 
 
+@pytest.mark.usefixtures("uncached")
 def test_upstreams_conventions_give_the_same_results(
-    slugs: Binary,
+    slugs: Path,
     script: Script,
     patrol: Specification,
     tmp_path: Path,
@@ -143,20 +188,20 @@ def test_upstreams_conventions_give_the_same_results(
 ) -> None:
     """slugsin files only, no option of ours, status 0 for both verdicts: our binary translates, and
     it has the counterstrategies."""
-    if not slugs.native:
+    ours = Synthesizer(slugs, verifier=first_failure)
+    if not ours.binary.native:
         pytest.skip("SAFENAV_SLUGS names a foreign binary")
     upstream = script(
         'for argument in "$@"; do case "$argument" in\n'
         "--explicitStrategy|--jsonOutput|--counterStrategy) ;;\n"
         '-*) echo "Error: Did not understand parameter $argument" >&2; exit 1;;\n'
         '*.slugsin) ;; *) echo "Error: no slugsin" >&2; exit 1;;\n'
-        f'esac; done\n"{slugs.path}" "$@"; exit 0'
+        f'esac; done\n"{slugs}" "$@"; exit 0'
     )
     (tmp_path / "files").mkdir()
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "files"))
-    own = "safenav.synthesis.slugs.find_own_binary"
-    monkeypatch.setattr(own, lambda: slugs)
-    ours, theirs = (Synthesizer(b, cache=NONE, verifier=first_failure) for b in (slugs, upstream))
+    monkeypatch.setattr(OWN, lambda: ours.binary)
+    theirs = Synthesizer(upstream, verifier=first_failure)
     assert not theirs.binary.native
     lost = impossible(patrol)
     for spec in (patrol, lost):
@@ -168,11 +213,11 @@ def test_upstreams_conventions_give_the_same_results(
         assert result.strategy is not None
         assert synthesizer.counterstrategy(patrol).verdict is Verdict.REALIZABLE
     assert not [*(tmp_path / "files").iterdir()], "files for a foreign binary do not stay"
-    broken = script(NATIVE + "echo 'translation is broken' >&2; exit 4")
-    monkeypatch.setattr(own, lambda: broken)
+    broken = Synthesizer(script(NATIVE + "echo 'translation is broken' >&2; exit 4")).binary
+    monkeypatch.setattr(OWN, lambda: broken)
     with pytest.raises(SynthesizerError, match=r"does not translate(.|\n)*translation is broken"):
         theirs.synthesize(patrol)
-    monkeypatch.setattr(own, lambda: None)
+    monkeypatch.setattr(OWN, lambda: None)
     with pytest.raises(SynthesizerError, match="reads no structured slugs"):
         theirs.synthesize(patrol)
     with pytest.raises(SynthesizerError, match="no counterstrategies"):
@@ -180,7 +225,7 @@ def test_upstreams_conventions_give_the_same_results(
 
 
 def test_a_wrong_strategy_is_an_error_of_the_synthesizer(
-    answering: Callable[[bytes], Binary], patrol: Specification, patrol_json: bytes
+    answering: Callable[[bytes], Path], patrol: Specification, patrol_json: bytes
 ) -> None:
     """With ``verify``, what the binary says is not believed, nor what the cache has kept of it."""
     document = json.loads(patrol_json)
@@ -197,6 +242,62 @@ def test_a_wrong_strategy_is_an_error_of_the_synthesizer(
         assert (result.verified, result.cached) == (True, cached)
 
 
+@pytest.mark.parametrize(
+    ("named", "xdg", "folder"),
+    [
+        ("/here", None, Path("/here")),
+        ("OFF", None, None),
+        (None, "/xdg", Path("/xdg/safenav")),
+        (None, "not/absolute", Path("/home/me/.cache/safenav")),
+    ],
+)
+def test_the_environment_determines_the_folder_of_the_cache(
+    named: str | None, xdg: str | None, folder: Path | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name, value in (("SAFENAV_CACHE", named), ("XDG_CACHE_HOME", xdg), ("HOME", "/home/me")):
+        monkeypatch.delenv(name, raising=False)
+        if value is not None:
+            monkeypatch.setenv(name, value)
+    assert Synthesizer().cache.directory == folder
+
+
+def test_a_request_is_synthesized_once(
+    answering: Callable[[bytes], Path],
+    patrol: Specification,
+    patrol_json: bytes,
+    tmp_path: Path,
+) -> None:
+    """Another request, or another binary in its place, is synthesized again."""
+    binary = answering(patrol_json)
+    first, second = (Synthesizer(binary).synthesize(patrol) for _ in range(2))
+    assert (first.cached, second.cached) == (False, True)
+    assert second.strategy_json == first.strategy_json
+    assert second.strategy_sha256 == first.strategy_sha256
+    assert second.seconds == first.seconds
+    assert second.strategy is not None and second.strategy.initial() == (0,)
+    assert (second.robot, second.states, second.verified) == ("carrier", 9, None)
+    assert len(first.strategy_sha256 or "") == 64 and 0 < first.seconds < 300
+    assert not Synthesizer(binary).synthesize(patrol, strategy=False).cached
+    binary.write_text(binary.read_text() + "# a newer version\n")
+    assert not Synthesizer(binary).synthesize(patrol).cached
+    assert (tmp_path / "calls").read_text() == "call\n" * 3
+
+
+def test_a_cache_that_cannot_be_written_costs_one_warning(
+    answering: Callable[[bytes], Path],
+    patrol: Specification,
+    patrol_json: bytes,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    (place := tmp_path / "answers").write_text("a file in the way")
+    monkeypatch.setenv("SAFENAV_CACHE", str(place))
+    synthesizer = Synthesizer(answering(patrol_json))
+    with pytest.warns(UserWarning, match="SAFENAV_CACHE") as heard:
+        again = [synthesizer.synthesize(patrol).cached for _ in range(2)]
+    assert (len(heard), again) == (1, [False, False])
+
+
 @pytest.mark.usefixtures("quick")
 def test_several_run_in_parallel_report_that_they_still_run_and_return_in_order(
     script: Script, patrol: Specification, tmp_path: Path
@@ -211,9 +312,9 @@ def test_several_run_in_parallel_report_that_they_still_run_and_return_in_order(
         "if grep -q '!= 5' in.$$; then\n"
         f"  while [ ! -e heard ]; do sleep 0.01; done; {UNREALIZABLE} exit 10\nfi\n{REALIZABLE}"
     )
-    heard: list[SynthesisProgress] = []
+    heard = list[Any]()
 
-    def listener(progress: SynthesisProgress) -> None:
+    def listener(progress: Any) -> None:
         heard.append(progress)
         indices = [each.index for each in heard if (each.result is None) == (each.index == 0)]
         if 1 in indices and indices.count(0) >= 2:
@@ -235,7 +336,7 @@ def test_several_run_in_parallel_report_that_they_still_run_and_return_in_order(
 def test_one_failure_ends_all_the_others(
     failing: str, script: Script, patrol: Specification, tmp_path: Path
 ) -> None:
-    def listener(progress: SynthesisProgress) -> None:
+    def listener(progress: Any) -> None:
         if failing == "listener":
             raise RuntimeError(f"running for {progress.seconds} s")
 
@@ -253,11 +354,9 @@ def test_one_failure_ends_all_the_others(
 _CALLER = """
 import sys
 from pathlib import Path
-from safenav.errors import SynthesizerError
-from safenav.spec.specification import Specification
-from safenav.synthesis.slugs import Synthesizer
+from safenav import Synthesizer, read_specification
 try:
-    Synthesizer(Path(sys.argv[1]), seconds=60).synthesize_all([Specification("r", "r", (), ())] * 2)
+    Synthesizer(Path(sys.argv[1]), seconds=60).synthesize_all([read_specification("")] * 2)
 except KeyboardInterrupt:
     print("interrupted")
     sys.exit(130)
@@ -273,7 +372,7 @@ def test_a_signal_ends_the_syntheses_before_the_caller_ends(
     binary = script(NATIVE + f'echo $$ >> "{tmp_path}/pids"; sleep 900; wait')
     (tmp_path / "pids").touch()
     with subprocess.Popen(
-        [sys.executable, "-c", _CALLER, str(binary.path)], stdout=subprocess.PIPE, text=True
+        [sys.executable, "-c", _CALLER, str(binary)], stdout=subprocess.PIPE, text=True
     ) as caller:
         for _ in range(15_000):
             pids = (tmp_path / "pids").read_text().split()
@@ -287,31 +386,35 @@ def test_a_signal_ends_the_syntheses_before_the_caller_ends(
     assert pids and all(gone(int(pid)) for pid in pids)
 
 
-def test_a_synthesizer_ends_with_an_owner_that_is_killed_or_does_not_begin(
-    slugs: Binary, tmp_path: Path
+@pytest.mark.parametrize("foreign", [False, True], ids=["own", "foreign"])
+def test_a_synthesizer_ends_with_an_owner_that_is_killed(
+    foreign: bool, slugs: Path, script: Script, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The owner may end before the program, or for a foreign one its wrapper, asks the kernel to be
-    killed with it."""
+    """Also with one that has ended before the program asks the kernel to be killed with it."""
     file = tmp_path / "endless.structuredslugs"
     file.write_text(ENDLESS)
-    program = (
-        "import os, subprocess, sys\n"
-        "subprocess.run(sys.argv[1:], env={'SLUGS_PARENT': str(os.getpid())})"
-    )
-    with subprocess.Popen(
-        [sys.executable, "-c", program, slugs.path, file], stderr=subprocess.PIPE
-    ) as owner:
-        assert owner.stderr is not None and owner.stderr.readline().startswith(b"slugs ")
-        children = Path(f"/proc/{owner.pid}/task/{owner.pid}/children").read_text().split()
-        owner.kill()
-    assert children and gone(int(children[0]))
-    done = ran([slugs.path, "--version"], env={"SLUGS_PARENT": "1"})
-    assert done.returncode == -signal.SIGKILL
-    command = die_with_parent([str(slugs.path), "--version"])
-    assert ran(command).stdout
-    other = "import subprocess, sys; sys.exit(subprocess.call(sys.argv[1:]))"
-    done = ran([sys.executable, "-c", other, *command])
-    assert (done.returncode, done.stdout) == (1, "")
+    if foreign:
+        monkeypatch.setenv("SAFENAV_SLUGS", str(script(UPSTREAM + "exec sleep 900")))
+    with Path(os.devnull).open("w") as nothing:
+        owner = warm.started("synth", file, out=nothing.fileno())
+    begun = "sleep" if foreign else "--explicitStrategy"
+    while not (found := [child for child in children_of(owner) if begun in command_of(child)]):
+        time.sleep(0.02)
+    os.kill(owner, signal.SIGKILL)
+    assert gone(found[0])
+    if not foreign:
+        orphan = ran([slugs, "--version"], env={"SLUGS_PARENT": "1"})
+        assert orphan.returncode == -signal.SIGKILL
+
+
+def children_of(process: int) -> list[int]:
+    """Of all its threads."""
+    tasks = Path(f"/proc/{process}/task").glob("*/children")
+    return [int(number) for task in tasks for number in task.read_text().split()]
+
+
+def command_of(process: int) -> str:
+    return Path(f"/proc/{process}/cmdline").read_text()
 
 
 def test_the_applications_own_handler_of_sigterm_is_kept(

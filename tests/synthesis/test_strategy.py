@@ -1,26 +1,21 @@
 """Strategies and specifications as text: read, refused with a reason, and written as DOT and
 GraphML. Nodes and how they are followed: ``test_verify_random``."""
 
-import io
 import json
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import networkx
 import pytest
 
+import warm
 from once import beside, from_yaml
 from safenav import Specification, Strategy, SynthesizerError, read_specification
-from safenav.spec.specification import Owner, Variable
-from safenav.synthesis.strategy import to_dot, to_graphml
-
-
-@pytest.fixture
-def strategy(patrol: Specification, patrol_json: bytes) -> Strategy:
-    return Strategy.parse(patrol_json, patrol)
 
 
 def test_a_variable_with_one_value_has_no_bits_but_a_value() -> None:
-    spec = Specification("r", "r", (Variable("at", Owner.OUTPUT, (7, 7)),), ())
+    spec = read_specification("[OUTPUT]\nat:7...7\n")
     data = b'{"variables": [], "nodes": {"0": {"rank": 0, "state": [], "trans": [0]}}}'
     strategy = Strategy.parse(data, spec)
     assert strategy.values(0) == {"at": 7}
@@ -44,8 +39,21 @@ def test_a_malformed_strategy_is_refused_with_the_reason(
         Strategy.parse(json.dumps(document).encode(), patrol)
 
 
-def test_graphml_loads_again_with_every_value(strategy: Strategy) -> None:
-    graph = networkx.read_graphml(io.BytesIO(to_graphml(strategy).encode()), node_type=int)
+@pytest.mark.parametrize("title", ["patrols", r'a "quoted" \ title <in> brackets &'])
+def test_synth_writes_every_value_as_dot_and_as_graphml(
+    title: str,
+    patrol: Specification,
+    patrol_json: bytes,
+    answering: Callable[[bytes], Path],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("SAFENAV_SLUGS", str(answering(patrol_json)))
+    file, strategy = tmp_path / "carrier.structuredslugs", Strategy.parse(patrol_json, patrol)
+    file.write_text(f"# {title}\n{patrol.to_structuredslugs()}")
+    assert warm.safenav("synth", file, "-o", tmp_path).returncode == 0
+    assert (tmp_path / "carrier.json").read_bytes() == patrol_json
+    graph = networkx.read_graphml(tmp_path / "carrier.graphml", node_type=int)
     assert sorted(graph.nodes) == list(range(9))
     for node, rank in enumerate(strategy.ranks):
         data, values = graph.nodes[node], strategy.values(node)
@@ -55,24 +63,14 @@ def test_graphml_loads_again_with_every_value(strategy: Strategy) -> None:
         assert set(graph.adj[node]) == set(strategy.transitions[node])
     assert graph.nodes[3]["label"] == "region=5 !request"
     assert graph.edges[1, 4]["inputs"] == "request"
-
-
-def test_dot_names_every_node_and_edge_in_words(strategy: Strategy) -> None:
-    head, *lines = to_dot(strategy).split("\n  ")
+    head, *lines = (tmp_path / "carrier.dot").read_text().split("\n  ")
     nodes, edges = lines[3:12], lines[12:]
     assert head.startswith('digraph "carrier" {')
+    assert title.replace("\\", "\\\\").replace('"', r"\"") in "".join(lines[:3])
     assert nodes[0] == r'0 [label="0: goal 0\nregion=3\n!request", peripheries=2];'
     assert nodes[3] == r'3 [label="3: goal 0\nregion=5\n!request"];'
     expected = [f"{n} -> {s};" for n, after in enumerate(strategy.transitions) for s in after]
     assert "\n".join(edges) == "\n".join([*expected[:-1], expected[-1] + "\n}\n"])
-
-
-def test_strange_titles_do_no_harm(patrol: Specification, patrol_json: bytes) -> None:
-    title = 'a "quoted" \\ title\nin <two> lines & \x00 \x1b'
-    spec = Specification("r", title, patrol.variables, patrol.constraints)
-    strategy = Strategy.parse(patrol_json, spec)
-    networkx.read_graphml(io.BytesIO(to_graphml(strategy).encode()))
-    assert r'label="a \"quoted\" \\ title\nin <two> lines' in to_dot(strategy)
 
 
 def test_a_printed_specification_reads_back(patrol: Specification) -> None:

@@ -1,15 +1,17 @@
-"""The cache: correct results or none, whatever happens to its directory."""
+"""What no command shows: files of the cache are correct or dropped, whatever happens to them; the
+places of the binary; a wrapper that does not begin without its owner."""
 
 import os
-from collections.abc import Callable
+import sys
 from hashlib import sha256
 from pathlib import Path
 
 import pytest
 
-from safenav import Specification, Synthesizer, Verdict
+from children import ran
+from safenav import Synthesizer, SynthesizerError, Verdict
 from safenav.synthesis.cache import Cache, CacheEntry, CacheWarning
-from safenav.synthesis.program import Binary
+from safenav.synthesis.program import die_with_parent
 
 KEY = "ab" + "0" * 62
 ENTRY = CacheEntry(Verdict.REALIZABLE, 0.125, b'{"nodes": "\n\xff"}')
@@ -65,17 +67,6 @@ def test_the_oldest_results_are_removed_from_a_full_cache(tmp_path: Path) -> Non
     assert other.exists()
 
 
-def test_a_directory_that_cannot_be_written_costs_one_warning(tmp_path: Path) -> None:
-    place = tmp_path / "answers"
-    place.write_text("a file in the way")
-    cache = Cache(place)
-    with pytest.warns(CacheWarning, match="SAFENAV_CACHE") as heard:
-        cache.store(KEY, ENTRY)
-        cache.store(KEY, ENTRY)
-    assert len(heard) == 1
-    assert cache.load(KEY) is None
-
-
 def test_a_full_disk_leaves_no_half_entry(cache: Cache, monkeypatch: pytest.MonkeyPatch) -> None:
     real = Path.write_bytes
 
@@ -87,47 +78,6 @@ def test_a_full_disk_leaves_no_half_entry(cache: Cache, monkeypatch: pytest.Monk
     with pytest.warns(CacheWarning, match="No space left"):
         cache.store(KEY, ENTRY)
     assert _files(cache) == []
-
-
-@pytest.mark.parametrize(
-    ("named", "xdg", "folder"),
-    [
-        ("/here", None, Path("/here")),
-        ("OFF", None, None),
-        (None, "/xdg", Path("/xdg/safenav")),
-        (None, "not/absolute", Path("/home/me/.cache/safenav")),
-    ],
-)
-def test_the_environment_determines_the_folder_of_the_cache(
-    named: str | None, xdg: str | None, folder: Path | None, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    for name, value in (("SAFENAV_CACHE", named), ("XDG_CACHE_HOME", xdg), ("HOME", "/home/me")):
-        monkeypatch.delenv(name, raising=False)
-        if value is not None:
-            monkeypatch.setenv(name, value)
-    assert Cache.from_environment().directory == folder
-
-
-def test_a_request_is_synthesized_once(
-    answering: Callable[[bytes], Binary],
-    patrol: Specification,
-    patrol_json: bytes,
-    tmp_path: Path,
-) -> None:
-    """Another request, or another binary in its place, is synthesized again."""
-    binary = answering(patrol_json)
-    first, second = (Synthesizer(binary).synthesize(patrol) for _ in range(2))
-    assert (first.cached, second.cached) == (False, True)
-    assert second.strategy_json == first.strategy_json
-    assert second.strategy_sha256 == first.strategy_sha256
-    assert second.seconds == first.seconds
-    assert second.strategy is not None and second.strategy.initial() == (0,)
-    assert (second.robot, second.states, second.verified) == ("carrier", 9, None)
-    assert len(first.strategy_sha256 or "") == 64 and 0 < first.seconds < 300
-    assert not Synthesizer(binary).synthesize(patrol, strategy=False).cached
-    binary.path.write_text(binary.path.read_text() + "# a newer version\n")
-    assert not Synthesizer(Binary(binary.path)).synthesize(patrol).cached
-    assert (tmp_path / "calls").read_text() == "call\n" * 3
 
 
 def test_a_text_is_kept_under_its_sha256_and_a_damaged_one_is_gone(tmp_path: Path) -> None:
@@ -142,3 +92,40 @@ def test_a_text_is_kept_under_its_sha256_and_a_damaged_one_is_gone(tmp_path: Pat
     file.write_text(text)  # as an older version kept it
     cache.keep_text(name, text)
     assert cache.load_text(name) == text
+
+
+# From the first choice to the last: in the package, in an installation of it, in the source tree.
+PLACES = ("tree/safenav/_bin/slugs", "site-packages/safenav/_bin/slugs", "tree/slugs/build/slugs")
+
+
+def _program(path: Path) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text("#!/bin/sh\n")
+    path.chmod(0o755)
+    return path
+
+
+def test_the_environment_variable_the_package_and_the_source_tree_are_searched_in_turn(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Without any, the message says what to do."""
+    monkeypatch.setattr("safenav.synthesis.program._PACKAGE", tmp_path / "tree" / "safenav")
+    monkeypatch.setattr("sysconfig.get_path", lambda _: str(tmp_path / "site-packages"))
+    monkeypatch.delenv("SAFENAV_SLUGS", raising=False)
+    with pytest.raises(SynthesizerError, match="make slugs") as raised:
+        Synthesizer()
+    assert "SAFENAV_SLUGS" in str(raised.value)
+    for place in reversed(PLACES):
+        program = _program(tmp_path / place)
+        assert Synthesizer().binary.path == program
+    named = _program(tmp_path / "with space ü" / "slugs")
+    monkeypatch.setenv("SAFENAV_SLUGS", str(named))
+    assert Synthesizer().binary.path == named
+
+
+def test_a_wrapped_program_does_not_begin_after_its_owner_has_ended(slugs: Path) -> None:
+    command = die_with_parent([str(slugs), "--version"])
+    assert ran(command).stdout
+    other = "import subprocess, sys; sys.exit(subprocess.call(sys.argv[1:]))"
+    done = ran([sys.executable, "-c", other, *command])
+    assert (done.returncode, done.stdout) == (1, "")
