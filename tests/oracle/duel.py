@@ -39,10 +39,12 @@ def verdict(errors: str) -> str | None:
 
 @dataclass
 class Duel:
-    """A binary, a folder for its files, and counts of what has been compared."""
+    """A binary, a folder for its files, and counts of what has been compared. ``other``: another
+    build of it, which must say the same."""
 
     binary: Path
     folder: Path
+    other: Path | None = None
     translations: float = 0.3  # the share of files whose translation is compared
     strategies: int = 0
     counterstrategies: int = 0
@@ -53,7 +55,11 @@ class Duel:
 
     def run(self, *arguments: str) -> CompletedProcess[str]:
         """Run the binary on the file that was written last."""
-        return ran([self.binary, *arguments], timeout=SECONDS, cwd=self.folder)
+        builds = filter(None, (self.binary, self.other))
+        one, *more = (ran([b, *arguments], timeout=SECONDS, cwd=self.folder) for b in builds)
+        for each in more:
+            assert (each.returncode, each.stdout) == (one.returncode, one.stdout), each.stderr
+        return one
 
     def counterstrategy(self, specification: Specification) -> Automaton:
         """The binary's own, of an unrealizable specification with its inputs first."""

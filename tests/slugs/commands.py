@@ -7,11 +7,10 @@ from typing import Any
 
 import pytest
 
+import warm
 from children import ran
 from once import beside
-from safenav import Strategy, first_failure
-from safenav.synthesis.program import find_own_binary
-from safenav.synthesis.slugs import load_specification
+from safenav import Synthesizer, SynthesizerError
 
 # The robot follows a light that returns infinitely often.
 FOLLOW = beside(__file__, "specifications/follow.structuredslugs")
@@ -32,15 +31,12 @@ STRATEGY = ("--explicitStrategy", "--jsonOutput")
 def binary_under_test() -> Path:
     """The binary that came with safenav, or that SAFENAV_SLUGS names. Without one the test is
     skipped, unless one was asked for."""
-    named = os.environ.get("SAFENAV_SLUGS")
-    if named:
-        if not (Path(named).is_file() and os.access(named, os.X_OK)):
-            pytest.fail(f"SAFENAV_SLUGS names no program: {named}")
-        return Path(named).resolve()
-    own = find_own_binary()
-    if own is None:
+    try:
+        return Synthesizer().binary.path.resolve()
+    except SynthesizerError as error:
+        if "SAFENAV_SLUGS" in os.environ:
+            pytest.fail(str(error))
         pytest.skip("no slugs binary: run `make install` or set SAFENAV_SLUGS")
-    return own.path.resolve()
 
 
 def run(
@@ -51,7 +47,6 @@ def run(
 
 
 def failure(file: Path, automaton: Path, *, counter: bool = False) -> str | None:
-    """What safenav's verifier, which shares no code with slugs, finds wrong with an automaton."""
-    specification = load_specification(file)
-    strategy = Strategy.parse(automaton.read_bytes(), specification)
-    return first_failure(specification, strategy, counter)
+    """What `safenav verify`, which shares no code with slugs, finds wrong with an automaton."""
+    done = warm.safenav("verify", file, automaton, *["--counterstrategy"] * counter)
+    return done.stdout + done.stderr if done.returncode else None
