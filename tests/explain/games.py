@@ -4,7 +4,6 @@ them are judged by brute force on their explicit games."""
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial, reduce
 from itertools import chain
 from random import Random
 from typing import Any
@@ -16,21 +15,15 @@ from oracle.generator import random_specification
 from oracle.specification import (
     SECTIONS,
     Atom,
-    Compare,
-    Constant,
     Formula,
-    Number,
     Section,
     Specification,
     Variable,
     apply,
 )
-from oracle.text import inputs_first
-from safenav import InputError, Scenario, load_scenario_text
+from oracle.text import inputs_first, read_infix
+from safenav import Heading, InputError, Pose, RegionMap, Robot, Scenario, load_scenario_text
 from safenav import Specification as Compiled
-from safenav.formula import syntax
-from safenav.formula.parser import parse
-from safenav.spec.specification import Constraint
 
 
 def drawn(source: Random) -> Specification:
@@ -277,41 +270,24 @@ class Judge:
         assert not any(game.has(met, *step) for step in steps), "the goal is met"
 
 
-OWNERS: dict[str, Any] = {"INPUT": "input", "OUTPUT": "output"}
-
-
 def as_oracle(spec: Compiled) -> Specification:
     """A compiled specification as the oracle has it."""
-    variables = tuple(Variable(v.name, OWNERS[v.owner], v.bounds) for v in spec.variables)
+    variables = tuple(Variable(v.name, v.owner.lower(), v.bounds) for v in spec.variables)
     lines = [*map(line_of, spec.constraints)]
     return with_lines(Specification(variables), lines)
 
 
-def line_of(constraint: Constraint) -> Line:
-    section: Any = constraint.section.value.lower()
-    return section, _turned(parse(constraint.formula))
+def line_of(constraint: Any) -> Line:
+    section: Any = constraint.section.lower()
+    return section, read_infix(constraint.formula)
 
 
-def _turned(formula: syntax.Formula) -> Formula:
-    match formula:
-        case syntax.Constant(value):
-            return Constant(value)
-        case syntax.Name(name, primed):
-            return Atom(name, primed)
-        case syntax.Comparison(relation, left, right):
-            return Compare(relation.value, _terms(left), _terms(right))
-        case syntax.Operation(operator, operands):
-            parts = [*map(_turned, operands)]
-            if len(parts) == 1:
-                return apply(operator.value, *parts)
-            return reduce(partial(apply, operator.value), parts)
-
-
-def _terms(term: syntax.Term) -> tuple[Number, ...]:
-    match term:
-        case syntax.Number(value):
-            return (Number(value),)
-        case syntax.Name(name, primed):
-            return (Number(name, primed),)
-        case syntax.Sum(terms):
-            return tuple(number for each in terms for number in _terms(each))
+def moves(robot: Robot, pose: Pose, world: RegionMap) -> list[Pose]:
+    """The poses after one tick: it stays, or steps; one with a heading never backwards."""
+    found, turns = [pose], robot.model.mobility == "heading"
+    for way in Heading:
+        target = world.step(pose.region, way)
+        backwards = turns and pose.heading is not None and (way - pose.heading) % 4 == 2
+        if target in world.free and not backwards:
+            found.append(Pose(target, way if turns else None))
+    return found

@@ -1,11 +1,13 @@
 """Graph search against the synthesizer, which must agree on what a robot alone can do; and causes
 that only arise within a run."""
 
+import re
 from random import Random
 
 from msgspec.structs import replace
 
 from explain.games import drawn_scenario
+from once import SCENARIOS
 from safenav import RegionMap, Synthesizer, Task, Verdict, compile_task, load_scenario_text
 from safenav.explain.explanation import (
     NoStrategyCause,
@@ -98,3 +100,9 @@ catalogue:
         assert {repair.kind for repair in found} >= {"open_wall"}
         told = [change for repair in found for change in repair.change]
         assert [value for item, value in told if item == "robots.r.start"] == starts
+
+
+def test_the_documentation_explains_every_cause() -> None:
+    page = (SCENARIOS.parent / "docs" / "explain.md").read_text(encoding="utf-8")
+    named = re.findall(r"`(\w+)`", page.split("| cause |")[1].split("\n\n")[0])
+    assert {cause.value for cause in NoStrategyCause} <= set(named)

@@ -1,5 +1,6 @@
 """Prints a specification in either input language of slugs, in all the ways it may be written; and
-reads slugsin, so that published files can be played by the oracle as they stand.
+reads slugsin, so that published files can be played by the oracle as they stand, and the formulas
+that safenav prints.
 
 The random source chooses among spellings that mean the same: order and repetition of sections,
 operator aliases, spaces, superfluous parentheses, memory buffers, prefix lines in infix files.
@@ -7,6 +8,7 @@ Parentheses are otherwise the fewest that the precedence of the operators needs 
 unary, &, |, ^, ->, <->), so that a reader with another table gets another game.
 """
 
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import groupby
@@ -218,3 +220,46 @@ def _formula(tokens: Iterator[str], buffer: list[Formula]) -> Formula:
         case "?":
             return buffer[int(next(tokens))]
     return Atom(token.removesuffix("'"), token.endswith("'"))
+
+
+_TOKENS = re.compile(r"<->|->|[<>!]=|[\w.]+'?|\S")
+_RELATIONS = ("=", "!=", "<", "<=", ">", ">=")
+
+
+def read_infix(text: str) -> Formula:
+    """Parse a formula of structured slugs, as safenav prints it: no aliases, no `next(...)`."""
+    tokens = _TOKENS.findall(text)[::-1]
+
+    def after(token: str) -> bool:
+        return bool(tokens) and tokens[-1] == token and bool(tokens.pop())
+
+    def joined(least: int) -> Formula:
+        left = single()
+        while tokens and (level := _PRECEDENCE.get(tokens[-1], 0)) >= least:
+            operator = tokens.pop()
+            left = apply(operator, left, joined(level + 1))
+        return left
+
+    def single() -> Formula:
+        if after("!"):
+            return apply("!", single())
+        if after("("):
+            inner = joined(1)
+            assert after(")"), text
+            return inner
+        first = added()
+        if tokens and tokens[-1] in _RELATIONS:
+            return Compare(tokens.pop(), first, added())
+        (only,) = first
+        word = str(only.value)
+        return Constant(word == "TRUE") if word in ("TRUE", "FALSE") else Atom(word, only.primed)
+
+    def added() -> tuple[Number, ...]:
+        word = tokens.pop()
+        name = word.removesuffix("'")
+        number = Number(int(name) if name.isdigit() else name, name != word)
+        return (number, *(added() if after("+") else ()))
+
+    whole = joined(1)
+    assert not tokens, text
+    return whole
