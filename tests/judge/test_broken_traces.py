@@ -1,14 +1,15 @@
 """Each trace that is unsafe, untrue, or claims a negative without proof, is refused by its rule;
 any bytes give a verdict, or an error with a position; large maps are judged within limits.
 
-``good/`` has traces of correct runs, ``broken.yaml`` damages of each: the rule (``no-trace``: it
-cannot be read), tick and robot (``-``: none) of the first finding, or of another one that has the
+``good/`` has traces of correct runs, ``broken.yaml`` damages of each: the rule (``no-trace``: no
+reader reads it), tick and robot (``-``: none) of the first finding, or of another one that has the
 words after a colon, and the edits.
 """
 
 import json
 from pathlib import Path
 from random import Random
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -17,11 +18,7 @@ from hypothesis import strategies as st
 from once import from_yaml
 from runtime.played import play
 from safenav import InputError, check_trace
-from safenav.judge.engine import judge
-from safenav.judge.lines import NotATraceError
-from safenav.run.checked import CheckedTrace, checked
-from safenav.trace.file import read_bytes
-from support.damage import GOOD, Edit, Line, damage, text
+from support.damage import GOOD, Edit, Line, believed, damage, text
 
 BROKEN = from_yaml((Path(__file__).parent / "broken.yaml").read_text())
 CASES = [
@@ -33,8 +30,8 @@ CASES = [
 
 @pytest.mark.parametrize("name", GOOD)
 def test_a_good_trace_is_accepted(name: str) -> None:
-    found = judge(text(GOOD[name]()))
-    assert found.ok and found.outcome
+    found = check_trace(text(GOOD[name]()))
+    assert found.ok and found.complete
 
 
 @pytest.mark.parametrize(("name", "told", "edits"), CASES)
@@ -42,11 +39,13 @@ def test_a_broken_rule_is_named_with_tick_and_robot(
     name: str, told: str, edits: list[Edit]
 ) -> None:
     about, _, words = told.partition(": ")
-    try:
-        found = judge(text(damage(GOOD[name](), edits)))
-    except NotATraceError:
-        assert about.startswith("no-trace")
+    lines = text(damage(GOOD[name](), edits))
+    if about.startswith("no-trace"):
+        with pytest.raises(InputError):
+            check_trace(lines)
+        assert not believed(lines)
         return
+    found = check_trace(lines)
     said = [
         (f"{one.rule} {one.tick} {one.robot or '-'}", one.explanation)
         for one in (*found.findings, *found.notes)
@@ -69,32 +68,40 @@ def content(lines: list[Line]) -> bytes:
     return "".join(line + "\n" for line in text(lines)).encode()
 
 
-def judged(data: bytes) -> CheckedTrace | None:
-    """The verdict, or None if the trace was refused with a place that exists."""
+@pytest.fixture(scope="module")
+def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("traces") / "t.jsonl"
+
+
+def judged(data: bytes, file: Path) -> Any:
+    """The verdict, with short proofs, or None if the trace was refused with a place that exists."""
+    file.write_bytes(data)
     try:
-        return checked(data, read_bytes(data, "t.jsonl"))
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr("safenav.judge.world.MOST_STATES", 20_000)
+            return check_trace(file)
     except InputError as error:
         lines = data.count(b"\n") + 1
         assert error.diagnostics and all(0 <= each.line <= lines for each in error.diagnostics)
         return None
 
 
-@given(TRACES, st.data())
-def test_flipped_bytes_never_crash(name: str, data: st.DataObject) -> None:
+@given(name=TRACES, data=st.data())
+def test_flipped_bytes_never_crash(file: Path, name: str, data: st.DataObject) -> None:
     raw = bytearray(content(GOOD[name]()))
     for _ in range(data.draw(st.integers(1, 4))):
         raw[data.draw(st.integers(0, len(raw) - 1))] = data.draw(st.integers(0, 255))
-    judged(bytes(raw))
+    judged(bytes(raw), file)
 
 
-@given(TRACES, st.integers(0, 2**32 - 1).map(Random))
-def test_shuffled_dropped_and_doubled_lines_never_crash(name: str, rng: Random) -> None:
+@given(name=TRACES, rng=st.integers(0, 2**32 - 1).map(Random))
+def test_shuffled_dropped_and_doubled_lines_never_crash(file: Path, name: str, rng: Random) -> None:
     header, *lines = GOOD[name]()
-    judged(content([header, *rng.choices(lines, k=rng.randint(0, 2 * len(lines)))]))
+    judged(content([header, *rng.choices(lines, k=rng.randint(0, 2 * len(lines)))]), file)
 
 
-@given(TRACES, st.data())
-def test_any_value_in_any_field_never_crashes(name: str, data: st.DataObject) -> None:
+@given(name=TRACES, data=st.data())
+def test_any_value_in_any_field_never_crashes(file: Path, name: str, data: st.DataObject) -> None:
     lines = GOOD[name]()
     place: Line = data.draw(st.sampled_from(lines))
     while True:
@@ -104,14 +111,14 @@ def test_any_value_in_any_field_never_crashes(name: str, data: st.DataObject) ->
             break
         place = inner
     place[key] = data.draw(VALUES)
-    judged(content(lines))
+    judged(content(lines), file)
 
 
-@given(TRACES, st.data())
-def test_a_trace_cut_at_any_byte_breaks_no_rule(name: str, data: st.DataObject) -> None:
+@given(name=TRACES, data=st.data())
+def test_a_trace_cut_at_any_byte_breaks_no_rule(file: Path, name: str, data: st.DataObject) -> None:
     """A crash loses the end of the trace; what is there is still right."""
     raw = content(GOOD[name]())
-    found = judged(raw[: data.draw(st.integers(raw.index(b"\n") + 1, len(raw) - 2))])
+    found = judged(raw[: data.draw(st.integers(raw.index(b"\n") + 1, len(raw) - 2))], file)
     assert found is not None and found.findings == () and not found.complete
 
 

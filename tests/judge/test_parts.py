@@ -1,4 +1,5 @@
-"""Parts of the judge: formulas and line of sight agree with the reference; it shares no code with
+"""Parts of the judge: what it refuses to read; formulas and line of sight agree with the reference;
+it shares no code with
 what it judges, and documents its rules."""
 
 import ast
@@ -13,8 +14,11 @@ from safenav import RegionMap
 from safenav.judge.bundle.strategies import sees
 from safenav.judge.engine import FACTS
 from safenav.judge.formulas import Formulas, UnreadError
+from safenav.judge.lines import NotATraceError, Reader
 from safenav.judge.world import World
 from safenav.world.sight import visible_from
+from support.damage import GOOD, Edit, damage, find, text
+from traces.refused import CASES, NOT_TRACES
 
 
 @pytest.mark.parametrize(
@@ -73,6 +77,27 @@ def test_both_lines_of_sight_see_the_same_on_random_maps(seed: int) -> None:
     for one in free:
         for other in free:
             assert sees(grid, one, other, radius, closed) == visibility.sees(one, other)
+
+
+@pytest.mark.parametrize(("who", "name", "words", "edits"), CASES)
+def test_the_judge_alone_refuses_what_the_reader_refuses(
+    who: str, name: str, words: str, edits: list[Edit]
+) -> None:
+    """Its copy in a bundle has no other reader; the values that it does not read may be wrong."""
+    lines = damage(GOOD[name](), edits)
+    line = find(lines, *edits[0]["line"]) + 1
+    if who != "by the reader alone":
+        with pytest.raises(NotATraceError, match=rf"^line {line}: .*{words * ('alone' in who)}"):
+            list(Reader().lines(text(lines)))
+
+
+@pytest.mark.parametrize(("lines", "line", "words"), NOT_TRACES)
+def test_the_judge_alone_refuses_files_that_are_not_a_trace(
+    lines: list[str], line: int, words: str
+) -> None:
+    del line, words
+    with pytest.raises(NotATraceError):
+        list(Reader().lines("\n".join(lines).splitlines(keepends=True)))
 
 
 JUDGE = Path(safenav.judge.__file__).parent
