@@ -17,8 +17,8 @@ from msgspec.structs import replace
 
 from drawn import loads
 from safenav import Scenario
-from safenav.team import bound
 from safenav.team.apply import initial
+from safenav.team.bound import NEVER, Bound
 from safenav.team.state import Is, ObstacleNow, Stage, State
 from safenav.team.team import Team, team_of
 from safenav.world.poses import region_mask
@@ -225,8 +225,8 @@ def every_behaviour(asked: Moment) -> tuple[list[int], int]:
     talk.stdin.flush()
     states, *turns = map(int, talk.stdout.readline().split())
     assert states >= 0, "too many states"
-    *found, last = [bound.NEVER if turn < 0 else turn for turn in turns]
-    return found, last // len(asked.robots) if last < bound.NEVER else last
+    *found, last = [NEVER if turn < 0 else turn for turn in turns]
+    return found, last // len(asked.robots) if last < NEVER else last
 
 
 def as_state(asked: Moment) -> tuple[Team, State]:
@@ -253,21 +253,21 @@ def test_a_bound_never_exceeds_the_earliest_possible_turn(
     for seed in range(number * IN_BATCH, (number + 1) * IN_BATCH):
         asked = moment(seed)
         team, state = as_state(asked)
-        found = bound.moment_of(team, state, asked.begun)
-        graph = found.walkers[asked.walker].graph
+        found = Bound(team, state, asked.begun)
+        graph = team.members[asked.walker].graph
         goals = [graph.poses_on(region_mask(target)) for target in asked.targets]
-        times = bound.earliest(found)
-        met = bound.rounds_done(found, asked.walker, times, goals)
+        met = found.rounds_done(asked.walker, goals)
         truth, tick = every_behaviour(asked)
         kept = [k for k, each in enumerate(asked.data["obstacles"]) if "until" not in each]
         turns = [turn for turn, k in zip(truth, kept, strict=True) if asked.stages[k] is not None]
-        for bounded, turn in zip(times, turns, strict=True):
+        for bounded, turn in zip(found.times.values(), turns, strict=True):
             assert bounded[-1] <= turn, seed
             exact, all_ = exact + (bounded[-1] == turn), all_ + 1
         assert met <= tick, seed
         if None not in asked.stages:
             _, tick = every_behaviour(asked._replace(data=asked.data | {"obstacles": []}))
-            met = bound.rounds_done(replace(found, opens=()), asked.walker, (), goals)
+            empty = Bound(team, replace(state, requests=()), asked.begun)
+            met = empty.rounds_done(asked.walker, goals)
             assert met == tick, seed
         played()
     assert exact > 0.85 * all_

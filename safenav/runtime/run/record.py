@@ -475,7 +475,7 @@ class Recorder:
         pairs = zip(self.team.members, state.robots, strict=True)
         self.plan.reached(self.tick, self.team, state)
         if end.outcome == Outcome.COMPLETED:
-            self.ledger.completed()
+            self.ledger.completed(self.team)
         ended = records.End(
             self.tick,
             Outcome(end.outcome),
