@@ -13,9 +13,6 @@ from pathlib import Path
 import networkx
 import pytest
 
-from safenav.judge.lines import Objective
-from safenav.scenario.objective import KINDS
-
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "safenav"
 FACES = {"safenav", "safenav.cli"}
@@ -150,14 +147,6 @@ def test_imports_of_programs_beside_the_package_exist() -> None:
                 for name in (alias.name for alias in node.names):
                     there = hasattr(module, name) or find_spec(f"{node.module}.{name}")
                     assert there, f"{program}, line {node.lineno}: {node.module} has no {name}"
-
-
-def test_the_judge_has_the_same_kinds_of_objectives() -> None:
-    """It was written independently, but it must say the same."""
-    for key, kind in KINDS.items():
-        own = Objective(kind=key)
-        told = (kind.in_turn, kind.settles, kind.one, kind.strict)
-        assert (own.in_turn, own.settles, own.settles > own.ends, own.strict) == told, key
 
 
 PATH = ("scenario.language", "scenario.model", "spec.compile", "synthesis.slugs", "trace.records")

@@ -14,8 +14,6 @@ import pytest
 from children import ran
 from cli.conftest import Command
 from once import SCENARIOS
-from safenav.synthesis.program import find_binary
-from slugs.commands import STRATEGY
 
 HELLO = SCENARIOS / "hello.yaml"
 CATALOGUE = ("new", "--catalogue")
@@ -142,8 +140,7 @@ def test_strategy_files_load_again_and_give_the_same_strategy(
         graph = networkx.read_graphml(files.with_suffix(".graphml"))
         assert len(graph.nodes) == len(json.loads(strategy)["nodes"])
         assert files.with_suffix(".dot").read_text().count(" -> ") == len(graph.edges)
-        specification = files.with_suffix(".structuredslugs")
-        again = subprocess.run(
-            [find_binary().path, *STRATEGY, specification], capture_output=True, check=True
+        again = safenav(
+            "synth", files.with_suffix(".structuredslugs"), "-o", "-", SAFENAV_CACHE="off"
         )
-        assert again.stdout == strategy
+        assert again.stdout.encode() == strategy

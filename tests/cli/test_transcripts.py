@@ -1,6 +1,7 @@
 """Transcripts of commands: see ``support.transcripts``."""
 
 import os
+import re
 import shutil
 from collections.abc import Mapping
 from pathlib import Path
@@ -12,9 +13,8 @@ import pytest
 import warm
 from children import ran
 from once import ROOT, SCENARIOS
-from safenav.cli import COMMANDS
 from support import damage
-from support.transcripts import check
+from support.transcripts import check, helps
 
 TRANSCRIPTS = Path(__file__).with_name("transcripts")
 MAPS = ROOT / "tests" / "maps"
@@ -65,8 +65,11 @@ def test_commands_print_their_transcript(file: Path, tmp_path: Path) -> None:
 
 
 def test_the_help_of_every_command_is_on_one_screen_with_examples_and_exit_codes() -> None:
-    text = (TRANSCRIPTS / "help.txt").read_text(encoding="utf-8")
-    for name in COMMANDS:
-        shown = text.partition(f"$ safenav {name} --help\n")[2].partition("\n$ ")[0]
+    pages = helps()
+    commands = re.findall(
+        r"^  (\w+)  ", pages.pop("safenav").partition("Commands:")[2], re.MULTILINE
+    )
+    assert commands == [*pages]
+    for shown in pages.values():
         assert "Exit codes:" in shown and "Example" in shown
         assert len(shown.splitlines()) <= 40

@@ -9,7 +9,6 @@ fragments, patterns, formats) is tested beside the package that it describes.
 """
 
 import ast
-import inspect
 import json
 import os
 import re
@@ -29,8 +28,13 @@ import warm
 from children import ran
 from once import ROOT, from_yaml
 from safenav import load_scenario_text
-from safenav.cli import COMMANDS, command_of, group
+from support.transcripts import helps
 
+HELP = helps()
+COMMANDS = [*HELP][1:]
+LISTED = re.compile(r"^  (-.*?)(?:  |$)", re.MULTILINE)
+"""The options of a line of help."""
+OPTION = re.compile(r"(?<![^ ])--?[a-z0-9][a-z0-9-]*")
 DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", *sorted(DOCS.rglob("*.md"))]
 FOLLOWED = ("tutorial",)
@@ -81,10 +85,8 @@ def check_commands(shown: str) -> None:
     """Check that the options of all commands that a text names exist."""
     for name, rest in re.findall(r"safenav (\w+)((?: [^`|&#;)\n]*)?)", shown):
         if name in COMMANDS:
-            params = command_of(name).params
-            known = {option for each in params for option in (*each.opts, *each.secondary_opts)}
-            named = {*re.findall(r"(?<= )--?[a-z0-9][a-z0-9-]*", rest)} - {"--help"}
-            assert named <= known, f"safenav {name} {named - known}"
+            known = OPTION.findall(" ".join(LISTED.findall(HELP[name])))
+            assert {*OPTION.findall(rest)} <= {*known}, f"safenav {name}{rest}"
 
 
 def read(language: str, text: str) -> None:
@@ -92,7 +94,7 @@ def read(language: str, text: str) -> None:
     match language:
         case "sh" | "":
             names = re.findall(r"(?:^|&& )safenav ([a-z]+)", text, re.MULTILINE)
-            assert {*names} <= COMMANDS.keys(), text
+            assert {*names} <= {*COMMANDS}, text
         case "yaml":
             data = from_yaml(text)
             if isinstance(data, dict) and {"safenav", "map", "robots"} <= data.keys():
@@ -141,25 +143,23 @@ def test_the_page_of_commands_has_all() -> None:
 
 SERVERS = re.compile(r"(safenav studio|--live)")
 """They serve until Ctrl-C: tests/studio starts them."""
-EXAMPLE = re.compile(r"^  ((?:safenav|python3|mkdir|head|echo|SAFENAV_\w+=).*)", re.MULTILINE)
+EXAMPLE = re.compile(r"^    ((?:safenav|python3|mkdir|head|echo|SAFENAV_\w+=).*)", re.MULTILINE)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["safenav", *COMMANDS])
+@pytest.mark.parametrize("name", HELP)
 def test_the_examples_of_help_run_one_after_the_other(
     name: str, tmp_path: Path, environment: dict[str, str]
 ) -> None:
-    command = group if name == "safenav" else command_of(name)
-    text = f"{inspect.cleandoc(str(command.help))}\n{command.epilog}"
     folder = tmp_path / "empty"
     folder.mkdir()
-    if "your own map" in text:
+    if "your own map" in HELP[name]:
         own = "office.yaml" if name == "draw" else "office_map.yaml"
         for there, file in (
             *(("rooms.png", "floor.png"), ("office.pgm", "office.pgm"), ("office.yaml", own)),
         ):
             shutil.copy(ROOT / "tests" / "maps" / there, folder / file)
-    lines = EXAMPLE.findall(text)
+    lines = EXAMPLE.findall(HELP[name])
     assert lines
     for line in lines:
         for part in () if SERVERS.search(line) else line.split("&&"):

@@ -1,5 +1,7 @@
 """The wheel for users: one for every Python, which needs no compiler, cache or checkout."""
 
+import json
+import os
 import runpy
 import shutil
 import struct
@@ -14,9 +16,9 @@ import pytest
 import yaml
 
 import safenav
+import warm
 from children import ran
 from once import ROOT, made_once
-from safenav.synthesis.program import find_own_binary
 
 SCRIPT = ROOT / "packaging" / "wheel.py"
 MAKER: dict[str, Any] = runpy.run_path(str(SCRIPT))
@@ -53,15 +55,16 @@ def test_the_platform_is_read_from_a_program_that_runs_everywhere(
 @pytest.fixture(scope="module")
 def wheel() -> Path:
     """Return the wheel, with the installed program, which no test needs to compile again."""
-    own = find_own_binary()
-    assert own is not None
+    told = json.loads(warm.safenav("doctor", "--json").stdout)["findings"]
+    slugs = next(each["text"] for each in told if each["subject"] == "slugs")
+    own = Path(slugs.rpartition(" (")[0].rpartition(", ")[2])
     try:
-        MAKER["machine_of"](own.path.read_bytes())
+        MAKER["machine_of"](own.read_bytes())
     except ValueError as error:
         pytest.skip(f"the installed {error}")
 
     def make(folder: Path) -> None:
-        subprocess.run([sys.executable, SCRIPT, folder, own.path], check=True, timeout=900)
+        subprocess.run([sys.executable, SCRIPT, folder, own], check=True, timeout=900)
 
     (found,) = made_once("dist", make).glob("*.whl")
     return found
@@ -86,16 +89,15 @@ def test_one_wheel_serves_every_python_and_is_complete(wheel: Path) -> None:
     assert not [name for name in names if name.startswith("proof/")]
 
 
-def test_only_modules_that_need_numpy_load_it() -> None:
-    """What every command and the workers of a batch load when they begin."""
-    program = (
-        "import sys; sys.modules['numpy'] = None\n"
-        "import safenav.batch.worker, safenav.batch.execution\n"
-        "import safenav.batch.search, safenav.certify.bundle, safenav.runtime.run.mission\n"
-        "import safenav.report.page.html, safenav.report.notebook\n"
-    )
-    done = ran([sys.executable, "-c", program])
-    assert done.returncode == 0, done.stderr
+def test_only_commands_that_need_numpy_load_it(tmp_path: Path) -> None:
+    """Nor do the processes of a batch."""
+    (tmp_path / "numpy.py").write_text("raise ImportError('no numpy here')")
+    main = [sys.executable, "-c", "from safenav.cli import main; main()"]
+    for words in ("batch x.yaml --certify bundles", "run x.yaml --html x.html"):
+        shutil.copy(ROOT / "scenarios/hello.yaml", tmp_path / "x.yaml")
+        found = {**os.environ, "PYTHONPATH": str(tmp_path)}
+        done = ran([*main, *words.split()], cwd=tmp_path, env=found)
+        assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.slow

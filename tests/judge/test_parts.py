@@ -14,8 +14,9 @@ from safenav import RegionMap
 from safenav.judge.bundle.strategies import sees
 from safenav.judge.engine import FACTS
 from safenav.judge.formulas import Formulas, UnreadError
-from safenav.judge.lines import NotATraceError, Reader
+from safenav.judge.lines import NotATraceError, Objective, Reader
 from safenav.judge.world import World
+from safenav.scenario.objective import KINDS
 from safenav.world.sight import visible_from
 from support.damage import GOOD, Edit, damage, find, text
 from traces.refused import CASES, NOT_TRACES
@@ -133,3 +134,11 @@ def test_rules_keep_nothing_and_change_no_state() -> None:
             targets = [node.target] if isinstance(node, ast.AugAssign) else targets
             assert not any(isinstance(t, ast.Attribute | ast.Subscript) for t in targets), file.name
             assert not isinstance(node, ast.Global | ast.Nonlocal), file.name
+
+
+def test_the_judge_has_the_same_kinds_of_objectives() -> None:
+    """It was written independently, but it must say the same."""
+    for key, kind in KINDS.items():
+        own = Objective(kind=key)
+        told = (kind.in_turn, kind.settles, kind.one, kind.strict)
+        assert (own.in_turn, own.settles, own.settles > own.ends, own.strict) == told, key

@@ -8,6 +8,7 @@ the system; the indented lines below a command are its output, and its exit stat
 import os
 import re
 import shlex
+import textwrap
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
@@ -67,3 +68,11 @@ def check(file: Path, folder: Path, run: Run) -> None:
         file.write_text(found, encoding="utf-8")
     else:
         assert found == script
+
+
+def helps() -> dict[str, str]:
+    """What each command prints for ``--help``, by its name, as ``cli/transcripts/help.txt`` has it;
+    ``safenav`` first."""
+    text = Path(__file__).parents[1].joinpath("cli/transcripts/help.txt").read_text()
+    shown = re.findall(r"^\$ (safenav.*) --help\n((?:    .*\n|      \n)+)", text, re.MULTILINE)
+    return {words.split()[-1]: textwrap.dedent(page) for words, page in shown}
