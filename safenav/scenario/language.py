@@ -381,7 +381,9 @@ class ChangeKeys(Item, frozen=True):
         ),
     )
     at_: int | None = key("The tick at which it applies.", "for example 'at: 12'", least=1)
-    robot: KnownRobot | None = key("", "the name of a robot of the team")
+    robot: KnownRobot | None = key(
+        "The name of a robot of the team.", "the name of a robot of the team"
+    )
     objective: ObjectiveKeys | None = key("Its objective from then on; not 'ltl'.")
     service: Literal["out", "back"] | None = key("out: it stops; back: it continues.")
 

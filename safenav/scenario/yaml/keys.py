@@ -338,7 +338,7 @@ def _defined(kind: type[Struct], definitions: dict[str, Any]) -> dict[str, Any]:
         for key in entries(kind).values():
             own = {"description": key.described} if key.described else {}
             part = schema(key.annotation, definitions, key)
-            properties[key.word] = {**own, **part, **key.schema}
+            properties[key.word] = own | part | own | dict(key.schema)  # with its default
         rules = getattr(kind, "rules", ())
         needed = [key.word for key in entries(kind).values() if key.required]
         definitions[name] = {
