@@ -14,11 +14,17 @@ from msgspec.structs import replace
 
 from once import SCENARIOS
 from report.runs import own, run_of
-from safenav import RegionMap, UsageError, load_scenario, load_scenario_text
+from safenav import RegionMap, UsageError, built_in, load_scenario, load_scenario_text
 from safenav.report.picture.film import Film
 from safenav.report.picture.floor import placed_names
 from safenav.report.picture.scene import svg_of, svg_of_scenario
-from safenav.report.picture.svg import png_of, separated, text_width
+from safenav.report.picture.svg import (
+    obstacle_pictogram,
+    png_of,
+    robot_pictogram,
+    separated,
+    text_width,
+)
 from safenav.report.terminal.story import scenario_text
 from safenav.run.values import BLUE, ORANGE
 from safenav.studio.drawing import drawing_of
@@ -154,3 +160,16 @@ def test_a_missing_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     monkeypatch.setitem(sys.modules, "PIL", None)
     with pytest.raises(UsageError, match="pillow"):
         Film(run_of("door"), range(2)).write_gif(tmp_path / "x.gif")
+
+
+def test_every_robot_and_obstacle_has_a_silhouette_and_so_have_those_named_like_them() -> None:
+    library = built_in()
+    for names, shape in (
+        (library.robots, robot_pictogram),
+        (library.obstacles, obstacle_pictogram),
+    ):
+        for name in names:
+            assert shape(name) == shape(f"my_{name}") == shape(f"my-{name}") != ""
+    assert obstacle_pictogram("fire_door") == obstacle_pictogram("door")
+    assert obstacle_pictogram("my_pulled_door") != obstacle_pictogram("door")
+    assert robot_pictogram("rover") == obstacle_pictogram("trapdoor") == ""
