@@ -1,13 +1,28 @@
-"""Documents with one error each, and whether a loader and a JSON Schema agree on them."""
+"""Documents with one error each, and whether a loader and a JSON Schema agree on them; and what a
+trace records of a scenario."""
 
 import json
 import re
 from collections.abc import Iterator
+from contextlib import suppress
 from functools import reduce
 from operator import getitem
+from pathlib import Path
 from typing import Any
 
-from safenav import Diagnostic
+import pytest
+
+from once import ROOT
+from safenav import (
+    Diagnostic,
+    ExitCode,
+    InputError,
+    Mission,
+    Scenario,
+    TraceWriter,
+    load_scenario,
+    read_trace,
+)
 
 WRONG_VALUES: tuple[Any, ...] = (
     *(None, True, 0, -1, 1.5, 2**31, 2**63, "", "xyz", "1 2", [], [[]], {}, {"xyz": 1}),
@@ -71,3 +86,36 @@ def mistakes(data: Any, way: tuple[Any, ...], turn: int) -> Iterator[tuple[str, 
             value = holder.pop(last)
             holder |= {"xyz": value} if mistake == "misspelt" else {}
         yield f"{'.'.join(map(str, way))}: {mistake}, {wrong!r}", copy
+
+
+class BegunError(Exception):
+    """The first line of a trace is written."""
+
+
+def recorded(scenario: Scenario, path: Path) -> Any:
+    """Return what the first line of a trace records of a scenario, from which it is read back."""
+
+    def end(_line: object) -> None:
+        raise BegunError
+
+    with TraceWriter(path) as writer, suppress(BegunError):
+        Mission(scenario, listeners=[writer, end]).start()
+    assert read_trace(path).header.scenario == scenario.recorded
+    return json.loads(path.read_text().splitlines()[0])["scenario"]
+
+
+INVALID = sorted((ROOT / "scenarios" / "invalid").rglob("*.yaml"))
+ANNOUNCEMENT = re.compile(r"^# error: (\d+):(\d+): (.*)", re.MULTILINE)
+
+
+def refuse_as_announced(file: Path) -> None:
+    """Check that exactly the errors are reported that the comments of a file announce."""
+    announced = ANNOUNCEMENT.findall(file.read_text(encoding="utf-8"))
+    with pytest.raises(InputError) as caught:
+        load_scenario(file)
+    found = caught.value.diagnostics
+    assert [(d.line, d.column) for d in found] == [(int(m[0]), int(m[1])) for m in announced]
+    for diagnostic, (_, _, words) in zip(found, announced, strict=True):
+        assert re.search(words, f"{diagnostic.found} {diagnostic.hint}"), diagnostic
+        assert diagnostic.file == str(file)
+    assert caught.value.exit_code is ExitCode.BAD_INPUT

@@ -12,6 +12,7 @@ from copy import deepcopy
 from functools import reduce
 from itertools import product
 from operator import getitem
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -20,20 +21,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 
-from once import ROOT, beside
-from safenav import Diagnostic, InputError, Scenario, load_scenario_text
-from safenav.scenario.reading.loader import schema_text
-from safenav.scenario.yaml.document import DocumentError, plain, read_document
-from safenav.trace import fields
-from scenario.mistakes import disagreement, keys_of, mistakes, places
+import warm
+from once import ROOT, beside, from_yaml
+from safenav import Diagnostic, InputError, load_scenario_text
+from scenario.mistakes import disagreement, keys_of, mistakes, places, recorded
 from support.examples import campaign
 
-SCHEMA: dict[str, Any] = json.loads(schema_text())
+SCHEMA: dict[str, Any] = json.loads(warm.safenav("new", "--schema").stdout)
 VALIDATOR = Draft202012Validator(SCHEMA)
 
 FULL = beside(__file__, "scenarios/schema_full.yaml")
 """A scenario with every key but those of other forms, which OTHERS has."""
-DATA: dict[str, Any] = plain(read_document(FULL).root)
+DATA: dict[str, Any] = from_yaml(FULL)
 OTHERS: list[tuple[str, Any]] = [
     ("requirements", {"apart": "always(distance(ann, bob) >= 0.1)"}),
     ("partition", {"tiles": [2, 3]}),
@@ -47,6 +46,8 @@ OTHERS: list[tuple[str, Any]] = [
     ("map", {"movingai": "a.map", "share": 0.5, "rows": 3, "cols": 4, "resolution": 1}),
 ]
 FORMS = [*DATA.items(), *OTHERS]
+NEEDED = ("safenav", "map", "areas", "inputs", "catalogue", "robots", "chargers", "obstacles")
+"""The keys that others need."""
 
 
 def judged(text: str, file: str = "x.yaml") -> tuple[Diagnostic, ...]:
@@ -70,9 +71,9 @@ def test_every_scenario_of_the_project_is_judged_alike() -> None:
     for folder in ("scenarios", "safenav/scenario/templates", "tests"):
         for file in sorted((ROOT / folder).rglob("*.yaml")):
             text = file.read_text(encoding="utf-8")
-            with suppress(DocumentError):
+            with suppress(yaml.YAMLError):
                 if re.search("^safenav: ", text, re.MULTILINE):
-                    data = plain(read_document(text).root)
+                    data = from_yaml(text)
                     count += 1
                     if told := disagreement(data, judged(text, str(file)), VALIDATOR):
                         wrong[str(file)] = told
@@ -80,8 +81,8 @@ def test_every_scenario_of_the_project_is_judged_alike() -> None:
     assert count > 200
 
 
-def test_the_full_scenario_is_valid_and_all_forms_together_have_every_key() -> None:
-    assert judged(FULL) == ()
+def test_the_full_scenario_is_valid_and_all_forms_together_have_every_key(tmp_path: Path) -> None:
+    recorded(load_scenario_text(FULL), tmp_path / "t.jsonl")
     assert list(VALIDATOR.iter_errors(DATA)) == []
     ways = [way for key, value in FORMS for way in places({key: value})]
     assert keys_of(SCHEMA, set()) <= {way[-1] for way in ways}
@@ -94,8 +95,8 @@ def test_loader_and_schema_agree_on_an_error(key: str, value: Any) -> None:
     part, wrong = of_key(key), {}
     for turn, way in enumerate(places({key: value})):
         for name, data in mistakes({key: value}, way, turn):
-            scenario = {**{k: v for k, v in DATA.items() if k != key}, **data}
-            found = judged(json.dumps(scenario))
+            scenario = {**{k: DATA[k] for k in NEEDED if k != key}, **data}
+            found = judged(json.dumps(scenario, indent=0))
             missing = [d for d in found if d.found.endswith(" is missing")]
             assert all(d.hint for d in missing), "a missing key is told with an example"
             # The rest of the scenario is right, so that the schema need not see it.
@@ -146,13 +147,13 @@ values = st.recursive(
 )
 
 
-@given(values.filter(lambda value: value is not None), st.booleans())
-def test_dumped_data_reads_back(value: object, flow: bool) -> None:
-    text = yaml.safe_dump(value, default_flow_style=flow, allow_unicode=True)
-    assert plain(read_document(text).root) == value
+@pytest.fixture(scope="module")
+def line(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The file of a trace, which each example writes anew."""
+    return tmp_path_factory.mktemp("recorded") / "t.jsonl"
 
 
-def load_or_refuse(text: str) -> None:
+def load_or_refuse(text: str, line: Path) -> None:
     try:
         scenario = load_scenario_text(text, "mutated.yaml")
     except InputError as error:
@@ -160,9 +161,8 @@ def load_or_refuse(text: str) -> None:
         for diagnostic in error.diagnostics:
             assert diagnostic.found, "a refusal says why"
             assert diagnostic.line <= text.count("\n") + text.count("\r") + 3
-    else:  # as from a checkpoint
-        data = json.loads(json.dumps(fields.plain(scenario)))
-        assert fields.convert(Scenario, data) == scenario
+    else:
+        recorded(scenario, line)
 
 
 SNIPPETS = [
@@ -177,27 +177,27 @@ edits = st.tuples(st.integers(0, len(FULL)), st.integers(0, 12), st.sampled_from
 @campaign(300)
 @given(st.lists(edits, min_size=1, max_size=4))
 def test_any_damage_to_the_text_gives_a_scenario_or_an_input_error(
-    changes: list[tuple[int, int, str]],
+    line: Path, changes: list[tuple[int, int, str]]
 ) -> None:
     text = FULL
     for place, removed, added in changes:
         text = text[:place] + added + text[place + removed :]
-    load_or_refuse(text)
+    load_or_refuse(text, line)
 
 
 @campaign(200)
 @given(st.lists(st.tuples(st.sampled_from([*places(DATA)]), values), min_size=1, max_size=3))
 def test_any_value_of_any_key_gives_a_scenario_or_an_input_error(
-    changes: list[tuple[tuple[Any, ...], Any]],
+    line: Path, changes: list[tuple[tuple[Any, ...], Any]]
 ) -> None:
     scenario = deepcopy(DATA)
     for (*holders, last), value in changes:
         with suppress(KeyError, IndexError, TypeError):  # an earlier change took the place away
             reduce(getitem, holders, scenario)[last] = value
-    load_or_refuse(json.dumps(scenario, ensure_ascii=False))
+    load_or_refuse(json.dumps(scenario, ensure_ascii=False), line)
 
 
 @campaign(100)
 @given(st.text(max_size=200))
-def test_any_text_at_all_gives_a_scenario_or_an_input_error(text: str) -> None:
-    load_or_refuse(text)
+def test_any_text_at_all_gives_a_scenario_or_an_input_error(line: Path, text: str) -> None:
+    load_or_refuse(text, line)
