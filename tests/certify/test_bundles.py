@@ -20,7 +20,6 @@ from typing import Any
 import pytest
 
 from certify.making import (
-    SCENARIOS,
     Files,
     files_of,
     judged,
@@ -30,9 +29,15 @@ from certify.making import (
     shipped,
     with_lines,
 )
-from safenav import Strategy, UsageError, check_bundle, first_failure, read_specification
-from safenav.certify import bundle as writing
-from safenav.synthesis.cache import Cache
+from safenav import (
+    Strategy,
+    Synthesizer,
+    UsageError,
+    check_bundle,
+    first_failure,
+    make_bundle,
+    read_specification,
+)
 
 COMPLETED = "The mission is completed"
 LARGE = [f"case_study_{k}" for k in ("1", "1_beliefs", "2", "2_beliefs", "3", "3_beliefs")]
@@ -79,12 +84,15 @@ def test_a_copy_of_the_checker_reports_the_same_and_leaves_the_bundle_unchanged(
 def test_a_full_disk_is_reported_and_nothing_stays(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def full(*_: object) -> int:
+    trace, real = (shipped("hello") / "trace.jsonl").read_bytes(), Path.write_bytes
+
+    def full(path: Path, data: bytes) -> int:
+        real(path, data[:10])
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(writing, "write_files", full)
+    monkeypatch.setattr(Path, "write_bytes", full)
     with pytest.raises(UsageError, match=r"cannot write .*: No space left on device"):
-        writing.bundle_of_run(SCENARIOS / "hello.yaml", tmp_path / "made")
+        make_bundle(tmp_path / "made", trace, {}, Synthesizer())
     assert list(tmp_path.iterdir()) == []
 
 
@@ -307,7 +315,7 @@ def test_an_altered_bundle_is_refused_unless_it_proves_the_same(name: str, tmp_p
 
 
 def still_true(files: Files) -> bool:
-    cache = Cache.from_environment()
+    cache = Synthesizer().cache
     for line in lines_of(files):
         text = cache.load_text(line["spec"]) if line["type"] == "synthesis" else None
         data = files.get(f"strategies/{line.get('strategy')}.json")
