@@ -8,7 +8,6 @@ texts are refused.
 """
 
 import contextlib
-import errno
 import io
 import json
 import os
@@ -19,7 +18,7 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from safenav.errors import UsageError
+from safenav.errors import Diagnostic, InputError, UsageError
 
 _FOREIGN = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u2028\u2029]|\r(?!\n|\Z)")
 
@@ -32,20 +31,55 @@ MOST_VALUES = 6_000_000
 """Most values in it, counted by their brackets and commas: each takes up to 80 bytes."""
 
 
-def read_file(path: str | Path | None, most: int = MOST_BYTES) -> bytes:
-    """Return the content of a file, or of standard input. Raises OSError, also if it is larger than
-    ``most`` (a device may have no end) or has more than ``MOST_VALUES`` values."""
-    if path is None:
-        data = sys.stdin.buffer.read(most + 1)
+def read_input(
+    path: str | Path, most: int = MOST_BYTES, *, named: bool = False, values: float = MOST_VALUES
+) -> bytes:
+    """Return the content of a file; ``-``: of standard input, unless it is ``named`` by a file.
+
+    Raises InputError if it cannot be read, has more than ``most`` bytes (a device may have no end)
+    or more than this many ``values``.
+    """
+    file, hint = Path(path), ""
+    try:
+        if named and file.exists() and not (file.is_file() or file.is_dir()):
+            raise OSError(0, "it is not a regular file")  # a pipe may never deliver data
+        if str(path) == "-" and not named:
+            data = sys.stdin.buffer.read(most + 1)
+        else:
+            with file.open("rb") as stream:
+                data = stream.read(most + 1)
+    except FileNotFoundError:
+        found, hint = "no such file", neighbours(file)
+    except IsADirectoryError:
+        found, hint = "this is a directory", "name a file in it"
+    except PermissionError:
+        found, hint = "permission denied", "check who may read the file"
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else None
+        found = f"not readable: {reason or error}"
     else:
-        with Path(path).open("rb") as file:
-            data = file.read(most + 1)
-    if len(data) > most:
-        raise OSError(errno.EFBIG, f"it is larger than {most // 1_000_000} MB", str(path or "-"))
-    if sum(map(data.count, (b"[", b"{", b","))) > MOST_VALUES:
-        flaw = f"it has more than {MOST_VALUES // 1_000_000} million values"
-        raise OSError(errno.EFBIG, flaw, str(path or "-"))
-    return data
+        if len(data) > most:
+            found = f"the file is larger than {most // 1_000_000} MB"
+        elif sum(map(data.count, (b"[", b"{", b","))) > values:
+            found = f"the file has more than {values / 1e6:g} million values"
+        else:
+            return data
+    raise InputError([Diagnostic(str(path), 0, 0, found, hint)])
+
+
+def neighbours(path: Path, *, folders: bool = False) -> str:
+    """Return a hint that names a similar file of the same directory; ``folders``: or folder."""
+    from difflib import get_close_matches  # only needed for errors
+
+    try:
+        files = [each for each in path.parent.iterdir() if folders or each.is_file()]
+    except OSError:
+        return f"the directory {path.parent} cannot be read or does not exist"
+    # A common suffix does not make two names alike.
+    alike = {*get_close_matches(path.stem, [file.stem for file in files], cutoff=0.6)}
+    names = [file.name for file in files if file.stem in alike]
+    close = get_close_matches(path.name, names, n=1, cutoff=0.6)
+    return f"did you mean '{path.parent / close[0]}'?" if close else "check the path"
 
 
 def printable(text: str) -> str:
@@ -104,6 +138,7 @@ def foreign_character(text: str) -> tuple[int, int, str] | None:
 
 _SECTION = r"\[[A-Z_]+\]"
 _DRAW = "draw it with: safenav draw {0}; begin a scenario on it: safenav new FILE --map {0}"
+PICTURE = "picture"
 ROS_MAP = "map of ROS map_server"
 _KINDS: dict[str, tuple[tuple[str, ...], str]] = {
     "specification": (
@@ -124,6 +159,11 @@ _KINDS: dict[str, tuple[tuple[str, ...], str]] = {
         "check it with: safenav verify SPECIFICATION {0}",
     ),
     "matrix file": ((r"(?m)^batch[ \t]*:",), "run it with: safenav batch {0}"),
+    PICTURE: (
+        (r"\A(?:.PNG|P[25]\s|GIF8|.{3,8}(?:JFIF|Exif))",),
+        "name it by 'image' of map, or the YAML file of its ROS map by 'ros'; to see it: safenav "
+        "draw {0}",
+    ),
     "web page": (
         (r"(?i)\A\s*<(?:!doctype html|html)",),
         "open it in a browser; name the trace or the scenario that it shows",
@@ -168,12 +208,45 @@ def kind_of(text: str) -> str | None:
     return None
 
 
+ADVICE = (
+    "a scenario is YAML ('safenav new FILE' writes one); 'check' also reads traces and motions "
+    "(.jsonl) and bundles, 'synth' specifications of slugs, as LTLMoP and TuLiP write them"
+)
+"""The hint for a file that is of none of the kinds that safenav reads."""
+_ROOM = "save the floor as an occupancy map (ROS map_saver): safenav new FILE --map MAP.yaml"
+_BODY = (
+    "a scenario lists robots by models: 'safenav new --catalogue', or its own with 'size' and "
+    "'speed'"
+)
+_BY_NAME = {
+    ".py": ("Python program", ADVICE),
+    ".md": ("Markdown text", ADVICE),
+    ".toml": ("TOML file", ADVICE),
+    ".scen": (
+        "list of tasks of the MovingAI benchmarks",
+        "each line has a map, and x and y (column and row) of a start and a goal: safenav new FILE "
+        "--map MAP.map, then each as [ROW, COLUMN]",
+    ),
+    **dict.fromkeys((".sdf", ".world"), ("world of Gazebo", _ROOM)),
+    **dict.fromkeys((".urdf", ".xacro"), ("robot description", _BODY)),
+}
+"""Kinds of files by the ends of their names, and what to do with them."""
+
+
 def another_kind(text: str, expected: str, file: str) -> tuple[str, str] | None:
     """Return the error, and a hint, if a file is of another kind than expected."""
     kind = kind_of(text)
-    if kind is None or kind == expected:
+    if kind == expected:
         return None
-    return f"this is a {kind}, not a {expected}", _KINDS[kind][1].format(file)
+    found = _BY_NAME.get(Path(file).suffix) if kind is None else (kind, _KINDS[kind][1])
+    return found and (f"this is a {found[0]}, not a {expected}", found[1].format(file))
+
+
+def check_kind(text: str | bytes, expected: str, file: str) -> None:
+    """Raise InputError if a file, of which ``text`` is the beginning, is of another kind."""
+    text = text if isinstance(text, str) else text.decode("utf-8", "replace")
+    if wrong := another_kind(text, expected, file):
+        raise InputError([Diagnostic(file, 0, 0, *wrong)])
 
 
 def write_out(path: Path, content: str | bytes, *, echo: bool = True, replace: bool = True) -> None:

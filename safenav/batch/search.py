@@ -20,19 +20,17 @@ from safenav.batch.case import Case, Settings
 from safenav.batch.matrix import is_matrix, read_matrix, varied
 from safenav.data import cached_method
 from safenav.errors import UsageError
-from safenav.files import kind_of
+from safenav.files import kind_of, neighbours
 from safenav.scenario.yaml.document import (
     DocumentError,
     Mapping,
     Node,
     Place,
-    Scalar,
     read_document,
 )
 from safenav.scenario.yaml.findings import (
     STDIN,
     Findings,
-    neighbours,
     read_bytes,
     read_source,
     referenced_files,
@@ -170,7 +168,7 @@ class _Search:
 
     @cached_method
     def _digest(self, path: Path) -> str:
-        data = read_bytes(path, Findings(str(path)), Scalar(Place(1, 1), None, ""))
+        data = read_bytes(path, Findings(str(path)), Place())
         return "" if data is None else hashlib.sha256(data).hexdigest()
 
 

@@ -20,7 +20,7 @@ import safenav.judge
 from safenav import strict_json
 from safenav.certify.check import check_bundle, page_of, sources_of
 from safenav.errors import FULL_DISK, NotCertifiedError, ResourceLimitError, UsageError, Verdict
-from safenav.files import json_line
+from safenav.files import json_line, read_input
 from safenav.judge.bundle.check import VERSION, Judged
 from safenav.judge.bundle.evidence import is_planned, proof_file
 from safenav.judge.bundle.strategies import BundleTooLargeError, Met, RefusedError, Task
@@ -34,7 +34,7 @@ from safenav.scenario.reading.loader import load_scenario_text, scenario_text
 from safenav.spec.specification import read_specification
 from safenav.synthesis.cache import Cache
 from safenav.synthesis.slugs import Synthesizer
-from safenav.trace.file import TraceWriter, read_bytes, read_content
+from safenav.trace.file import TraceWriter, read_bytes
 from safenav.verify.automaton import Measure, NoMeasureError, measure
 from safenav.verify.verification import first_failure
 
@@ -310,7 +310,7 @@ def bundle_of_trace(trace: Path, target: Path) -> Made:
     Raises InputError if it is not a trace, UsageError if a part is missing, NotCertifiedError if
     the run is refused.
     """
-    data = read_content(trace)
+    data = read_input(trace)
     read_bytes(data, str(trace))
     synthesizer = Synthesizer(cache=Cache.from_environment(), verifier=first_failure)
     return make_bundle(target, data, {}, synthesizer)

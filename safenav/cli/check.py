@@ -23,7 +23,7 @@ from safenav.errors import (
     SafenavError,
     UsageError,
 )
-from safenav.files import another_kind, kind_of
+from safenav.files import check_kind, kind_of, read_input
 from safenav.report.terminal.layout import echo_folded
 from safenav.trace.words import counted, listed, moment_words, shortened
 
@@ -73,9 +73,7 @@ class GivenFile(Struct, frozen=True):
         return "<stdin>" if str(self.path) == "-" else str(self.path)
 
     def bytes(self) -> bytes:
-        from safenav.trace.file import read_content
-
-        return read_content(self.path) if self.content is None else self.content
+        return read_input(self.path) if self.content is None else self.content
 
 
 class JudgedFile(Struct, frozen=True):
@@ -157,11 +155,9 @@ def recognized(path: Path) -> GivenFile:
             with path.open("rb") as stream:
                 text = stream.read(BEGINNING).decode("utf-8", "replace")
         elif name == "-" or path.exists():
-            from safenav.trace.file import read_content
-
-            content = read_content(path)
+            content = read_input(path)
             text = content[:BEGINNING].decode("utf-8", "replace")
-    except OSError:  # reported by its reader
+    except (OSError, InputError):  # reported by its reader
         pass
     if text.startswith(ARCHIVE) and path.is_file():
         from zipfile import ZipFile
@@ -175,8 +171,7 @@ def recognized(path: Path) -> GivenFile:
         return GivenFile(path, BUNDLE)
     if (kind := kind_of(text)) in (SCENARIO, TRACE, MOTION):
         return GivenFile(path, str(kind), content)
-    if wrong := another_kind(text, f"{SCENARIO}, {TRACE}, {BUNDLE} or {MOTION}", name):
-        raise InputError([Diagnostic(name, 0, 0, *wrong)])
+    check_kind(text, f"{SCENARIO}, {TRACE}, {BUNDLE} or {MOTION}", name)
     lines = path.suffix == ".jsonl" or (name == "-" and text.lstrip().startswith("{"))
     return GivenFile(path, TRACE if lines else SCENARIO, content)
 
@@ -191,16 +186,11 @@ def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
     from safenav.runtime.run.mission import Mission, default_synthesizer, first_results
     from safenav.scenario.lint import lint
     from safenav.scenario.objective import describe
-    from safenav.scenario.reading.loader import load_scenario, load_scenario_text
+    from safenav.scenario.reading.loader import load_scenario_text
+    from safenav.scenario.yaml.findings import decoded
 
-    if file.content is None:
-        plan = load_scenario(file.path)
-    else:
-        try:
-            text = file.content.decode("utf-8-sig")
-        except UnicodeDecodeError as error:
-            raise InputError([Diagnostic(str(file.path), 0, 0, "not valid UTF-8 text")]) from error
-        plan = load_scenario_text(text, str(file.path))
+    name = str(file.path)
+    plan = load_scenario_text(decoded(file.bytes(), name), name)
     synthesizer = default_synthesizer(plan)
     answers = first_results(plan, synthesizer, WaitingLine())
     warnings = [*lint(plan), *foreseen(plan)]

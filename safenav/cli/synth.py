@@ -23,7 +23,7 @@ from safenav.errors import (
     exit_code_of,
 )
 from safenav.explain.play import Cause, vacuities
-from safenav.files import json_flaw, json_line, kind_of, read_file, write_all, write_out
+from safenav.files import json_flaw, json_line, kind_of, read_input, write_all, write_out
 from safenav.report.terminal.layout import WaitingLine, echo_folded, table
 from safenav.report.terminal.specification_text import (
     data_of,
@@ -317,8 +317,8 @@ def verify(
     """
     if specification == strategy == "-":
         raise click.UsageError("only one of SPECIFICATION and STRATEGY can be standard input")
-    spec = specification_in(_content(specification), specification, "robot")
-    data = _content(strategy)
+    spec = specification_in(read_input(specification), specification, "robot")
+    data = read_input(strategy)
     try:
         read_json(data)
         automaton = Strategy.parse(data, spec)
@@ -345,14 +345,6 @@ def verify(
         for line in rest:
             click.echo(f"    {line}")
     return code_of(found.ok)
-
-
-def _content(name: str) -> bytes:
-    try:
-        return read_file(None if name == "-" else name)
-    except OSError as error:
-        found = error.strerror or str(error)
-        raise InputError([Diagnostic(name, 0, 0, found)]) from error
 
 
 EXPLAIN_EPILOG = """\b

@@ -14,7 +14,7 @@ from typing import Annotated, Any, TypeVar
 from msgspec import Meta, Struct, field, to_builtins
 
 from safenav.errors import Diagnostic, InputError
-from safenav.files import another_kind, json_flaw, json_line, read_file
+from safenav.files import check_kind, json_flaw, json_line, read_input
 from safenav.strict_json import read_json
 from safenav.trace.fields import WrongError, convert
 
@@ -264,13 +264,8 @@ _DIAGNOSTIC_LIMIT = 20
 
 def read_motion(path: Path) -> Motion:
     """Return the motion in a file. Raises InputError if it cannot be read or is not a motion."""
-    try:
-        content = read_file(path)
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise InputError([Diagnostic(str(path), 0, 0, f"cannot be read: {reason}")]) from error
-    if wrong := another_kind(content[:4000].decode("utf-8", "replace"), "motion file", str(path)):
-        raise InputError([Diagnostic(str(path), 0, 0, *wrong)])
+    content = read_input(path)
+    check_kind(content[:4000], "motion file", str(path))
     return parsed(content, str(path))
 
 

@@ -8,10 +8,10 @@ from pathlib import Path
 from msgspec import Struct
 
 from safenav.errors import Diagnostic, InputError
-from safenav.files import json_line
+from safenav.files import json_line, read_input
 from safenav.judge.engine import Finding, judge
 from safenav.judge.lines import NotATraceError
-from safenav.trace.file import Trace, as_data, read_bytes, read_content
+from safenav.trace.file import Trace, as_data, read_bytes
 from safenav.trace.records import Arrive, Move, Push
 
 
@@ -43,7 +43,7 @@ def check_trace(trace: str | Path | Trace | Iterable[str]) -> CheckedTrace:
         records = (trace.header, *trace.records)
         return checked("".join(json_line(as_data(r)) for r in records).encode(), trace)
     if isinstance(trace, str | Path):
-        content, source = read_content(trace), str(trace)
+        content, source = read_input(trace), str(trace)
     else:
         lines = (each if each.endswith("\n") else f"{each}\n" for each in trace)
         content, source = "".join(lines).encode(), "<trace>"

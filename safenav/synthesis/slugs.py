@@ -23,7 +23,7 @@ from threading import Thread
 from msgspec import Struct
 
 from safenav.errors import Diagnostic, InputError, ResourceLimitError, SynthesizerError, Verdict
-from safenav.files import another_kind, read_file
+from safenav.files import check_kind, read_input
 from safenav.spec.specification import Section, Specification, read_specification
 from safenav.synthesis.cache import Cache, CacheEntry, key_of
 from safenav.synthesis.program import (
@@ -410,12 +410,8 @@ MOST_OF_A_TEXT = 20_000_000
 def load_specification(path: Path) -> Specification:
     """Return the specification in a file (``-``: standard input). Raises InputError as
     ``specification_in`` does."""
-    piped = str(path) == "-"
-    try:
-        data = read_file(None if piped else path, MOST_OF_A_TEXT)
-    except OSError as error:
-        raise InputError([Diagnostic(str(path), 0, 0, error.strerror or str(error))]) from error
-    return specification_in(data, str(path), "specification" if piped else path.stem)
+    data = read_input(path, MOST_OF_A_TEXT)
+    return specification_in(data, str(path), "specification" if str(path) == "-" else path.stem)
 
 
 def specification_in(data: bytes, file: str, robot: str) -> Specification:
@@ -427,8 +423,7 @@ def specification_in(data: bytes, file: str, robot: str) -> Specification:
         text = data.decode("utf-8")
     except UnicodeDecodeError as error:
         raise InputError([Diagnostic(file, 0, 0, "not valid UTF-8 text")]) from error
-    if wrong := another_kind(text, "specification", file):
-        raise InputError([Diagnostic(file, 0, 0, *wrong)])
+    check_kind(text, "specification", file)
     done = _translated(data)
     if done is not None and done.status == ExitStatus.BAD_INPUT:
         raise InputError(_diagnostics(done.stderr.decode("utf-8", "replace"), file, text))

@@ -20,7 +20,7 @@ from msgspec.structs import replace
 
 import safenav
 from safenav.errors import Diagnostic, InputError, UsageError
-from safenav.files import another_kind, json_flaw, json_line, read_file
+from safenav.files import check_kind, json_flaw, json_line, read_input
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.scenario.objective import target_regions
 from safenav.strict_json import flaws, note_flaw, read_json
@@ -110,24 +110,13 @@ _TEXTS = ("explanation", "because", "reason")
 def read_trace(path: str | Path) -> Trace:
     """Return the trace in a file (``-``: standard input). Raises InputError if it cannot be read or
     is not a trace."""
-    return read_bytes(read_content(path), "<stdin>" if str(path) == "-" else str(path))
-
-
-def read_content(path: str | Path) -> bytes:
-    """Return the bytes of a file (``-``: standard input). Raises InputError if it cannot be
-    read."""
-    try:
-        return read_file(None if str(path) == "-" else path)
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise InputError([Diagnostic(str(path), 0, 0, f"cannot be read: {reason}")]) from error
+    return read_bytes(read_input(path), "<stdin>" if str(path) == "-" else str(path))
 
 
 def read_bytes(content: bytes, source: str = "<trace>") -> Trace:
     """Return the trace in some bytes. ``source`` names it in messages. Raises InputError with the
     first error of each line."""
-    if wrong := another_kind(content[:_BEGINNING].decode("utf-8", "replace"), "trace", source):
-        raise InputError([Diagnostic(source, 0, 0, *wrong)])
+    check_kind(content[:_BEGINNING], "trace", source)
     lines = content.split(b"\n")
     cut_off = bool(lines[-1].strip()) and not _is_json(lines[-1])
     reader, found, more = _Reader(), list[Diagnostic](), 0

@@ -9,13 +9,12 @@ from msgspec import Struct
 from msgspec.structs import asdict, replace
 
 from safenav.errors import Diagnostic, InputError, install_command
-from safenav.files import ROS_MAP, kind_of
+from safenav.files import ROS_MAP, check_kind, kind_of
 from safenav.scenario import language
 from safenav.scenario.language import FORMS, MapKeys
 from safenav.scenario.reading.regions import NO_SIZE, Reading, too_large
 from safenav.scenario.yaml.document import Node, Place, Scalar, Sequence, clipped
 from safenav.scenario.yaml.findings import (
-    FOREIGN,
     Findings,
     described,
     parsed,
@@ -123,9 +122,9 @@ def map_lines(path: Path, division: Division, folder: Path) -> list[str]:
     """
     form = form_of(path)
     if form is None:
+        check_kind("", "map file", str(path))
         maps = "PNG or PGM images, the YAML file of ROS map_server, MovingAI maps (.map)"
-        hint = FOREIGN.get(path.suffix, maps)
-        raise InputError([Diagnostic(str(path), 0, 0, "this is not a map file", hint)])
+        raise InputError([Diagnostic(str(path), 0, 0, "this is not a map file", maps)])
     name = os.path.relpath(path, folder)
     quoted = name if re.fullmatch(r"[\w./][\w./-]*", name) else "'" + name.replace("'", "''") + "'"
     return [f"{form}: {quoted}", *division.keys]

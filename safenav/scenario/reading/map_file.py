@@ -22,7 +22,7 @@ from safenav.files import ROS_MAP
 from safenav.scenario.language import MapKeys
 from safenav.scenario.reading.regions import NO_SIZE, Reading, too_large
 from safenav.scenario.values import CORNER, Corner
-from safenav.scenario.yaml.document import Node, Place, Scalar, clipped
+from safenav.scenario.yaml.document import Node, Scalar, clipped
 from safenav.scenario.yaml.findings import Findings, parsed, read_bytes, read_source, suggestion
 from safenav.scenario.yaml.keys import Key
 from safenav.scenario.yaml.typed import read
@@ -41,7 +41,7 @@ def read_movingai_map(node: Scalar, item: MapKeys, findings: Reading) -> RegionM
     try:
         rows = parse_movingai(text)
     except InputError as error:
-        report(error, path, node, findings)
+        findings.include(error, path, node)
         return None
     if misread(item):
         return None
@@ -74,7 +74,7 @@ def read_pixels(node: Scalar, findings: Reading) -> Image | None:
     try:
         return read_image(data)
     except InputError as error:
-        report(error, path, node, findings)
+        findings.include(error, path, node)
         return None
 
 
@@ -130,16 +130,6 @@ def lost_walls(blocked: Blocked, layout: Layout, world: RegionMap, share: float)
         )
     if len(groups) > _SHOWN:
         yield f"and {len(groups) - _SHOWN} more losses of this kind"
-
-
-def report(error: InputError, path: Path, node: Node, findings: Findings) -> None:
-    """Report the errors of a map file; those without a line point at ``node``."""
-    inside = findings.beside(str(path))
-    for flaw in error.diagnostics:
-        if flaw.line:
-            inside.add(Place(flaw.line, flaw.column), flaw.found, flaw.hint)
-        else:
-            findings.add(node, f"file '{path}': {flaw.found}", flaw.hint)
 
 
 def occupied(image: Image, settings: RosMap) -> Blocked:

@@ -1,19 +1,18 @@
 """Files of users as text, and all errors in them, in words that name what was meant."""
 
 import re
-import stat
-import sys
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Collection, Iterable
 from collections.abc import Mapping as Wanted
 from copy import copy
 from functools import cache
+from math import inf
 from pathlib import Path
-from typing import Self, TypeVar
+from typing import Self
 
 from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError, UsageError
-from safenav.files import another_kind
+from safenav.files import ADVICE, PICTURE, another_kind, check_kind, kind_of, read_input
 from safenav.scenario.yaml.document import (
     DocumentError,
     Mapping,
@@ -94,6 +93,17 @@ class Findings:
             self.add(Place(node.place.line, node.place.column + quote + column - 1), found, hint)
         else:
             self.add(node, f"{found} (column {column} of the formula)", hint)
+
+    def include(self, error: InputError, path: Path, named_at: Node | Place | None) -> None:
+        """Report the errors of a file; those without a line at ``named_at``, where this file names
+        it (None: it is this file)."""
+        inside = self if named_at is None else self.beside(str(path))
+        for flaw in error.diagnostics:
+            if flaw.line or named_at is None:
+                place = Place(flaw.line, flaw.column) if flaw.line else None
+                inside.add(place, flaw.found, flaw.hint)
+            else:
+                self.add(named_at, f"file '{path}': {flaw.found}", flaw.hint)
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
@@ -251,8 +261,6 @@ _ALSO_CALLED = {
 """Keys of other tools, and the scenario's keys that may be meant."""
 
 
-T = TypeVar("T")
-
 MAX_BYTES = 5_000_000
 """Largest size of a text."""
 MOST_OF_AN_IMAGE = 150_000_000
@@ -261,28 +269,6 @@ STDIN = "-"
 """The path that means standard input."""
 
 _SUFFIXES = {"", ".yaml", ".yml", ".json", ".txt"}
-_FOREIGN = (
-    "a scenario is YAML ('safenav new FILE' writes one); 'check' also reads traces and motions "
-    "(.jsonl) and bundles, 'synth' specifications of slugs, as LTLMoP and TuLiP write them"
-)
-_OTHERS = {".py": "a Python program", ".md": "a Markdown text", ".toml": "a TOML file"}
-"""Files in other languages, by suffix."""
-_ROOM = "save the floor as an occupancy map (ROS map_saver): safenav new FILE --map MAP.yaml"
-_STARTS = (
-    "each line has a map, and x and y (column and row) of a start and a goal: safenav new FILE "
-    "--map MAP.map, then each as [ROW, COLUMN]"
-)
-_BODY = (
-    "a scenario lists robots by models: 'safenav new --catalogue', or its own with 'size' and "
-    "'speed'"
-)
-FOREIGN = {
-    ".scen": _STARTS,
-    **dict.fromkeys((".sdf", ".world"), _ROOM),
-    **dict.fromkeys((".urdf", ".xacro"), _BODY),
-}
-"""Hints for files of other tools that contain a part of a scenario, by suffix."""
-_IMAGES = {b"\x89PNG": "PNG", b"P5": "PGM", b"P2": "PGM", b"\xff\xd8\xff": "JPEG", b"GIF8": "GIF"}
 
 
 def read_source(path: Path, findings: Findings, named_at: Node | None = None) -> str | None:
@@ -290,53 +276,41 @@ def read_source(path: Path, findings: Findings, named_at: Node | None = None) ->
 
     ``named_at``: the node at which another file (that of ``findings``) names this one.
     """
-    return _made(_decoded, path, findings, named_at, MAX_BYTES)
-
-
-def read_bytes(path: Path, findings: Findings, named_at: Node) -> bytes | None:
-    """Return the content of an image; None as ``read_source``."""
-    return _made(bytes, path, findings, named_at, MOST_OF_AN_IMAGE)
-
-
-def _made(
-    make: Callable[[bytes], T], path: Path, findings: Findings, named_at: Node | None, limit: int
-) -> T | None:
-    """Return the content of a file, converted by ``make``; None if an error was reported."""
+    data = read_bytes(path, findings, named_at, MAX_BYTES)
     try:
-        _refuse_outside(path, findings, named_at)
-        if named_at is None and str(path) == STDIN:
-            return make(_within(sys.stdin.buffer.read(limit + 1), limit))
-        return make(_bytes(path, limit))
-    except DocumentError as error:
-        if named_at is None:
-            findings.add(error.place, error.found, error.hint)
-        else:
-            findings.add(named_at, f"file '{path}': {error.found}", error.hint)
+        return None if data is None else decoded(data, str(path))
+    except InputError as error:
+        findings.include(error, path, named_at)
         return None
 
 
-def _refuse_outside(path: Path, findings: Findings, named_at: Node | None) -> None:
-    """Raise before opening a file outside the folder that ``findings.reach`` allows. Without such a
-    limit (the user named the input), only note a file outside the input's folder."""
-    reach = findings.reach
-    if named_at is None:
-        return
-    if reach is None:
-        if not _is_inside(path, findings.home):
-            _tell_outside(findings.file, path)
-        return
-    if _is_inside(path, reach):
-        return
-    where = f"put it into {reach}, or start the studio with --folder and a folder above both"
-    raise DocumentError(None, "not read: it is outside the folder of the scenario", where)
-
-
-def _is_inside(path: Path, folder: Path) -> bool:
-    """Return whether a path is inside a folder after following links."""
+def read_bytes(
+    path: Path, findings: Findings, named_at: Node | Place | None, most: int = MOST_OF_AN_IMAGE
+) -> bytes | None:
+    """Return the content of a file, such as an image; None as ``read_source``."""
     try:
-        return path.resolve().is_relative_to(folder.resolve())
+        if named_at is not None:
+            _refuse_outside(path, findings)
+        return read_input(path, most, named=named_at is not None, values=inf)
+    except InputError as error:
+        findings.include(error, path, named_at)
+        return None
+
+
+def _refuse_outside(path: Path, findings: Findings) -> None:
+    """Raise InputError before opening a file outside the folder that ``findings.reach`` allows.
+    Without such a limit (the user named the input), only note a file outside the input's folder."""
+    reach = findings.reach
+    try:
+        inside = path.resolve().is_relative_to((reach or findings.home).resolve())
     except (OSError, RuntimeError, ValueError):
-        return False
+        inside = False
+    if not inside and reach is not None:
+        found = "not read: it is outside the folder of the scenario"
+        where = f"put it into {reach}, or start the studio with --folder and a folder above both"
+        raise InputError([Diagnostic(str(path), 0, 0, found, where)])
+    if not inside:
+        _tell_outside(findings.file, path)
 
 
 @cache
@@ -347,49 +321,20 @@ def _tell_outside(file: str, path: Path) -> None:
     getLogger("safenav").warning("note: %s reads a file outside of its folder: %s", file, path)
 
 
-def _bytes(path: Path, limit: int) -> bytes:
-    try:
-        kind = path.stat().st_mode
-        if stat.S_ISDIR(kind):
-            raise DocumentError(None, "this is a directory", "name a file in it")
-        if not stat.S_ISREG(kind):
-            # A pipe may never deliver data, and /dev/zero never ends.
-            raise DocumentError(None, "this is not a regular file", "copy its contents into a file")
-        with path.open("rb") as file:
-            data = file.read(limit + 1)
-    except FileNotFoundError:
-        raise DocumentError(None, "no such file", neighbours(path)) from None
-    except PermissionError:
-        raise DocumentError(None, "permission denied", "check who may read the file") from None
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise DocumentError(None, f"not readable: {reason}") from None
-    return _within(data, limit)
-
-
-def _within(data: bytes, limit: int) -> bytes:
-    if len(data) > limit:
-        raise DocumentError(None, f"the file is larger than {limit // 1_000_000} MB")
-    return data
-
-
-def _decoded(data: bytes) -> str:
-    for signature, kind in _IMAGES.items():
-        if data.startswith(signature):
-            hint = (
-                "name it by 'image' of map, or the YAML file of its ROS map by 'ros'; to see it: "
-            )
-            hint += "safenav draw FILE"
-            raise DocumentError(None, f"this is an image ({kind}), not text", hint)
+def decoded(data: bytes, file: str) -> str:
+    """Return the text of a file. Raises InputError if it is not UTF-8."""
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
+        beginning = data[:100].decode("utf-8", "replace")
+        if kind_of(beginning) == PICTURE:
+            check_kind(beginning, "text", file)
         before = data[: error.start]
         line_start = before.rfind(b"\n") + 1
         column = len(before[line_start:].decode("utf-8", "replace")) + 1
-        place = Place(before.count(b"\n") + 1, column)
         found = f"not UTF-8: byte 0x{data[error.start]:02X}"
-        raise DocumentError(place, found, "save it as UTF-8") from None
+        place = before.count(b"\n") + 1, column
+        raise InputError([Diagnostic(file, *place, found, "save it as UTF-8")]) from None
 
 
 def parsed(text: str, findings: Findings, expected: str = "scenario") -> Node | None:
@@ -402,40 +347,18 @@ def parsed(text: str, findings: Findings, expected: str = "scenario") -> Node | 
         findings.add(None, f"the text is larger than {MAX_BYTES // 1_000_000} MB")
         return None
     findings.read_from(text)
-    suffix = Path(findings.file).suffix
-    foreign = suffix not in _SUFFIXES
-    advice = FOREIGN.get(suffix, _FOREIGN)
-    other = f"this is {_OTHERS[suffix]}, not a {expected}" if suffix in _OTHERS else ""
+    foreign = Path(findings.file).suffix not in _SUFFIXES
     try:
         document = read_document(text)
     except DocumentError as error:
-        if other:
-            findings.add(None, other, advice)
-            return None
-        findings.add(error.place, error.found, advice if foreign else error.hint)
+        findings.add(error.place, error.found, ADVICE if foreign else error.hint)
         return None
     if foreign and not isinstance(document.root, Mapping):
-        neither = "neither a scenario (YAML) nor a specification of slugs"
-        findings.add(None, other or neither, advice)
+        findings.add(None, f"this is not a {expected}", ADVICE)
         return None
     for place, found, hint in document.flaws:
         findings.add(place, found, hint)
     return document.root
-
-
-def neighbours(path: Path, *, folders: bool = False) -> str:
-    """Return a hint that names a similar file of the same directory; ``folders``: or folder."""
-    from difflib import get_close_matches
-
-    try:
-        files = [each for each in path.parent.iterdir() if folders or each.is_file()]
-    except OSError:
-        return f"the directory {path.parent} cannot be read or does not exist"
-    # A common suffix does not make two names alike.
-    alike = {*get_close_matches(path.stem, [file.stem for file in files], cutoff=0.6)}
-    names = [file.name for file in files if file.stem in alike]
-    close = get_close_matches(path.name, names, n=1, cutoff=0.6)
-    return f"did you mean '{path.parent / close[0]}'?" if close else "check the path"
 
 
 _NAMED = (("catalogue",), ("map", "image"), ("map", "ros"), ("map", "movingai"))
