@@ -2,26 +2,18 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Iterable, Mapping
-from functools import cache, cached_property, partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
-from msgspec.structs import replace
-
-from once import beside
-from safenav import Clock, Mission, Scenario, TraceWriter, check_motion, load_scenario_text
+from safenav import Mission, Scenario, TraceWriter, check_motion
 from safenav.fleet.driven import driven_motion
-from safenav.fleet.file import Station, load_fleet
-from safenav.fleet.transport import DriveRecording
-from safenav.fleet.world import FleetWorld, fleet_world
+from safenav.fleet.file import Station
+from safenav.fleet.world import FleetWorld
 from safenav.motion.check.examination import Finding
 from safenav.motion.file import Motion, parsed, text_of
 from safenav.trace.file import Listener, read_bytes
-
-HALL = beside(__file__, "scenarios/hall.yaml")
-FLEET = beside(__file__, "scenarios/hall.fleet.yaml")
 
 
 def watched(physics: Any) -> Any:
@@ -53,27 +45,6 @@ def watched(physics: Any) -> Any:
 
     physics._step, physics.moving, physics.log = noted, moving, log
     return physics
-
-
-@cache
-def driven(
-    scenario: str = HALL,
-    fleet: str = FLEET,
-    goals: tuple[str, ...] = (),
-    listeners: tuple[Listener, ...] = (),
-) -> Drive:
-    """A drive of a scenario; ``goals``: robots that get goals although the defaults follow."""
-    plan = replace(load_scenario_text(scenario, "made.yaml"), clock=Clock.LIVE)
-    with tempfile.TemporaryDirectory() as folder:
-        written, path = Path(folder) / "fleet.yaml", Path(folder) / "trace.jsonl"
-        written.write_text(fleet)
-        given = load_fleet(written, plan)
-        stations = {
-            name: replace(station, follow=None) if name in goals else station
-            for name, station in given.stations.items()
-        }
-        world = fleet_world(plan, replace(given, stations=stations), DriveRecording())
-        return drive_in(world, plan, stations, path, listeners)
 
 
 def drive_in(

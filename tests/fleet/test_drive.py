@@ -21,9 +21,9 @@ import pytest
 
 pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
 
+from fleet.drives import driven, lines_of
 from once import SCENARIOS, beside, from_yaml
-from safenav import check_trace, load_scenario
-from safenav.fleet.file import template_text
+from safenav import check_trace
 from warm import safenav
 
 PROGRAM, TESTS = Path(sys.executable).with_name("safenav"), Path(__file__).parents[1]
@@ -38,10 +38,6 @@ def files(folder: Path, scenario: object, fleet: object) -> tuple[str, ...]:
         (folder / name).write_text(content if isinstance(content, str) else json.dumps(content))
     words = folder / "hall.yaml", "--fleet", folder / "fleet.yaml", "--trace", folder / "t.jsonl"
     return ("drive", *map(str, words))
-
-
-def lines_of(trace: Path) -> list[dict[str, Any]]:
-    return [json.loads(line) for line in trace.read_text().splitlines()]
 
 
 class Lab:
@@ -285,7 +281,7 @@ def test_robots_without_a_lidar_report_the_obstacles_beside_them(tmp_path: Path)
     """A lidar would take the gate for a pulled door, which no robot opens by pulling."""
     night = (SCENARIOS / "night_round.yaml").read_text()
     drive = files(tmp_path, night.replace("map:\n", "map:\n  resolution: 2.0\n"), "")
-    template = template_text(load_scenario(tmp_path / "hall.yaml"))
+    template = safenav("new", "-", "--fleet", tmp_path / "hall.yaml").stdout
     assert "scan:" not in template and "cannot distinguish gate and pulled_door" in template
     told = template.replace("transport: ros2 ", "simulation: {pace: 1000}\ntransport: simulation ")
     (tmp_path / "fleet.yaml").write_text(
@@ -330,3 +326,40 @@ def test_a_drive_queries_its_operator_and_is_shown(tmp_path: Path, answer: str |
     assert lines[-1]["outcome"] == ("interrupted" if answer is None else "completed")
     assert [line["type"] for line in lines].count("operator") == (answer is not None)
     assert check_trace(trace).findings == ()
+
+
+DRIVES = from_yaml(beside(__file__, "drives.yaml"))
+
+
+@pytest.mark.parametrize("case", DRIVES, ids=lambda case: case["name"])
+def test_a_drive_in_the_simulation_ends_as_expected(case: dict[str, Any]) -> None:
+    texts = [beside(__file__, f"scenarios/{case['scenario']}{end}.yaml") for end in ("", ".fleet")]
+    for was, now in case.get("or", {}).items():
+        texts = [text.replace(was, now) for text in texts]
+    drive = driven(texts[0], texts[1], tuple(case.get("goals", ())))
+    lines, motion = lines_of(drive / "t.jsonl"), lines_of(drive / "m.jsonl")
+    assert lines[-1]["outcome"] == case.get("outcome", "completed")
+    judged = json.loads(safenav("check", "--json", drive / "t.jsonl", drive / "m.jsonl").stdout)
+    assert judged[0]["findings"] == []
+    assert {finding["rule"] for finding in judged[1]["findings"]} == {*case.get("breaks", ())}
+    assert not {line["type"] for line in lines} & {*case.get("no", ())}
+    steps = [line for line in lines if line["type"] == "arrive" and line["result"] != "arrived"]
+    assert sorted({(s["at"], s["result"]) for s in steps}) == [*map(tuple, case.get("ends", ()))]
+    actions = [line for line in motion if line["type"] == "action"]
+    acts = sorted([one["robot"], one["action"], one["obstacle"]] for one in actions)
+    assert acts == case.get("acts", []) and len({(one["t0"], one["t1"]) for one in actions}) <= 1
+    for name, least, most in [case["rests"]] if "rests" in case else ():  # before the door
+        parts = [line for line in motion if line["type"] == "measured" and line["robot"] == name]
+        rows = [row for part in parts for row in part["rows"] if row[0] <= actions[0]["t0"]]
+        assert least < rows[-1][2] < most
+    resets, tracked = ([one for one in motion if one["type"] == "reset"], judged[1]["execution"])
+    assert all(case["held"] in one["reason"] for one in resets) if resets else "held" not in case
+    west, east = case.get("between", (-1e9, 1e9))
+    assert all(west < reset["x"] < east for reset in resets)
+    if "between" in case:
+        assert all(case["held"] in step["reason"] for step in steps) and len(resets) >= len(steps)
+        assert [one["held"] for one in tracked] == [len(resets)] and tracked[0]["off"] > 0.2
+    elif resets:  # it is lost
+        ends = max(piece["t1"] for piece in motion if piece["type"] == "segment")
+        assert ends == resets[-1]["t"] <= motion[-1]["makespan"]
+    assert all(one["off"] < case.get("off", 1e9) for one in tracked)

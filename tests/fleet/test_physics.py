@@ -1,8 +1,9 @@
-"""The simulation in metres: contacts, robots that act on obstacles, and drives (drives.yaml)."""
+"""The simulation in metres: contacts, and robots that act on obstacles."""
 
 import json
 import time
 from math import pi
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -10,25 +11,22 @@ from msgspec.structs import replace
 
 pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
 
-import numpy as np
-
-from fleet.lab import driven, watched
-from once import beside, from_yaml
+from fleet.lab import drive_in, watched
+from once import beside
 from safenav import (
+    Clock,
     Heading,
     Need,
     Obstacle,
     ObstacleType,
     Pose,
     built_in,
-    check_trace,
     load_scenario_text,
 )
+from safenav.fleet.file import load_fleet
 from safenav.fleet.lab.physics import Physics, straight
-from safenav.fleet.transport import Places
-from safenav.motion.check.execution import trackings
-from safenav.motion.columns import columns_at
-from safenav.motion.file import Action, Reset, Segment
+from safenav.fleet.transport import DriveRecording, Places
+from safenav.fleet.world import fleet_world
 
 HALL = beside(__file__, "scenarios/hall_with_origin.yaml")
 YARD = beside(__file__, "scenarios/two_lifters.yaml")
@@ -162,49 +160,18 @@ def test_a_load_is_fetched_and_put_down_elsewhere() -> None:
     assert not yard.physics.standing
 
 
-DRIVES = from_yaml(beside(__file__, "drives.yaml"))
-
-
-@pytest.mark.parametrize("case", DRIVES, ids=lambda case: case["name"])
-def test_a_drive_in_the_simulation_ends_as_expected(case: dict[str, Any]) -> None:
-    texts = [beside(__file__, f"scenarios/{case['scenario']}{end}.yaml") for end in ("", ".fleet")]
-    for was, now in case.get("or", {}).items():
-        texts = [text.replace(was, now) for text in texts]
-    drive = driven(texts[0], texts[1], tuple(case.get("goals", ())))
-    lines = [json.loads(line) for line in drive.lines]
-    assert drive.outcome == case.get("outcome", "completed")
-    assert check_trace(drive.lines).findings == ()
-    assert {finding.rule for finding in drive.judged()} == {*case.get("breaks", ())}
-    assert not {line["type"] for line in lines} & {*case.get("no", ())}
-    steps = [line for line in lines if line["type"] == "arrive" and line["result"] != "arrived"]
-    assert sorted({(s["at"], s["result"]) for s in steps}) == [*map(tuple, case.get("ends", ()))]
-    actions = drive.motion.of(Action)
-    acts = sorted([one.robot, one.action, one.obstacle] for one in actions)
-    assert acts == case.get("acts", []) and len({(one.t0, one.t1) for one in actions}) <= 1
-    for name, least, most in [case["rests"]] if "rests" in case else ():  # before the door
-        place = columns_at(drive.motion, name, np.array([actions[0].t0])).place[0]
-        assert least < place < most
-    resets, tracked = drive.motion.of(Reset), trackings(drive.motion, drive.trace)
-    assert all(case["held"] in reset.reason for reset in resets) if resets else "held" not in case
-    west, east = case.get("between", (-1e9, 1e9))
-    assert all(west < reset.x < east for reset in resets)
-    if "between" in case:
-        assert all(case["held"] in step["reason"] for step in steps) and len(resets) >= len(steps)
-        assert [one.held for one in tracked] == [len(resets)] and tracked[0].off > 0.2
-    elif resets:  # it is lost
-        ends = max(piece.t1 for piece in drive.motion.of(Segment))
-        assert ends == resets[-1].t <= drive.motion.outcome.makespan
-    assert all(one.off < case.get("off", 1e9) for one in tracked)
-
-
-def test_a_drive_of_the_simulation_does_not_depend_on_the_machine() -> None:
+def test_a_drive_of_the_simulation_does_not_depend_on_the_machine(tmp_path: Path) -> None:
     """Time stands still there while the mission thinks, however long that takes."""
-    blocked = [beside(__file__, f"scenarios/blocked{end}.yaml") for end in ("", ".fleet")]
-    quick = driven(*blocked)
-    slow = driven.__wrapped__(*blocked, listeners=(lambda _: time.sleep(0.05),))
-    own = {"seconds", "synthesis_seconds", "cached"}
-    one, two = (
-        [{k: v for k, v in json.loads(line).items() if k not in own} for line in drive.lines]
-        for drive in (quick, slow)
-    )
-    assert one == two and quick.motion.lines == slow.motion.lines
+    plan = load_scenario_text(beside(__file__, "scenarios/blocked.yaml"))
+    plan = replace(plan, clock=Clock.LIVE)
+    fleet = load_fleet(Path(__file__).parent / "scenarios/blocked.fleet.yaml", plan)
+
+    def driven(*listeners: Any) -> tuple[list[dict[str, Any]], Any]:
+        world = fleet_world(plan, fleet, DriveRecording())
+        drive = drive_in(world, plan, fleet.stations, tmp_path / "t.jsonl", listeners)
+        own = {"seconds", "synthesis_seconds", "cached"}
+        lines = [json.loads(line) for line in drive.lines]
+        return [{k: v for k, v in line.items() if k not in own} for line in lines], drive.motion
+
+    quick, slow = driven(), driven(lambda _: time.sleep(0.05))
+    assert quick[0] == slow[0] and quick[1].lines == slow[1].lines

@@ -1,24 +1,20 @@
-"""Traces of shipped scenarios, each run once for all tests of motion."""
+"""Traces of shipped scenarios and their motions, each made once for all tests of motion."""
 
+import json
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from msgspec.structs import replace
 
 from once import SCENARIOS, made_once, trace_of_shipped
 from runtime.played import play
-from safenav import Clock, Trace, load_scenario, motion_of
-from safenav.motion.file import Motion, parsed, text_of
-from safenav.trace.file import read_bytes
+from safenav import Clock, load_scenario
 from support.durations import Uneven
+from warm import safenav
 
 SHIPPED = sorted(path.stem for path in SCENARIOS.glob("*.yaml"))
-
-
-@cache
-def trace_bytes(name: str) -> bytes:
-    """The trace of a shipped scenario, as its file."""
-    return trace_of_shipped(name).read_bytes()
 
 
 def played(text: str) -> bytes:
@@ -27,25 +23,43 @@ def played(text: str) -> bytes:
 
 
 @cache
-def live_trace(name: str, delayed: float = 0.0) -> bytes:
+def live_trace(name: str, delayed: float = 0.0) -> Path:
     """The trace of a shipped scenario with a clock; a share of its steps takes longer."""
-    scenario = replace(load_scenario(SCENARIOS / f"{name}.yaml"), clock=Clock.LIVE)
-    world = Uneven(scenario, delayed=delayed, factor=1.7)
-    return "".join(play(scenario, world=world).lines).encode()
-
-
-@cache
-def trace_of(name: str) -> Trace:
-    return read_bytes(trace_bytes(name), f"{name}.jsonl")
-
-
-@cache
-def motion(name: str) -> Motion:
-    """The motion of a shipped scenario, as a reader of its file has it."""
-    file = f"{name}.motion.jsonl"
 
     def make(folder: Path) -> None:
-        made = motion_of(trace_of(name))
-        (folder / file).write_bytes(text_of(made).encode())
+        scenario = replace(load_scenario(SCENARIOS / f"{name}.yaml"), clock=Clock.LIVE)
+        world = Uneven(scenario, delayed=delayed, factor=1.7)
+        (folder / f"{name}.jsonl").write_text("".join(play(scenario, world=world).lines))
 
-    return parsed((made_once(f"motion of {name}", make) / file).read_bytes(), file)
+    return made_once(f"live trace of {name} {delayed}", make) / f"{name}.jsonl"
+
+
+def moved(trace: Path, folder: Path, *more: str) -> Path:
+    """The motion of a trace, as a file in a folder, and ``told.txt``, which the command printed."""
+    motion = folder / f"{trace.stem}.motion.jsonl"
+    done = safenav("export", trace, "--motion", motion, *more)
+    assert done.returncode == 0, done.stderr
+    (folder / "told.txt").write_text(done.stdout)
+    return motion
+
+
+@cache
+def motion(name: str) -> Path:
+    """The motion of a shipped scenario."""
+    made = made_once(f"motion of {name}", lambda at: moved(trace_of_shipped(name), at))
+    return made / f"{name}.motion.jsonl"
+
+
+def findings(trace: Path, *motions: Path) -> list[dict[str, Any]]:
+    """What ``safenav check`` says of motions of a trace, as data."""
+    (_, *found) = json.loads(safenav("check", "--json", trace, *motions).stdout)
+    return found
+
+
+def lines_of(file: Path) -> list[dict[str, Any]]:
+    return [json.loads(line) for line in file.read_text().splitlines()]
+
+
+def written(lines: Sequence[dict[str, Any]], file: Path) -> Path:
+    file.write_text("".join(f"{json.dumps(line)}\n" for line in lines))
+    return file

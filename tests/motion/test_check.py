@@ -1,9 +1,11 @@
 """The checker accepts correct motions, and refuses each kind of damage (damages.yaml) with its
 reason: lines that are wrong, and lines that are plausible each alone but endanger robots."""
 
+import hashlib
 import json
 import os
 import random
+import re
 from collections.abc import Callable, Iterator
 from functools import cache
 from itertools import islice
@@ -14,20 +16,16 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from fleet.lab import driven
-from motion.runs import SHIPPED, motion, trace_bytes
+from fleet.drives import driven
+from motion.runs import SHIPPED, findings, lines_of, motion, moved, written
 from motion.runs import played as traced
-from once import beside, from_yaml
-from safenav import InputError, Trace, UsageError, check_motion, motion_of
-from safenav.motion.check.execution import trackings
-from safenav.motion.check.verdict import read_motion_of
-from safenav.motion.columns import report_of
-from safenav.motion.file import parsed, text_of
-from safenav.scenario.model import RobotModel
-from safenav.trace.file import read_bytes
+from once import beside, from_yaml, made_once, trace_of_shipped
+from safenav import check_motion, motion_of, read_trace
 from support.missions import mission
+from warm import safenav
 
 DAMAGES = from_yaml(beside(__file__, "damages.yaml"))
+LIMITS = [damage for damage in DAMAGES if "limits" in damage]
 OWN = sorted(path.stem for path in (Path(__file__).parent / "scenarios").glob("*.yaml"))
 """Scenarios of which a motion was once refused, or that show a rule."""
 RUNS = int(os.environ.get("SAFENAV_FUZZ", "12"))
@@ -37,15 +35,28 @@ TICKS = 60
 """Runs are cut here: what is moved need not have come to an end."""
 
 
-def accepted(trace: Trace) -> None:
-    """The motion of a trace, as a reader of its file has it, breaks no rule."""
-    assert check_motion(parsed(text_of(motion_of(trace)).encode(), "made"), trace) == []
+def accepted(trace: Path) -> None:
+    """The motion of a trace breaks no rule."""
+    run = read_trace(trace)
+    assert check_motion(motion_of(run), run) == []
+
+
+@cache
+def trace_of(name: str) -> Path:
+    """The trace of a shipped scenario, or of one of this folder."""
+    if name in SHIPPED:
+        return trace_of_shipped(name)
+
+    def make(folder: Path) -> None:
+        content = traced(beside(__file__, f"scenarios/{name}.yaml"))
+        (folder / "own.jsonl").write_bytes(content)
+
+    return made_once(f"run of motion {name}", make) / "own.jsonl"
 
 
 @pytest.mark.parametrize("name", [*SHIPPED, *OWN])
 def test_the_motion_of_a_scenario_is_accepted(name: str) -> None:
-    made, trace, _ = good(name)
-    assert check_motion(parsed(made.encode(), name), trace) == []
+    accepted(trace_of(name))
 
 
 def missions(seed: int) -> Iterator[dict[str, Any]]:
@@ -64,37 +75,39 @@ def missions(seed: int) -> Iterator[dict[str, Any]]:
 
 
 @pytest.mark.parametrize("data", [*islice(missions(FIRST), RUNS)], ids=lambda data: data["name"])
-def test_a_random_mission_is_moved(data: dict[str, Any], played: Callable[[], None]) -> None:
-    accepted(read_bytes(traced(json.dumps(data))))
+def test_a_random_mission_is_moved(
+    data: dict[str, Any], played: Callable[[], None], tmp_path: Path
+) -> None:
+    (trace := tmp_path / "t.jsonl").write_bytes(traced(json.dumps(data)))
+    accepted(trace)
     played()
 
 
 @pytest.mark.parametrize("seed", range(FIRST, FIRST + RUNS))
-def test_a_random_run_with_many_keys_is_moved(seed: int, played: Callable[[], None]) -> None:
+def test_a_random_run_with_many_keys_is_moved(
+    seed: int, played: Callable[[], None], tmp_path: Path
+) -> None:
     data = mission("metric", seed)
     data["limits"] |= {"ticks": TICKS} | ({"seconds": 300} if data.get("clock") == "live" else {})
-    accepted(read_bytes(traced(json.dumps(data))))
+    (trace := tmp_path / "t.jsonl").write_bytes(traced(json.dumps(data)))
+    accepted(trace)
     played()
 
 
 @cache
-def good(name: str) -> tuple[str, Trace, str]:
-    """A motion without damage, and its trace: of a scenario, of the same with simulated flights
+def good(name: str) -> tuple[Path, Path]:
+    """A trace and its motion without damage: of a scenario, of the same with simulated flights
     (``tracked``), or of a drive of three robots that track references, and one that finds its own
     way to goals."""
     if name in SHIPPED:
-        content, made = trace_bytes(name), motion(name)
-    elif name == "drive":
-        pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
+        return trace_of_shipped(name), motion(name)
+    if name == "drive":
         drive = driven(goals=("spot",))
-        content, made = "".join(f"{line}\n" for line in drive.lines).encode(), drive.motion
-    elif name == "tracked":
-        content = trace_bytes("case_study_1")
-        made = motion_of(read_bytes(content), track=True)
-    else:
-        content = traced(beside(__file__, f"scenarios/{name}.yaml"))
-        made = motion_of(read_bytes(content))
-    return text_of(made), read_bytes(content), content.decode()
+        return drive / "t.jsonl", drive / "m.jsonl"
+    trace = trace_of("case_study_1" if name == "tracked" else name)
+    more = ["--track", "--report"] if name == "tracked" else []
+    folder = made_once(f"motion of {name}", lambda at: moved(trace, at, *more))
+    return trace, folder / f"{trace.stem}.motion.jsonl"
 
 
 def at(line: Any, path: str) -> tuple[Any, Any]:
@@ -138,8 +151,9 @@ def changed(lines: list[Any], rows: dict[str, Any]) -> None:
     lines[:] = [line for line in lines if line.get("rows") != []]
 
 
-def damaged(text: str, damage: dict[str, Any]) -> str:
-    lines = [json.loads(line) for line in text.splitlines()]
+def damaged(file: Path, damage: dict[str, Any]) -> list[Any]:
+    """The lines of a file after a damage."""
+    lines: list[Any] = lines_of(file)
     if "rows" in damage:
         changed(lines, damage["rows"])
     wanted = damage.get("line", {"type": "header"}).items()
@@ -174,71 +188,121 @@ def damaged(text: str, damage: dict[str, Any]) -> str:
     lines[index : index + 1] = [*([] if damage.get("gone") else [line]), *also]
     if damage.get("gone") == "all":
         lines = [line for line in lines if not wanted <= line.items()]
-    return "".join(json.dumps(line) + "\n" for line in lines)
+    return lines
 
 
-@pytest.mark.parametrize("damage", DAMAGES, ids=lambda damage: damage["name"])
-def test_a_damaged_motion_is_refused(
-    damage: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    whole, trace, content = good(damage.get("scenario", "case_study_1"))
+@cache
+def judged(name: str) -> dict[str, Any]:
+    """What the check says of the damaged motions of a trace, by the damage."""
+    trace, whole = good(name)
+    mine = [one for one in DAMAGES if one.get("scenario", "case_study_1") == name]
+    mine = [one for one in mine if not one.keys() & {"trace", "limits", "file"}]
+
+    def make(folder: Path) -> None:
+        files = [folder / f"{number}.jsonl" for number in range(len(mine))]
+        for file, damage in zip(files, mine, strict=True):
+            written(damaged(whole, damage), file)
+        (folder / "found.json").write_text(json.dumps(findings(trace, *files)))
+
+    found = json.loads((made_once(f"damaged {name}", make) / "found.json").read_text())
+    return {damage["name"]: said for damage, said in zip(mine, found, strict=True)}
+
+
+def of_another_trace(damage: dict[str, Any], folder: Path) -> tuple[Path, Path]:
+    """A damaged trace, and a damaged motion that names it as its own."""
+    trace, whole = good(damage["scenario"])
+    told = written(damaged(trace, damage["trace"]), folder / "told.jsonl")
+    header, *lines = damaged(whole, damage)
+    digest = hashlib.sha256(told.read_bytes()).hexdigest()
+    return told, written([header | {"trace": digest}, *lines], folder / "motion.jsonl")
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [one for one in DAMAGES if not one.keys() & {"limits", "file"}],
+    ids=lambda damage: damage["name"],
+)
+def test_a_damaged_motion_is_refused(damage: dict[str, Any], tmp_path: Path) -> None:
+    name = damage.get("scenario", "case_study_1")
+    if name == "drive":
+        pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
     if "trace" in damage:
-        told = read_bytes(damaged(content, damage["trace"]).encode())
-        trace = replace(told, digest=trace.digest)
-    if "limits" in damage:
-        made = parsed(whole.encode(), "motion")
-        ((robot, limits),) = damage["limits"].items()
-        robots = made.header.robots | {robot: made.header.robots[robot] | limits}
-        whole = text_of(replace(made, header=replace(made.header, robots=robots)))
-        kept = {one.model.name: one.model.figures or {} for one in trace.robots.values()}
-        kept[trace.robots[robot].model.name] |= limits
-        monkeypatch.setattr(RobotModel, "figures", property(lambda of: kept[of.name]))
-    text = damage["file"] if "file" in damage else damaged(whole, damage)
-    (path := tmp_path / "motion.jsonl").write_text(text)
+        (said,) = findings(*of_another_trace(damage, tmp_path))
+    else:
+        said = judged(name)[damage["name"]]
     if "refused" in damage:
-        with pytest.raises((InputError, UsageError), match=damage["refused"]):
-            check_motion(read_motion_of(path, trace, path), trace)
+        assert re.search(damage["refused"], said["error"])
         return
-    made = parsed(text.encode(), "motion")
-    found = check_motion(made, trace)
-    assert [f.t for f in found] == sorted(f.t for f in found)
-    assert {type(f.t) for f in found} <= {float}  # as JSON needs it
+    found = said["findings"]
+    assert [f["t"] for f in found] == sorted(f["t"] for f in found)
     for rule, words in damage["finds"].items():
-        assert any(f.rule == rule and words in str(f) for f in found), found[:4]
+        assert any(f["rule"] == rule and words in told(f) for f in found), found[:4]
     if damage.get("alone", damage["finds"] == {}):
-        assert {f.rule for f in found} == {*damage["finds"]}, found[:4]
-    if "header" in damage["finds"]:
-        with pytest.raises(UsageError, match="recompute it: safenav export"):
-            read_motion_of(path, trace, path)
-    for robot, words in damage.get("tracked", {}).items():
-        (tracked,) = [str(one) for one in trackings(made, trace) if one.robot == robot]
-        assert all(word in tracked for word in words), tracked
+        assert {f["rule"] for f in found} == {*damage["finds"]}, found[:4]
+    for robot, expected in damage.get("tracked", {}).items():
+        (tracked,) = [one for one in said["execution"] if one["robot"] == robot]
+        (least, most), rest = expected["off"], {k: v for k, v in expected.items() if k != "off"}
+        assert least <= tracked["off"] < most and rest.items() <= tracked.items(), tracked
 
 
-def test_a_walker_that_goes_backwards_is_refused() -> None:
-    whole, trace, _ = good("case_study_1")
-    lines = [json.loads(line) for line in whole.splitlines()]
+def told(finding: dict[str, Any]) -> str:
+    return f"t = {finding['t']:.3f} s: {finding['robot']}: {finding['found']}"
+
+
+@pytest.mark.parametrize("damage", LIMITS, ids=lambda damage: damage["name"])
+def test_limits_of_the_trace_hold(damage: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Limits in the header and in the trace; those of the header alone that no robot has."""
+    trace = read_trace(trace_of("case_study_1"))
+    made = motion_of(trace)
+    ((robot, limits),) = damage["limits"].items()
+    robots = made.header.robots | {robot: made.header.robots[robot] | limits}
+    models = {one.model.name: one.model for one in trace.robots.values()}
+    kept = {name: model.figures or {} for name, model in models.items()}
+    kept[trace.robots[robot].model.name] |= limits
+    monkeypatch.setattr(type(models["digit"]), "figures", property(lambda of: kept[of.name]))
+    found = check_motion(replace(made, header=replace(made.header, robots=robots)), trace)
+    ((rule, words),) = damage["finds"].items()
+    assert any(f.rule == rule and words in str(f) for f in found), found[:4]
+
+
+@pytest.mark.parametrize(
+    "damage", [one for one in DAMAGES if "file" in one], ids=lambda damage: damage["name"]
+)
+def test_a_file_of_another_kind_is_not_read(damage: dict[str, Any], tmp_path: Path) -> None:
+    (file := tmp_path / "motion.jsonl").write_text(damage["file"])
+    done = safenav("export", trace_of("case_study_1"), file, "-o", tmp_path / "x.csv")
+    assert done.returncode == 2 and re.search(damage["refused"], done.stderr)
+
+
+def test_a_motion_of_another_trace_is_neither_shown_nor_exported(tmp_path: Path) -> None:
+    trace, other = trace_of("case_study_1"), motion("hello")
+    for words in (("replay", trace, "--3d", "--motion", other), ("export", trace, other)):
+        done = safenav(*words, "-o", tmp_path / ("x.html" if words[0] == "replay" else "x.csv"))
+        assert done.returncode == 2 and "recompute it: safenav export" in done.stderr
+
+
+def test_a_walker_that_goes_backwards_is_refused(tmp_path: Path) -> None:
+    trace, whole = good("case_study_1")
+    lines = lines_of(whole)
     for line in lines:
         turning = line.get("turning", [])
         turning[:2] = [yaw + np.pi for yaw in turning[:2]]
-    text = "".join(json.dumps(line) + "\n" for line in lines)
-    found = check_motion(parsed(text.encode(), "motion"), trace)
-    assert {finding.rule for finding in found} == {"turning"}
+    (said,) = findings(trace, written(lines, tmp_path / "m.jsonl"))
+    assert {finding["rule"] for finding in said["findings"]} == {"turning"}
 
 
-def test_feet_that_point_apart_are_refused() -> None:
-    whole, trace, _ = good("case_study_1")
-    lines = [json.loads(line) for line in whole.splitlines()]
+def test_feet_that_point_apart_are_refused(tmp_path: Path) -> None:
+    trace, whole = good("case_study_1")
+    lines = lines_of(whole)
     for line in lines:
         for foot in line.get("feet", ()):
             foot[2] += foot[3] * np.pi / 2
         for side, *_, start, goal in line.get("swings", ()):
             start[2], goal[2] = (state[2] + side * np.pi / 2 for state in (start, goal))
-    text = "".join(json.dumps(line) + "\n" for line in lines)
-    found = check_motion(parsed(text.encode(), "motion"), trace)
-    assert {finding.rule for finding in found} == {"feet"}
+    (said,) = findings(trace, written(lines, tmp_path / "m.jsonl"))
+    assert {finding["rule"] for finding in said["findings"]} == {"feet"}
 
 
 def test_the_errors_of_simulated_flights_are_reported() -> None:
-    tracked = parsed(good("tracked")[0].encode(), "tracked")
-    assert "simulated flight of quad: at most 0.00" in report_of(tracked)
+    told = (good("tracked")[1].parent / "told.txt").read_text()
+    assert "simulated flight of quad: at most 0.00" in told

@@ -1,5 +1,5 @@
 """Guarantees of movers: exact joins, dynamics, clearance, feet that stay apart, flights through
-centres, and steps that take as long as their pace predicts."""
+centres, and steps that take as long as their pace predicts; the order of runs by any pace."""
 
 import os
 import random
@@ -11,23 +11,30 @@ from typing import Any
 import numpy as np
 import pytest
 from msgspec import convert, json
+from msgspec.structs import replace
 
-from motion.runs import motion
-from safenav import UsageError
+from motion.runs import SHIPPED
+from motion.test_check import trace_of
+from safenav import Trace, motion_of, read_trace
 from safenav.motion import walker as primitives
+from safenav.motion.check.examination import Finding
+from safenav.motion.check.order import disorder
 from safenav.motion.check.verdict import joined
 from safenav.motion.check.walk import shape_of, walked
 from safenav.motion.columns import sample
-from safenav.motion.file import Flight, Moving, Segment
+from safenav.motion.file import Moving, Segment
 from safenav.motion.flyer import HORIZON, AxisTracker
 from safenav.motion.geometry import HEADINGS, MetricFloor, derivative, quintic, turn, values
 from safenav.motion.making import mover
 from safenav.motion.mover import Crossing, Mover
+from safenav.motion.timing import dated, ordered, paces_of
 from safenav.motion.walker import cut_off
 from safenav.pace.gait import Walker, gait_on
 from safenav.pace.robot import Pace, acted_by, pace_of, resolved
+from safenav.trace import records
 
 SIZE, MIDDLE = 60, 60 * 30 + 30
+SLOWED = int(os.environ.get("SAFENAV_MOTION_SLOWED", "10"))
 MOVES = int(os.environ.get("SAFENAV_MOTION_MOVES", "10000"))
 
 
@@ -128,12 +135,6 @@ def test_segments_of_one_shape_have_one_motion_and_no_number_is_left_out() -> No
     assert len(numbers) > 50
 
 
-@pytest.mark.parametrize(("side", "words"), [(1.2, "1.2 m"), (0.5, "0.5 m"), (1.7, "1.8 m")])
-def test_small_regions_are_refused_with_the_reason(side: float, words: str) -> None:
-    with pytest.raises(UsageError, match=words):
-        robot("walker", side)
-
-
 def test_both_feet_carry_a_walker_long_enough_also_with_very_unequal_steps() -> None:
     gait = gait_on(1.5, Walker(0.3, 0.3, 1.0))
     for primitive in (primitives.walk(gait, way, foot) for way in (0, 1) for foot in (1, -1)):
@@ -150,20 +151,6 @@ def test_a_step_that_is_cut_off_ends_in_the_state_that_the_mass_has_then() -> No
             np.testing.assert_allclose(cut.goal, row[[0, 1, 3, 4]], atol=1e-9)
             last = cut.phases[-1]
             np.testing.assert_allclose((last.to_x, last.to_y), row[10:12], atol=1e-9)
-
-
-@pytest.mark.parametrize("name", ["case_study_1", "case_study_3", "search_and_rescue"])
-def test_a_flyer_passes_centres_without_a_halt_where_its_next_step_follows(name: str) -> None:
-    moved, passed, stopped = motion(name), 0, 0
-    for one, other in pairwise(sorted(moved.of(Flight), key=lambda flight: flight.robot)):
-        own = moved.header.robots[one.robot]
-        if own["kind"] == "flyer" and one.robot == other.robot:
-            row = sample(one, np.array([one.t1 - 1e-6 - one.t0]), own)[0]
-            flies_on = one.primitive == other.primitive == "fly" and one.origin != other.to
-            speed = float(np.hypot(row[3], row[4]))
-            assert (speed > 0.2) is flies_on, (one.robot, one.t1, speed)
-            passed, stopped = passed + flies_on, stopped + (not flies_on)
-    assert passed > 5 and stopped > 1
 
 
 def test_command_keeps_to_the_tilt_limit_and_turns_back_at_the_border() -> None:
@@ -207,3 +194,60 @@ def test_steps_and_actions_take_as_long_as_their_motion(kind: str, side: float) 
 def test_a_robot_of_unknown_motion_takes_a_second_a_tick() -> None:
     assert pace_of(None, SIZE, ticks=2).step(0.0, 40, 41) == 2.0
     assert type(pace_of(resolved("walker", None, None, "ground"), SIZE, 0.5)) is Pace
+
+
+class Stroller(Pace):
+    """Takes one to three seconds for a step, by chance, and sometimes one to halt."""
+
+    chance: random.Random
+
+    def step(self, now: float, origin: int, to: int, slower: float = 1.0) -> float:
+        return super().step(now, origin, to, slower) - 1.0 + self.chance.uniform(1, 3)
+
+    def _halting(self) -> float:
+        return self.chance.choice([0.0, 1.0])
+
+
+def disordered(trace: Trace, seed: int) -> list[Finding]:
+    """What the checker finds in the order of a run by robots of any pace."""
+    paces = {}
+    for name in trace.robots:
+        paces[name] = Stroller(trace.header.scenario.map.cols, 2.7, None)
+        paces[name].chance = random.Random(f"{seed} {name}")
+    serial = dated(trace, paces)
+    moves = [r for r in trace.records if isinstance(r, records.Move) and r.to != r.from_]
+    assert len([r for r in serial if isinstance(r, records.Arrive)]) == len(moves)
+    return [*disorder(ordered(trace, serial), serial)]
+
+
+@pytest.mark.parametrize("name", [*SHIPPED, "apart"])
+def test_slow_robots_never_overlap_never_enter_a_door_early_and_all_end(name: str) -> None:
+    """Nor are they together in a forbidden zone."""
+    trace = read_trace(trace_of(name))
+    for seed in range(SLOWED):
+        assert disordered(trace, seed) == []
+
+
+@pytest.mark.parametrize(("name", "rule"), [("apart", "never-together"), ("two_digits", "overlap")])
+def test_an_order_that_ignores_conflicts_or_exclusions_is_refused(name: str, rule: str) -> None:
+    trace = read_trace(trace_of(name))
+    scenario = trace.header.scenario
+    robots = tuple(replace(each, avoids=frozenset()) for each in scenario.robots)
+    scenario = replace(scenario, robots=robots, never_together=())
+    heedless = replace(trace, header=replace(trace.header, scenario=scenario))
+    serial = dated(heedless, paces_of(heedless, motion_of(heedless).header))
+    assert {found.rule for found in disorder(ordered(trace, serial), serial)} == {rule}
+
+
+@pytest.mark.parametrize(
+    ("name", "decision"), [("case_study_1", records.Synthesis), ("two_digits", records.Plan)]
+)
+def test_a_step_before_the_decision_that_it_follows_is_refused(name: str, decision: type) -> None:
+    trace = read_trace(trace_of(name))
+    serial = [*dated(trace, paces_of(trace, motion_of(trace).header))]
+    timed = ordered(trace, serial)
+    at = max(i for i, r in enumerate(serial) if isinstance(r, decision) and (r.t or 0.0) > 0)
+    step = next(i for i, r in enumerate(serial) if i > at and isinstance(r, records.Depart))
+    serial[step] = replace(serial[step], t=(serial[at].t or 0.0) - 0.1)
+    (found,) = disorder(timed, serial)
+    assert (found.rule, found.found[:14]) == ("order", "begins 0.100 s")

@@ -1,4 +1,4 @@
-"""Requirements on the motion: the parser's errors, robustness against its definition, the commands.
+"""Robustness of requirements on the motion, against its definition.
 
 The oracle evaluates the definition of each operator at every point of a fine grid, without windows
 that slide, tables or samples at jumps. rtamt would be another, but its antlr4 4.7 does not start
@@ -10,7 +10,6 @@ import os
 import random
 from collections.abc import Callable
 from functools import cache
-from typing import Any
 
 import numpy as np
 import pytest
@@ -18,12 +17,6 @@ from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from motion.runs import motion, trace_of
-from once import beside, from_yaml
-from safenav.formula.parser import FormulaError
-from safenav.motion.check.requirements import MotionRecording, curve, judged
-from safenav.motion.file import Action
-from safenav.report.page.html import curves_of
 from safenav.stl import syntax as stl
 from safenav.stl.robustness import robustness
 
@@ -256,40 +249,3 @@ def test_coarse_samples_err_by_at_most_their_bound(seed: int) -> None:
         fine, coarse = (robustness(tree, replace(record, rate=rate)) for rate in (30.0, 0.7))
         for ours, theirs in ((coarse.low[0], fine.low[0]), (coarse.high[0], fine.high[0])):
             assert ours == theirs or abs(ours - theirs) <= coarse.error + fine.error + 1e-4, tree
-
-
-CASES = from_yaml(beside(__file__, "requirements.yaml"))
-
-
-@pytest.mark.parametrize("wrong", CASES["wrong"], ids=lambda wrong: wrong["text"][:20])
-def test_an_error_names_the_column_and_the_fix(wrong: dict[str, Any]) -> None:
-    with pytest.raises(FormulaError) as caught:
-        stl.parse_requirement(wrong["text"])
-    assert caught.value.column == wrong["column"]
-    assert wrong["words"] in f"{caught.value.found} {caught.value.hint}"
-
-
-def test_case_study_1_is_judged_on_its_motion() -> None:
-    """The door is resolved 32.3 s after the request, and the quadcopter passes above Digit."""
-    recording = MotionRecording(motion("case_study_1"), trace_of("case_study_1"))
-    acts = [line for line in motion("case_study_1").lines if isinstance(line, Action)]
-    (resolved,) = recording.instants(stl.Happens("resolved", "door@47"))
-    assert resolved == pytest.approx(max(act.t1 for act in acts), abs=1e-8)
-    (requested,) = recording.instants(stl.Happens("requested", "door@47"))
-    assert resolved - requested == pytest.approx(32.3, abs=0.1)
-    verdicts = CASES["verdicts"]
-    found = judged(recording, {text: text for text in verdicts})
-    assert {one.name: one.verdict for one in found} == verdicts
-    advice = {one.name: one.advice for one in found}
-    assert "past the end" in advice["always[0,400](height(quad) > 2)"]
-    assert "raise the sampling rate: --rate" in advice["always(distance(quad, digit) >= 1.4)"]
-    shown = curve(recording, "always(distance(quad, digit) >= 1.0)")
-    assert shown.low.max() > 5 > 1 > shown.low.min()
-
-
-def test_a_page_states_the_reason_if_a_requirement_is_not_evaluated() -> None:
-    """Its page had no curve, and no word about it."""
-    trace = trace_of("case_study_1")
-    scenario = replace(trace.header.scenario, requirements={"fast": "always(speed(nobody) > 1)"})
-    (found,) = curves_of(replace(trace, header=replace(trace.header, scenario=scenario)))
-    assert found["verdict"] == "undecided" and "'nobody' is not a robot" in str(found["told"])

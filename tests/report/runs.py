@@ -1,16 +1,17 @@
-"""The runs that pages, pictures and transcripts show, by name; each is played once."""
+"""The runs that pages, pictures and transcripts show, by name: each is played once by the command,
+which tells its story meanwhile."""
 
+import json
+import re
 from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from once import SCENARIOS, beside, made_once
-from runtime.played import play
-from safenav import motion_of, read_run, read_trace
-from safenav.report.page.html import page_of_trace
-from safenav.report.page.motion import page3d_of
-from safenav.run.run import Run
+from safenav import check_trace, read_run
 from support import damage
+from warm import safenav
 
 
 def own(name: str) -> str:
@@ -48,6 +49,7 @@ TOLD: dict[str, Callable[[], str]] = {
     "meeting": lambda: own("meeting"),
     "slow": lambda: own("slow"),
     "charges": lambda: own("cart"),
+    "battery": lambda: shipped("battery_delivery"),
     "two_needs": lambda: own("two_needs"),
     "pushed": lambda: own("pushed"),
     "zone": lambda: own("zone"),
@@ -63,6 +65,7 @@ TOLD: dict[str, Callable[[], str]] = {
 }
 """Those that have a transcript."""
 OTHERS: dict[str, Callable[[], str]] = {
+    "room": lambda: own("room"),
     "crowd": lambda: own("crowd"),
     "clinic": lambda: own("clinic"),
     "hospital": lambda: shipped("hospital"),
@@ -74,34 +77,62 @@ def text_of(name: str) -> str:
 
 
 @cache
-def trace_of(name: str) -> Path:
-    def make(folder: Path) -> None:
-        (folder / f"{name}.jsonl").write_text("".join(play(text_of(name)).lines))
+def _played(name: str) -> Path:
+    """The folder of a run: its trace, which the judge accepts, and its story."""
 
-    return made_once(f"run {name}", make) / f"{name}.jsonl"
+    def make(folder: Path) -> None:
+        scenario, trace = folder / "scenario.yaml", folder / f"{name}.jsonl"
+        scenario.write_text(text_of(name))
+        told = safenav("run", scenario, "--trace", trace, "--no-map")
+        assert check_trace(trace).findings == (), told.stderr
+        (folder / "story.txt").write_text(told.stdout)
+
+    return made_once(f"run {name}", make)
+
+
+def trace_of(name: str) -> Path:
+    return _played(name) / f"{name}.jsonl"
+
+
+def story_of(name: str) -> str:
+    return (_played(name) / "story.txt").read_text()
 
 
 @cache
-def run_of(name: str) -> Run:
+def run_of(name: str) -> Any:
     return read_run(trace_of(name))
 
 
 @cache
-def page_of(name: str) -> Path:
-    return made_once(f"page of {name}", lambda at: paged(trace_of(name), at)) / "page.html"
+def page_of(name: str, *more: str) -> Path:
+    """The page of a run; ``--3d``: in three dimensions."""
+
+    def make(folder: Path) -> None:
+        paged(trace_of(name), folder, *more)
+
+    return made_once(" ".join(["page of", name, *more]), make) / "page.html"
 
 
-@cache
-def solid_page_of(name: str) -> str:
-    trace = read_trace(trace_of(name))
-    return page3d_of(trace, trace.source, motion_of(trace))
-
-
-def paged(trace: Path, folder: Path) -> Path:
+def paged(trace: Path, folder: Path, *more: str) -> Path:
     """The page of a trace, in a folder."""
     page = folder / "page.html"
-    page.write_text(page_of_trace(read_trace(trace), trace.name))
+    done = safenav("replay", trace, "-o", page, *more)
+    assert done.returncode == 0, done.stderr
     return page
+
+
+def data_of(page: Path, name: str = "run") -> Any:
+    """The data of a page."""
+    (found,) = re.findall(f'id="{name}">(.*?)</script>', page.read_text())
+    return json.loads(found)
+
+
+def picture_of(name: str, folder: Path, *more: str, form: str = "svg") -> Path:
+    """The picture of a moment of a run, or its film."""
+    picture = folder / f"picture.{form}"
+    done = safenav("replay", trace_of(name), "-o", picture, *more)
+    assert done.returncode == 0, done.stderr
+    return picture
 
 
 def changed(name: str, edits: Sequence[damage.Edit], folder: Path) -> Path:

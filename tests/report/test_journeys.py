@@ -9,9 +9,7 @@ from pathlib import Path
 import pytest
 
 from report.browser import Browser, Keys
-from report.runs import changed, page_of, paged, run_of, solid_page_of, trace_of
-from safenav import motion_of, read_trace
-from safenav.motion.file import Action
+from report.runs import changed, data_of, page_of, paged, run_of, trace_of
 
 CELL = 40.0  # side of a region in the page, see front/src/camera.ts
 PHONE = {"width": 390, "height": 844}
@@ -412,12 +410,9 @@ PICTURE = """
 """
 
 
-def test_the_3d_page_moves_and_its_words_and_picture_show_one_moment(
-    solid: Browser, tmp_path: Path
-) -> None:
+def test_the_3d_page_moves_and_its_words_and_picture_show_one_moment(solid: Browser) -> None:
     """The words change when the bodies do: at the instant at which the push has ended."""
-    page = tmp_path / "solid.html"
-    page.write_text(solid_page_of("door"))
+    page = page_of("door", "--3d")
 
     def opened(scheme: str) -> int:
         """The brightness of the corner of the picture."""
@@ -436,12 +431,11 @@ def test_the_3d_page_moves_and_its_words_and_picture_show_one_moment(
         solid.press(key)
         assert solid.run('return document.querySelector(".cameras").value') == camera
 
-    motion = motion_of(read_trace(trace_of("door")))
-    (push,) = [line for line in motion.lines if isinstance(line, Action)]
+    ((*_, begin, end),) = data_of(page, "motion")["actions"]
     for seconds, status, words in (
-        (push.t0 - 0.3, "requested", "quad requests help"),
-        (push.t1 - 0.3, "requested", "quad requests help"),
-        (push.t1 + 0.3, "resolved", "digit at 47 resolves door@47"),
+        (begin - 0.3, "requested", "quad requests help"),
+        (end - 0.3, "requested", "quad requests help"),
+        (end + 0.3, "resolved", "digit at 47 resolves door@47"),
     ):
         solid.run("location.hash = arguments[0]", f"#t={seconds:.1f}")
         solid.wait(lambda at=seconds: abs(solid.seconds - at) < 0.06)

@@ -12,17 +12,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
 
 from children import ran
-from report.runs import page_of, run_of, solid_page_of, trace_of
-from safenav import motion_of, read_trace
-from safenav.motion.columns import columns_of
-from safenav.motion.file import GoalLine, Measured
-from safenav.motion.timing import in_time
-from safenav.report.page.html import embedded, encoded
-from safenav.report.page.motion import RATE, encoded_motion
-from safenav.trace import records
+from report.runs import changed, data_of, page_of, paged, run_of
 
 PAGE = Path(__file__).parents[2] / "safenav" / "report" / "page"
 FRONT = PAGE / "front"
@@ -49,9 +41,9 @@ def test_a_rebuild_gives_the_same_bytes_and_types_are_right(check: str) -> None:
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-@pytest.mark.parametrize("solid", [False, True], ids=["flat", "3D"])
-def test_a_page_is_small_and_names_no_other_file(solid: bool) -> None:
-    page = solid_page_of("door") if solid else page_of("door").read_text()
+@pytest.mark.parametrize("solid", [(), ("--3d",)], ids=["flat", "3D"])
+def test_a_page_is_small_and_names_no_other_file(solid: tuple[str, ...]) -> None:
+    page = page_of("door", *solid).read_text()
     assert re.findall(r'(?:src|href)="([^"]*)"', page) == ["data:,"]
     assert "default-src 'none'" in page
     assert len(page.encode()) <= (400_000 if solid else 130_000)
@@ -59,33 +51,49 @@ def test_a_page_is_small_and_names_no_other_file(solid: bool) -> None:
 
 def test_a_set_of_regions_is_written_once() -> None:
     """With beliefs, pages of long runs took many megabytes."""
-    data = encoded(run_of("meeting"), "x.jsonl")
+    data = data_of(page_of("meeting"))
     changes = [change for robot in data["robots"] for change in robot["sight"]]
     assert len(changes) > len(data["sets"]) == len({*data["sets"]}) > 1
 
 
-def test_embedded_data_survives_and_cannot_end_its_element() -> None:
-    data = {"text": "</script><!-- \u2028 & > é", "number": [1, None, True]}
-    text = embedded(data)
-    assert not set("<>&\u2028") & set(text)
-    assert json.loads(text) == data
+def test_embedded_data_survives_and_cannot_end_its_element(tmp_path: Path) -> None:
+    evil = "</script><!-- & > é"
+    trace = changed("door", [{"line": 1, "fields": {"scenario.name": evil}}], tmp_path)
+    page = paged(trace, tmp_path)
+    assert data_of(page)["name"] == evil
+    (text,) = re.findall('id="run">(.*?)</script>', page.read_text())
+    assert not set("<>&") & set(text)
+
+
+def test_a_page_has_the_curve_of_a_requirement_or_the_reason_why_not(tmp_path: Path) -> None:
+    """Its page had no curve, and no word about it."""
+
+    def curve(formula: str) -> dict[str, Any]:
+        wanted = {"scenario.requirements": {"only": formula}}
+        trace = changed("door", [{"line": 1, "fields": wanted}], tmp_path)
+        (found,) = data_of(paged(trace, tmp_path))["curves"]
+        return dict(found)
+
+    found = curve("always(speed(nobody) > 1)")
+    assert found["verdict"] == "undecided" and "'nobody' is not a robot" in found["told"]
+    lows = [low for _, low, *_ in curve("always(distance(quad, digit) >= 1.0)")["points"]]
+    assert max(lows) > 5 > 1 > min(lows)
 
 
 def test_in_3d_an_order_appears_with_its_request() -> None:
     """It appeared at the start if no robot had been in its region."""
-    trace = read_trace(trace_of("loads"))
-    lines = in_time(trace, motion_of(trace)).records
-    ordered = {one.obstacle: one.t for one in lines if isinstance(one, records.Appeared)}
-    asked = [one for one in lines if isinstance(one, records.Request) and one.obstacle in ordered]
-    first = {one.obstacle: one.t for one in reversed(asked)}
-    assert first == ordered and all(ordered.values())
+    data = data_of(page_of("loads", "--3d"))
+    asked = {e[4]: e[0] for e in reversed(data["events"]) if e[1] == "request"}
+    orders = {one["region"]: one["status"][1][0] for one in data["obstacles"] if one["ordered"]}
+    assert orders == {region: asked[region] for region in orders} and all(orders.values())
 
 
 def test_in_3d_a_run_in_lockstep_has_the_charges_of_its_ticks() -> None:
-    (data,) = re.findall(r'id="run">(.*?)</script>', solid_page_of("charges"))
-    charge = [level for _, level in json.loads(data)["robots"][0]["charge"]]
-    ticked = run_of("charges").track("cart").charge
-    assert ticked is not None
+    (robot,) = data_of(page_of("charges", "--3d"))["robots"]
+    charge, ticked = (
+        [level for _, level in robot["charge"]],
+        run_of("charges").track("cart").charge,
+    )
     # Charging takes no time in such a motion: of what happens in one instant, the last is shown.
     assert charge[-1] == ticked.now > 0
     assert set(charge) <= {level for _, level in ticked}
@@ -97,28 +105,30 @@ def unpacked(packed: dict[str, Any]) -> dict[str, np.ndarray[Any, Any]]:
     return dict(zip(packed["columns"], table, strict=True))
 
 
-def test_a_body_is_where_it_was_measured_and_its_ghost_where_the_plan_is() -> None:
+def test_a_body_is_where_it_was_measured_and_its_ghost_where_the_plan_is(tmp_path: Path) -> None:
     """Every measurement is moved to the east."""
     pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
-    from fleet.lab import driven
+    from fleet.drives import driven, lines_of
 
-    motion, east = driven(goals=("spot",)).motion, 0.6
-    lines = [
-        replace(line, rows=tuple(replace(row, x=row.x + east) for row in line.rows))
-        if isinstance(line, Measured)
-        else line
-        for line in motion.lines
-    ]
-    data = encoded_motion(replace(motion, lines=tuple(lines)))
-    for track, name in zip(data["tracks"], motion.header.robots, strict=True):
-        body, ghost = unpacked(track), unpacked(track["ghost"])
+    drive, motion, east = driven(goals=("spot",)), tmp_path / "moved.jsonl", 0.6
+    goals = [line for line in lines_of(drive / "m.jsonl") if line["type"] == "goal"]
+    moved = lines_of(drive / "m.jsonl")
+    for line in moved:
+        for row in line["rows"] if line["type"] == "measured" else ():
+            row[2] += east
+    motion.write_text("".join(f"{json.dumps(line)}\n" for line in moved))
+    plain, shifted = (
+        data_of(paged(drive / "t.jsonl", tmp_path, "--3d", "--motion", str(file)), "motion")
+        for file in (drive / "m.jsonl", motion)
+    )
+    tracks = zip(moved[0]["robots"], plain["tracks"], shifted["tracks"], strict=True)
+    for name, track, other in tracks:
+        body, ghost = unpacked(other), unpacked(other["ghost"])
         if name == "spot":  # its ghost stands at the goal that it has
-            goals = [line for line in motion.lines if isinstance(line, GoalLine)]
-            index = int(RATE * (goals[-1].t0 + 0.2))
-            assert abs(ghost["x"][index] - goals[-1].x) < 2e-3
+            index = int(shifted["rate"] * (goals[-1]["t0"] + 0.2))
+            assert abs(ghost["x"][index] - goals[-1]["x"]) < 2e-3
             continue
-        planned = columns_of(motion, name, RATE, in_world=False, planned=True).place[0]
-        assert np.abs(ghost["x"] - planned).max() < 2e-3
+        assert np.abs(ghost["x"] - unpacked(track["ghost"])["x"]).max() < 2e-3
         assert np.abs(body["x"] - ghost["x"] - east).max() < 0.1
         if name == "digit":
             for foot in ("lx", "rx"):  # the whole body is moved

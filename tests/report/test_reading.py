@@ -2,24 +2,18 @@
 
 `test_transcripts.py` has whole runs."""
 
+import os
+import re
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-import click
 import pytest
-from msgspec.structs import replace
 
-from report.runs import changed, own, trace_of
-from safenav import Clock, InputError, Obstacle, ObstacleType, Verdict, load_scenario_text, read_run
-from safenav.report.terminal import story
-from safenav.report.terminal.story import Story, syntheses_words
-from safenav.run.reading import RunReader
-from safenav.scenario.model import OPERATOR_ACTION
-from safenav.trace import records, vocabulary
-from safenav.trace.fields import objective_of
-from safenav.trace.file import unstarted
-
-ROOM = own("room")
+from report.runs import changed, lonely, own, trace_of
+from safenav import InputError, read_run
+from support import damage
+from warm import safenav, started
 
 
 @pytest.mark.parametrize(("until", "kind"), [(None, "waiting"), (30.0, "paused")])
@@ -81,13 +75,23 @@ def test_broken_traces_are_refused_with_file_and_line(
     assert first.file == str(path) and first.line >= 1
 
 
-def test_a_robot_that_an_operator_puts_back_is_there() -> None:
+def events(folder: Path, *lines: damage.Line, clock: str = "lockstep") -> list[str]:
+    """What a run in a room with a door says of these lines."""
+    whole = damage.read(trace_of("room"))
+    whole[0]["scenario"]["clock"] = clock
+    last = whole[-1] | {"tick": lines[-1]["tick"], "ticks": lines[-1]["tick"]}
+    (trace := folder / "told.jsonl").write_text("\n".join(damage.text([whole[0], *lines, last])))
+    return [event.text for event in read_run(trace).events[:-1]]
+
+
+PUT_BACK = {"type": "operator", "tick": 1, "intervention": "put_back", "robot": "quad", "t": 2.0}
+
+
+def test_a_robot_that_an_operator_puts_back_is_there(tmp_path: Path) -> None:
     """Pages drew it where it was lost until its next step."""
-    reader = RunReader(unstarted(replace(load_scenario_text(ROOM), clock=Clock.LIVE)).header)
-    put = vocabulary.OperatorIntervention.PUT_BACK
-    reader.append(records.Operator(1, put, robot="quad", region=10, t=2.0))
-    assert reader.run.track("quad").regions == [7, 10]
-    assert reader.run.events[-1].text == "an operator intervenes: put back quad at 10"
+    said = events(tmp_path, PUT_BACK | {"region": 10}, clock="live")
+    assert said == ["an operator intervenes: put back quad at 10"]
+    assert read_run(tmp_path / "told.jsonl").track("quad").regions[:2] == [7, 10]
 
 
 def test_found_obstacles_block_the_view_until_they_are_resolved(tmp_path: Path) -> None:
@@ -100,46 +104,25 @@ def test_found_obstacles_block_the_view_until_they_are_resolved(tmp_path: Path) 
     assert 47 in found, "the closed doorway itself is seen"
 
 
-def told(*lines: records.Record, text: str = ROOM, maps: bool = False) -> list[str]:
-    """What the story says of these lines, with colours."""
-    said: list[str] = []
-    tell = Story(load_scenario_text(text), lambda line: said.append(str(line)), maps=maps)
-    for line in lines:
-        tell(line)
-    return said
-
-
-def test_names_are_marked_wherever_they_stand() -> None:
-    (said,) = told(records.Request(3, "door@9", "quad", {"digit": 1}, ("digit",)))
-    quad, digit = click.style("quad", fg="cyan"), click.style("digit", fg="yellow")
-    door = click.style("door@gate", bold=True)
-    assert said.endswith(f"  {quad} requests help with {door}: {digit} needs 1 tick; {digit} helps")
-
-
-@pytest.mark.parametrize(("most", "drawn"), [(24, 2), (23, 1)])
-def test_a_large_map_is_drawn_once(most: int, drawn: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A run on 256 x 256 regions printed 256 kB at each request."""
-    monkeypatch.setattr(story, "LARGE", most)
-    gone = records.Gone(1, "door@9", vocabulary.ChangeCause.WORLD)
-    header = unstarted(load_scenario_text(ROOM)).header
-    said = told(header, records.Move(1, "quad", 7, 8, None), gone, maps=True)
-    assert sum("██" in line for line in said) == drawn * 4
-
-
-def failure(obstacle: str) -> list[records.Record]:
+def failure(obstacle: str) -> list[damage.Line]:
     """Lines of a robot that is lost, or cannot go on."""
-    about = Obstacle(ObstacleType(obstacle.partition("@")[0], OPERATOR_ACTION), 9)
-    met = records.Violation(2, "quad", 8, 9, obstacle, OPERATOR_ACTION)
-    return [records.Discovered(2, about), met]
+    kind = {"name": obstacle.partition("@")[0], "action": "operator"}
+    about = {"type": kind, "region": 9}
+    met = {"robot": "quad", "at": 8, "proposed": 9, "obstacle": obstacle, "action": "operator"}
+    return [
+        {"type": "discovered", "tick": 2, "obstacle": about},
+        {"type": "violation", "tick": 2} | met,
+    ]
 
 
-def ended(reason: str) -> list[records.Record]:
-    failed = {"door@9": vocabulary.ActResult.FAILED}
-    return [records.ActionEnd(4, 1, "quad", failed, None, reason)]
+def ended(reason: str) -> list[damage.Line]:
+    done = {"robot": "quad", "command": 1, "results": {"door@9": "failed"}, "reason": reason}
+    return [{"type": "acted", "tick": 4} | done]
 
 
-def lost(earliest: int | None) -> list[records.Record]:
-    return [records.Deadline(4, "door@9", 15, vocabulary.DeadlineVerdict.LOST, earliest)]
+def lost(earliest: int | None) -> list[damage.Line]:
+    due = {"of": "door@9", "due": 15, "verdict": "lost", "earliest": earliest}
+    return [{"type": "deadline", "tick": 4} | due]
 
 
 @pytest.mark.parametrize(
@@ -147,53 +130,64 @@ def lost(earliest: int | None) -> list[records.Record]:
     [
         (
             failure("unknown_air@9"),
-            "quad at 8 [1, 2] cannot enter gate 9 [1, 3], which counts as unknown_air@gate: only "
-            "an operator can resolve it",
+            "quad at 8 cannot enter gate, which counts as unknown_air@gate: only an operator can "
+            "resolve it",
         ),
-        (failure("lost_quad@9"), "quad at 8 [1, 2] is lost: it may also be at gate 9 [1, 3]"),
+        (failure("lost_quad@9"), "quad at 8 is lost: it may also be at gate"),
         (ended("failed"), "the action of quad ends (door@gate: failed)"),
         (ended("it jams"), "the action of quad ends (door@gate: failed, it jams)"),
         (lost(16), "door@gate cannot be resolved before tick 16, and is due at tick 15"),
         (lost(None), "door@gate can never be resolved, and is due at tick 15"),
     ],
 )
-def test_failures_name_their_reason_once(lines: list[records.Record], said: str) -> None:
-    """And no lacking capability."""
-    assert [click.unstyle(line)[11:] for line in told(*lines)] == [said]
-
-
-@pytest.mark.parametrize("restarts", [True, False], ids=["a door", "a battery"])
-def test_restarting_rounds_are_reported_once(restarts: bool) -> None:
-    """Rounds are counted from the last resolution on, but a flat battery interrupts them only."""
-    battery = "catalogue: {obstacles: {cell: {action: push, blocks: []}}}\nflat: cell\n"
-    kind = "door" if restarts else "cell"
-    first, second = (records.Goal(tick, "quad", 0, 7, 1) for tick in (4, 9))
-    opened = records.Resolved(5, f"{kind}@9", "digit", 8, False, True)
-    gone = records.Gone(6, f"{kind}@9", vocabulary.ChangeCause.WORLD)
-    lines = (first, opened, opened, gone, second)
-    said = [
-        click.unstyle(line)[11:] for line in told(*lines, text=ROOM.replace("door", kind) + battery)
-    ]
-    done = "quad reaches 7 [1, 1], round 1 done"
-    kept = [line for line in said if "round" in line]
-    assert kept == ([done, "rounds restart", done] if restarts else [done])
-
-
-@pytest.mark.parametrize(
-    ("count", "cached", "verified", "told"),
-    [
-        (13, 2, True, "13 strategies (1 to 13 states, 2 from the cache, verified)"),
-        (13, 13, True, "13 strategies (1 to 13 states, all from the cache, verified)"),
-        (13, 0, False, None),
-        (8, 0, True, None),
-    ],
-)
-def test_many_strategies_share_one_sentence(
-    count: int, cached: int, verified: bool, told: str | None
+def test_failures_name_their_reason_once(
+    lines: list[damage.Line], said: str, tmp_path: Path
 ) -> None:
-    why, won, own = vocabulary.Reason.INITIAL, Verdict.REALIZABLE, objective_of({"hold": 4})
-    found = [
-        records.Synthesis(0, "q", why, won, 0.1, k + 1, k < cached, verified, "ab" * 32, None, own)
-        for k in range(count)
-    ]
-    assert syntheses_words(found) == told
+    """And no lacking capability."""
+    assert events(tmp_path, *lines) == [said]
+
+
+def test_names_are_marked_in_a_terminal(tmp_path: Path) -> None:
+    (tmp_path / "room.yaml").write_text(own("room"))
+    reader, terminal = os.openpty()
+    started("run", tmp_path / "room.yaml", "--no-map", out=terminal)
+    os.close(terminal)
+    said = b""
+    with suppress(OSError):  # of a terminal that no process has open any longer
+        while read := os.read(reader, 1 << 16):
+            said += read
+    os.close(reader)
+    marked = r"\x1b\[36mquad\x1b\[0m requests help with \x1b\[1mdoor@gate\x1b\[0m: "
+    assert re.search(marked + r"\x1b\[33mdigit\x1b\[0m needs", said.decode()), said
+
+
+@pytest.mark.parametrize(("rows", "large"), [(277, False), (278, True)])
+def test_a_large_map_is_drawn_once(rows: int, large: bool, tmp_path: Path) -> None:
+    """Of more than 2500 regions: a run on 256 x 256 of them printed 256 kB at each request."""
+    text = lonely("{patrol: [10, 12]}", "until: {rounds: 1}")
+    walls = ', "#########"' * (rows - 5)
+    text = text.replace("]}\nrobots", f"{walls}]}}\nrobots")
+    (tmp_path / "hall.yaml").write_text(text)
+    done = safenav("run", tmp_path / "hall.yaml")
+    assert done.returncode == 0, done.stderr
+    assert (done.stdout.count("██" * 9) // (rows - 3) == 1) is large
+
+
+def test_many_strategies_share_one_sentence(tmp_path: Path) -> None:
+    cache = os.environ | {"SAFENAV_CACHE": str(tmp_path / "cache")}
+
+    def synthesized(count: int) -> str:
+        """The words about the strategies of robots in rooms of their own."""
+        rooms = f'map: {{grid: ["{"#" * 28}", "#{"..#" * 9}", "{"#" * 28}"]}}'
+        robots = [
+            f"q{k}: {{model: quadcopter, start: {at}, objective: {{patrol: [{at}, {at + 1}]}}}}"
+            for k, at in enumerate(range(29, 29 + 3 * count, 3))
+        ]
+        text = f"safenav: 1\n{rooms}\nrobots: {{{', '.join(robots)}}}\n"
+        (tmp_path / "rooms.yaml").write_text(text)
+        done = safenav("run", tmp_path / "rooms.yaml", "--no-map", env=cache)
+        return re.findall(r"synthesized (.*)", done.stdout)[0].partition(" (")[2]
+
+    assert synthesized(8).count(", verified") == 8
+    assert re.fullmatch(r"\d to \d states, 8 from the cache, verified\)", synthesized(9))
+    assert "states, all from the cache, verified" in synthesized(9)

@@ -17,8 +17,8 @@ from threading import Thread
 from typing import Any
 from urllib.request import Request, urlopen
 
-ROOT = Path(__file__).parents[2]
-SCENARIOS = ROOT / "scenarios"
+from safenav import check_trace
+
 MINUTES = 60.0
 """What guards against a hang; no test waits so long."""
 
@@ -86,14 +86,16 @@ class Page:
                 if line.startswith(b"data: "):
                     self._arrived.put(json.loads(line[6:]))
 
-    def say(self, does: str, **data: object) -> None:
-        self.post(json.dumps({"do": does, **data}).encode())
+    def say(self, does: str, **data: object) -> str | None:
+        return self.post(json.dumps({"do": does, **data}).encode())
 
-    def post(self, text: bytes) -> None:
-        """Send a request; the message that refuses it is heard after those before it."""
+    def post(self, text: bytes) -> str | None:
+        """Send a request and return the words that refuse it, if it is; that message is heard after
+        those before it."""
         refused = json.loads(self.get("say", text))
         if refused is not None:
             self._arrived.put(refused)
+        return refused and str(refused["message"])
 
     def hear(self, wanted: Callable[[dict[str, Any]], object]) -> dict[str, Any]:
         """The next message that is wanted; all before it are kept in ``heard``."""
@@ -125,6 +127,12 @@ class Page:
         self.state(phase="starting")
         self.say("step")
         self.tick(1)
+
+    def sound(self) -> list[dict[str, Any]]:
+        """The lines of the trace that the page saves, which the judge accepts."""
+        lines = self.get("save/trace").decode().splitlines()
+        assert check_trace(lines).findings == ()
+        return [json.loads(line) for line in lines]
 
     def get(self, path: str, body: bytes | None = None) -> bytes:
         with urlopen(Request(self.address + path, body), timeout=MINUTES) as response:

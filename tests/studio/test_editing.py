@@ -1,20 +1,18 @@
 """An edit of the drawing changes only its own part of the text."""
 
 import difflib
+import json
 import os
 import random
-from contextlib import suppress
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
 
 from once import SCENARIOS, beside, from_yaml
-from safenav import UsageError, built_in, load_scenario_text
-from safenav.scenario.reading.loader import load_draft
-from safenav.studio import editing
-from safenav.studio.drawing import drawing_of
-from safenav.studio.editor import blank
-from safenav.world.poses import Mobility
+from report.runs import own
+from safenav import InputError, built_in, load_scenario_text
+from studio.serving import Page, Served
 
 DOOR = (SCENARIOS / "case_study_1.yaml").read_text()
 SEQUENCES = int(os.environ.get("SAFENAV_FUZZ", "0")) // 25 or 6
@@ -40,48 +38,92 @@ TEXTS = {
 SMALL = 'safenav: 1\nmap:\n  grid: ["###", \'#.#\', "###"]\n'
 
 
+class Desk:
+    """The drawing board of a studio: ``shown`` is what a page shows now."""
+
+    def __init__(self, page: Page) -> None:
+        self.page, self.shown = page, page.document("")
+
+    @property
+    def text(self) -> str:
+        return str(self.shown["text"])
+
+    def write(self, text: str) -> None:
+        self.page.say("text", text=text)
+        self._look(text)
+
+    def edit(self, operation: dict[str, Any]) -> str | None:
+        """Edit the text; return the words that refuse it, if it is impossible."""
+        refused = self.page.say("edit", **operation)
+        self._look(self.page.get("save/scenario").decode())
+        return refused
+
+    def _look(self, text: str) -> None:
+        if text != self.text:
+            self.shown = self.page.hear(lambda m: m["is"] == "document" and m["text"] == text)
+
+
+@pytest.fixture(scope="module")
+def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
+    place = tmp_path_factory.mktemp("desk")
+    with Served("studio", "--no-browser", cwd=place) as served, served.opened() as page:
+        yield Desk(page)
+
+
 @pytest.mark.parametrize("case", TABLE["edits"], ids=str)
-def test_an_edit_changes_only_its_lines(case: dict[str, Any]) -> None:
+def test_an_edit_changes_only_its_lines(case: dict[str, Any], desk: Desk) -> None:
     """Comments, quotes and spaces of all others stay; an impossible edit is refused."""
     text = TEXTS.get(case["text"], SMALL + case["text"])
-    try:
-        after = edited(text, case["edit"])
-    except UsageError as refused:
-        assert str(refused) == case.get("refused")
-        return
-    told = [*difflib.unified_diff(text.splitlines(), after.splitlines(), n=0, lineterm="")][2:]
-    assert [line for line in told if line[0] != "@"] == case["lines"].splitlines()
+    desk.write(text)
+    assert desk.edit(case["edit"]) == case.get("refused")
+    told = [*difflib.unified_diff(text.splitlines(), desk.text.splitlines(), n=0, lineterm="")][2:]
+    changed = [line for line in told if line[0] != "@"]
+    assert changed == case.get("lines", "").splitlines()
 
 
-def test_all_robots_and_obstacles_of_the_library_can_be_drawn() -> None:
+def test_all_robots_and_obstacles_of_the_library_can_be_drawn(desk: Desk) -> None:
     library = built_in()
     text = DOOR.replace("obstacles:", "requirements: [always(height(quad) > 1)]\nobstacles:")
     free = [r for r in sorted(load_scenario_text(text).map.free) if r not in (14, 71, 47)]
-    for name, model in library.robots.items():
-        added = {"op": "add_robot", "model": name, "region": free.pop()}
-        turns = model.mobility is Mobility.HEADING
-        text = edited(text, added | ({"heading": "north"} if turns else {}))
+    desk.write(text)
+    for model in desk.shown["palette"]["robots"]:
+        added = {"op": "add_robot", "model": model["name"], "region": free.pop()}
+        assert desk.edit(added | ({"heading": "north"} if model["turns"] else {})) is None
     for name in library.obstacles:
-        text = edited(text, {"op": "add_obstacle", "type": name, "region": free.pop()})
-    scenario = load_scenario_text(text)
+        assert desk.edit({"op": "add_obstacle", "type": name, "region": free.pop()}) is None
+    scenario = load_scenario_text(desk.text)
     assert {robot.model.name for robot in scenario.robots} == set(library.robots)
     assert {obstacle.type.name for obstacle in scenario.obstacles} == set(library.obstacles)
-    draft = load_draft(text, "library.yaml")
-    assert draft.world is not None
-    run = drawing_of(text, draft.world, draft.catalogue)["run"]
+    run = desk.shown["drawing"]["run"]
     assert all(item["shape"] for item in [*run["robots"], *run["obstacles"]])
     assert list(scenario.requirements) == ["always(height(quad) > 1)"]
 
 
-def edited(text: str, operation: dict[str, Any]) -> str:
-    return editing.edited(text, operation, load_draft(text, "scenario.yaml").world)
+def test_every_robot_and_obstacle_has_a_silhouette_and_so_have_those_named_like_them(
+    desk: Desk,
+) -> None:
+    library = built_in()
+    robot = {"mobility": "free", "layer": "ground", "capabilities": []}
+    own = {
+        "robots": [*library.robots, "rover"],
+        "obstacles": [*library.obstacles, "fire_door", "trapdoor"],
+    }
+    names = {kind: [f"{p}{n}" for n in own[kind] for p in ("", "my_", "my-")] for kind in own}
+    catalogue = {
+        "robots": dict.fromkeys(names["robots"], robot),
+        "obstacles": {name: {"action": "push"} for name in names["obstacles"]},
+    }
+    desk.write(f"{SMALL}catalogue: {json.dumps(catalogue)}\n")
+    for kind, known in (("robots", library.robots), ("obstacles", library.obstacles)):
+        shapes = {one["name"]: one["shape"] for one in desk.shown["palette"][kind]}
+        for name in known:
+            assert shapes[name] == shapes[f"my_{name}"] == shapes[f"my-{name}"] != ""
+        assert shapes["rover" if kind == "robots" else "trapdoor"] == ""
+    assert shapes["fire_door"] == shapes["door"] != shapes["my_pulled_door"]
 
 
-def something(text: str, chance: random.Random) -> dict[str, Any]:
-    """An edit, sensible or not."""
-    draft = load_draft(text, "scenario.yaml")
-    drawing = draft.world and drawing_of(text, draft.world, draft.catalogue)
-    assert drawing, "a drawing never loses its map"
+def something(drawing: dict[str, Any], chance: random.Random) -> dict[str, Any]:
+    """An edit of a drawing, sensible or not."""
     size = drawing["run"]["rows"] * drawing["run"]["cols"]
     regions = [chance.randrange(size) for _ in range(2)]
     robot = chance.choice([each["name"] for each in drawing["robots"]] or ["nobody"])
@@ -106,40 +148,43 @@ def something(text: str, chance: random.Random) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("seed", range(FIRST, FIRST + SEQUENCES))
-def test_random_edits_leave_a_text_that_reads_back(seed: int) -> None:
-    """Mistakes are diagnostics, never exceptions; what loads saves and loads again the same."""
+def test_random_edits_leave_a_text_that_reads_back(seed: int, desk: Desk) -> None:
+    """Mistakes are diagnostics, never exceptions, and a drawing never loses its map."""
     chance = random.Random(seed)
-    text = blank() if seed % 2 else DOOR[: DOOR.index("expect:")]
+    desk.page.say("open", kind="blank")
+    desk.shown = desk.page.document("name: new scenario")
+    if seed % 2 == 0:
+        desk.write(DOOR[: DOOR.index("expect:")])
     for _ in range(30):
-        try:
-            text = edited(text, something(text, chance))
-        except UsageError as refused:
-            assert str(refused)
-    draft = load_draft(text, "scenario.yaml")
-    if draft.scenario is not None:
-        assert load_scenario_text(text).robots == draft.scenario.robots
+        refused = desk.edit(something(desk.shown["drawing"], chance))
+        assert refused is None or refused
+    try:
+        load_scenario_text(desk.text)
+    except InputError as error:
+        assert error.diagnostics
     else:
-        assert draft.diagnostics
+        assert not desk.shown["problems"]
 
 
-def test_comments_stay_through_many_edits_of_the_map() -> None:
-    chance, text = random.Random(5), COMMENTED
+def test_comments_stay_through_many_edits_of_the_map(desk: Desk) -> None:
+    chance = random.Random(5)
+    desk.write(COMMENTED)
     for _ in range(80):
-        edit = something(text, chance)
+        edit = something(desk.shown["drawing"], chance)
         if not edit["op"].startswith("remove"):
-            with suppress(UsageError):
-                text = edited(text, edit)
+            desk.edit(edit)
     comments = [line.partition("# ")[2] for line in COMMENTED.splitlines() if "# " in line]
     assert len(comments) == 15
-    assert all(f"# {comment}" in text for comment in comments), text
-    assert load_draft(text, "scenario.yaml").world is not None
+    assert all(f"# {comment}" in desk.text for comment in comments), desk.text
+    assert desk.shown["drawing"] is not None
 
 
-def test_areas_are_drawn_as_targets() -> None:
-    text = TEXTS["areas"]
-    draft = load_draft(text, "door.yaml")
-    assert draft.world is not None
-    drawing = drawing_of(text, draft.world, draft.catalogue)
-    assert drawing is not None
+def test_areas_orders_and_exclusions_are_drawn(desk: Desk) -> None:
+    desk.write(TEXTS["areas"])
+    drawing = desk.shown["drawing"]
     assert drawing["robots"][0]["targets"][0] == [16, 29]
     assert drawing["run"]["areas"]["hall"] == [16, 29]
+    desk.write(own("zone"))
+    still = desk.shown["drawing"]["run"]
+    assert still["exclusions"] == [[["a", "b"], [8, 9]]] and still["obstacles"][0]["ordered"]
+    assert still["robots"][0]["tasks"][0][2:] == [[8], [10]]  # targets, and regions to avoid

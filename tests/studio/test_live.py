@@ -14,9 +14,6 @@ import pytest
 from children import ran
 from once import SCENARIOS
 from runtime.test_operator import GATE
-from safenav import Trace, check_trace
-from safenav.trace.file import read_bytes
-from safenav.trace.records import Operator, Waiting
 from studio.serving import Page, Served
 
 DOOR = SCENARIOS / "case_study_1.yaml"
@@ -34,13 +31,6 @@ def page(served: Served) -> Iterator[Page]:
     with served.opened() as found:
         found.begin()
         yield found
-
-
-def sound(page: Page) -> Trace:
-    """The trace that a page saves, which the judge accepts."""
-    trace = read_bytes(page.get("save/trace"))
-    assert check_trace(trace).findings == ()
-    return trace
 
 
 def test_an_impossible_change_is_refused_with_the_reason(page: Page) -> None:
@@ -84,7 +74,7 @@ def test_a_changed_run_that_is_ended_is_saved_in_every_form_and_can_restart(
         page.tick(tick)
     page.say("end")
     assert page.state(phase="ended")["state"]["outcome"] == "interrupted"
-    sound(page)
+    page.sound()
     shown = page.get("save/3d")
     assert b'id="motion"' in shown and b"</html>" in shown
     with zipfile.ZipFile(io.BytesIO(page.get("save/bundle"))) as files:
@@ -124,9 +114,9 @@ def test_the_page_can_help_a_run_that_waits(tmp_path: Path) -> None:
         assert "known: gate@27" in page.refusal()
         page.say("change", kind="resolved", obstacle="gate@27")
         assert page.state(phase="ended")["state"]["outcome"] == "completed"
-        trace = sound(page)
-    assert [r.outcome for r in trace.records if isinstance(r, Waiting)] == ["operator_needed"]
-    assert [r.intervention for r in trace.records if isinstance(r, Operator)] == ["resolved"]
+        lines = page.sound()
+    assert [r["outcome"] for r in lines if r["type"] == "waiting"] == ["operator_needed"]
+    assert [r["intervention"] for r in lines if r["type"] == "operator"] == ["resolved"]
 
 
 def process_of(served: Served) -> int:

@@ -7,13 +7,12 @@ from pathlib import Path
 import pytest
 
 from once import SCENARIOS
-from safenav import UsageError
-from safenav.studio.editor import Editor
-from safenav.studio.server import LARGEST, listening
 from studio.serving import Served
-from tests.warm import safenav
+from warm import safenav
 
 HELLO = SCENARIOS / "hello.yaml"
+LARGEST = 8_000_000
+"""Bytes of a request."""
 
 
 @pytest.fixture(scope="module")
@@ -94,15 +93,6 @@ def test_standard_input_cannot_be_watched() -> None:
     assert "needs a file" in done.stderr
 
 
-def test_a_port_is_taken_before_it_is_served() -> None:
-    """Two studios that start at the same moment were bound to one port, and one of them failed."""
-    with listening(None) as first, listening(None) as second:
-        taken = first.getsockname()[1]
-        assert taken != second.getsockname()[1]
-        with pytest.raises(UsageError, match="cannot listen on port"):
-            listening(taken)
-
-
 @pytest.fixture(scope="module")
 def home(tmp_path_factory: pytest.TempPathFactory) -> Path:
     found = tmp_path_factory.mktemp("home")
@@ -162,8 +152,8 @@ def test_two_editors_of_one_text_agree(editor: Served) -> None:
 def test_a_trace_is_not_opened_as_a_scenario(tmp_path: Path) -> None:
     trace = tmp_path / "run.jsonl"
     trace.write_text('{"type":"header","trace":2,"safenav":"0","scenario":{}}\n')
-    with pytest.raises(UsageError, match="this is a trace, not a scenario"):
-        Editor.of_file(trace, None)
+    done = safenav("studio", trace, "--no-browser")
+    assert done.returncode == 2 and "this is a trace, not a scenario" in done.stderr
 
 
 @pytest.mark.parametrize("named", ["flat", "flat/flat.yaml"])

@@ -1,0 +1,39 @@
+"""Drives of scenarios by fleet files in the simulation, by the command; each is made once."""
+
+import hashlib
+import json
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from once import beside, from_yaml, made_once
+from warm import safenav
+
+HALL = beside(__file__, "scenarios/hall.yaml")
+FLEET = beside(__file__, "scenarios/hall.fleet.yaml")
+
+
+def lines_of(file: Path) -> list[dict[str, Any]]:
+    return [json.loads(line) for line in file.read_text().splitlines()]
+
+
+@cache
+def driven(scenario: str = HALL, fleet: str = FLEET, goals: tuple[str, ...] = ()) -> Path:
+    """The folder of a drive, with its trace ``t.jsonl`` and its motion ``m.jsonl``. ``goals``:
+    robots that get goals although the defaults follow."""
+    data = from_yaml(fleet)
+    if goals:
+        follow = data["defaults"].pop("follow")
+        own = data.setdefault("robots", {})
+        for name in from_yaml(scenario)["robots"]:
+            own[name] = own.get(name, {}) | ({} if name in goals else {"follow": follow})
+
+    def make(folder: Path) -> None:
+        (folder / "hall.yaml").write_text(scenario)
+        (folder / "fleet.yaml").write_text(json.dumps(data))
+        files = ("--trace", folder / "t.jsonl", "--motion", folder / "m.jsonl")
+        done = safenav("drive", folder / "hall.yaml", "--fleet", folder / "fleet.yaml", *files)
+        assert (folder / "m.jsonl").exists(), done.stderr
+
+    digest = hashlib.sha256(f"{scenario}{json.dumps(data)}".encode())
+    return made_once(f"drive {digest.hexdigest()[:16]}", make)

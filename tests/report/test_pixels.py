@@ -1,0 +1,51 @@
+"""What no picture of this machine shows: fonts and packages of other machines, films too large."""
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from report.runs import picture_of, run_of
+from safenav import UsageError
+from safenav.report.picture.film import Film
+from safenav.report.picture.svg import png_of
+
+resvg_py = pytest.importorskip("resvg_py", reason="PNG needs the extra `pictures` (resvg-py)")
+Image = pytest.importorskip("PIL.Image", reason="GIF needs the extra `pictures` (pillow)")
+
+
+@pytest.mark.parametrize(("title", "own"), [("Übung → λ", True), ("№ 7", False), ("机器人", False)])
+def test_letters_missing_in_the_fonts_are_drawn_by_the_system(
+    monkeypatch: pytest.MonkeyPatch, title: str, own: bool
+) -> None:
+    """They were left out."""
+    asked: list[bool] = []
+    drawn = resvg_py.svg_to_bytes
+
+    def watched(**options: Any) -> bytes:
+        asked.append(options["skip_system_fonts"])
+        return bytes(drawn(**options))
+
+    monkeypatch.setattr(resvg_py, "svg_to_bytes", watched)
+    png_of(f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9"><text>{title}</text></svg>')
+    assert asked == [own]
+
+
+def test_white_stays_white_in_a_large_film(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pillow's own palettes hold other colours, in large pictures even another white."""
+    white, path = Image.new("RGB", (4200, 4200), "white"), tmp_path / "white.gif"
+    monkeypatch.setattr(Film, "_frame", lambda *_: white)
+    Film(run_of("door"), range(11, 12)).write_gif(path)
+    with Image.open(path) as gif:
+        assert gif.convert("RGB").getpixel((0, 0)) == (255, 255, 255)
+
+
+def test_a_missing_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    svg = picture_of("door", tmp_path).read_text()
+    monkeypatch.setitem(sys.modules, "resvg_py", None)
+    with pytest.raises(UsageError, match="resvg-py>="):
+        png_of(svg)
+    monkeypatch.setitem(sys.modules, "PIL", None)
+    with pytest.raises(UsageError, match="pillow"):
+        Film(run_of("door"), range(2)).write_gif(tmp_path / "x.gif")
