@@ -11,9 +11,10 @@ from typing import TypeVar
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import astuple, replace
 from numpy.typing import NDArray
 
-from safenav.motion.file import Curve, PressurePhase, State
+from safenav.motion.file import Curve, Foothold, FootState, PressurePhase, Segment, State
 from safenav.pace.robot import PEAK as PEAK
 from safenav.world.map import HEADINGS, Heading
 
@@ -177,4 +178,45 @@ def mass(
         pressure[:, None].view(np.float64),
         max(abs(late.real), abs(late.imag)),
         max(abs(early.real), abs(early.imag)),
+    )
+
+
+def transformed(segment: Segment, origin: complex, ahead: complex, facing: float) -> Segment:
+    """Return a segment in another frame, in which its own has this origin and this direction of x,
+    whose angle is ``facing``. Points are complex numbers."""
+
+    def way(x: float, y: float) -> tuple[float, float]:
+        found = ahead * complex(x, y)
+        return found.real, found.imag
+
+    def point(x: float, y: float) -> tuple[float, float]:
+        found = origin + ahead * complex(x, y)
+        return found.real, found.imag
+
+    def foot(state: FootState) -> FootState:
+        x, y, yaw, vx, vy, turning, ax, ay, bending = state
+        return *point(x, y), yaw + facing, *way(vx, vy), turning, *way(ax, ay), bending
+
+    def moving(state: State) -> State:
+        x, y, vx, vy = state
+        return *point(x, y), *way(vx, vy)
+
+    before, after, begin, end = segment.turning
+    return replace(
+        segment,
+        phases=tuple(
+            PressurePhase(one.seconds, *point(one.x, one.y), *point(one.to_x, one.to_y))
+            for one in segment.phases
+        ),
+        feet=tuple(
+            Foothold(*point(x, y), yaw + facing, *rest)
+            for x, y, yaw, *rest in map(astuple, segment.feet)
+        ),
+        swings=tuple(
+            replace(swing, start=foot(swing.start), goal=foot(swing.goal))
+            for swing in segment.swings
+        ),
+        turning=(before + facing, after + facing, begin, end),
+        start=moving(segment.start),
+        goal=moving(segment.goal),
     )

@@ -31,7 +31,7 @@ from itertools import accumulate, pairwise
 from math import cos, pi, sin
 
 import numpy as np
-from msgspec.structs import astuple, replace
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from safenav.errors import UsageError
@@ -43,7 +43,6 @@ from safenav.motion.file import (
     Moving,
     PressurePhase,
     Segment,
-    State,
     Swing,
 )
 from safenav.motion.geometry import (
@@ -51,6 +50,7 @@ from safenav.motion.geometry import (
     between,
     derivative,
     mass,
+    transformed,
     turn,
     unit_vector,
     values,
@@ -357,45 +357,10 @@ class WalkerMover(Mover):
 
 def entered(primitive: Segment, floor: MetricFloor, region: int, heading: str) -> Segment:
     """Return a primitive in the frame of the map: of a walker that enters a region at the middle of
-    the side by which its heading leads there. Points are complex numbers."""
-    ahead, facing = complex(*unit_vector(heading)), YAW[heading]
+    the side by which its heading leads there."""
+    ahead = complex(*unit_vector(heading))
     corner = complex(*floor.centre(region)) - ahead * floor.side / 2
-
-    def turned(x: float, y: float) -> tuple[float, float]:
-        way = ahead * complex(x, y)
-        return way.real, way.imag
-
-    def point(x: float, y: float) -> tuple[float, float]:
-        at = corner + ahead * complex(x, y)
-        return at.real, at.imag
-
-    def foot(state: FootState) -> FootState:
-        x, y, yaw, vx, vy, turning, ax, ay, bending = state
-        return *point(x, y), yaw + facing, *turned(vx, vy), turning, *turned(ax, ay), bending
-
-    def moving(state: State) -> State:
-        x, y, vx, vy = state
-        return *point(x, y), *turned(vx, vy)
-
-    before, after, begin, end = primitive.turning
-    return replace(
-        primitive,
-        phases=tuple(
-            PressurePhase(one.seconds, *point(one.x, one.y), *point(one.to_x, one.to_y))
-            for one in primitive.phases
-        ),
-        feet=tuple(
-            Foothold(*point(x, y), yaw + facing, *rest)
-            for x, y, yaw, *rest in map(astuple, primitive.feet)
-        ),
-        swings=tuple(
-            replace(swing, start=foot(swing.start), goal=foot(swing.goal))
-            for swing in primitive.swings
-        ),
-        turning=(before + facing, after + facing, begin, end),
-        start=moving(primitive.start),
-        goal=moving(primitive.goal),
-    )
+    return transformed(primitive, corner, ahead, YAW[heading])
 
 
 def cut_off(segment: Segment, at: float, omega: float) -> Segment:

@@ -3,7 +3,7 @@ space that bodies occupy: each piece of motion as samples of discs; the rules of
 of regions, bodies inside reserved regions, and distances.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import combinations, product
 from math import floor, hypot, inf
@@ -113,7 +113,7 @@ class Examination:
         self.makespan = motion.outcome.makespan
         self.grid = Grid(header.rows, header.cols, header.side)
         self.held: list[Holding] = []
-        self._shapes: dict[tuple[str, bool, bytes], Walked] = {}
+        self._shapes: dict[tuple[str, bool, Hashable], Walked] = {}
         self._walks: dict[int, Walked] = {}
         self._flights: dict[int, list[tuple[Array, Array]]] = {}
         self._discs: dict[int, list[Disc]] = {}
