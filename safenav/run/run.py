@@ -24,6 +24,8 @@ from safenav.world.sight import Visibility, visible_from
 
 AHEAD = 400
 """The most ticks of a way that is shown before it is gone."""
+TRAIL = 24
+"""The ticks of a way that is shown after it is gone; of a live run, for each robot."""
 _FAILURES = (Outcome.OPERATOR_NEEDED, Outcome.UNREALIZABLE, Outcome.ASSUMPTION_VIOLATED)
 TURNED_BACK = 0.4
 """The part of a failed step after which a robot turns back to its region."""
@@ -106,10 +108,6 @@ class Run(Struct):
         span = self.time(min(tick + 1, self.last)) - self.time(tick)
         return tick, min(1.0, max(0.0, time - self.time(tick)) / span) if span > 0 else 0.0
 
-    def when(self, tick: int) -> str:
-        """Return a tick in words: ``tick 12``, or ``12.3 s`` if the run has a clock."""
-        return f"tick {tick}" if self.seconds is None else f"{self.seconds[tick]:.1f} s"
-
     def stamp(self, tick: int) -> str:
         """Return a tick as the start of a line of the story: ``tick 12  ``, ``   12.3 s``."""
         return f"tick {tick:<4}" if self.seconds is None else f"{self.seconds[tick]:>7.1f} s"
@@ -176,9 +174,9 @@ class Run(Struct):
         charge = [f"charge {track.charge.at(tick)} %"] if track.charge else []
         return "; ".join(carries + charge)
 
-    def trail(self, track: RobotTrack, tick: int, ticks: int = 24) -> list[Region]:
+    def trail(self, track: RobotTrack, tick: int) -> list[Region]:
         """Return the last regions of a robot's path, oldest first."""
-        ticks *= 1 if self.seconds is None else len(self.robots)
+        ticks = TRAIL if self.seconds is None else TRAIL * len(self.robots)
         return track.regions[max(0, tick - ticks) : tick + 1]
 
     def ahead(self, track: RobotTrack, tick: int) -> tuple[Region | None, list[Region]]:

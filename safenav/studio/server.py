@@ -280,18 +280,13 @@ async def _write(writer: asyncio.StreamWriter, queue: asyncio.Queue[str | None])
 def listening(port: int | None) -> socket.socket:
     """Return a socket on a port of the loopback interface; None: the first free one from ``PORT``
     on, else any. Raises UsageError if there is none."""
-    wanted = [port] if port is not None else [*range(PORT, PORT + PORTS), 0]
-    for number in wanted:
-        listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        try:
-            listener.bind(("127.0.0.1", number))
-            listener.listen()  # before this, another process can bind the same port
+    failure: OSError | None = None
+    for number in [port] if port is not None else [*range(PORT, PORT + PORTS), 0]:
+        try:  # it also listens: before that, another process can bind the same port
+            return socket.create_server(("127.0.0.1", number))
         except OSError as error:
-            listener.close()
             failure = error
-        else:
-            return listener
+    assert failure is not None
     raise UsageError(
         f"cannot listen on port {port}: {failure.strerror}\n    leave --port out to get another"
     )

@@ -202,52 +202,41 @@ def _judged(recording: MotionRecording, name: str, text: str) -> Judgement:
     return Judgement(name, text, verdict, low, high, error, advice)
 
 
-def curve(recording: MotionRecording, text: str) -> Robustness:
-    """Return the robustness over time for people: of the operand of an outer ``always``, which
-    itself would show the least value from the start."""
-    formula = readable(recording, text)
-    while isinstance(formula, Compound) and formula.operator == "always":
-        (formula,) = formula.operands
-    return evaluated(recording, formula)
-
-
 MOST_POINTS = 400
 
 
 def curves(motion: Motion, trace: Trace) -> list[dict[str, object]]:
     """Return the robustness of each requirement over time, for a page: at most MOST_POINTS points
-    [time, value] on the clock of the trace, each the least of those around it, and the verdict."""
-    formulas = requirements_of(trace)
+    [time, value] on the clock of the trace, each the least of those around it, and the verdict. Of
+    an outer ``always`` it is that of its operand: its own is the least value from the start."""
     data: list[dict[str, object]] = []
+    formulas = requirements_of(trace)
     if not formulas:
         return data
     recording = MotionRecording(motion, trace)
     for one in judged(recording, formulas):
-        found = curve(recording, one.formula)
+        formula = readable(recording, one.formula)
+        while isinstance(formula, Compound) and formula.operator == "always":
+            (formula,) = formula.operands
+        found = evaluated(recording, formula)
         finite = found.low[np.isfinite(found.low)]
         edge = float(np.max(np.abs(finite), initial=1.0))
         low = np.clip(found.low, -edge, edge)
         parts = np.array_split(np.arange(len(low)), min(MOST_POINTS, len(low)))
         least = [part[int(np.argmin(low[part]))] for part in parts]
-        points = [[round(float(found.times[k]), 3), round(float(low[k]), 4)] for k in least]
+        times = np.round(found.times[least], 3)
+        if not trace.header.live:
+            ends = _tick_ends(motion, trace)
+            times = np.round(np.interp(times, ends, np.arange(len(ends))), 3)
+        points = np.stack([times, np.round(low[least], 4)], axis=1).tolist()
         data.append({"name": one.name, "told": str(one), "verdict": one.verdict, "points": points})
-    return data if trace.header.live else _on_ticks(data, motion, trace)
+    return data
 
 
-def _on_ticks(
-    found: list[dict[str, object]], motion: Motion, trace: Trace
-) -> list[dict[str, object]]:
-    """Convert curves over seconds to curves over ticks: a tick ends with the last of its steps."""
+def _tick_ends(motion: Motion, trace: Trace) -> Array:
+    """Return the second at which each tick ends: with the last of its steps."""
     last = max((record.tick for record in trace.records), default=0)
     ends = np.zeros(last + 1)
     for line in motion.of(Moving):
         ends[min(line.tick, last)] = max(ends[min(line.tick, last)], line.t1)
-    ends = np.maximum.accumulate(ends)
-    curves = []
-    for one in found:
-        points = one["points"]
-        assert isinstance(points, list)
-        at = np.interp([second for second, _ in points], ends, np.arange(last + 1))
-        placed = [[round(float(x), 3), value] for x, (_, value) in zip(at, points, strict=True)]
-        curves.append(one | {"points": placed})
-    return curves
+    return np.maximum.accumulate(ends)
