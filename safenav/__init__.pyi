@@ -22,6 +22,7 @@ from safenav.runtime.worlds.protocol import Acted as Acted
 from safenav.runtime.worlds.protocol import Arrived as Arrived
 from safenav.runtime.worlds.protocol import Blocked as Blocked
 from safenav.runtime.worlds.protocol import BlockingWorld as BlockingWorld
+from safenav.runtime.worlds.protocol import Change as Change
 from safenav.runtime.worlds.protocol import Elsewhere as Elsewhere
 from safenav.runtime.worlds.protocol import Failed as Failed
 from safenav.runtime.worlds.protocol import Lost as Lost

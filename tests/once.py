@@ -14,8 +14,6 @@ from typing import Any
 
 import yaml
 
-from safenav import Mission, TraceWriter, load_scenario
-
 FOLDER = "SAFENAV_TEST_FOLDER"
 """The variable that names the folder of this test run; it is removed at the end."""
 RUNNING = "running"
@@ -54,11 +52,13 @@ def made_once(name: str, make: Callable[[Path], object]) -> Path:
 
 @cache
 def trace_of_shipped(name: str) -> Path:
-    """The trace of ``scenarios/NAME.yaml``, played once."""
+    """The trace of ``scenarios/NAME.yaml``, played once; it ends as the scenario expects."""
+    import warm  # which imports this module
 
     def play(folder: Path) -> None:
-        with TraceWriter(folder / f"{name}.jsonl") as writer:
-            Mission(load_scenario(SCENARIOS / f"{name}.yaml"), listeners=[writer]).run()
+        scenario, trace = SCENARIOS / f"{name}.yaml", folder / f"{name}.jsonl"
+        done = warm.safenav("run", scenario, "--no-map", "--trace", trace)
+        assert done.returncode == 0, done.stdout + done.stderr
 
     return made_once(f"trace of {name}", play) / f"{name}.jsonl"
 

@@ -9,7 +9,7 @@ import signal
 import tempfile
 import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from random import Random
@@ -19,23 +19,22 @@ from campaigns.judge.log import Walk, judge_log
 from campaigns.judge.mission import NotJudgedError, judged_mission
 from campaigns.judge.trace import broken_promises, judge_trace, told_by_signals
 from campaigns.world import FaultyWorld
+from runtime.played import Run
 from runtime.worlds import Driven
 from safenav import (
     InputError,
     Mission,
     ResourceLimitError,
     Scenario,
+    Synthesizer,
     UsageError,
     check_trace,
+    first_failure,
     load_scenario_text,
+    make_bundle,
+    read_trace,
     resumption,
 )
-from safenav.certify import bundle as writing
-from safenav.files import json_line
-from safenav.runtime.run.mission import default_synthesizer
-from safenav.synthesis.cache import Cache
-from safenav.trace.file import as_data, read_bytes
-from safenav.world.poses import Mobility
 
 MOST_PASSES = 20_000
 LIMITS = ("tick_limit", "time_limit", "search_limit")
@@ -50,7 +49,7 @@ class Played:
 
     outcome: str = "no outcome"
     found: list[str] = field(default_factory=list)
-    lines: list[str] = field(default_factory=list)
+    run: Run = field(default_factory=Run)
     given: list[tuple[int, str]] = field(default_factory=list)
     injected: Mapping[str, int] = field(default_factory=dict)
     passes: int = 0
@@ -62,9 +61,6 @@ class Played:
         """Whether the operator has turned an input on, perhaps never off again: its robot then
         pursues another objective until a limit."""
         return any(word.startswith("input") and " on" in word for _, word in self.given)
-
-    def hear(self, record: Any) -> None:
-        self.lines.append(json_line(as_data(record)))
 
     @contextmanager
     def watched(self, what: str, seconds: float) -> Iterator[None]:
@@ -120,32 +116,31 @@ def play(
     scenario = load_scenario_text(json.dumps(dict(data)))
     played, live = Played(), data.get("clock") == "live"
     faulty = FaultyWorld(scenario, seed, faults) if live and faults is not None else None
-    hand = Operator(scenario, data, seed) if operator is True else None
+    hand = Operator(scenario, data, seed, played) if operator is True else None
     words = operator if isinstance(operator, Sequence) else ()
-    with tempfile.TemporaryDirectory() as folder:
-        synthesizer = default_synthesizer(scenario, cache=Cache(Path(folder) / "cache"))
-        mission = Mission(
-            scenario,
-            synthesizer,
-            world=Driven(scenario) if blocking else faulty,
-            listeners=[played.hear],
-            attended=live and (attended or (hand is not None and hand.attends)),
-        )
-        said = hand.words if hand else lambda _: [w for k, w in words if k == played.passes]
-        try:
-            with played.watched("crash", patience):
-                _run(mission, said, played, kill)
-        except ResourceLimitError:
-            played.undecided = True
-            return played
-        _judge(data, played, faulty)
-        if certified and not played.found and played.outcome != "interrupted":
-            trace = "".join(played.lines).encode()
-            try:
-                with played.watched("certify", patience):
-                    writing.make_bundle(Path(folder) / "bundle", trace, {}, synthesizer)
-            except ResourceLimitError:
-                pass  # no verdict
+    mission = Mission(
+        scenario,
+        world=Driven(scenario) if blocking else faulty,
+        listeners=[lambda record: played.run(record)],
+        attended=live and (attended or (hand is not None and hand.attends)),
+        checkpoints=kill is not None,
+    )
+    said = hand.words if hand else lambda _: [w for k, w in words if k == played.passes]
+    try:
+        with played.watched("crash", patience):
+            _run(mission, said, played, kill)
+    except ResourceLimitError:
+        played.undecided = True
+        return played
+    _judge(data, played, faulty)
+    if certified and not played.found and played.outcome != "interrupted":
+        trace, synthesizer = "".join(played.run.lines).encode(), Synthesizer(verifier=first_failure)
+        with (
+            tempfile.TemporaryDirectory() as folder,
+            suppress(ResourceLimitError),  # no verdict
+            played.watched("certify", patience),
+        ):
+            make_bundle(Path(folder) / "bundle", trace, {}, synthesizer)
     return played
 
 
@@ -160,10 +155,6 @@ def _run(
             mission.give_up()
             played.found += [] if played.kept_away else [f"no end after {MOST_PASSES} passes"]
             break
-        if played.passes == kill:
-            mission = _resumed(mission, played)
-            mission.start()
-            continue
         for word in said(mission):
             try:
                 mission.intervene(word)
@@ -171,17 +162,21 @@ def _run(
                 continue
             played.given.append((played.passes, word))
         mission.step()
+        if played.passes == kill and mission.result is None:
+            mission = _resumed(mission, played)
+            mission.start()
     assert mission.result is not None
     played.outcome = mission.result.outcome.value
 
 
 def _resumed(mission: Mission, played: Played) -> Mission:
-    """The mission that continues one from its trace, of which it tells all lines again."""
-    kept = mission._run.kept().checkpoint(len(played.lines), played.lines[0].strip().encode())
-    trace = read_bytes("".join([*played.lines, json_line(as_data(kept))]).encode())
-    played.lines.clear()
-    begun = resumption(trace, mission.scenario)
-    return Mission(mission.scenario, begun=begun, listeners=[played.hear])
+    """The mission that plays the last pass again from the trace, of which it tells all lines."""
+    mission.give_up()
+    with tempfile.TemporaryDirectory() as folder:
+        (trace := Path(folder) / "t.jsonl").write_text("".join(played.run.lines))
+        begun = resumption(read_trace(trace), mission.scenario)
+    played.run = Run()
+    return Mission(mission.scenario, begun=begun, listeners=[played.run])
 
 
 def _judge(data: Mapping[str, Any], played: Played, world: FaultyWorld | None) -> None:
@@ -193,10 +188,10 @@ def _judge(data: Mapping[str, Any], played: Played, world: FaultyWorld | None) -
     if played.found:
         return
     with played.watched("audit: crash", 600):
-        played.found += [f"audit: {one}" for one in check_trace(played.lines).findings[:1]]
+        played.found += [f"audit: {one}" for one in check_trace(played.run.lines).findings[:1]]
     if played.found:
         return
-    lines = [json.loads(line) for line in played.lines]
+    lines = played.run.records
     outcome, explanation = lines[-1]["outcome"], lines[-1].get("explanation")
     if outcome in LIMITS and not played.kept_away and not (walk and walk.unreliable()):
         played.found.append(f"{outcome}: {explanation}")
@@ -222,7 +217,10 @@ def _judge(data: Mapping[str, Any], played: Played, world: FaultyWorld | None) -
 class Operator:
     """An operator who intervenes at random. ``attends``: whether the run waits for the operator."""
 
-    def __init__(self, scenario: Scenario, data: Mapping[str, Any], seed: int) -> None:
+    def __init__(
+        self, scenario: Scenario, data: Mapping[str, Any], seed: int, played: Played
+    ) -> None:
+        self.played = played
         self.random, self.data = Random(f"operator of {seed}"), data
         self.attends = self.random.random() < 0.6
         self.often = self.random.choice([0.02, 0.05, 0.15])
@@ -243,12 +241,11 @@ class Operator:
         return [w for w in (self._word(mission) for _ in range(count)) if w is not None]
 
     def _word(self, mission: Mission) -> str | None:
-        random, run = self.random, mission._run
-        turning = {m.name: m.robot.model.mobility is Mobility.HEADING for m in run.team.members}
+        random = self.random
+        turning = {one.name: one.start.heading is not None for one in mission.scenario.robots}
         robot = random.choice([*turning])
-        pairs = zip(run.team.obstacles, run.state.obstacles, strict=True)
-        met = [one.name for one, now in pairs if now.known]
-        known = [name for name in met if not name.startswith("lost_")]
+        named = dict.fromkeys(line.get("obstacle") for line in self.played.run.records)
+        known = [name for name in named if isinstance(name, str) and name[:5] != "lost_"]
         there = [name for name in known if not name.startswith("p")]
         other = random.choice(self.free)
         match random.randrange(12):

@@ -23,6 +23,7 @@ from safenav import (
     Blocked,
     Elsewhere,
     Failed,
+    Heading,
     Lost,
     Obstacle,
     Pose,
@@ -31,9 +32,6 @@ from safenav import (
     Scenario,
     WorldEvent,
 )
-from safenav.runtime.worlds.protocol import Change, Ended
-from safenav.team.state import Is
-from safenav.world.poses import moves
 from support.durations import Uneven
 
 Line = dict[str, Any]
@@ -120,7 +118,7 @@ class Nature(Uneven):
 
     def _fate(
         self, name: str, here: Pose, pose: Pose, *, stopped: bool
-    ) -> tuple[Pose, float, Ended] | None:
+    ) -> tuple[Pose, float, WorldEvent] | None:
         """What becomes of a step by a fault: where the robot is, the share of the step's time, and
         the event."""
         if name in self._dead:
@@ -186,7 +184,7 @@ class Nature(Uneven):
         self._dead.discard(robot.name)
         self._write("put", robot=robot.name, at=pose.region)
 
-    def changes(self, at: float, occupied: Collection[Region]) -> list[Change]:
+    def changes(self, at: float, occupied: Collection[Region]) -> list[Any]:
         found = super().changes(at, {*occupied}.union(*self._occupied().values()))
         for change in found:
             kind = "there" if change.appeared else "gone"
@@ -242,7 +240,7 @@ class Nature(Uneven):
         stages = {
             one.name: [now.stage.need, sorted(names[i] for i in now.stage.done)]
             for one, now in sources
-            if now.state is Is.OPEN
+            if now.state == "open"
         }
         found = {obstacle.name: result.value for obstacle, result in event.found}
         self._write("acted", robot=event.robot, found=found, stages=stages)
@@ -279,8 +277,16 @@ class Nature(Uneven):
             others = each.robots - {robot.name} if robot.name in each.robots else ()
             if any(not each.regions.isdisjoint(at[other]) for other in others):
                 taken |= each.regions
-        poses = moves(robot.model.mobility, self._poses[robot.name], self._scenario.map)
-        return [pose for pose in poses if pose.region not in taken]
+        return [pose for pose in self._near(robot) if pose.region not in taken]
+
+    def _near(self, robot: Robot) -> list[Pose]:
+        """The pose of a robot and those after one step; none goes backwards."""
+        here, world = self._poses[robot.name], self._scenario.map
+        turns = here.heading is not None
+        ways = [way for way in Heading if not turns or way is not here.heading.opposite]
+        steps = [(world.step(here.region, way), way) for way in ways]
+        found = [(to, way) for to, way in steps if to is not None and world.is_free(to)]
+        return [here, *(Pose(to, way if turns else None) for to, way in found)]
 
     def _ghost(self, region: Region) -> Obstacle | None:
         """Return a false sighting: of an obstacle that was here before, or that is elsewhere."""

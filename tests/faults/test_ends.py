@@ -24,7 +24,6 @@ import warm
 from children import gone, ran
 from once import SCENARIOS
 from safenav import Mission, Outcome, Synthesizer, check_trace, load_scenario
-from safenav.files import write_all
 
 HELLO, WAREHOUSE = SCENARIOS / "hello.yaml", SCENARIOS / "warehouse.yaml"
 INTERRUPTED = 130
@@ -38,7 +37,7 @@ START = "import signal; signal.signal(signal.SIGHUP, signal.SIG_DFL)\n{}\n" + (
 
 STUCK = """
 import pathlib, time
-from safenav.runtime.worlds.simulation import SimulatedWorld
+from safenav import SimulatedWorld
 SimulatedWorld.move = lambda *_: pathlib.Path({!r}).write_text("moves") and time.sleep(900)
 """
 """A world in which the first move never ends; it leaves a file."""
@@ -71,6 +70,12 @@ def pressed(*given, **named):
 setattr(threading, called, pressed)
 """
 """Ctrl-C while the thread of a synthesis is started."""
+BETWEEN = """
+import os, pathlib, signal
+renamed = pathlib.Path.replace
+pathlib.Path.replace = lambda *given: os.kill(os.getpid(), signal.SIGINT) or renamed(*given)
+"""
+"""Ctrl-C whenever a file gets its name."""
 PRESSED = """
 import sys
 class Finder:
@@ -240,19 +245,10 @@ def test_another_thread_stops_a_run_within_a_synthesis(monkeypatch: pytest.Monke
     assert result.explanation == "enough"
 
 
-def test_an_interrupt_between_two_files_waits_for_all_of_them(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    renamed = Path.replace
-
-    def interrupted(self: Path, target: Path) -> Path:
-        os.kill(os.getpid(), signal.SIGINT)
-        return renamed(self, target)
-
-    monkeypatch.setattr(Path, "replace", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        write_all(tmp_path, [("one", "1"), ("two", "2"), ("three", "3")])
-    assert files(tmp_path) == {"one", "two", "three"}
+def test_an_interrupt_between_two_files_waits_for_all_of_them(tmp_path: Path) -> None:
+    assert ended("synth", HELLO, "-o", tmp_path, before=BETWEEN)[0] == INTERRUPTED
+    kinds = ("dot", "graphml", "json", "slugsin", "structuredslugs")
+    assert files(tmp_path) == {f"rover.{kind}" for kind in kinds}
 
 
 # Each command at a random moment.

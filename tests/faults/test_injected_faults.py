@@ -16,8 +16,7 @@ import pytest
 import warm
 from children import ran
 from once import ROOT, SCENARIOS
-from safenav import check_trace
-from safenav.synthesis.program import find_binary
+from safenav import Synthesizer, check_trace
 
 CASE_STUDY = SCENARIOS / "case_study_1.yaml"
 _PR_CAPBSET_DROP, _CAP_DAC_OVERRIDE, _CAP_DAC_READ_SEARCH = 24, 1, 2
@@ -92,7 +91,7 @@ def test_a_reply_that_is_not_a_strategy_is_never_executed(
 ) -> None:
     slugs, trace = tmp_path / "slugs that fails", tmp_path / "t.jsonl"
     slugs.write_text(
-        FAILS.format(slugs=find_binary().path, count=tmp_path / "count", answer=answer)
+        FAILS.format(slugs=Synthesizer().binary.path, count=tmp_path / "count", answer=answer)
     )
     slugs.chmod(0o755)
     done = safenav("run", CASE_STUDY, "--trace", trace, SAFENAV_SLUGS=str(slugs))

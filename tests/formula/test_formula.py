@@ -1,5 +1,6 @@
 """The structured-slugs expression language: reading, printing, checking, evaluating."""
 
+import pickle
 import re
 from collections.abc import Callable
 from typing import Any
@@ -73,6 +74,7 @@ def test_errors_point_at_the_position(text: str, column: int, words: str) -> Non
     with pytest.raises(FormulaError, match=f"column {column}: .*{words}") as caught:
         parse(text)
     assert caught.value.column == column
+    assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
 
 
 @pytest.mark.parametrize(

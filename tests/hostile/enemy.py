@@ -10,9 +10,8 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
-from certify.making import Files
+from certify.making import Files, rewrite
 from hostile.attack import MARK
-from safenav.certify.bundle import write_files
 
 Lines = list[Any]
 RUN = "__import__('pathlib').Path({0!r}).touch()"
@@ -203,12 +202,12 @@ def written(files: Files, target: Path, rng: Random) -> Path:
     """A bundle with these files and a manifest that fits, as a folder or an archive."""
     what = rng.randrange(8)
     if what < 5:
-        write_files(target, files)
+        rewrite(files, target, prove=False)
         if what == 0:
             (target / "source" / "link").symlink_to("/etc/passwd")
         return target
     with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(target, "w", 8) as archive:
-        write_files(Path(folder), files)
+        rewrite(files, Path(folder), prove=False)
         for path in Path(folder).rglob("*"):
             archive.write(path, path.relative_to(folder))
         if what == 6:

@@ -12,7 +12,8 @@ from typing import Any
 import pytest
 
 from judge.oracle import Facts
-from support.damage import GOOD, Line, believed, live, team, text
+from support.damage import GOOD, Line, live, team, text
+from support.judged import believed
 
 MANY = int(os.environ.get("JUDGE_FORGERIES", "6"))
 NEGATIVE = {"a negative", "completed"}

@@ -20,7 +20,8 @@ from certify.making import (
 )
 from once import from_yaml
 from safenav import check_bundle
-from support.damage import Line, believed, damage, find
+from support.damage import Line, damage, find
+from support.judged import believed
 
 DATA = from_yaml((Path(__file__).parent / "lies.yaml").read_text())
 LIES: dict[str, dict[str, Any]] = {lie["says"]: lie for lie in DATA["lies"]}

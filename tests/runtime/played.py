@@ -3,27 +3,36 @@
 import json
 import re
 import textwrap
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
-from safenav import Mission, Scenario, check_trace, load_scenario_text
-from safenav.files import json_line
-from safenav.judge.engine import Finding
-from safenav.trace.file import as_data
-from safenav.trace.records import Record
+from safenav import Mission, Scenario, TraceWriter, check_trace, load_scenario_text
 
 Line = dict[str, Any]
 
 
-@dataclass(frozen=True)
 class Run:
     """The records of one run's trace; a listener of missions."""
 
-    records: list[Line] = field(default_factory=list)
+    def __init__(self, records: Iterable[Line] = ()) -> None:
+        self._records, self._heard = [*records], list[Any]()
 
-    def __call__(self, record: Record) -> None:
-        self.records.append(json.loads(json.dumps(as_data(record))))
+    def __call__(self, record: Any) -> None:
+        self._heard.append(record)
+
+    @property
+    def records(self) -> list[Line]:
+        """The lines as a trace file has them, so far."""
+        if self._heard:
+            with TemporaryDirectory() as folder:
+                with TraceWriter(file := Path(folder) / "t.jsonl") as writer:
+                    for record in self._heard:
+                        writer(record)
+                self._records += map(json.loads, file.read_text().splitlines())
+            self._heard.clear()
+        return self._records
 
     def all(self, kind: str, **fields: object) -> list[Line]:
         """The records of a type whose fields have these values."""
@@ -54,21 +63,12 @@ class Run:
     @property
     def lines(self) -> list[str]:
         """The trace as its file has it."""
-        return [*map(json_line, self.records)]
-
-    @property
-    def audit(self) -> tuple[Finding, ...]:
-        return check_trace(map(json.dumps, self.records)).findings
+        return [json.dumps(line, separators=(",", ":")) + "\n" for line in self.records]
 
     @property
     def findings(self) -> str:
         """Return the audit's findings in the present records, one row each."""
-        return "\n".join(map(str, self.audit))
-
-    @property
-    def broken(self) -> set[str]:
-        """Return the rules that the present records break."""
-        return {finding.rule for finding in self.audit}
+        return "\n".join(map(str, check_trace(self.lines).findings))
 
 
 def whole(text: str) -> str:

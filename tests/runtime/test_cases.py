@@ -8,13 +8,12 @@ from random import Random
 import pytest
 from msgspec.structs import replace
 
+import warm
 from children import ran
 from once import SCENARIOS, trace_of_shipped
 from runtime.facts import Facts, cases, hold
-from runtime.played import Run, completed
-from safenav import Clock, Mission, Scenario, check_trace, load_scenario
-from safenav.batch.case import Ledger, differences
-from safenav.trace.file import read_bytes
+from runtime.played import completed
+from safenav import Clock, check_trace, load_scenario
 from support.durations import Uneven
 
 SHIPPED = sorted(path.stem for path in SCENARIOS.glob("*.yaml"))
@@ -34,31 +33,23 @@ def test_a_case_has_the_stated_facts(text: str, facts: Facts) -> None:
 def test_the_audit_accepts_the_run_of_each_shipped_scenario(name: str) -> None:
     scenario = load_scenario(SCENARIOS / f"{name}.yaml")
     assert scenario.expect.outcome is not None
-    file = trace_of_shipped(name)
-    audit = check_trace(file)
+    audit = check_trace(trace_of_shipped(name))
     assert audit.findings == (), "\n".join(map(str, audit.findings))
     assert audit.complete
-    ledger = Ledger()
-    for record in read_bytes(file.read_bytes()).records:
-        ledger(record)
-    assert differences(scenario.expect, ledger) == []
-
-
-def live(name: str) -> Scenario:
-    return replace(load_scenario(SCENARIOS / f"{name}.yaml"), clock=Clock.LIVE)
 
 
 @pytest.mark.parametrize("name", LIVE)
-def test_shipped_scenarios_complete_in_time(name: str) -> None:
-    scenario, run, ledger = live(name), Run(), Ledger()
-    result = Mission(scenario, listeners=[run, ledger]).run()
-    assert result.outcome == "completed", result.explanation
-    assert differences(scenario.expect, ledger) == []
-    assert not run.findings
-    times = [line["t"] for line in run.records[1:]]
-    assert times == sorted(times) and result.makespan == pytest.approx(times[-1])
+def test_shipped_scenarios_complete_in_time(name: str, tmp_path: Path) -> None:
+    scenario, trace = SCENARIOS / f"{name}.yaml", tmp_path / "t.jsonl"
+    done = warm.safenav("run", scenario, "--no-map", "--clock", "live", "--trace", trace)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert check_trace(trace).findings == ()
+    _, *lines = map(json.loads, trace.read_text().splitlines())
+    times = [line["t"] for line in lines]
+    assert lines[-1]["outcome"] == "completed"
+    assert times == sorted(times) and lines[-1]["makespan"] == pytest.approx(times[-1])
     under_way, together = set(), 0
-    for line in run.records:
+    for line in lines:
         if line["type"] in ("depart", "arrive"):
             (under_way.add if line["type"] == "depart" else under_way.discard)(line["robot"])
             together = max(together, len(under_way))
@@ -68,7 +59,8 @@ def test_shipped_scenarios_complete_in_time(name: str) -> None:
 @pytest.mark.parametrize("seed", range(3))
 def test_beliefs_hold_for_any_durations(seed: int) -> None:
     """Robots at half to double speed, every fifth step five times as long."""
-    scenario, draw = live(f"case_study_{1 + seed}_beliefs"), Random(seed)
+    scenario, draw = load_scenario(SCENARIOS / f"case_study_{1 + seed}_beliefs.yaml"), Random(seed)
+    scenario = replace(scenario, clock=Clock.LIVE)
     speeds = {robot.name: draw.uniform(0.5, 2) for robot in scenario.robots}
     world = Uneven(scenario, speeds=speeds, delayed=0.2, seed=seed)
     run = completed(scenario, world=world)

@@ -12,7 +12,6 @@ import pytest
 import safenav
 from children import ran
 from safenav import Diagnostic, InputError, Outcome, UsageError
-from safenav.formula.parser import FormulaError
 
 ROOT = Path(__file__).parents[2]
 TEXT, TUTORIAL = (
@@ -90,16 +89,8 @@ def test_a_mission_refuses_calls_out_of_order() -> None:
         mission.run()
 
 
-@pytest.mark.parametrize(
-    "error",
-    [
-        InputError(
-            [Diagnostic("a.yaml", 3, 1, "unknown key", "did you mean"), Diagnostic("", 0, 0, "b")]
-        ),
-        FormulaError(4, "a number", "write a formula"),
-    ],
-    ids=lambda error: type(error).__name__,
-)
-def test_pickled_errors_keep_their_messages(error: Exception) -> None:
+def test_a_pickled_error_keeps_its_message() -> None:
+    found = [Diagnostic("a.yaml", 3, 1, "unknown key", "did you mean"), Diagnostic("", 0, 0, "b")]
+    error = InputError(found)
     copy = pickle.loads(pickle.dumps(error))
     assert (type(copy), str(copy), vars(copy)) == (type(error), str(error), vars(error))

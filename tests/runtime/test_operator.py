@@ -17,7 +17,6 @@ from runtime.facts import case
 from runtime.played import begin, loaded, whole
 from runtime.worlds import Remote
 from safenav import Mission, Sensed, SimulatedWorld, UsageError, built_in, load_scenario
-from safenav.runtime.interventions import read_intervention
 
 GATE = case("operator/gate")
 NAMED = GATE.replace("]}\ncatalogue", "], names: {doorway: [2, 5]}}\ncatalogue")
@@ -35,7 +34,7 @@ TENFOLD = [f"{n}: &{n} [{', '.join([f'*{b}'] * 10)}]" for b, n in pairwise("abcd
 )
 def test_an_intervention_that_expands_is_refused(objective: str, message: str) -> None:
     with pytest.raises(UsageError, match=message):
-        read_intervention(f"objective cart {objective}", loaded(GATE))
+        Mission(loaded(GATE)).intervene(f"objective cart {objective}")
 
 
 def test_the_terminal_prints_the_reason_of_a_wait_and_of_refusals(tmp_path: Path) -> None:

@@ -8,14 +8,11 @@ fields), ends the run behind it (``cut``: fields of the outcome), or removes it,
 """
 
 import json
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from copy import deepcopy
 from functools import partial
 from pathlib import Path
 from typing import Any
-
-from safenav.judge.engine import judge
-from safenav.judge.lines import NotATraceError
 
 Line = dict[str, Any]
 Edit = dict[str, Any]
@@ -39,15 +36,6 @@ def live(lines: list[Line]) -> bool:
 
 def text(lines: list[Line]) -> list[str]:
     return [json.dumps(line) for line in lines]
-
-
-def believed(lines: Iterable[str | bytes]) -> bool:
-    """Whether the judge accepts a trace with its end, and leaves nothing unjudged."""
-    try:
-        found = judge(lines)
-    except NotATraceError:
-        return False
-    return found.ok and found.outcome is not None and not found.notes
 
 
 def value(line: Any, path: str) -> Any:

@@ -7,10 +7,6 @@ import os
 
 from hypothesis import HealthCheck, settings
 
-from safenav import Scenario, Synthesizer, first_failure
-from safenav.runtime.run.mission import default_synthesizer
-from safenav.synthesis.cache import Cache
-
 
 def campaign(bounded: int) -> settings:
     """Settings for a property that tries ``bounded`` examples in a bounded campaign."""
@@ -21,12 +17,4 @@ def campaign(bounded: int) -> settings:
         deadline=None,
         print_blob=True,
         suppress_health_check=list(HealthCheck),
-    )
-
-
-def quiet(scenario: Scenario) -> Synthesizer:
-    """Return a synthesizer that runs one synthesis at a time, without a cache."""
-    usual = default_synthesizer(scenario)
-    return Synthesizer(
-        usual.binary, seconds=usual.seconds, cache=Cache(None), verifier=first_failure, at_once=1
     )

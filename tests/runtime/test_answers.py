@@ -1,0 +1,46 @@
+"""Answers that come during a look-up, and searches that end without one: no world makes them."""
+
+from typing import Any
+
+import pytest
+
+from runtime.facts import case
+from runtime.played import loaded, play
+from runtime.worlds import Faulty
+from safenav import Synthesizer
+from safenav.plan import search
+from safenav.runtime.control.answers import Answers
+
+
+def test_a_result_that_arrives_during_the_look_up_is_not_lost(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A question is answered between two looks: the run is told of it the next time."""
+    looks = iter([False, *[True] * 9])
+    monkeypatch.setattr(Answers, "ready", property(lambda _: next(looks)))
+    answers = Answers(Synthesizer())
+    answers._awaited = True
+    assert [answers.fresh(), answers.fresh(), answers.fresh()] == [False, True, False]
+
+
+def test_an_exhausted_search_names_the_robot_out_of_service(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Only an operator brings the robot back, whatever plan another search would find."""
+    plan = Answers.plan
+
+    def spent(answers: Answers, floor: Any, *about: Any) -> Any:
+        return plan(answers, floor, *about) if 0 in floor.robots else None
+
+    monkeypatch.setattr(Answers, "plan", spent)
+    ring = case("failures/ring")
+    world = Faulty(loaded(ring), [["a", 1, "fatal"]])
+    outcome = play(ring, world=world, lies=True).outcome
+    assert (outcome["outcome"], outcome["cause"]) == ("operator_needed", "out_of_service")
+    assert outcome["explanation"].startswith("a (its steps fail) out of service; search budget")
+
+
+def test_a_proof_that_exceeds_its_budget_is_not_a_verdict(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(search, "PROOF", 1)
+    monkeypatch.setattr(search, "SINGLES", 1)
+    assert play(case("objectives/once_with_a_trapped_helper")).outcome["outcome"] == "search_limit"
