@@ -244,8 +244,9 @@ class Operator:
         random = self.random
         turning = {one.name: one.start.heading is not None for one in mission.scenario.robots}
         robot = random.choice([*turning])
-        named = dict.fromkeys(line.get("obstacle") for line in self.played.run.records)
-        known = [name for name in named if isinstance(name, str) and name[:5] != "lost_"]
+        named = [line.get("obstacle") for line in self.played.run.records]
+        met = dict.fromkeys(name for name in named if isinstance(name, str))
+        known = [name for name in met if not name.startswith("lost_")]
         there = [name for name in known if not name.startswith("p")]
         other = random.choice(self.free)
         match random.randrange(12):

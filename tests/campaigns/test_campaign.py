@@ -127,7 +127,8 @@ class Contradicting(LiveSimulation):
         return [event, *(Sensed(event.at, each, there=False) for each in gone)]
 
 
-@pytest.mark.parametrize("seed", range(WANTED or 4))
+# The ten robots of seed 0 are lost in six passes, which takes 14 s of searches to prove.
+@pytest.mark.parametrize("seed", range(1, 1 + (WANTED or 5)))
 def test_no_robot_is_sent_to_a_region_where_another_may_be(
     seed: int, played: Callable[[], None]
 ) -> None:

@@ -78,7 +78,7 @@ FIELDS: dict[str, set[str]] = {
 """The fields of each type of lines."""
 WRONG = ("slides", "jams", "looks", "faults", "speeds", "opens", "claims")
 CASES = Path(__file__).parent / "cases"
-RESTS = 12
+RESTS = 6
 """Most passes of a run before which it is resumed."""
 
 
