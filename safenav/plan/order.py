@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from safenav.team.apply import will_count
 from safenav.team.floor import Floor, Joint, floor_now, restarted, stages_of
 from safenav.team.state import Count, Is, Plan, State, Waypoint
-from safenav.team.team import Team, Zone
+from safenav.team.team import Team
 from safenav.world.poses import FAR
 
 _NONE: frozenset[int] = frozenset()
@@ -33,31 +33,19 @@ def _linear(floor: Floor, joint: Joint, ticks: Ticks) -> Iterator[tuple[int, Joi
 
 def plan_of(floor: Floor, first: Joint, ticks: Ticks) -> Plan:
     """Return the plan in which robots go to these joint poses."""
-    size, robots, crowds = floor.team.size, floor.robots, floor.team.crowds
+    robots, stays = floor.robots, _Stays(floor, first)
     ways = {i: [Waypoint(first.poses[i])] for i in robots}
-    # The visits of each region: a robot, and the number of its next place.
-    stays: dict[int, list[list[int]]] = defaultdict(list)
-    present = {i: [i, 0] for i in robots}
     owed: dict[int, set[tuple[int, int]]] = {i: set() for i in robots}  # before it leaves its place
-    for i in robots:
-        stays[first.poses[i] % size].append(present[i])
     for i in robots:  # resolutions at arrivals may make its goal count
         member, counts = floor.team.members[i], first.counts[i]
         if member.pursuit.in_turn or counts != restarted(member, Count(*counts))[:2]:
             owed[i] |= _whole(floor, _over(floor, first))
-    zones = [_Zone(floor, zone, first) for zone in floor.team.zones]
     for i, before, joint in _linear(floor, first, ticks):
         over = _over(floor, before)
-        region, rivals = joint.poses[i] % size, floor.team.members[i].rivals
-        latest = _latest(stays[region], rivals, crowds[i])
-        for zone in zones:
-            for j, left in zone.entered(i, before.poses[i] % size, region, len(ways[i])).items():
-                latest[j] = max(left, latest.get(j, left))
+        after = stays.moved(i, before.poses[i], joint.poses[i], len(ways[i]))
         waits = owed[i] | (_whole(floor, over) if joint.counts[i] != before.counts[i] else set())
         owed[i] = set()
-        present[i][1], present[i] = len(ways[i]), [i, 0]
-        stays[region].append(present[i])
-        when = tuple(latest.items()), frozenset(waits), before.counts[i], over
+        when = tuple(sorted(after.items())), frozenset(waits), before.counts[i], over
         ways[i].append(Waypoint(joint.poses[i], *when))
         if joint.stages != before.stages:
             for j, what in _because(floor, before, joint):
@@ -66,41 +54,40 @@ def plan_of(floor: Floor, first: Joint, ticks: Ticks) -> Plan:
     return Plan(every, frozenset(floor.gates))
 
 
-class _Zone:
-    """The stays of robots in a zone: each robot, and its place after it."""
+class _Stays:
+    """The stays in each region and zone: a robot, and the number of its next place after it."""
 
-    def __init__(self, floor: Floor, zone: Zone, first: Joint) -> None:
-        self.robots, self.regions = zone
-        there = ((i, first.poses[i] % floor.team.size) for i in floor.robots)
-        self.stays = [
-            [i, 0] for i, region in there if i in self.robots and self.regions >> region & 1
-        ]
+    def __init__(self, floor: Floor, first: Joint) -> None:
+        self.team, self.stays = floor.team, defaultdict[object, list[list[int]]](list)
+        for i in floor.robots:
+            for space in self._spaces(i, first.poses[i]):
+                self.stays[space].append([i, 0])
 
-    def entered(self, i: int, before: int, region: int, place: int) -> dict[int, int]:
-        """Note a step; return the others that were there, each with its place after that, if it
-        leads into the zone."""
-        was, comes = self.regions >> before & 1, self.regions >> region & 1
-        if i not in self.robots or was == comes:
-            return {}
-        if was:
-            next(stay for stay in reversed(self.stays) if stay[0] == i)[1] = place
-            return {}
-        found = {j: left for j, left in self.stays if j != i}
-        self.stays.append([i, 0])
+    def _spaces(self, i: int, pose: int) -> dict[object, frozenset[int]]:
+        """Return the region and zones of a pose, each with the robots that must not be there at the
+        same time."""
+        member, region = self.team.members[i], pose % self.team.size
+        found: dict[object, frozenset[int]] = {region: member.rivals}
+        for others, regions in member.zones:
+            if regions >> region & 1:
+                found[others | {i}, regions] = others
         return found
 
-
-def _latest(
-    stays: list[list[int]], rivals: frozenset[int], crowd: frozenset[int] | None
-) -> dict[int, int]:
-    """Return the rivals that were in a region, each with its place after it. In a crowd the last
-    visitor is enough: it came after all others had left."""
-    if crowd is None:
-        return {j: left for j, left in stays if j in rivals}
-    for j, left in reversed(stays):
-        if j in crowd:
-            return {j: left} if j in rivals else {}
-    return {}
+    def moved(self, i: int, before: int, pose: int, place: int) -> dict[int, int]:
+        """Note the step to a place; return the others that were where it leads, each with its place
+        after that. In a crowd the last visitor is enough: it came after all others had left."""
+        found, crowd = dict[int, int](), self.team.crowds[i] or frozenset()
+        left, entered = self._spaces(i, before), self._spaces(i, pose)
+        for space in left.keys() - entered.keys():
+            next(stay for stay in reversed(self.stays[space]) if stay[0] == i)[1] = place
+        for space in [space for space in entered if space not in left]:
+            for j, after in reversed(self.stays[space]):
+                if j in entered[space]:
+                    found[j] = max(after, found.get(j, 0))
+                if j in crowd and space == pose % self.team.size:
+                    break
+            self.stays[space].append([i, 0])
+        return found
 
 
 def _because(floor: Floor, before: Joint, joint: Joint) -> Iterator[tuple[int, tuple[int, int]]]:

@@ -29,11 +29,9 @@ class BudgetError(Exception):
 
 
 class Step(Struct, frozen=True):
-    """``group`` meets the next need of gate ``g`` (``need``), each robot in one of its poses
-    ``at``."""
+    """``group`` meets the next need of gate ``g``, each robot in one of its poses ``at``."""
 
     g: int
-    need: int
     group: tuple[int, ...]
     at: tuple[Mask, ...]
     lossless: bool = False
@@ -163,7 +161,7 @@ def _options(
         busy = sum(i in elsewhere for i in group)
         yield (
             (False, not lossless, g, busy, strangers, slowest, group),
-            Step(g, stages[g].need, group, tuple(places[i] for i in group), lossless),
+            Step(g, group, tuple(places[i] for i in group), lossless),
         )
         sure = lossless
         if lossless and not every:
@@ -172,7 +170,7 @@ def _options(
         lossless = not now.sets[i] & ~now.reach(i, places[i]) and not commits
         yield (
             (True, not lossless, ticks[i], g, i),
-            Step(g, stages[g].need, (i,), (places[i],), lossless),
+            Step(g, (i,), (places[i],), lossless),
         )
 
 
@@ -291,7 +289,6 @@ class Duty(Struct, frozen=True):
     continue."""
 
     g: int
-    need: int
     group: tuple[int, ...]
     goal: Mask
     stays: bool
@@ -357,12 +354,11 @@ def _present_duties(
         )
         if not ready or not all(at):
             continue
-        after = now.after(Step(step.g, step.need, step.group, at))
+        after = now.after(Step(step.g, step.group, at))
         for i, there in zip(step.group, at, strict=True):
             goal = _lasting(solver, i, there, after, wanted) or there
-            duties[i] = Duty(
-                step.g, step.need, step.group, goal, need.together or len(step.group) > 1
-            )
+            stays = need.together or len(step.group) > 1
+            duties[i] = Duty(step.g, step.group, goal, stays)
     return duties
 
 

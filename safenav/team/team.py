@@ -164,12 +164,6 @@ class Team(Struct, frozen=True, eq=False, dict=True):
         return self.scenario.map.size
 
     @cached_property
-    def zones(self) -> tuple[Zone, ...]:
-        """The regions in which some robots are never together, each with these."""
-        zones = ((i, zone) for i, member in enumerate(self.members) for zone in member.zones)
-        return tuple(dict.fromkeys((others | {i}, regions) for i, (others, regions) in zones))
-
-    @cached_property
     def crowds(self) -> tuple[frozenset[int] | None, ...]:
         """For each robot it and its rivals, if all of these are rivals of each other."""
         whole = [member.rivals | {i} for i, member in enumerate(self.members)]

@@ -196,8 +196,8 @@ class Nature(Uneven):
     def cleared(self, obstacle: Obstacle) -> None:
         self._ghosts.pop(obstacle.region, None)
         if self.truth.stands(obstacle):
-            self.truth.take_away(obstacle.name)
-            self.changes(self._now, ())
+            self.truth.remove(obstacle.name)
+            self._write("gone", obstacle=obstacle.name, region=obstacle.region)
 
     # -- nature ------------------------------------------------------------------------------
 

@@ -141,8 +141,7 @@ class Faulty(Uneven):
         if self.now() < self.opens:
             return told
         self.opens, door = inf, self.scenario.obstacles[0]
-        self.truth.take_away(door.name)
-        self.truth.changes(0, ())
+        self.truth.remove(door.name)
         return [*told, Sensed(self.now(), door, there=False)]
 
     def _told(self, event: WorldEvent) -> Sequence[Any]:

@@ -141,10 +141,12 @@ class Operator:
                     yield now.Introduced(new)
                     yield now.Appeared(run.team.numbers[new.name][-1], cause=USER)
             case Intervention("open"):
+                source = self._there(name)
                 if name not in team.numbers:
-                    yield now.Introduced(self._there(name))
+                    yield now.Introduced(source)
                 yield now.Intervened(told.RESOLVED, obstacle=run.team.numbers[name][-1])
-                self._simulation().take_away(name)
+                self._simulation().remove(name)
+                yield now.Gone(number(run.team, run.state, source), USER)
             case Intervention("truth"):
                 source = self._there(name)
                 self._simulation().set_truth(name, wanted.on)

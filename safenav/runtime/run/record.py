@@ -388,8 +388,7 @@ class Recorder:
         floor = floors.floor_now(self.team, state)
         stages, g = floors.stages_of(floor, state), floor.gates.index(k)
         need, number, bids = floor.need(g, stages), stages[g].need, {}
-        within, closed = floors.inside(self.team, state), floors.barred(self.team, state)
-        free = floors.floor_of(self.team, floor.gates, state.sealed, within, barred=closed)
+        free = floors.floor_now(self.team, state, everyone=True)
         for i in free.skilled(g, stages):
             graph, allowed = free.graphs[i], free.allowed(i, stages)
             if not state.robots[i].active:

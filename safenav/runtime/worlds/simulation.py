@@ -60,7 +60,6 @@ class SimulatedWorld:
         self.cleared: Collection[str] = ()
         self._parts: dict[int, tuple[tuple[Obstacle, Stage], ...]] = {}
         self._brought: set[int] = set()
-        self._taken_away: set[str] = set()
 
     def kept(self) -> Truth:
         """Return the state for a checkpoint."""
@@ -121,16 +120,17 @@ class SimulatedWorld:
 
     def stands(self, obstacle: Obstacle) -> bool:
         """Return whether an obstacle is present and unresolved."""
-        return any(source.name == obstacle.name for source in self._there(Is.OPEN))
+        return any(source.name == obstacle.name for source in self._there())
 
-    def closed_to(self, obstacle: Obstacle, robot: Robot) -> bool:
-        """Return whether a robot must not enter a present obstacle at its next need."""
+    def stopping(self, robot: Robot, region: Region) -> Obstacle | None:
+        """Return the obstacle in a region that a robot must not enter at its next need."""
         i = self._number[robot.name]
-        return any(
-            i in self._team.obstacles[k].closed_to[each.stage.need]
-            for k, each in enumerate(self._state.obstacles)
-            if each.state is Is.OPEN and self._team.obstacles[k].name == obstacle.name
-        )
+        for k, each in enumerate(self._state.obstacles):
+            obstacle = self._team.obstacles[k]
+            there = each.state is Is.OPEN and obstacle.region == region
+            if there and i in obstacle.closed_to[each.stage.need]:
+                return obstacle.source
+        return None
 
     # Changes by the scenario and by a user.
 
@@ -151,21 +151,16 @@ class SimulatedWorld:
 
     def standing(self) -> Mapping[Region, Obstacle]:
         """Return the present obstacles that robots notice: all except orders."""
-        return {each.region: each for each in self._there(Is.OPEN) if not each.ordered}
+        return {each.region: each for each in self._there() if not each.ordered}
 
     def changes(self, tick: int, occupied: Collection[Region]) -> list[Change]:
         """Return the changes. Obstacles appear at their tick, or as soon as no robot is there."""
         found = []
         for k, each in enumerate(self._state.obstacles):
             source = self._team.obstacles[k].source
-            by_user = source.name in self._taken_away
-            over = source.goes is not None and source.goes <= tick
-            if each.state in (Is.OPEN, Is.SEALED) and (over or by_user):
+            if each.state is not Is.OVER and source.goes is not None and source.goes <= tick:
                 self._put(k, Is.OVER)
-                found.append(Change(source, appeared=False, by_user=by_user))
-            elif each.state is Is.AWAY and over:
-                self._put(k, Is.OVER)
-        self._taken_away.clear()
+                found += [] if each.state is Is.AWAY else [Change(source, appeared=False)]
         for k in self._due(tick):
             source, truth = self._team.obstacles[k].source, self._truths[k]
             if self._fits(source, occupied):
@@ -208,14 +203,6 @@ class SimulatedWorld:
                 self._put(k, Is.OVER)
         return found
 
-    def take_away(self, name: str) -> None:
-        """Remove an obstacle by the next tick, if it is present or a user has brought it."""
-        self._taken_away.add(name)
-        for k in self._brought:
-            there = self._state.obstacles[k].state
-            if self._team.obstacles[k].name == name and there is Is.AWAY:
-                self._put(k, Is.OVER)
-
     def set_truth(self, name: str, truth: bool) -> None:
         """Let resolving an obstacle reveal something else."""
         self.truths[name] = truth
@@ -227,8 +214,11 @@ class SimulatedWorld:
     def _changes(self, i: int) -> tuple[tuple[int, Stage], ...]:
         pairs = enumerate(zip(self._team.obstacles, self._state.obstacles, strict=True))
         there = ((k, each) for k, (each, now) in pairs if now.known)
-        takes = ((k, each.name, any(need.takes for need in each.needs)) for k, each in there)
-        known = [k for k, name, load in takes if name in self.cleared or not load]
+        known = [
+            k
+            for k, each in there
+            if each.name in self.cleared or not any(need.takes for need in each.needs)
+        ]
         return acts_on(self._team, self._state, self._regions, i, known)
 
     def _as_moved(self, k: int) -> tuple[bool, str]:
@@ -242,9 +232,9 @@ class SimulatedWorld:
         there[k] = ObstacleNow(state)
         self._state = replace(self._state, obstacles=tuple(there))
 
-    def _there(self, *states: Is) -> Iterator[Obstacle]:
+    def _there(self) -> Iterator[Obstacle]:
         for each, there in zip(self._team.obstacles, self._state.obstacles, strict=True):
-            if there.state in states:
+            if there.state is Is.OPEN:
                 yield each.source
 
     def _due(self, tick: int) -> list[int]:
@@ -302,8 +292,8 @@ class LiveSimulation:
         took = self.step_seconds(name, here.region, pose.region)
         end = self._now + took
         event: Ended = Arrived(end, name, command=command)
-        obstacle = self.truth.sense(robot, pose.region)
-        if obstacle is not None and self.truth.closed_to(obstacle, robot):
+        obstacle = self.truth.stopping(robot, pose.region)
+        if obstacle is not None:
             event = Blocked(end, name, here, obstacle, command=command)
         else:
             self._poses[name] = pose
