@@ -16,6 +16,7 @@ from collections.abc import Callable, Mapping
 from enum import StrEnum
 from functools import cache
 from inspect import cleandoc
+from math import inf
 from typing import (
     TYPE_CHECKING,
     Annotated,
@@ -92,11 +93,10 @@ class Key(Struct, frozen=True, eq=False):
         default = f"Default: {f'{shown:g}' if isinstance(shown, float) else shown}."
         return " ".join(filter(None, (self.about, default if plain else "")))
 
-    @property
-    def range(self) -> tuple[int, int]:
-        """The limits of a whole number."""
-        least = 0 if self.least is None else int(self.least)
-        return least, MOST if self.most is None else int(self.most)
+    def range(self, kind: type) -> tuple[float, float]:
+        """Return the limits of a number; of whole numbers there are always some."""
+        least, most = (0, MOST) if kind is int else (-inf, inf)
+        return least if self.least is None else self.least, most if self.most is None else self.most
 
     @property
     def hint(self) -> str:
@@ -311,12 +311,11 @@ def schema(annotation: Any, definitions: dict[str, Any], key: Key | None = None)
         return {"enum": list(arguments)}
     if not isinstance(annotation, type):
         return annotation
-    if annotation is int:
-        least, most = key.range
-        return {"type": "integer", "minimum": least, "maximum": most}
-    if annotation is float:
-        limits = {"minimum": key.least, "maximum": key.most, "exclusiveMinimum": key.above}
-        return {"type": "number", **{n: limit for n, limit in limits.items() if limit is not None}}
+    if annotation in (int, float):
+        least, most = key.range(annotation)
+        limits = {"minimum": least, "maximum": most, "exclusiveMinimum": key.above}
+        known = {n: limit for n, limit in limits.items() if limit not in (None, inf, -inf)}
+        return {"type": "integer" if annotation is int else "number", **known}
     if annotation is bool:
         return {"type": "boolean"}
     if annotation in (str, Scalar):

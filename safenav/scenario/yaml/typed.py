@@ -6,9 +6,11 @@ after an error, so that one error does not hide another.
 
 import math
 import re
+import sys
 import types
 from collections.abc import Callable, Collection, Mapping
 from enum import StrEnum
+from functools import partial
 from types import MappingProxyType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
@@ -272,42 +274,27 @@ def _fits(annotation: Any, node: Node) -> bool:
     return isinstance(value, kinds.get(annotation, str))
 
 
-def _number(node: Node, what: str, findings: Findings, key: Key) -> Any:
-    value = node.value if isinstance(node, Scalar) else None
+def _number(node: Node, what: str, findings: Findings, key: Key, kind: Any = float) -> Any:
+    value: Any = node.value if isinstance(node, Scalar) else None
     if value in ("nan", "NaN"):  # the spelling of other YAML writers
         value = math.nan
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        wrong_type(node, what, key.expected or "a number", findings)
+    if isinstance(value, bool) or not isinstance(value, int | kind):
+        default = "a whole number" if kind is int else "a number"
+        wrong_type(node, what, key.expected or default, findings)
         return None
-    try:
-        number = float(value)
-    except OverflowError:
-        number = math.inf
-    if not math.isfinite(number):
+    if kind is float and not abs(value) <= sys.float_info.max:
         wrong_type(node, what, "a finite number", findings, key.why)
         return None
-    least = -math.inf if key.least is None else key.least
-    most = math.inf if key.most is None else key.most
-    limits = "" if least <= number <= most else f"from {max(least, 0):g} to {most:g}"
-    if limits and key.most is None:
-        limits = f"at least {least:g}"
-    if key.above is not None and number <= key.above:
+    least, most = key.range(kind)
+    limits = f"at least {least:g}" if value < least else f"at most {most}" if value > most else ""
+    if limits and kind is float and most < math.inf:
+        limits = f"from {least:g} to {most:g}"
+    if key.above is not None and value <= key.above:
         limits = f"more than {key.above:g}"
     if limits:
-        findings.add(node, f"{what} is {number:g}, and must be {limits}", key.why)
-    return None if limits else number
-
-
-def _integer(node: Node, what: str, findings: Findings, key: Key) -> Any:
-    value = node.value if isinstance(node, Scalar) else None
-    if isinstance(value, bool) or not isinstance(value, int):
-        wrong_type(node, what, "a whole number", findings)
-        return None
-    least, most = key.range
-    limits = f"at least {least}" if value < least else f"at most {most}" if value > most else ""
-    if limits:
-        findings.add(node, f"{what} is {clipped(str(value))}, and must be {limits}", key.why)
-    return None if limits else value
+        shown = clipped(f"{value:g}" if isinstance(value, float) else str(value))
+        findings.add(node, f"{what} is {shown}, and must be {limits}", key.why)
+    return None if limits else kind(value)
 
 
 def _text(node: Node, what: str, findings: Findings, key: Key) -> Any:
@@ -328,7 +315,7 @@ def _truth(node: Node, what: str, findings: Findings, _: Key) -> Any:
 
 
 _PLAIN: Mapping[Any, Callable[[Node, str, Findings, Key], Any]] = {
-    int: _integer,
+    int: partial(_number, kind=int),
     float: _number,
     str: _text,
     bool: _truth,
