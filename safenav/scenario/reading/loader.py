@@ -28,7 +28,12 @@ from safenav.scenario.objective import Ltl, kinds_that
 from safenav.scenario.reachability import Reachability
 from safenav.scenario.reading import catalogue, events
 from safenav.scenario.reading.map import resolve_map
-from safenav.scenario.reading.regions import Reading, resolve_areas, resolve_exclusions
+from safenav.scenario.reading.regions import (
+    Reading,
+    check_starts,
+    resolve_areas,
+    resolve_exclusions,
+)
 from safenav.scenario.reading.robots import resolve_robots
 from safenav.scenario.yaml import keys
 from safenav.scenario.yaml.document import Mapping, Node, below, entries_of, items_of, one_of
@@ -223,6 +228,8 @@ def conflicts(scenario: Scenario) -> tuple[Diagnostic, ...]:
                 findings.add(None, f"{each.name} is where {robot.name} starts, and blocks it")
         if robot.start.region in robot.objective.avoid:
             findings.add(None, f"'avoid' of {robot.name}: it starts in a region of these")
+    for exclusion in scenario.never_together:
+        check_starts(exclusion, scenario.robots, None, findings)
     if scenario.coordination is Coordination.ASSIGNABLE:
         check_assignable(scenario.robots, scenario.changes, None, findings)
     check_deadlines(scenario, None, findings)

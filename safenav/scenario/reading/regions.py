@@ -422,11 +422,19 @@ def resolve_exclusions(
         if zone == frozenset():
             message = f"{item.named('in')} is empty"
             reading.add(item.at("in"), message, "name at least one region")
-        team = (robot for robot in reading.team if robot.name in names)
-        inside = sorted(robot.name for robot in team if zone and robot.start.region in zone)
-        if len(inside) > 1:
-            reason = f"{inside[0]} and {inside[1]} both start there"
-            reading.add(item.at("in"), f"{item.named('in')}: {reason}", "let one start elsewhere")
         if zone is not None:
             found.append(Exclusion(names, zone))
+            check_starts(found[-1], reading.team, item.at("in"), reading)
     return tuple(found)
+
+
+def check_starts(
+    each: Exclusion, team: Nodes[Robot], node: Node | None, findings: Findings
+) -> None:
+    """Report two robots of an exclusion (at ``node``) that start in its regions."""
+    inside = sorted(
+        r.name for r in team if r.name in each.robots and r.start.region in each.regions
+    )
+    if len(inside) > 1:
+        found = f"'in' of never_together: {inside[0]} and {inside[1]} both start there"
+        findings.add(node, found, "let one start elsewhere")
