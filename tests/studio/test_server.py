@@ -152,8 +152,9 @@ def test_two_editors_of_one_text_agree(editor: Served) -> None:
 def test_a_trace_is_not_opened_as_a_scenario(tmp_path: Path) -> None:
     trace = tmp_path / "run.jsonl"
     trace.write_text('{"type":"header","trace":2,"safenav":"0","scenario":{}}\n')
-    done = safenav("studio", trace, "--no-browser")
-    assert done.returncode == 2 and "this is a trace, not a scenario" in done.stderr
+    refused = pytest.raises(AssertionError, match="this is a trace, not a scenario")
+    with refused, Served("studio", trace, "--no-browser"):
+        pass
 
 
 @pytest.mark.parametrize("named", ["flat", "flat/flat.yaml"])
