@@ -52,8 +52,8 @@ Table shifted_table(const Table &t) {
 }
 
 bool agrees(BddStore &store, Edge e, const Table &t) {
+  std::vector<bool> values(vars);
   for (std::size_t row = 0; row < t.size(); ++row) {
-    std::vector<bool> values(vars);
     for (Var v = 0; v < vars; ++v)
       values[v] = (row >> v) & 1;
     if (store.evaluate(e, values) != t[row])

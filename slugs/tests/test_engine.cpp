@@ -351,7 +351,7 @@ Specification hard(unsigned bits) {
 
 void limits_end_a_run_wherever_it_is() {
   const Specification specification = hard(40);
-  for (const std::size_t megabytes : {1, 2, 3, 4, 8, 16}) {
+  for (const std::size_t megabytes : {1, 2, 3, 4, 5, 8}) {
     Budget budget;
     budget.memory_bytes = megabytes << 20;
     Solver solver(specification, {}, budget);

@@ -10,13 +10,14 @@
 #include <map>
 #include <numeric>
 #include <random>
+#include <string>
 #include <vector>
 
 using namespace slugs;
 
 namespace {
 
-using Valuation = std::vector<bool>; // by bit, as declared; compares lexicographically
+using Valuation = std::string; // 0 or 1 by bit, as declared; compares lexicographically
 
 constexpr unsigned active = 8; // bits that a function is about; the others are constant or free
 
@@ -48,7 +49,7 @@ RandomFunction make(Game &game, std::mt19937 &random) {
       rows[row] = (literal(bits[k], false) & rows[2 * row]) | (literal(bits[k], true) & rows[2 * row + 1]);
   // Up to two more may have either value, all others only one.
   const std::size_t free = std::min<std::size_t>(random() % 3, bits.size() - active);
-  Valuation constant(store.bits());
+  Valuation constant(store.bits(), 0);
   Bdd only = store.constant(true);
   for (std::size_t k = active + free; k < bits.size(); ++k) {
     constant[bits[k]] = random() % 2;
@@ -88,7 +89,7 @@ std::vector<Valuation> least_for_each_input(const Specification &specification,
 std::vector<Valuation> unpack(const PackedStates &states, std::size_t bits) {
   std::vector<Valuation> result;
   for (std::size_t i = 0; i < states.size(); ++i) {
-    result.emplace_back(bits);
+    result.emplace_back(bits, 0);
     for (std::size_t bit = 0; bit < bits; ++bit)
       result.back()[bit] = get_bit(states[i], bit);
   }
