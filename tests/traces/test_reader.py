@@ -120,3 +120,19 @@ def test_texts_of_a_trace_give_no_orders_to_the_terminal(read: Read, tmp_path: P
     written = (tmp_path / "again.jsonl").read_text().splitlines()
     said = json.dumps([json.loads(line) for line in written], ensure_ascii=False)
     assert said.isprintable()
+
+
+def test_an_interrupt_before_the_first_line_is_written_leaves_no_file(
+    read: Read, tmp_path: Path
+) -> None:
+    header, file = read(DOOR).header, tmp_path / "again.jsonl"
+
+    class Interrupted(type(header)):  # type: ignore[misc]
+        @property
+        def note(self) -> bool:
+            raise KeyboardInterrupt
+
+    interrupted = Interrupted(**{name: getattr(header, name) for name in header.__struct_fields__})
+    with pytest.raises(KeyboardInterrupt), TraceWriter(file) as writer:
+        writer(interrupted)
+    assert not file.exists()
