@@ -53,8 +53,8 @@ quick: install lint ## lint, types and unit tests, in under a minute
 	$(BIN)/pytest -n $(JOBS) --dist worksteal -q -m "not slow" $(QUICK)
 
 golden: install ## rewrite the transcripts of commands: review the diff
-	SAFENAV_GOLDEN=1 $(BIN)/pytest -q $(foreach at,cli explain report slugs,tests/$(at)/test_transcripts.py) \
-	  tests/scenario/test_documentation.py tests/traces/test_schema.py
+	SAFENAV_GOLDEN=1 $(BIN)/pytest -q tests/cli/test_transcripts.py tests/report/test_transcripts.py tests/slugs/test_command.py \
+	  tests/explain/test_commands.py tests/scenario/test_documentation.py tests/traces/test_records.py
 
 install: $(VENV)/.installed
 
@@ -123,7 +123,7 @@ FUZZ_SECONDS ?= 60
 
 fuzz: install slugs-test ## long campaigns: games, proofs, missions; with clang the readers, too
 	SAFENAV_FUZZ=$(FUZZ) SAFENAV_PROOF=$(FUZZ) SAFENAV_RANDOM_GAMES=$(FUZZ) $(BIN)/pytest -n $(JOBS) --dist worksteal \
-	  tests/hostile tests/campaigns tests/certify tests/proof tests/motion/test_random_missions.py \
+	  tests/hostile tests/campaigns tests/certify tests/proof tests/motion/test_check.py \
 	  tests/motion/test_requirements.py \
 	  tests/slugs/test_random_games.py \
 	  tests/spec/test_belief.py \

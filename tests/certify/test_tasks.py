@@ -17,9 +17,11 @@ import pytest
 from msgspec.structs import replace
 
 from drawn import loads
+from explain.games import drawn_scenario
 from once import from_yaml
 from safenav import (
     Clock,
+    Obstacle,
     ResourceLimitError,
     Scenario,
     Specification,
@@ -78,6 +80,9 @@ def task_of(scenario: Scenario, closed: Sequence[int] = (), awaited: int | None 
         ),
         partition=None if scenario.partition is None else Partition(scenario.partition),
         closed=frozenset(closed),
+        inputs=tuple(
+            (each, False) for each in scenario.inputs if each.name in robot.objective.inputs
+        ),
         live=scenario.clock is Clock.LIVE,
     )
 
@@ -163,59 +168,18 @@ ROBOTS, MISSIONS = (int(os.environ.get("SAFENAV_FUZZ", few)) for few in ("40", "
 FIRST = int(os.environ.get("SAFENAV_FUZZ_FIRST", "5000")) if "SAFENAV_FUZZ" in os.environ else 0
 
 
-def random_scenario(source: Random) -> Scenario:
-    """A small room with walls, one to three robots, perhaps an obstacle that is known."""
-    rows, cols = source.randint(2, 4), source.randint(3, 6)
-    grid = [
-        "".join("#" if source.random() < 0.15 else "." for _ in range(cols)) for _ in range(rows)
-    ]
-    if source.random() < 0.8:
-        grid = ["#" * (cols + 2), *(f"#{row}#" for row in grid), "#" * (cols + 2)]
-    free = [[r, c] for r, row in enumerate(grid) for c, cell in enumerate(row) if cell == "."]
-    source.shuffle(free)
-    if len(free) < 3:
-        return random_scenario(source)
-    tracks = source.choice([False, True])
-    names = [f"r{n}" for n in range(min(source.choice([1, 1, 2, 2, 3]), len(free) - 2))]
-    robots = {}
-    for name, start in zip(names, free, strict=False):
-        robots[name] = robot = {"model": source.choice(["rover", "walker"]), "start": start}
-        robot |= {"avoids": [], "tracks": [n for n in names if n != name and tracks]}
-        robot |= {"vision": source.randint(1, 4)} if tracks else {}
-        if robot["model"] == "walker":
-            robot["heading"] = source.choice(["north", "east", "south", "west"])
-        robot["objective"] = _objective(source, free, len(grid[0]))
-    return scenario_of(grid, robots, {"obstacles": [{"type": "door", "region": free[-1]}]})
-
-
-def _objective(source: Random, free: list[list[int]], cols: int) -> Data:
-    kind = source.choice(["patrol", "visit", "visit", "cover", "hold", "ltl"])
-    count = 2 if kind == "patrol" else source.randint(1, min(3, len(free)))
-    wanted = source.sample(free, count)
-    if kind != "ltl":
-        return {kind: wanted[0] if kind == "hold" else wanted}
-    first, *_, last = (row * cols + col for row, col in (wanted[0], wanted[-1]))
-    seen = f"seen' <-> (seen | region = {first})"
-    goal = f"region' = {last} & seen'"
-    return {
-        "ltl": {
-            "memory": {"seen": "bool"},
-            "init": "!seen",
-            "safety": seen,
-            "liveness": [goal],
-        }
-    }
-
-
 @pytest.mark.parametrize("seed", range(FIRST, FIRST + ROBOTS))
 def test_the_controller_of_a_random_robot_is_accepted(
     seed: int, tmp_path: Path, played: Callable[[], None]
 ) -> None:
     source = Random(seed)
-    scenario = random_scenario(source)
-    objective, hidden = scenario.robots[0].objective, scenario.obstacles[0].region
+    scenario = drawn_scenario(source)
+    objective, taken = scenario.robots[0].objective, scenario.robots[0].start.region
     in_turn = isinstance(objective, Patrol | Visit)
     awaited = source.randrange(len(objective.targets)) if in_turn else None
+    hidden = source.choice([region for region in scenario.map.free if region != taken])
+    door = Obstacle(scenario.catalogue.obstacles["door"], hidden)
+    scenario = replace(scenario, obstacles=(door,))
     task = task_of(scenario, [hidden] if source.random() < 0.4 else [], awaited)
     try:
         assert refusal(scenario, task, compile_task(task, scenario.map), tmp_path) == ""

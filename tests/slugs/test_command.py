@@ -1,18 +1,21 @@
-"""Whole runs of the command: streams, files, limits, interrupts, and odd texts. What it prints:
-``test_transcripts.py``."""
+"""Whole runs of the command: streams, files, limits, interrupts, odd texts, transcripts (see
+``support.transcripts``), and the example of its README."""
 
 import json
+import re
 import resource
 import signal
 import subprocess
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import pytest
 
 from children import ran
-from slugs.commands import FOLLOW, STRATEGY, failure, run
+from once import ROOT
+from slugs.conftest import FOLLOW, STRATEGY, failure, run
+from support.transcripts import check
 
 FILE = "follow.structuredslugs"
 OUT = (*STRATEGY, FILE, "out.json")
@@ -249,3 +252,29 @@ def test_unusual_texts_are_read_or_refused(own_slugs: Path, text: bytes, status:
     assert max(map(len, said.splitlines()), default=0) < 300
     assert said.count(" error: ") <= 1000
     assert "5000 errors" in said or "nonsense" not in said
+
+
+TRANSCRIPTS = Path(__file__).with_name("transcripts")
+
+
+@pytest.mark.parametrize("file", sorted(TRANSCRIPTS.glob("*.txt")), ids=lambda file: file.stem)
+def test_the_synthesizer_prints_its_transcript(own_slugs: Path, folder: Path, file: Path) -> None:
+    def run(words: list[str], variables: Mapping[str, str]) -> tuple[int, str]:
+        del variables
+        before = sorted(folder.iterdir())
+        done = ran(["sh", "-c", '"$0" "$@" 2>&1', own_slugs, *words[1:]], cwd=folder)
+        assert sorted(folder.iterdir()) == before, "a command without OUTFILE writes nothing"
+        return done.returncode, done.stdout
+
+    check(file, folder, run)
+
+
+def test_the_example_runs_as_shown(own_slugs: Path, tmp_path: Path) -> None:
+    """The specification, the command, and all that it says."""
+    pattern = r"```\n\$ cat (\S+)\n(.*?)\$ slugs (.*?)\n(.*?)```"
+    example = re.search(pattern, (ROOT / "slugs" / "README.md").read_text(), re.DOTALL)
+    assert example is not None
+    name, text, words, expected = example.groups()
+    (tmp_path / name).write_text(text)
+    done = ran(["sh", "-c", f'"$0" {words} 2>&1', own_slugs], cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (0, expected)

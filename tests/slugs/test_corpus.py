@@ -14,7 +14,7 @@ import pytest
 
 from once import CORPUS, beside, from_yaml
 from oracle.duel import verdict
-from slugs.commands import STRATEGY, failure
+from slugs.conftest import STRATEGY, failure
 
 KNOWN = from_yaml(beside(__file__, "corpus.yaml"))
 TABLE = CORPUS / "expected.csv"

@@ -8,7 +8,7 @@ from random import Random
 
 import pytest
 
-from slugs.commands import STRATEGY, failure, run
+from slugs.conftest import STRATEGY, failure, run
 
 FAMILIES = Path(__file__).resolve().parents[2] / "benchmarks" / "families.py"
 

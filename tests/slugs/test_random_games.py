@@ -19,7 +19,7 @@ from oracle.game import build_game, extract, solve
 from oracle.generator import deep_formulas, dense_game, independent_game, random_specification
 from oracle.specification import Specification
 from oracle.text import read_slugsin, to_slugsin
-from slugs.commands import STRATEGY, run
+from slugs.conftest import STRATEGY, run
 
 BATCH = 50
 GAMES = int(os.environ.get("SAFENAV_RANDOM_GAMES", "200"))

@@ -8,7 +8,7 @@ import pytest
 from children import none_left
 from once import beside
 from safenav import Specification, read_specification
-from slugs.commands import binary_under_test
+from slugs.conftest import binary_under_test
 
 
 @pytest.fixture

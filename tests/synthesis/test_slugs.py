@@ -29,7 +29,7 @@ from safenav import (
     first_failure,
     read_specification,
 )
-from slugs.commands import ENDLESS
+from slugs.conftest import ENDLESS
 
 Script = Callable[[str], Path]
 OWN = "safenav.synthesis.slugs.find_own_binary"
