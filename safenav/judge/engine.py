@@ -20,10 +20,7 @@ def after(e: Line, s: State) -> None:
     by_hand = e.cause in ("user", "world") and e.kind != "order"
     s.hands += bool(by_hand or e.user or e.kind == "operator")
     if e.robot is not None:
-        robot = s.robots[e.robot]
-        _robot(e, robot, s)
-        if not robot.given.serves(robot.own):  # what it meets on a duty may count without a line
-            robot.progress.passes(robot.own, robot.pose[0])
+        _robot(e, s.robots[e.robot], s)
     if isinstance(e.obstacle, str):
         _obstacle(e, s.obstacles[e.obstacle], s)
     match e.kind:
@@ -210,11 +207,10 @@ def _goal(e: Line, robot: Robot, s: State) -> None:
             progress.covered, progress.seen = progress.covered + 1, frozenset()
     elif own.ends:
         if progress.may_count(own, e.goal):
-            progress.ahead, progress.passed = e.goal + 1, 0
+            progress.ahead = e.goal + 1
         _stands(e, robot, s)
     elif own.in_turn and progress.may_count(own, e.goal):
         progress.goals, progress.turn = progress.goals + 1, (e.goal + 1) % own.count
-        progress.passed = 0
         progress.former = None if robot.given.serves(own) else e.goal  # perhaps only of its duty
     robot.met[e.goal] = e.tick
     if progress.rounds(own, e.tick) > rounds and not own.settles:

@@ -20,14 +20,13 @@ EXTERNAL = (
 @dataclass
 class Progress:
     """Progress of a robot with its own objective since the last resolution. ``goals``: the goals
-    met in turn; ``turn``: the next target (None: the first), ``passed``: how many from it on the
-    robot has passed, in turn, since it counted one, ``former``: that one, if it was on a duty;
-    ``seen``: those of a round of ``cover``; ``counts``: how often each was met; ``ahead``: targets
-    of ``once``; ``stayed``: ticks at the last target, and ``since`` when the robot stands there."""
+    met in turn; ``turn``: the next target (None: the first), ``former``: the one that was counted
+    last, if that was on a duty; ``seen``: those of a round of ``cover``; ``counts``: how often each
+    was met; ``ahead``: targets of ``once``; ``stayed``: ticks at the last target, and ``since``
+    when the robot stands there."""
 
     goals: int = 0
     turn: int | None = None
-    passed: int = 0
     former: int | None = None
     seen: frozenset[int] = frozenset()
     covered: int = 0
@@ -53,26 +52,15 @@ class Progress:
     def anew(self, own: Objective) -> Progress:
         """Return it with rounds from zero: the next target stays the next."""
         fresh = Progress(counts=(0,) * own.count, ahead=self.ahead)
-        return replace(fresh, turn=self.turn, passed=self.passed, former=self.former)
-
-    def passes(self, own: Objective, region: int) -> None:
-        """Note the targets that the robot is at, if they are the next ones."""
-        first, left = (self.ahead, own.count - self.ahead) if own.ends else (self.turn, own.count)
-        while own.in_turn and self.passed < left:
-            if region not in own.targets[((first or 0) + self.passed) % own.count]:
-                return
-            self.passed += 1
+        return replace(fresh, turn=self.turn, former=self.former)
 
     def may_count(self, own: Objective, target: int) -> bool:
-        """Return whether a target may be the next that counts: the first one of a round also if
-        those before it were passed on a duty, and so each of ``once``."""
+        """Return whether a target may be the next that counts: the first one of a round also again,
+        if it was perhaps not its own that was met on a duty."""
         if own.ends:
-            return 0 <= target - self.ahead <= self.passed
-        turn = self.turn or 0
-        if self.goals:
-            return target == turn
-        passed = (target - turn) % own.count <= self.passed
-        return own.strict or passed or target == self.former
+            return target == self.ahead
+        first = not self.goals and (own.strict or target == self.former)
+        return first or target == (self.turn or 0)
 
 
 @dataclass

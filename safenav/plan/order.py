@@ -91,8 +91,9 @@ class _Stays:
 
 
 def _because(floor: Floor, before: Joint, joint: Joint) -> Iterator[tuple[int, tuple[int, int]]]:
-    """Yield the robots that must not leave before certain needs are met: those that act, and those
-    that count where they stand because of a resolution."""
+    """Yield the robots that must not leave before certain needs are met: those that act (if
+    they do a part of a need: before it is due), and those that count where they stand because of a
+    resolution."""
     size, over = floor.team.size, _over(floor, joint) - _over(floor, before)
     for g in floor.open(before.stages):
         stages, met = before.stages, joint.stages[g].need
@@ -101,6 +102,8 @@ def _because(floor: Floor, before: Joint, joint: Joint) -> Iterator[tuple[int, t
             acting = [j for j in floor.able(g, stages) if regions >> joint.poses[j] % size & 1]
             yield from ((j, (floor.gates[g], met)) for j in acting)
             stages = floor.advanced(g, stages, acting)
+        parts = joint.stages[g].done - stages[g].done
+        yield from ((j, (floor.gates[g], met)) for j in parts)
     for j in floor.robots if over else ():
         member = floor.team.members[j]
         if joint.counts[j] != restarted(member, Count(*before.counts[j]))[:2]:

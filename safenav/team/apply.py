@@ -119,7 +119,7 @@ def apply(team: Team, state: State, event: now.Event) -> State:
                 state = _robot(state, i, own=restarted(team.members[i], own), values=values)
             if event.own:
                 return _robot(state, i, objective=objective)
-            return state if _remembers(team, i) else _robot(state, i, kept=state.robots[i].own)
+            return state
         case now.Looked(i, seen):
             return _robot(state, i, known=seen)
         case now.Inputs(on):
@@ -174,12 +174,6 @@ def apply(team: Team, state: State, event: now.Event) -> State:
             task = robot.task if same else Count()
             values = robot.values if event.values is None else event.values
             begun = {"fresh": robot.fresh or not same, "came": robot.came if same else None}
-            mine, own = team.members[i].objective, robot.own
-            if objective == mine and robot.kept is not None:
-                begun |= {"own": robot.kept, "kept": None}  # what it met meanwhile had no line
-                state = replace(state, plan=None) if robot.kept != own else state
-            elif robot.objective == mine and not same and not _remembers(team, i):
-                begun["kept"] = own
             if node is not None:
                 begun["broken"] = ()
             if robot.by == "strategy" and node != robot.node:
@@ -244,7 +238,7 @@ def _assigned(team: Team, state: State, i: int, objective: Objective) -> State:
     own = Count(objective.begin(robot.next % team.size))
     assert pose is not None
     values = _memory(team.members[i], pose if to is None else to)
-    begun = {"own": own, "node": None, "fresh": True, "values": values, "came": None, "kept": None}
+    begun = {"own": own, "node": None, "fresh": True, "values": values, "came": None}
     return _robot(state, i, pose=pose, to=to, **begun)
 
 
@@ -313,23 +307,14 @@ def _acted(team: Team, state: State, event: now.Acted) -> State:
         if empty is not None and (energy := team.members[empty].energy) is not None:
             state = _robot(state, empty, charge=energy.battery.capacity)
     if any(team.obstacles[k].battery_of is None for k, _ in event.truths):
-        pairs = [*zip(state.robots, team.members, strict=True)]
-        robots = tuple(_restarted(robot, member) for robot, member in pairs)
-        plan = state.plan if all(_own(r, m).memory == r.own.memory for r, m in pairs) else None
-        state = replace(state, robots=robots, plan=plan)
+        pairs = zip(state.robots, team.members, strict=True)
+        state = replace(state, robots=tuple(_restarted(robot, member) for robot, member in pairs))
     return state
 
 
 def _restarted(robot: RobotNow, member: Member) -> RobotNow:
-    own = restarted(member, _own(robot, member))
-    kept = None if robot.kept is None else own
-    return replace(robot, own=own, task=robot.task._replace(met=0), kept=kept)
-
-
-def _own(robot: RobotNow, member: Member) -> Count:
-    """Return its progress with its own objective at a resolution. Targets that lead to a last one
-    count only as lines of the trace have it: there are none while a robot has a duty."""
-    return robot.kept if robot.kept is not None and member.pursuit.settles else robot.own
+    own = restarted(member, robot.own)
+    return replace(robot, own=own, task=robot.task._replace(met=0))
 
 
 # Goals.
@@ -354,16 +339,17 @@ def goals(team: Team, state: State, i: int, ticks: int | None = 1) -> Goals:
 
 
 def own_goals(team: Team, state: State, i: int, ticks: int | None = 1) -> Goals:
-    """Return those of its own objective: on a duty only if its strategy remembers them."""
+    """Return those of its own objective: on a duty only if its plan or strategy remembers them."""
     if on_own(team, state, i) or _remembers(team, i):
         robot, own = _begun(team, state, i), team.members[i].objective
         yield from _met(own, _counts(team, robot, i, own, robot.own, team.rounds, ticks))
 
 
 def _remembers(team: Team, i: int) -> bool:
-    """Return whether a robot's strategy remembers the targets of its own objective met on a
-    duty."""
-    return team.assignable(i) and team.members[i].objective.formulas is None
+    """Return whether a robot's plan or strategy remembers the targets of its own objective met on
+    a duty."""
+    member = team.members[i]
+    return member.planned or (team.assignable(i) and member.objective.formulas is None)
 
 
 def _met(objective: Objective, counts: Iterable[Counted]) -> Goals:
@@ -438,16 +424,13 @@ def rounds(objective: Objective, count: Count) -> int:
 
 
 def _counted(team: Team, state: State, i: int, ticks: int | None) -> State:
-    """Count the goals of the objective in force. A robot that a plan drives, or a strategy that
-    remembers its targets, makes progress with its own objective on a duty, too: plans rely on it.
-    (A resolution, which ends the duty, restarts rounds.)"""
+    """Count the goals of the objective in force, and of its own. (A resolution, which ends a duty,
+    restarts rounds.)"""
     robot, member = _begun(team, state, i), team.members[i]
     mine, own, task = robot.objective == member.objective, robot.own, robot.task
-    if mine or member.planned or _remembers(team, i):
+    if mine or _remembers(team, i):
         for step in _counts(team, robot, i, member.objective, own, team.rounds, ticks):
             own = step[1]
-    if robot.kept is not None:  # no line has reported it, so the first one after the duty does
-        own = own._replace(held=own.held and robot.own.held)
     for step in () if mine else _counts(team, robot, i, robot.objective, task, 1, ticks):
         task = step[1]
     robot = replace(robot, own=own, task=task, fresh=robot.fresh and robot.to is not None)
@@ -478,7 +461,7 @@ def charged(team: Team, state: State, i: int) -> bool:
 
 
 def done(team: Team, state: State, i: int) -> bool:
-    return rounds(team.members[i].objective, state.robots[i].recorded) >= team.rounds
+    return rounds(team.members[i].objective, state.robots[i].own) >= team.rounds
 
 
 def stands(team: Team, state: State, i: int) -> bool:

@@ -80,7 +80,6 @@ class RobotNow(Struct, frozen=True):
     ``known``: where the robots that it tracks are: a region, or cells. ``mode``: the input that set
     its own objective; ``base``: what it had before that. ``charge``: of its battery; ``flat``: that
     was used up, and the robot waits for another one; ``cause``: who took it out of service.
-    ``kept``: progress with its own objective when it got another one, or at a resolution since.
     ``behind``: the region from which it entered its own; None if it was put there. ``broken``: the
     assumptions of its last strategy that did not hold."""
 
@@ -106,7 +105,6 @@ class RobotNow(Struct, frozen=True):
     charge: float = 0
     flat: bool = False
     cause: str = ""
-    kept: Count | None = None
     behind: int | None = None
     broken: tuple[str, ...] = ()
 
@@ -114,11 +112,6 @@ class RobotNow(Struct, frozen=True):
     def next(self) -> int:
         """The pose of its next decision."""
         return self.pose if self.to is None else self.to
-
-    @property
-    def recorded(self) -> Count:
-        """Its progress with its own objective by the lines of the trace."""
-        return self.own if self.kept is None else self.kept
 
     @property
     def idle(self) -> bool:

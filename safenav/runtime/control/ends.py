@@ -207,7 +207,7 @@ def what_is_left(team: Team, state: State, roles: Sequence[Role], *, live: bool)
 def _left(team: Team, state: State, roles: Sequence[Role]) -> Iterator[str]:
     behind: dict[int, list[str]] = {}
     for member, robot in zip(team.members, state.robots, strict=True):
-        whole = rounds(member.objective, robot.recorded)
+        whole = rounds(member.objective, robot.own)
         if whole < team.rounds:
             behind.setdefault(whole, []).append(member.name)
     for whole, names in behind.items():

@@ -479,7 +479,7 @@ class Recorder:
             self.tick,
             Outcome(end.outcome),
             end.explanation,
-            {member.name: rounds(member.objective, robot.recorded) for member, robot in pairs},
+            {member.name: rounds(member.objective, robot.own) for member, robot in pairs},
             self.tick if self.live else self.moved,
             round(seconds, 6),
             answers.count,
