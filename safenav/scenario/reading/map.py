@@ -21,7 +21,7 @@ from safenav.scenario.yaml.findings import (
     read_source,
     wrong_type,
 )
-from safenav.scenario.yaml.typed import read, sequence
+from safenav.scenario.yaml.typed import read
 from safenav.world.map import FREE, MAX_REGIONS, WALL, Frame, RegionMap
 
 
@@ -165,17 +165,16 @@ _CHARACTERS = frozenset({WALL, FREE})
 
 def read_grid(node: Node, findings: Findings) -> RegionMap | None:
     """Return the map in a ``grid``; None after an error was reported."""
-    rows = _rows(node, findings)
-    if rows is None:
-        return None
-    if not rows or not rows[0][1]:
+    before, rows = len(findings), _rows(node, findings)
+    while rows and not rows[-1][1]:
+        rows.pop()
+    while rows and not rows[0][1]:
+        rows.pop(0)
+    if not rows and len(findings) == before:
         hint = "write 'grid: |' and below it one indented line of '#' and '.' for each row"
         findings.add(node, "the grid is empty", hint)
-        return None
-    before = len(findings)
-    cols = len(rows[0][1])
     for number, (place, row) in enumerate(rows):
-        if len(row) != cols:
+        if len(row) != (cols := len(rows[0][1])):
             found = f"ragged map: row {number} has {len(row)} characters, row 0 has {cols}"
             findings.add(place, found, "every row of the grid is equally long")
         if not _CHARACTERS.issuperset(row):
@@ -183,51 +182,32 @@ def read_grid(node: Node, findings: Findings) -> RegionMap | None:
             at = Place(place.line, place.column + odd)
             found = f"row {number}, column {odd} of the map: '{clipped(row[odd])}'"
             findings.add(at, found, "'#' is a wall and '.' is free; there is nothing else")
-    if len(rows) * cols > MAX_REGIONS:
-        findings.add(node, *too_large(len(rows), cols))
-    if len(findings) > before:
-        return None
-    return RegionMap.from_grid(row for _, row in rows)
+    if rows and len(rows) * len(rows[0][1]) > MAX_REGIONS:
+        findings.add(node, *too_large(len(rows), len(rows[0][1])))
+    return RegionMap.from_grid(row for _, row in rows) if len(findings) == before else None
 
 
-def _rows(node: Node, findings: Findings) -> list[tuple[Place, str]] | None:
-    """Return the rows of the grid, each with its place in the file, without trailing blanks and
-    surrounding empty lines."""
+def _rows(node: Node, findings: Findings) -> list[tuple[Place, str]]:
+    """Return the rows of the grid without trailing blanks, each with its place in the file; none
+    after an error was reported."""
+    rows = list[tuple[Place, str]]()
     if isinstance(node, Sequence):
-        return _listed_rows(node, findings)
-    if isinstance(node, Scalar) and node.value is None:
-        return []
-    if not isinstance(node, Scalar) or not isinstance(node.value, str):
+        for item in node.items:
+            if not isinstance(item, Scalar) or not isinstance(item.value, str):
+                found = f"a row of the grid: found {described(item)}, expected text"
+                hint = "quote rows in a list: without quotes '#' is a comment"
+                findings.add(item, found, hint)
+                return []
+            column = item.place.column + bool(item.style)
+            rows.append((Place(item.place.line, column), item.value.rstrip()))
+    elif not isinstance(node, Scalar) or not isinstance(node.value, str | None):
         wrong_type(node, "'grid' of map", "a block of text ('grid: |')", findings)
-        return None
-    lines = [(index, line.rstrip()) for index, line in enumerate(node.value.split("\n"))]
-    while lines and not lines[-1][1]:
-        lines.pop()
-    while lines and not lines[0][1]:
-        lines.pop(0)
-    if node.style != "|":
-        if any(" " in line for _, line in lines):
-            hint = "write 'grid: |' so that line breaks are kept"
-            findings.add(node, "the rows of the grid run together", hint)
-            return None
-        return [(node.place, line) for _, line in lines]
-    return [
-        (_row_place(node.place.line + 1 + index, line, findings), line) for index, line in lines
-    ]
-
-
-def _row_place(line: int, row: str, findings: Findings) -> Place:
-    written = findings.lines[line - 1].rstrip() if line <= len(findings.lines) else row
-    return Place(line, len(written) - len(row) + 1)
-
-
-def _listed_rows(node: Sequence, findings: Findings) -> list[tuple[Place, str]] | None:
-    rows = []
-    for item in sequence(node, "'grid' of map", findings) or ():
-        if not isinstance(item, Scalar) or not isinstance(item.value, str):
-            found = f"a row of the grid: found {described(item)}, expected text"
-            findings.add(item, found, "quote rows in a list: without quotes '#' is a comment")
-            return None
-        quote = 1 if item.style in ("'", '"') else 0
-        rows.append((Place(item.place.line, item.place.column + quote), item.value.rstrip()))
+    elif node.style != "|" and " " in (node.value or "").strip():
+        hint = "write 'grid: |' so that line breaks are kept"
+        findings.add(node, "the rows of the grid run together", hint)
+    else:
+        for line, text in enumerate((node.value or "").split("\n"), node.place.line + 1):
+            row, written = text.rstrip(), "".join(findings.lines[line - 1 : line]).rstrip()
+            place = Place(line, max(0, len(written) - len(row)) + 1)
+            rows.append((place if node.style == "|" else node.place, row))
     return rows

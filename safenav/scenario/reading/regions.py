@@ -27,7 +27,7 @@ from safenav.scenario.objective import Target
 from safenav.scenario.values import AnyOf, RectangleKeys
 from safenav.scenario.yaml.document import Mapping, Node, Scalar, Sequence, clipped, items_of, plain
 from safenav.scenario.yaml.findings import Findings, wrong_type
-from safenav.scenario.yaml.keys import Key, Raw
+from safenav.scenario.yaml.keys import MOST, Key, Raw
 from safenav.scenario.yaml.typed import read
 from safenav.world.map import MAX_REGIONS, Region, RegionMap
 
@@ -108,12 +108,19 @@ class Reading(Findings):
 
     def region(self, node: Node | None, what: str) -> Region | None:
         """Return a region that is not a wall; None if there is none or it was reported."""
-        region = None if node is None else self._number(node, what)
-        if region is not None and self.world is not None and region in self.world.walls:
-            found = f"{what}: region {self.world.label(region)} is a wall"
-            self.add(node, found, self._free_nearby(region))
+        if node is None:
             return None
-        return region
+        if isinstance(node, Scalar) and isinstance(node.value, str) and node.value:
+            region = self._named(node, node.value, what)
+        else:
+            region = self._numbered(node, what)
+        world = self.world
+        if region is None or world is None or region not in world.walls:
+            return region
+        beside = ", ".join(map(world.label, world.neighbours(region)))
+        hint = f"free neighbours: {beside}" if beside else "all neighbouring regions are also walls"
+        self.add(node, f"{what}: region {world.label(region)} is a wall", hint)
+        return None
 
     def regions(self, node: Node, what: str) -> Target | None:
         """Return the regions of an area, or one region; None if that was reported."""
@@ -267,17 +274,6 @@ class Reading(Findings):
             self.unknown(node, f"{what}: there is no obstacle", written, names, nothing, column)
         return name
 
-    def _number(self, node: Node, what: str) -> Region | None:
-        if isinstance(node, Scalar) and isinstance(node.value, str) and node.value:
-            return self._named(node, node.value, what)
-        match place_of(plain(node)):
-            case int(number):
-                return self._inside(node, number, what)
-            case (row, col):
-                return self._at(node, row, col, what)
-        wrong_type(node, what, _EXPECTED, self)
-        return None
-
     def _named(self, node: Scalar, name: str, what: str) -> Region | None:
         if name in self.names:
             return self.names[name]
@@ -288,46 +284,39 @@ class Reading(Findings):
                 found = f"{what}: '{name}' is an area of {len(area)} regions"
                 self.add(node, found, f"name one region, for example {first}")
             return None
-        found = f"{what}: no region or area is named"
+        found, hint = f"{what}: no region or area is named", ""
         if name.isdigit():
-            self.add(node, f"{found} '{clipped(name)}'", f"write {clipped(name)} without quotes")
+            hint = f"write {clipped(name)} without quotes"
         elif re.match(r"\(|\d+[ ,]", name):
             hint = "a position is written in brackets: [row, column]"
+        if hint:
             self.add(node, f"{found} '{clipped(name)}'", hint)
         elif self.names_known:
             declared = "names are declared in 'names' of map, areas in 'areas'"
             self.unknown(node, found, name, {**self.names, **self.areas}, declared)
         return None
 
-    def _inside(self, node: Node, number: int, what: str) -> Region | None:
-        size = self.world.size if self.world is not None else None
-        if number < 0 or (size is not None and number >= size):
-            found = f"{what}: region {clipped(str(number))} is outside the map"
-            self.add(node, found, self._extent())
+    def _numbered(self, node: Node, what: str) -> Region | None:
+        """Return the region of a number, or of a row and a column."""
+        world, place = self.world, place_of(plain(node))
+        if place is None:
+            wrong_type(node, what, _EXPECTED, self)
             return None
-        return number
-
-    def _at(self, node: Node, row: int, col: int, what: str) -> Region | None:
-        world = self.world
-        if row < 0 or col < 0 or (world and not (row < world.rows and col < world.cols)):
-            place = clipped(f"[{row}, {col}]")
-            self.add(node, f"{what}: {place} is outside the map", self._extent())
+        rows, cols = (world.rows, world.cols) if world else (MOST, MOST)
+        if isinstance(place, int):
+            shown, inside = f"region {place}", 0 <= place < rows * cols
+        else:
+            shown, inside = str([*place]), 0 <= place[0] < rows and 0 <= place[1] < cols
+        if not inside:
+            hint = "regions are numbered from 0"
+            if world is not None:
+                last = f"{world.size - 1}, that is [0, 0] to [{rows - 1}, {cols - 1}]"
+                hint = f"regions go from 0 to {last}"
+            self.add(node, f"{what}: {clipped(shown)} is outside the map", hint)
             return None
-        return world.region(row, col) if world is not None else None
-
-    def _extent(self) -> str:
-        if self.world is None:
-            return "regions are numbered from 0"
-        last = self.world.size - 1
-        rows, cols = self.world.rows - 1, self.world.cols - 1
-        return f"regions go from 0 to {last}, that is [0, 0] to [{rows}, {cols}]"
-
-    def _free_nearby(self, region: Region) -> str:
-        assert self.world is not None
-        beside = self.world.neighbours(region)
-        if not beside:
-            return "all neighbouring regions are also walls"
-        return "free neighbours: " + ", ".join(self.world.label(free) for free in beside)
+        if isinstance(place, int):
+            return place
+        return world.region(*place) if world is not None else None
 
 
 _AREA = "a list of regions [[1, 1], [1, 2]], or {rows: 1-4, columns: 1-6}"
@@ -394,14 +383,12 @@ def _rectangle(item: RectangleKeys, reading: Reading) -> set[Region]:
 def _span(span: Raw | None, count: int | None, reading: Reading) -> range:
     if span is None:
         return range(count or 0)
-    number, ends = plain(span.node), values.ends_of(span.node)
-    if ends is None and type(number) is int:
-        ends = number, number
+    ends = values.ends_of(span.node)
     if ends is None:
-        wrong_type(span.node, span.what, "a number or a range such as 1-4", reading)
+        wrong_type(span.node, span.what, "a number from 0, or a range such as 1-4", reading)
         return range(0)
     first, last = ends
-    if first > last or first < 0 or (count is not None and last >= count):
+    if first > last or (count is not None and last >= count):
         reason = "is empty" if first > last else "reaches outside the map"
         hint = f"they are numbered from 0 to {count - 1}" if count else "they are numbered from 0"
         reading.add(span.node, f"{span.what}: {first}-{last} {reason}", hint)
