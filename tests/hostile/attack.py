@@ -2,9 +2,11 @@
 
 ``attack.py FILE WORD...`` runs a program within limits, and writes what it used: Linux counts the
 memory of the process that starts a program in the peak of the program. A test process may have any
-size; this one is small.
+size; this one is small. The word ``safenav`` alone stands for its command in a process of
+``warm.py``, whose memory counts as well.
 """
 
+import atexit
 import json
 import os
 import re
@@ -16,11 +18,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+if __name__ != "__main__":
+    import warm
+
 MARK = "zqx"
 """It stands in each hostile word; no claim may contain it."""
 MOST_MB, MOST_SECONDS = 500, 20
 DOCUMENTED = (0, 1, 2, 3)
-SAFENAV = (sys.executable, "-m", "safenav")
 _ESCAPES = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
 
 
@@ -42,19 +46,25 @@ def attack(words: Sequence[object], sandbox: Path, made: Sequence[str] = ()) -> 
     for file in (out, err, cost):
         file.touch()
     before = _sizes(outside)
-    cache, path = os.environ["SAFENAV_CACHE"], os.environ["PATH"]
-    with out.open("wb") as stdout, err.open("wb") as stderr:
-        subprocess.run(
-            [sys.executable, "-I", "-S", __file__, cost, *map(str, words)],
-            cwd=sandbox,
-            env={"HOME": str(outside / "home"), "PATH": path, "SAFENAV_CACHE": cache},
-            stdin=subprocess.DEVNULL,
-            stdout=stdout,
-            stderr=stderr,
-            check=True,
-        )
-    status, megabytes, seconds = json.loads(cost.read_text())
-    said, complained = (file.read_text("utf-8", "replace") for file in (out, err))
+    env = {name: os.environ[name] for name in ("PATH", "SAFENAV_CACHE")}
+    env["HOME"] = str(outside / "home")
+    if words[0] == "safenav":
+        done = warm.program("hostile.attack", cost, *words[1:], cwd=sandbox, env=env)
+        status, said, complained = done.returncode, done.stdout, done.stderr
+        megabytes, seconds = json.loads(cost.read_text() or "[Infinity, Infinity]")
+    else:
+        with out.open("wb") as stdout, err.open("wb") as stderr:
+            subprocess.run(
+                [sys.executable, "-I", "-S", __file__, cost, *map(str, words)],
+                cwd=sandbox,
+                env=env,
+                stdin=subprocess.DEVNULL,
+                stdout=stdout,
+                stderr=stderr,
+                check=True,
+            )
+        status, megabytes, seconds = json.loads(cost.read_text())
+        said, complained = (file.read_text("utf-8", "replace") for file in (out, err))
     flaws = [] if status in DOCUMENTED else [f"exit code {status}: {complained[-300:]}"]
     flaws += [complained[-600:]] if "Traceback" in complained + said else []
     flaws += [f"{megabytes:.0f} MB"] if megabytes > MOST_MB else []
@@ -83,9 +93,30 @@ def _claims(said: str) -> list[str]:
         return []
 
 
-def main(file: str, *words: str) -> None:
+def limited() -> None:
     resource.setrlimit(resource.RLIMIT_AS, (8 << 30, 8 << 30))
     resource.setrlimit(resource.RLIMIT_CPU, (60, 60))
+
+
+def main() -> int:
+    """Run a command of safenav in this process, and write what it used."""
+    from safenav import cli
+
+    file, begun = Path(sys.argv.pop(1)), time.process_time()
+    limited()
+
+    def ended() -> None:
+        used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+        seconds = time.process_time() - begun + used[1].ru_utime + used[1].ru_stime
+        file.write_text(json.dumps((max(each.ru_maxrss for each in used) / 1024, seconds)))
+
+    atexit.register(ended)
+    return int(cli.main() or 0)
+
+
+def run(file: str, *words: str) -> None:
+    """Run a program, and write what it used."""
+    limited()
     os.nice(5)
     begun = time.monotonic()
     _, code, used = os.wait4(os.posix_spawnp(words[0], words, os.environ), 0)
@@ -95,4 +126,4 @@ def main(file: str, *words: str) -> None:
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    run(*sys.argv[1:])

@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 
 from certify.making import files_of, lines_of, shipped
-from hostile.attack import MOST_MB, SAFENAV, attack
+from hostile.attack import MOST_MB, attack
 from hostile.enemy import Enemy, written
 from once import beside, from_yaml
 from support.damage import GOOD
@@ -66,7 +66,7 @@ def test_a_hostile_trace_does_no_harm(seed: int, sandbox: Path) -> None:
     view = enemy.rng.choice(VIEWS)
     shown = (*view, trace) if view[-1] == "--trace" else (view[0], trace, *view[1:])
     for words in (("check", trace), shown):
-        assert attack([*SAFENAV, *words], sandbox, ["made"]).flaws == (), words
+        assert attack(["safenav", *words], sandbox, ["made"]).flaws == (), words
 
 
 @pytest.mark.parametrize("seed", range(BUNDLES))
@@ -79,7 +79,7 @@ def test_a_hostile_bundle_does_no_harm(seed: int, sandbox: Path) -> None:
         (own / name).parent.mkdir(parents=True, exist_ok=True)
         (own / name).write_bytes(files[name])
     checker = (sys.executable, "-I", "-S", own / "check.py", bundle, "--json")
-    for words in (checker, (*SAFENAV, "check", bundle)):
+    for words in (checker, ("safenav", "check", bundle)):
         assert attack(words, sandbox).flaws == (), words
     assert not (sandbox.parent.parent / "canary").exists()
 
@@ -120,7 +120,7 @@ def test_a_small_file_does_not_become_a_huge_one(name: str, sandbox: Path) -> No
         text = isinstance(content, str)
         data = expanded(content).encode("latin-1") if text else png(*content["png"])
         (sandbox / file).write_bytes(data)
-    done = attack([*SAFENAV, *bomb["words"].split()], sandbox)
+    done = attack(["safenav", *bomb["words"].split()], sandbox)
     assert done.flaws == ()
     assert done.status in bomb.get("status", [2]), done.complained[:500]
     assert bomb.get("told", "") in done.complained
@@ -132,6 +132,8 @@ def test_the_peak_is_that_of_the_program_alone(sandbox: Path) -> None:
     small = attack([sys.executable, "-c", ""], sandbox)
     del own
     assert 0 < small.megabytes < 100 and small.flaws == ()
+    command = attack(["safenav", "--version"], sandbox)
+    assert small.megabytes < command.megabytes < 200 and command.flaws == ()
     large = attack([sys.executable, "-c", f"b'x' * ({MOST_MB} << 20)"], sandbox)
     assert large.megabytes > MOST_MB and large.flaws == (f"{large.megabytes:.0f} MB",)
 
