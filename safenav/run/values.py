@@ -7,7 +7,7 @@ import re
 from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 from enum import StrEnum
-from itertools import islice
+from itertools import cycle, islice
 from operator import itemgetter
 from typing import TypeVar
 
@@ -192,16 +192,6 @@ class StackRow(Struct, frozen=True):
         return ", ".join(parts) or "no robot helps yet"
 
 
-ORANGE = "#E69F00"
-SKY = "#56B4E9"
-GREEN = "#009E73"
-YELLOW = "#F0E442"
-BLUE = "#0072B2"
-VERMILLION = "#D55E00"
-PURPLE = "#CC79A7"
-GREY = "#7A7F87"
-
-
 class Look(Struct, frozen=True):
     """Look of one robot: body, and the colours of the body and of the letters on it. Colours are
     those of Okabe and Ito (Color Universal Design, 2008), distinct with every common kind of colour
@@ -228,14 +218,14 @@ _SHAPES = (
     ("pentagon", "M0,-1.1L1.05,-0.34L0.65,0.9H-0.65L-1.05,-0.34Z"),
 )
 _COLOURS = (
-    (BLUE, "#FFFFFF"),
-    (ORANGE, "#000000"),
-    (GREEN, "#000000"),
-    (PURPLE, "#000000"),
-    (SKY, "#000000"),
-    (VERMILLION, "#000000"),
-    (YELLOW, "#000000"),
-    (GREY, "#000000"),
+    ("#0072B2", "#FFFFFF"),  # blue
+    ("#E69F00", "#000000"),  # orange
+    ("#009E73", "#000000"),  # green
+    ("#CC79A7", "#000000"),  # purple
+    ("#56B4E9", "#000000"),  # sky
+    ("#D55E00", "#000000"),  # vermillion
+    ("#F0E442", "#000000"),  # yellow
+    ("#7A7F87", "#000000"),  # grey
 )
 _SIGNS = "0123456789abcdefghijklmnopqrstuvwxyz"
 _NUMBERED = re.compile(r"(.*?)[-_ ]?0*(\d{1,2})")
@@ -243,18 +233,15 @@ _NUMBERED = re.compile(r"(.*?)[-_ ]?0*(\d{1,2})")
 
 def looks(names: Sequence[str]) -> tuple[Look, ...]:
     """Return a look for each robot: no two of the first 56 share both shape and colour."""
-    letters = [*labels(names).values()]
     found = []
-    for i in range(len(names)):
-        shape, path = _SHAPES[i % len(_SHAPES)]
-        colour, ink = _COLOURS[i % len(_COLOURS)]
-        size = (1.05 if len(letters[i]) == 1 else 0.82) * (0.85 if shape == "triangle" else 1)
+    for letters, (shape, path), look in zip(labels(names), cycle(_SHAPES), cycle(_COLOURS)):
+        size = (1.05 if len(letters) == 1 else 0.82) * (0.85 if shape == "triangle" else 1)
         drop = 0.36 * size + (0.22 if shape == "triangle" else 0)
-        found.append(Look(shape, path, colour, ink, letters[i], round(size, 2), round(drop, 2)))
+        found.append(Look(shape, path, *look, letters, round(size, 2), round(drop, 2)))
     return tuple(found)
 
 
-def labels(names: Sequence[str]) -> dict[str, str]:
+def labels(names: Sequence[str]) -> list[str]:
     """Return a label of at most two characters for each of up to 36 robots of one initial, no two
     the same: those of the terminal, the page and pictures.
 
@@ -262,14 +249,10 @@ def labels(names: Sequence[str]) -> dict[str, str]:
     word keeps it (``quad`` beside ``quad_2``); others add their number (``Q2``) or the first letter
     that tells them apart (``drone``, ``digit``: ``Dr``, ``Di``). Numbers of two figures stand alone
     (``robot_11``: ``11``)."""
-    chosen: dict[str, str] = {}
+    chosen: list[str] = []
     for name in names:
-        for label in _candidates(name, names):
-            if label not in chosen.values():
-                chosen[name] = label
-                break
-        else:
-            chosen[name] = str(len(chosen) + 1)
+        free = (label for label in _candidates(name, names) if label not in chosen)
+        chosen.append(next(free, str(len(chosen) + 1)))
     return chosen
 
 
