@@ -158,7 +158,7 @@ def _bag(run: Trace, frame: Frame, path: Path, motion: Motion | None) -> None:
 def _poses(motion: Motion, frame: Frame) -> Poses:
     """Return times, positions and yaws of each robot of a motion (s, m, rad), in the frame of the
     map."""
-    from safenav.motion.columns import Columns, columns_of, placed
+    from safenav.motion.columns import columns_at, placed, times_of
 
     side = motion.header.side
     if abs(side - frame.resolution[0]) > 1e-6 * side:
@@ -166,10 +166,9 @@ def _poses(motion: Motion, frame: Frame) -> Poses:
             f"the regions of the motion measure {side:g} m, not {frame.resolution[0]:g} m\n"
             "    compute another motion with this --side"
         )
-    found = {}
+    found, times = {}, times_of(motion, BAG_RATE)
     for name in motion.header.robots:
-        planned = columns_of(motion, name, BAG_RATE, in_world=False)
-        there = Columns(planned.times, placed(planned.columns, (*frame.origin, frame.yaw)))
-        columns = (there.times, *there.place, there.columns["yaw"])
+        there = placed(columns_at(motion, name, times), (*frame.origin, frame.yaw))
+        columns = (times, *(there[axis] for axis in ("x", "y", "yaw")))
         found[name] = [*zip(*(column.tolist() for column in columns), strict=True)]
     return found

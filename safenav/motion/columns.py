@@ -13,10 +13,8 @@ from itertools import pairwise
 from math import cos, inf, sin
 
 import numpy as np
-from msgspec import Struct
 from numpy.typing import NDArray
 
-from safenav.errors import UsageError
 from safenav.motion import file
 from safenav.motion.geometry import MetricFloor, between, mass, path, values
 
@@ -34,52 +32,25 @@ _OWN_FRAME = frozenset({"q_x", "omega_x"})
 _DIRECTIONS = frozenset({"vel_x", "acc_x"})
 
 
-class Columns(Struct, frozen=True):
-    """Columns by name, each as long as ``times`` (seconds)."""
-
-    times: Array
-    columns: Mapping[str, Array]
-
-    @property
-    def place(self) -> tuple[Array, Array]:
-        """x and y of the middle of the body."""
-        return self.columns["x"], self.columns["y"]
-
-    @property
-    def velocity(self) -> tuple[Array, Array]:
-        return self.columns["vel_x"], self.columns["vel_y"]
+Columns = dict[str, Array]
+"""Columns by name."""
 
 
-def columns_of(
-    motion: file.Motion, robot: str, rate: float, in_world: bool = True, *, planned: bool = False
-) -> Columns:
-    """Return the columns of one robot, ``rate`` samples per second from 0 to the end of the motion.
-
-    Raises UsageError for a robot without motion.
-    """
-    times = np.arange(0.0, motion.outcome.makespan + 0.5 / rate, 1.0 / rate)
-    return columns_at(motion, robot, times, in_world, planned=planned)
+def times_of(motion: file.Motion, rate: float) -> Array:
+    """Return ``rate`` times per second (in seconds), from 0 to the end of the motion."""
+    return np.arange(0.0, motion.outcome.makespan + 0.5 / rate, 1.0 / rate)
 
 
-def columns_at(
-    motion: file.Motion, robot: str, times: Array, in_world: bool = True, *, planned: bool = False
-) -> Columns:
-    """Return the columns of one robot at ascending times, by its measurements if there are any;
-    ``planned``: by its plan. Raises UsageError as ``columns_of``."""
-    if robot not in motion.header.robots:
-        known = ", ".join(motion.header.robots)
-        raise UsageError(f"'{robot[:40]}' is not a robot of this motion\n    known: {known}")
+def columns_at(motion: file.Motion, robot: str, times: Array, *, planned: bool = False) -> Columns:
+    """Return the columns of one robot at ascending times, in the map's frame, by its measurements
+    if there are any; ``planned``: by its plan."""
     columns = sampled(motion.of(file.Moving, robot), times, motion.header.robots[robot])
     for track in motion.of(file.FlownTrack, robot):
         columns = _tracked(track, times, columns)
-    if not planned:
-        columns = _executed(motion, robot, times, columns)
-    return Columns(times, placed(columns, motion.header.origin) if in_world else columns)
+    return columns if planned else _executed(motion, robot, times, columns)
 
 
-def _executed(
-    motion: file.Motion, robot: str, times: Array, columns: dict[str, Array]
-) -> dict[str, Array]:
+def _executed(motion: file.Motion, robot: str, times: Array, columns: Columns) -> Columns:
     """Return the columns of a robot by its measurements: its whole body is moved and turned by the
     deviation of its middle from the plan; accelerations and the centre of pressure stay planned."""
     heard = (row for line in motion.of(file.Measured, robot) for row in line.rows)
@@ -107,9 +78,7 @@ def _executed(
     return found
 
 
-def sampled(
-    pieces: Sequence[file.Moving], times: Array, limits: Mapping[str, object]
-) -> dict[str, Array]:
+def sampled(pieces: Sequence[file.Moving], times: Array, limits: Mapping[str, object]) -> Columns:
     """Return the columns of pieces that follow one another, at ascending times, in the map's
     frame."""
     names = WALKER if any(isinstance(piece, file.Segment) for piece in pieces) else BODY
@@ -187,9 +156,7 @@ def body_rows(curve: file.Curve, times: Array) -> Array:
     return np.concatenate([found[:, :3].reshape(9, -1), found[0, 3:]]).T
 
 
-def _tracked(
-    track: file.FlownTrack, times: Array, reference: Mapping[str, Array]
-) -> dict[str, Array]:
+def _tracked(track: file.FlownTrack, times: Array, reference: Columns) -> Columns:
     """Return the columns of a simulated flight, linear between its samples; its reference becomes
     ``ref_x``, ``ref_y``, ``ref_z``."""
     rows: Array = np.array(track.rows)
@@ -201,7 +168,7 @@ def _tracked(
     return columns | {f"ref_{name}": reference[name] for name in ("x", "y", "z")}
 
 
-def placed(columns: Mapping[str, Array], origin: tuple[float, float, float]) -> dict[str, Array]:
+def placed(columns: Columns, origin: tuple[float, float, float]) -> Columns:
     """Transform columns from the frame of the map to that of the world. ``origin``: x, y and yaw of
     the map."""
     x0, y0, yaw = origin
@@ -218,11 +185,11 @@ def placed(columns: Mapping[str, Array], origin: tuple[float, float, float]) -> 
 
 def npz_bytes(motion: file.Motion, rate: float) -> bytes:
     """Return the columns of all robots as a NumPy archive: ``t``, and ``ROBOT.COLUMN`` for each."""
-    arrays: dict[str, Array] = {}
+    times = times_of(motion, rate)
+    arrays = {"t": times}
     for robot in motion.header.robots:
-        found = columns_of(motion, robot, rate)
-        arrays["t"] = found.times
-        arrays.update((f"{robot}.{name}", values) for name, values in found.columns.items())
+        found = placed(columns_at(motion, robot, times), motion.header.origin)
+        arrays |= {f"{robot}.{name}": column for name, column in found.items()}
     content = io.BytesIO()
     np.savez_compressed(content, allow_pickle=False, **arrays)
     return content.getvalue()
@@ -240,12 +207,13 @@ def report_of(motion: file.Motion) -> str:
     lines = [f"makespan {motion.outcome.makespan:.1f} s, regions of {floor.side:g} m"]
     lines += ["", "robot           steps s  actions s  path m   max m/s  room m"]
     flights: list[str] = []
+    times = times_of(motion, RATE)
     for name in motion.header.robots:
-        found, pieces = columns_of(motion, name, RATE, in_world=False), motion.of(file.Moving, name)
-        x, y = found.place
+        found, pieces = columns_at(motion, name, times), motion.of(file.Moving, name)
+        x, y = found["x"], found["y"]
         room = inf
         for piece in pieces:
-            inside = (found.times >= piece.t0) & (found.times <= piece.t1)
+            inside = (times >= piece.t0) & (times <= piece.t1)
             west, south, east, north = floor.corridor(piece.origin, piece.to)
             rims = (x - west, east - x, y - south, north - y)
             room = min(room, *(float(rim[inside].min(initial=inf)) for rim in rims))
@@ -254,9 +222,9 @@ def report_of(motion: file.Motion) -> str:
             f"{name:15s} {sum(piece.t1 - piece.t0 for piece in crossing):7.1f}  "
             f"{sum(action.t1 - action.t0 for action in motion.of(file.Action, name)):9.1f}  "
             f"{np.hypot(np.diff(x), np.diff(y)).sum():6.1f}  "
-            f"{np.hypot(*found.velocity).max():8.2f}  {room:6.2f}"
+            f"{np.hypot(found['vel_x'], found['vel_y']).max():8.2f}  {room:6.2f}"
         )
-        if "ref_x" in found.columns:
-            off = np.hypot(x - found.columns["ref_x"], y - found.columns["ref_y"])
+        if "ref_x" in found:
+            off = np.hypot(x - found["ref_x"], y - found["ref_y"])
             flights.append(f"simulated flight of {name}: at most {off.max():.3f} m off")
     return "\n".join([*lines, *[""] * bool(flights), *flights])

@@ -109,7 +109,7 @@ class MotionRecording:
         return self._events.get((event.kind, event.obstacle), ())
 
     def _sampled(self, robot: str) -> Columns:
-        return columns_at(self._motion, robot, self._times, in_world=False)
+        return columns_at(self._motion, robot, self._times)
 
 
 _AXES = {"x": "x", "y": "y", "height": "z"}
@@ -119,14 +119,14 @@ class _Body:
     """The middle of a body (3, times), its speed (times), and bounds of both changes."""
 
     def __init__(self, columns: Columns, times: Array) -> None:
-        self.place = np.array([columns.columns[axis] for axis in "xyz"])
-        velocity = np.array([columns.columns[f"vel_{axis}"] for axis in "xyz"])
+        self.place = np.array([columns[axis] for axis in "xyz"])
+        velocity = np.array([columns[f"vel_{axis}"] for axis in "xyz"])
         self.speed: Array = np.sqrt((velocity**2).sum(axis=0))
         gaps = np.diff(times)
         wide = gaps > 1e-5  # without the gaps around an event
         pulls = np.sqrt((np.diff(velocity)[:, wide] ** 2).sum(axis=0)) / gaps[wide]
-        if "acc_x" in columns.columns:
-            given = np.array([columns.columns[f"acc_{axis}"] for axis in "xyz"])
+        if "acc_x" in columns:
+            given = np.array([columns[f"acc_{axis}"] for axis in "xyz"])
             pulls = np.append(pulls, np.sqrt((given**2).sum(axis=0)))
         self.pull = float(np.max(pulls, initial=0.0))
         gap = float(np.max(gaps, initial=0.0))

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from safenav.motion import file as records
 from safenav.motion.check.requirements import curves
-from safenav.motion.columns import columns_of
+from safenav.motion.columns import columns_at, times_of
 from safenav.motion.timing import in_time, turns_in_time
 from safenav.report.page.html import asset, data_element, document, encoded
 from safenav.run.reading import run_of
@@ -60,17 +60,18 @@ def encoded_motion(motion: records.Motion) -> dict[str, Any]:
 
 def _track(motion: records.Motion, robot: str) -> dict[str, Any]:
     described = motion.header.robots[robot]
-    columns = columns_of(motion, robot, RATE, in_world=False)
-    found = _shown(columns.columns)
+    times = times_of(motion, RATE)
+    columns = columns_at(motion, robot, times)
+    found = _shown(columns)
     if described["kind"] == "flyer":
-        found |= _attitude(columns.columns)
+        found |= _attitude(columns)
     return {
         "kind": described["kind"],
         "size": described["size"],
-        "samples": len(columns.times),
+        "samples": len(times),
         **_packed(found),
         "feet": [list(foot) for foot in _feet(motion, robot)],
-        **_ghost(motion, robot, columns.times),
+        **_ghost(motion, robot, times),
     }
 
 
@@ -84,7 +85,7 @@ def _ghost(motion: records.Motion, robot: str, times: Array) -> dict[str, Any]:
     if not motion.of(records.Measured, robot):
         return {}
     goals = motion.of(records.GoalLine, robot)
-    columns = columns_of(motion, robot, RATE, in_world=False, planned=not goals).columns
+    columns = columns_at(motion, robot, times, planned=not goals)
     found = {name: column.copy() for name, column in _shown(columns).items()}
     if goals:
         for goal in goals:
