@@ -18,7 +18,8 @@ from hypothesis import strategies as st
 from once import from_yaml
 from runtime.played import play
 from safenav import InputError, check_trace
-from support.damage import GOOD, Edit, Line, believed, damage, text
+from support.damage import GOOD, Edit, Line, damage, text
+from support.judged import believed
 
 BROKEN = from_yaml((Path(__file__).parent / "broken.yaml").read_text())
 CASES = [

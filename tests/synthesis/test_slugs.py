@@ -15,7 +15,6 @@ from typing import Any
 
 import pytest
 
-import warm
 from children import gone, ran
 from once import beside, from_yaml
 from safenav import (
@@ -386,6 +385,13 @@ def test_a_signal_ends_the_syntheses_before_the_caller_ends(
     assert pids and all(gone(int(pid)) for pid in pids)
 
 
+_OWNER = """
+import sys
+from safenav import Synthesizer, read_specification
+Synthesizer(seconds=None).synthesize(read_specification(open(sys.argv[1]).read()))
+"""
+
+
 @pytest.mark.parametrize("foreign", [False, True], ids=["own", "foreign"])
 def test_a_synthesizer_ends_with_an_owner_that_is_killed(
     foreign: bool, slugs: Path, script: Script, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -395,12 +401,13 @@ def test_a_synthesizer_ends_with_an_owner_that_is_killed(
     file.write_text(ENDLESS)
     if foreign:
         monkeypatch.setenv("SAFENAV_SLUGS", str(script(UPSTREAM + "exec sleep 900")))
-    with Path(os.devnull).open("w") as nothing:
-        owner = warm.started("synth", file, out=nothing.fileno())
     begun = "sleep" if foreign else "--explicitStrategy"
-    while not (found := [child for child in children_of(owner) if begun in command_of(child)]):
-        time.sleep(0.02)
-    os.kill(owner, signal.SIGKILL)
+    with subprocess.Popen([sys.executable, "-c", _OWNER, file]) as owner:
+        found = list[int]()
+        while not found:
+            time.sleep(0.02)
+            found = [child for child in children_of(owner.pid) if begun in command_of(child)]
+        owner.kill()
     assert gone(found[0])
     if not foreign:
         orphan = ran([slugs, "--version"], env={"SLUGS_PARENT": "1"})
