@@ -7,9 +7,10 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
-from safenav import Mission, Scenario, TraceWriter, check_motion
+from safenav import Mission, Scenario, TraceWriter, check_motion, load_scenario
 from safenav.fleet.driven import driven_motion
-from safenav.fleet.file import Station
+from safenav.fleet.file import Station, load_fleet
+from safenav.fleet.lab.simulation import SimulationTransport
 from safenav.fleet.world import FleetWorld
 from safenav.motion.check.examination import Finding
 from safenav.motion.file import Motion, parsed, text_of
@@ -45,6 +46,13 @@ def watched(physics: Any) -> Any:
 
     physics._step, physics.moving, physics.log = noted, moving, log
     return physics
+
+
+def physics_of(scenario: Path, fleet: Path) -> Any:
+    """The watched physics of the robots of a scenario, which a fleet file puts into a lab."""
+    plan = load_scenario(scenario)
+    given = load_fleet(fleet, plan)
+    return watched(SimulationTransport(plan, given.stations, given.simulation).physics)
 
 
 def drive_in(

@@ -15,15 +15,117 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
-from fleet.lab import watched
-from safenav import load_scenario
-from safenav.fleet.file import load_fleet
-from safenav.fleet.lab.simulation import SimulationTransport
-from safenav.fleet.ros2 import node as ros
-from safenav.fleet.ros2.node import LATCHED, RELIABLE, SENSOR, SERVICE, Participant
+from cyclonedds.core import Listener, Policy, Qos
+from cyclonedds.domain import Domain, DomainParticipant
+from cyclonedds.idl import make_idl_struct, types
+from cyclonedds.idl.annotations import final
+from cyclonedds.pub import DataWriter
+from cyclonedds.sub import DataReader
+from cyclonedds.topic import Topic
+from cyclonedds.util import duration
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from fleet.lab import physics_of
+from once import beside, from_yaml
+
+DEFINED = from_yaml(beside(__file__, "interfaces.yaml"))
+CONFIGURATION = """<CycloneDDS><Domain><General>
+<Interfaces><NetworkInterface name="lo"/></Interfaces><AllowMulticast>false</AllowMulticast>
+</General><Discovery><ParticipantIndex>auto</ParticipantIndex>
+<MaxAutoParticipantIndex>60</MaxAutoParticipantIndex><Peers><Peer address="127.0.0.1"/></Peers>
+</Discovery></Domain></CycloneDDS>"""
+idl: Any = types
+
+
+@cache
+def typestore() -> Any:
+    """The definitions of interfaces that another library has, and those of ``interfaces.yaml``."""
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    for name, text in DEFINED["definitions"].items():
+        store.register(get_types_from_msg(text, name))
+    return store
+
+
+@cache
+def message(name: str) -> Any:
+    """The class of a message by its definition; a request or reply begins with its header."""
+    package, _, last = name.split("/")
+    called = last.endswith(("_Request", "_Response"))
+    folder = "action" if last.startswith("NavigateToPose") else "srv" if called else "msg"
+    fields: dict[str, Any] = {"client": idl.uint64, "number": idl.int64} if called else {}
+    fields |= {key: _type(*what) for key, what in typestore().fielddefs[name][1]}
+    return final(make_idl_struct(last, f"{package}::{folder}::dds_::{last}_", fields))
+
+
+def _type(shape: Any, detail: Any) -> Any:
+    if shape.name == "NAME":
+        return message(detail)
+    if shape.name == "BASE":
+        return {"string": str, "bool": bool}.get(detail[0]) or getattr(idl, detail[0])
+    inner, size = _type(*detail[0]), detail[1]
+    return idl.array[inner, size] if shape.name == "ARRAY" else idl.sequence[inner]
+
+
+def new(name: str, **given: Any) -> Any:
+    """A message; fields that are not given are zero or empty."""
+    fields = {key: _zero(*what) for key, what in typestore().fielddefs[name][1]}
+    return message(name)(**fields | given)
+
+
+def _zero(shape: Any, detail: Any) -> Any:
+    if shape.name == "NAME":
+        return new(detail)
+    if shape.name == "BASE":
+        return "" if detail[0] == "string" else False if detail[0] == "bool" else 0
+    return [_zero(*detail[0])] * detail[1] if shape.name == "ARRAY" else []
+
+
+_RELIABLY = Policy.Reliability.Reliable(duration(seconds=1))
+_CDR = Policy.DataRepresentation(use_cdrv0_representation=True)
+QUALITIES = {
+    "service": Qos(_RELIABLY, Policy.History.KeepAll, _CDR),
+    "reliable": Qos(_RELIABLY, Policy.History.KeepLast(10), _CDR),
+    "sensor": Qos(Policy.Reliability.BestEffort, Policy.History.KeepLast(5), _CDR),
+    "latched": Qos(_RELIABLY, Policy.Durability.TransientLocal, Policy.History.KeepLast(10), _CDR),
+}
+
+
+class Hearing(Listener):
+    """Passes the messages of a reader on."""
+
+    def __init__(self, take: Callable[[Any], None]) -> None:
+        super().__init__()  # type: ignore[no-untyped-call]
+        self._give = take
+
+    def on_data_available(self, reader: Any) -> None:
+        for each in reader.take(N=256):
+            if each.sample_info.valid_data:
+                self._give(each)
+
+
+class Node:
+    """A participant of a domain on the loopback interface."""
+
+    def __init__(self, domain: int) -> None:
+        self._kept: list[Any] = [Domain(domain, CONFIGURATION)]
+        self._participant = DomainParticipant(domain)
+
+    def _topic(self, name: str, kind: str, quality: str) -> Any:
+        return Topic(self._participant, name, message(kind), qos=QUALITIES[quality])
+
+    def listen(self, name: str, kind: str, take: Callable[[Any], None]) -> None:
+        topic, qos = self._topic(name, kind, "service"), QUALITIES["service"]
+        reader = DataReader(self._participant, topic, qos=qos, listener=Hearing(take))
+        self._kept.append(reader)
+
+    def writer(self, name: str, kind: str, quality: str = "reliable") -> Any:
+        topic = self._topic(name, kind, quality)
+        return DataWriter(self._participant, topic, qos=QUALITIES[quality])
+
 
 PERIOD = 0.01
 """Seconds between two messages."""
@@ -32,64 +134,74 @@ IDLE = 5
 LAG, LATE = 0.06, 0.03
 """Seconds by which scans are late: those of one region come when the robot is in the next one; and
 by which replies are."""
-STATUS = {"succeeded": ros.SUCCEEDED, "aborted": ros.ABORTED, "canceled": ros.CANCELED}
+STATUS = {"succeeded": 4, "canceled": 5, "aborted": 6}
+"""Final states of a goal (action_msgs/msg/GoalStatus)."""
+ACTION, TIME = "nav2_msgs/msg/NavigateToPose", "builtin_interfaces/msg/Time"
 Calls = queue.SimpleQueue[Callable[[], object] | None]
 
 
 def turned(yaw: float) -> Any:
-    return ros.Quaternion(0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
+    return new("geometry_msgs/msg/Quaternion", z=math.sin(yaw / 2), w=math.cos(yaw / 2))
 
 
-def transform(parent: str, child: str, place: tuple[float, float, float], stamp: Any) -> Any:
-    x, y, yaw = place
-    moved = ros.Transform(ros.Vector3(x, y, 0.0), turned(yaw))
-    header = ros.MessageHeader(stamp, parent)
-    return ros.TFMessage([ros.TransformStamped(header, child, moved)])
+def transform(parent: str, child: str, at: tuple[float, float, float], stamp: Any) -> Any:
+    x, y, yaw = at
+    place = new("geometry_msgs/msg/Vector3", x=x, y=y)
+    moved = new("geometry_msgs/msg/Transform", translation=place, rotation=turned(yaw))
+    named = {"header": header(stamp, parent), "child_frame_id": child}
+    one = new("geometry_msgs/msg/TransformStamped", **named, transform=moved)
+    return new("tf2_msgs/msg/TFMessage", transforms=[one])
+
+
+def header(stamp: Any, frame: str) -> Any:
+    return new("std_msgs/msg/Header", stamp=stamp, frame_id=frame)
+
+
+def of(request: Any) -> dict[str, int]:
+    """The header of the reply to a request."""
+    return {"client": request.client, "number": request.number}
 
 
 class Server:
     """Nav2 of one robot: an action server, odometry, a lidar, reports, a service per action. All
     its methods are called by one thread, in which ``calls`` are made."""
 
-    def __init__(self, physics: Any, robot: str, node: Participant, calls: Calls) -> None:
+    def __init__(self, physics: Any, robot: str, node: Node, calls: Calls) -> None:
         self.physics, (self.name, *self.faults) = physics, robot.split("+")
         self.goals, self.goal = 0, b""
-        self.waiting: dict[bytes, tuple[int, int]] = {}
+        self.waiting: dict[bytes, dict[str, int]] = {}
         self.ended: dict[bytes, int] = {}
-        self.acting: list[tuple[Any, int, int]] = []
+        self.acting: list[tuple[Any, dict[str, int]]] = []
         self.outbox: list[tuple[float, Callable[[], None]]] = []
 
         def serves(service: str, kind: str, take: Callable[[Any], None]) -> Any:
             def taken(request: Any) -> None:
                 calls.put(lambda: take(request))
 
-            node.listen(
-                f"rq/{self.name}/{service}Request", getattr(ros, f"{kind}Request"), taken, SERVICE
-            )
-            return node.writer(
-                f"rr/{self.name}/{service}Reply", getattr(ros, f"{kind}Reply"), SERVICE
-            )
+            node.listen(f"rq/{self.name}/{service}Request", f"{kind}_Request", taken)
+            return node.writer(f"rr/{self.name}/{service}Reply", f"{kind}_Response", "service")
 
         action = "navigate_to_pose/_action"
-        self.accept = serves(f"{action}/send_goal", "Navigate", self.sent)
-        self.tell = serves(f"{action}/get_result", "Result", self.asked)
-        self.stop = serves(f"{action}/cancel_goal", "Cancel", self.cancelled)
+        self.accept = serves(f"{action}/send_goal", f"{ACTION}_SendGoal", self.sent)
+        self.tell = serves(f"{action}/get_result", f"{ACTION}_GetResult", self.asked)
+        self.stop = serves(f"{action}/cancel_goal", "action_msgs/msg/CancelGoal", self.cancelled)
         self.acts = {
-            word: serves(word, "Trigger", lambda request, word=word: self.called(word, request))
+            word: serves(
+                word, "std_srvs/msg/Trigger", lambda request, word=word: self.called(word, request)
+            )
             for word in ("push", "sense")
         }
 
-        def topic(name: str, kind: Any, quality: Any = RELIABLE) -> Any:
-            return node.writer(f"rt/{self.name}/{name}", kind, quality)
-
-        self.odom, self.tf = topic("odom", ros.Odometry), topic("tf", ros.TFMessage)
-        self.fixed = topic("tf_static", ros.TFMessage, LATCHED)
+        topic, transforms = f"rt/{self.name}", "tf2_msgs/msg/TFMessage"
+        self.odom = node.writer(f"{topic}/odom", "nav_msgs/msg/Odometry")
+        self.tf = node.writer(f"{topic}/tf", transforms)
+        self.fixed = node.writer(f"{topic}/tf_static", transforms, "latched")
         if "tf" in self.faults:
             at = (0.1, 0.0, 0.0)
-            self.fixed.write(transform("base_footprint", f"{self.name}/base", at, ros.Time()))
-        self.scans = topic("scan", ros.LaserScan, SENSOR)
-        self.reports = topic("obstacles", ros.String)
-        self.alarm = node.writer("rt/building/alarm", ros.Bool, RELIABLE)
+            self.fixed.write(transform("base_footprint", f"{self.name}/base", at, new(TIME)))
+        self.scans = node.writer(f"{topic}/scan", "sensor_msgs/msg/LaserScan", "sensor")
+        self.reports = node.writer(f"{topic}/obstacles", "std_msgs/msg/String")
+        self.alarm = node.writer("rt/building/alarm", "std_msgs/msg/Bool")
 
     def later(self, seconds: float, send: Callable[[], None]) -> None:
         self.outbox.append((time.monotonic() + seconds, send))
@@ -102,7 +214,7 @@ class Server:
         yaw = 2 * math.atan2(pose.orientation.z, pose.orientation.w)
         self.goal, self.goals = bytes(request.goal_id.uuid), self.goals + 1
         for _ in range(1 + ("doubled" in self.faults)):
-            self.accept.write(ros.NavigateReply(request.client, request.number, True, ros.Time()))
+            self.accept.write(new(f"{ACTION}_SendGoal_Response", **of(request), accepted=True))
         if "abort" in self.faults and self.goals == 3:
             self.end("aborted")
         else:
@@ -117,22 +229,22 @@ class Server:
 
     def asked(self, request: Any) -> None:
         goal = bytes(request.goal_id.uuid)
-        self.waiting[goal] = (request.client, request.number)
+        self.waiting[goal] = of(request)
         self.answer(goal)
 
     def answer(self, goal: bytes) -> None:
         """Tell how a goal has ended, once it has, and that is asked."""
         if goal in self.ended and goal in self.waiting:
-            asked = self.waiting.pop(goal)
+            ended = {**self.waiting.pop(goal), "status": self.ended[goal]}
             for _ in range(1 + ("doubled" in self.faults)):
-                self.tell.write(ros.ResultReply(*asked, self.ended[goal], ros.NavigateResult(0)))
+                self.tell.write(new(f"{ACTION}_GetResult_Response", **ended))
 
     def cancelled(self, request: Any) -> None:
-        self.stop.write(ros.CancelReply(request.client, request.number, 0, []))
+        self.stop.write(new("action_msgs/msg/CancelGoal_Response", **of(request)))
         self.physics.stop(self.name)
 
     def called(self, word: str, request: Any) -> None:
-        self.acting.append((self.acts[word], request.client, request.number))
+        self.acting.append((self.acts[word], of(request)))
         self.physics.perform(self.name, word)
 
     # Topics
@@ -140,32 +252,36 @@ class Server:
     def publish(self) -> None:
         robot, now = self.physics.state(self.name), time.time()
         x, y, yaw = robot["x"], robot["y"], robot["yaw"]
-        stamp = ros.Time(int(now), int(now % 1 * 1e9))
-        header = ros.MessageHeader(stamp, "map")
-        pose = ros.PlacedPose(ros.Point(x, y, 0.0), turned(yaw))
+        stamp = new(TIME, sec=int(now), nanosec=int(now % 1 * 1e9))
+        on_map = header(stamp, "map")
         if "tf" not in self.faults:
-            self.odom.write(ros.Odometry(header, "base_link", ros.PoseWithCovariance(pose)))
+            point = new("geometry_msgs/msg/Point", x=x, y=y)
+            place = new("geometry_msgs/msg/Pose", position=point, orientation=turned(yaw))
+            body = new("geometry_msgs/msg/PoseWithCovariance", pose=place)
+            self.odom.write(new("nav_msgs/msg/Odometry", header=on_map, pose=body))
         else:  # odometry began elsewhere, turned by a quarter; the localization knows where
             x, y = x - 0.1 * math.cos(yaw), y - 0.1 * math.sin(yaw)
             drifted = (y - 2.0, 1.0 - x, yaw - math.pi / 2)
             self.tf.write(transform("map", "odom", (1.0, 2.0, math.pi / 2), stamp))
             self.tf.write(transform("odom", "base_footprint", drifted, stamp))
         if "alarm" in self.faults:
-            self.alarm.write(ros.Bool(self.goals == 1))
+            self.alarm.write(new("std_msgs/msg/Bool", data=self.goals == 1))
         late = LATE if "late" in self.faults else 0.0
         if (end := robot["end"]) is not None:
             self.later(late, lambda: self.end(end))
         if (acted := robot["acted"]) is not None:
-            for reply, *asked in self.acting:
-                answer = ros.TriggerReply(*asked, acted == "done", acted)
+            for reply, asked in self.acting:
+                said = {"success": acted == "done", "message": acted}
+                answer = new("std_srvs/msg/Trigger_Response", **asked, **said)
                 self.later(late, lambda reply=reply, answer=answer: reply.write(answer))  # type: ignore[misc]
             self.acting = []
         if not robot["moves"]:
             for found in filter(None, self.physics.noticed(self.name).values()):
-                self.reports.write(ros.String(found))
+                self.reports.write(new("std_msgs/msg/String", data=found))
             _, ranges = self.physics.scan(self.name)
-            step = 2 * math.pi / len(ranges)
-            scan = ros.LaserScan(header, 0.0, 2 * math.pi, step, 0.0, 0.0, 0.05, 7.5, ranges, [])
+            limits = {"angle_max": 2 * math.pi, "range_min": 0.05, "range_max": 7.5}
+            limits["angle_increment"] = 2 * math.pi / len(ranges)
+            scan = new("sensor_msgs/msg/LaserScan", header=on_map, ranges=ranges, **limits)
             self.later(LAG if "lag" in self.faults else 0.0, lambda: self.scans.write(scan))
         due = [send for at, send in self.outbox if at <= time.monotonic()]
         self.outbox = [(at, send) for at, send in self.outbox if send not in due]
@@ -183,10 +299,7 @@ def commands(physics: Any, calls: Calls) -> None:
 
 
 def main(domain: int, scenario: Path, fleet: Path, pace: float, robots: list[str]) -> None:
-    plan = load_scenario(scenario)
-    given = load_fleet(fleet, plan)
-    physics = watched(SimulationTransport(plan, given.stations, given.simulation).physics)
-    node, calls = Participant(domain, "lo", ("127.0.0.1",)), Calls()
+    physics, node, calls = physics_of(scenario, fleet), Node(domain), Calls()
     servers = [Server(physics, robot, node, calls) for robot in robots]
     threading.Thread(target=commands, args=(physics, calls), daemon=True).start()
     print(json.dumps("ready"), flush=True)
@@ -195,7 +308,7 @@ def main(domain: int, scenario: Path, fleet: Path, pace: float, robots: list[str
         try:
             call = calls.get(timeout=max(0.001, due - time.monotonic()))
             if call is None:
-                return node.close()
+                return
             call()
         except queue.Empty:
             physics.step(speed * PERIOD)

@@ -213,6 +213,8 @@ def test_a_rehearsal_is_the_run_in_time(name: str, tmp_path: Path) -> None:
 
 
 ROS = "safenav-fleet: 1\ntransport: ros2\n"
+ALONE = f"{ROS}network: {{domain: 231}}\n"
+SIDE = "  resolution: 2.0\n"
 SIMULATION = "safenav-fleet: 1\ntransport: simulation\nsimulation: {pace: 1000}\n"
 
 
@@ -220,13 +222,19 @@ SIMULATION = "safenav-fleet: 1\ntransport: simulation\nsimulation: {pace: 1000}\
     ("side", "fleet", "told"),
     [
         ("", SIMULATION, "add 'resolution: 1.0'"),
+        (SIDE, ALONE, "no answer in 0.2 s from /quad/odom, /digit/odom"),
         (
-            "  resolution: 2.0\n",
-            ROS + "network: {domain: 231}\n",
-            "no answer in 0.2 s from /quad/odom, /digit/odom",
+            SIDE,
+            ALONE + "robots: {digit: {namespace: /lab/a/}}\n",
+            "no answer in 0.2 s from /quad/odom, /lab/a/odom",
+        ),
+        (
+            SIDE,
+            ALONE + "robots: {digit: {namespace: /}, quad: {tf: {topic: /s, frame: quad}}}\n",
+            "no answer in 0.2 s from /s, /odom",
         ),
     ],
-    ids=["no metres", "no robots"],
+    ids=["no metres", "no robots", "below a namespace", "absolute"],
 )
 def test_a_drive_that_cannot_begin_is_refused_before_any_move(
     side: str, fleet: str, told: str, tmp_path: Path
@@ -364,3 +372,23 @@ def test_a_drive_in_the_simulation_ends_as_expected(case: dict[str, Any]) -> Non
         ends = max(piece["t1"] for piece in motion if piece["type"] == "segment")
         assert ends == resets[-1]["t"] <= motion[-1]["makespan"]
     assert all(one["off"] < case.get("off", 1e9) for one in tracked)
+
+
+def test_a_drive_of_the_simulation_does_not_depend_on_the_machine(tmp_path: Path) -> None:
+    """Time stands still there while the mission thinks, however long that takes."""
+    texts = [beside(__file__, f"scenarios/blocked{end}.yaml") for end in ("", ".fleet")]
+    quick, words = driven(*texts), files(tmp_path, *texts)
+    with subprocess.Popen([PROGRAM, *words, "--motion", tmp_path / "m.jsonl"]) as process:
+        while process.poll() is None:
+            if (tmp_path / "t.jsonl").exists():
+                process.send_signal(signal.SIGSTOP)
+                time.sleep(0.02)
+                process.send_signal(signal.SIGCONT)
+            time.sleep(0.02)
+    own = {"seconds", "synthesis_seconds", "cached", "trace"}
+    for name in ("t.jsonl", "m.jsonl"):
+        one, two = (
+            [{k: v for k, v in line.items() if k not in own} for line in lines_of(at / name)]
+            for at in (quick, tmp_path)
+        )
+        assert one == two

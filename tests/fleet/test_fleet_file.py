@@ -112,3 +112,25 @@ def test_actions_without_services_are_named(robots: str, told: list[str], tmp_pa
     done = rehearsed(HEAD + robots, tmp_path, yard)
     found = [line for line in done.stderr.splitlines() if "service" in line]
     assert len(found) == len(told) and all(map(str.__contains__, found, told)), done.stderr
+
+
+@pytest.mark.parametrize(
+    ("network", "told"),
+    [
+        ("interface: wlan9", "network interface 'wlan9'\n    this machine has lo"),
+        ('peers: ["127.0.0.1:7410", "robot 1"]', "'robot 1' is not the address of a robot"),
+        ('peers: ["::1"]', "'::1' is not the address of a robot"),
+        ('peers: ["127.0.0.1:port"]', "'127.0.0.1:port' is not the address of a robot"),
+        ('peers: ["127.0.0.1:99999"]', "ports are 1 to 65535"),
+    ],
+)
+def test_an_unknown_network_interface_or_peer_is_refused(
+    network: str, told: str, tmp_path: Path
+) -> None:
+    """cyclonedds ended the process for a peer whose name it did not know."""
+    pytest.importorskip("cyclonedds", reason="the ROS 2 transport needs the extra 'ros2'")
+    text = CASE.read_text().replace("map:\n", "map:\n  resolution: 2.0\n")
+    (tmp_path / "plan.yaml").write_text(text)
+    (tmp_path / "fleet.yaml").write_text(f"{HEAD}network: {{domain: 9, {network}}}\n")
+    done = safenav("drive", tmp_path / "plan.yaml", "--fleet", tmp_path / "fleet.yaml")
+    assert done.returncode == 2 and told in done.stderr

@@ -41,15 +41,6 @@ def test_own_keys_win_over_defaults(tmp_path: Path) -> None:
     jsonschema.validate(FILES["own"], SCHEMA)
 
 
-@pytest.mark.parametrize(("namespace", "found"), [("/lab/a/", "/lab/a/odom"), ("/", "/odom")])
-def test_names_are_below_the_namespace_unless_absolute(
-    namespace: str, found: str, tmp_path: Path
-) -> None:
-    fleet = loaded(f"{HEAD}robots: {{digit: {{namespace: {namespace}}}}}\n", tmp_path)
-    assert fleet.stations["digit"].pose_topic == found
-    assert [fleet.stations["quad"].path(topic) for topic in ("odom", "/s")] == ["/quad/odom", "/s"]
-
-
 @pytest.mark.parametrize("side", [0.4, 1.0, 2.0])
 def test_default_distances_end_inside_the_region(side: float, tmp_path: Path) -> None:
     """And by default nothing leaves the machine."""

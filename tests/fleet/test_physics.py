@@ -1,27 +1,16 @@
 """The simulation in metres: contacts, robots that act on obstacles; drives.yaml has the rest."""
 
-import json
-import time
-from pathlib import Path
 from typing import Any
 
 import pytest
-from msgspec.structs import replace
 
 pytest.importorskip("mujoco", reason="the simulation needs the extra 'simulation'")
 
-from fleet.lab import drive_in, watched
+from fleet.lab import watched
 from once import beside
-from safenav import (
-    Clock,
-    Obstacle,
-    built_in,
-    load_scenario_text,
-)
-from safenav.fleet.file import load_fleet
+from safenav import Obstacle, built_in, load_scenario_text
 from safenav.fleet.lab.physics import Physics, straight
-from safenav.fleet.transport import DriveRecording, Places
-from safenav.fleet.world import fleet_world
+from safenav.fleet.transport import Places
 
 HALL = beside(__file__, "scenarios/hall_with_origin.yaml")
 YARD = beside(__file__, "scenarios/two_lifters.yaml")
@@ -45,19 +34,14 @@ class Floor:
                 return found
         return None
 
-    def goes(self, name: str, region: int, east: float = 0.0) -> Any:
-        """Send a robot to a region, or metres east of its centre; how that ended."""
-        x, y = self.places.centre(region)
-        self.physics.send(name, x + east, y, 0.0 if name == "digit" else None)
+    def goes(self, name: str, region: int) -> Any:
+        """Send a robot to a region; how that ended."""
+        self.physics.send(name, *self.places.centre(region), 0.0 if name == "digit" else None)
         return self.ended(name, "end")
 
     def acts(self, name: str, action: str) -> Any:
         self.physics.perform(name, action)
         return self.ended(name, "acted")
-
-    def ahead(self, name: str = "left") -> float:
-        """Metres from a robot to what is in its east."""
-        return float(self.physics.scan(name)[1][0])
 
 
 def test_a_drone_is_stopped_by_a_closed_door_and_a_walker_opens_it() -> None:
@@ -65,13 +49,13 @@ def test_a_drone_is_stopped_by_a_closed_door_and_a_walker_opens_it() -> None:
     hall = Floor(DOOR, text=HALL)
     assert [hall.goes("quad", n) for n in (11, 10, 12)] == ["succeeded", "aborted", "succeeded"]
     assert hall.goes("digit", 9) == "succeeded"
-    assert hall.ahead("digit") < 2.0  # the door, straight ahead
+    assert hall.physics.scan("digit")[1][0] < 2.0  # the door, straight ahead
     assert hall.acts("digit", "push") == "failed"
     assert hall.goes("digit", 10) == "succeeded"
     assert hall.acts("digit", "push") == "done"
     assert set(hall.physics.log()["contacts"]) == {"door@10 quad"}
     assert hall.goes("digit", 9) == "succeeded"
-    assert hall.ahead("digit") > 4.0
+    assert hall.physics.scan("digit")[1][0] > 4.0
     assert [hall.goes("quad", region) for region in (11, 10)] == ["succeeded"] * 2
 
 
@@ -89,20 +73,3 @@ def test_a_crate_is_lifted_by_two_robots_at_once() -> None:
         physics.perform(name, "lift")
     assert [yard.ended(name, "acted") for name in ("left", "right")] == ["done"] * 2
     assert not physics.standing and yard.acts("left", "lift") == "nothing"
-
-
-def test_a_drive_of_the_simulation_does_not_depend_on_the_machine(tmp_path: Path) -> None:
-    """Time stands still there while the mission thinks, however long that takes."""
-    plan = load_scenario_text(beside(__file__, "scenarios/blocked.yaml"))
-    plan = replace(plan, clock=Clock.LIVE)
-    fleet = load_fleet(Path(__file__).parent / "scenarios/blocked.fleet.yaml", plan)
-
-    def driven(*listeners: Any) -> tuple[list[dict[str, Any]], Any]:
-        world = fleet_world(plan, fleet, DriveRecording())
-        drive = drive_in(world, plan, fleet.stations, tmp_path / "t.jsonl", listeners)
-        own = {"seconds", "synthesis_seconds", "cached"}
-        lines = [json.loads(line) for line in drive.lines]
-        return [{k: v for k, v in line.items() if k not in own} for line in lines], drive.motion
-
-    quick, slow = driven(), driven(lambda _: time.sleep(0.05))
-    assert quick[0] == slow[0] and quick[1].lines == slow[1].lines

@@ -9,7 +9,7 @@ import sys
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from functools import cache, partial
+from functools import partial
 from math import atan2, cos, inf, nan, pi, sin
 from pathlib import Path
 from queue import SimpleQueue
@@ -27,14 +27,15 @@ pytest.importorskip("numpy", reason="references need the extra 'motion'")
 import numpy
 
 from fleet.lab import drive_in
-from once import beside, from_yaml
-from safenav import ActResult, Clock, UsageError, check_trace, load_scenario_text
+from fleet.ros2_peer import DEFINED, typestore
+from once import beside
+from safenav import ActResult, Clock, check_trace, load_scenario_text
 from safenav.fleet.file import FollowUse, Network, Station
 from safenav.fleet.following import mover_of, resting_place
 from safenav.fleet.ros2 import node
 from safenav.fleet.ros2 import transport as streams
 from safenav.fleet.ros2.interfaces import INTERFACES
-from safenav.fleet.ros2.node import Client, Participant, Taking
+from safenav.fleet.ros2.node import Client, Taking
 from safenav.fleet.setpoints import PERIOD, Setpoints
 from safenav.fleet.transport import (
     DriveRecording,
@@ -49,18 +50,6 @@ from safenav.fleet.transport import (
 from safenav.fleet.world import FleetWorld
 from safenav.motion.check.execution import trackings
 from safenav.motion.file import Foothold
-
-DEFINED = from_yaml(beside(__file__, "interfaces.yaml"))
-
-
-@cache
-def typestore() -> Any:
-    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
-
-    store = get_typestore(Stores.ROS2_HUMBLE)
-    for name, text in DEFINED["definitions"].items():
-        store.register(get_types_from_msg(text, name))
-    return store
 
 
 def drawn(name: str, rng: random.Random) -> Any:
@@ -409,22 +398,3 @@ def test_messages_of_a_reader_that_has_left_are_ignored() -> None:
     listener.on_data_available(None)
     listener.on_data_available(reader)
     assert heard == ["on"]
-
-
-@pytest.mark.parametrize(
-    ("interface", "peers", "told"),
-    [
-        ("wlan9", (), "network interface 'wlan9'\n    this machine has lo"),
-        ("lo", ("127.0.0.1:7410", "robot 1"), "'robot 1' is not the address of a robot"),
-        ("lo", ("::1",), "'::1' is not the address of a robot"),
-        ("lo", ("127.0.0.1:port",), "'127.0.0.1:port' is not the address of a robot"),
-        ("lo", ("127.0.0.1:99999",), "ports are 1 to 65535"),
-    ],
-)
-def test_an_unknown_network_interface_or_peer_is_refused(
-    interface: str, peers: tuple[str, ...], told: str
-) -> None:
-    """cyclonedds ended the process for a peer whose name it did not know."""
-    with pytest.raises(UsageError) as error:
-        Participant(9, interface, peers)
-    assert told in str(error.value)

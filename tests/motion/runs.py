@@ -56,10 +56,6 @@ def findings(trace: Path, *motions: Path) -> list[dict[str, Any]]:
     return found
 
 
-def lines_of(file: Path) -> list[dict[str, Any]]:
-    return [json.loads(line) for line in file.read_text().splitlines()]
-
-
 def written(lines: Sequence[dict[str, Any]], file: Path) -> Path:
     file.write_text("".join(f"{json.dumps(line)}\n" for line in lines))
     return file

@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from fleet.drives import driven
-from motion.runs import SHIPPED, findings, lines_of, motion, moved, written
+from fleet.drives import driven, lines_of
+from motion.runs import SHIPPED, findings, motion, moved, written
 from motion.runs import played as traced
 from once import beside, from_yaml, made_once, trace_of_shipped
 from safenav import check_motion, motion_of, read_trace

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 from numpy.polynomial import polynomial
 
-from fleet.drives import driven
-from motion.runs import findings, lines_of, live_trace, motion, moved, played, written
+from fleet.drives import driven, lines_of
+from motion.runs import findings, live_trace, motion, moved, played, written
 from once import SCENARIOS, beside, from_yaml, trace_of_shipped
 from report.runs import data_of, paged
 from safenav import InputError, UsageError, check_motion, load_scenario_text, motion_of, read_trace
