@@ -1,8 +1,10 @@
-"""The structured-slugs expression language: reading, printing, checking, evaluating."""
+"""The structured-slugs expression language: read and printed by scenarios, checked against
+declarations, evaluated by the verifier of strategies."""
 
-import pickle
+import json
 import re
 from collections.abc import Callable
+from random import Random
 from typing import Any
 
 import pytest
@@ -10,132 +12,119 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from once import beside, from_yaml
-from safenav.formula import syntax
-from safenav.formula.parser import FormulaError, check, parse
-from safenav.formula.prefix import to_infix
-from safenav.formula.syntax import Connective, Operation, evaluate, to_text
+from oracle.infix import truth
+from oracle.specification import Atom, Compare, Constant, Formula, Number, apply
+from oracle.text import infix
+from safenav import InputError, Strategy, first_failure, load_scenario_text, read_specification
 
-BOOLEANS = ("a", "b", "next_one", "Xs")
-INTEGERS = ("x", "y")
-
-
-def formulas(primes: st.SearchStrategy[bool], *larger: st.SearchStrategy[syntax.Formula]) -> Any:
-    """Any formula; ``larger``: forms of it that are no operations on others."""
-    integers = st.builds(syntax.Name, st.sampled_from(INTEGERS), primes)
-    atoms = integers | st.builds(syntax.Number, st.integers(0, 9))
-    terms = atoms | st.builds(syntax.Sum, st.lists(atoms, min_size=2, max_size=3).map(tuple))
-    leaves = [
-        st.builds(syntax.Name, st.sampled_from(BOOLEANS), primes),
-        st.builds(syntax.Comparison, st.sampled_from(syntax.Relation), terms, terms),
-        st.builds(syntax.Constant, st.booleans()),
-    ]
-    flat = st.sampled_from([Connective.AND, Connective.OR, Connective.XOR])
-    pairs = st.sampled_from([Connective.IMPLIES, Connective.IFF])
-
-    def joined(parts: st.SearchStrategy[syntax.Formula]) -> st.SearchStrategy[syntax.Formula]:
-        return st.one_of(
-            st.builds(Operation, st.just(Connective.NOT), st.tuples(parts)),
-            st.builds(Operation, flat, st.lists(parts, min_size=2, max_size=3).map(tuple)),
-            st.builds(Operation, pairs, st.tuples(parts, parts)),
-        )
-
-    return st.recursive(st.one_of(*leaves, *larger), joined, max_leaves=12)
+BOOLEANS = ("a", "b", "c", "d", "flag", "next_one", "Xs")
+MEMORY: dict[str, Any] = {**dict.fromkeys(BOOLEANS, "bool"), "x": [2, 9], "y": [0, 9]}
+OBJECTIVE = {"memory": MEMORY, "liveness": ["region = 0"]}
 
 
-unprimed = formulas(st.just(False))
-following = st.builds(Operation, st.just(Connective.NEXT), st.tuples(unprimed))
-
-
-@given(formulas(st.booleans(), following))
-def test_a_printed_formula_reads_back_unchanged(formula: syntax.Formula) -> None:
-    assert parse(to_text(formula)) == formula
-
-
-@given(st.text(alphabet="abx019 '()!&|^-<>=+~/\\FGUWXnextTRUE@.é#*", max_size=40))
-def test_any_text_gives_a_formula_or_an_error_with_a_position(text: str) -> None:
-    column = 1
+def read(formula: str, part: str = "safety") -> str:
+    """Return a formula of a robot as its scenario has it. Errors are in columns of the formula."""
+    ltl = json.dumps(OBJECTIVE | {part: [formula]}, ensure_ascii=False)
+    line = f"robots: {{ann: {{model: quadcopter, start: 0, objective: {{ltl: {ltl}}}}}}}"
     try:
-        formula = parse(text)
-    except FormulaError as error:
-        column = error.column
+        scenario = load_scenario_text(f'safenav: 1\nmap: {{grid: [".."]}}\n{line}')
+    except InputError as error:
+        begin = line.index(f'"{part}": ["') + len(part) + 6
+        found = (each._replace(column=each.column - begin) for each in error.diagnostics)
+        raise InputError([*found]) from None
+    (printed,) = getattr(scenario.robots[0].objective, part)
+    return str(printed)
+
+
+def holds(formula: str, **values: int) -> bool:
+    """Whether a formula on steps holds for a robot that stays where its variables have values."""
+    declared = "\n".join(name if name in "ab" else f"{name}:0...1" for name in values)
+    specification = read_specification(f"[OUTPUT]\n{declared}\n[SYS_TRANS]\n{formula}\n")
+    names = [name if name in "ab" else f"{name}@0.0.1" for name in values]
+    node = {"rank": 0, "state": [*values.values()], "trans": [0]}
+    data = {"version": 0, "slugs": "1", "variables": names, "nodes": {"0": node}}
+    strategy = Strategy.parse(json.dumps(data).encode(), specification)
+    return first_failure(specification, strategy) is None
+
+
+class First(Random):
+    """Chooses the first spelling of each operator, and no parentheses that are not needed."""
+
+    def choice(self, seq: Any) -> Any:
+        return seq[0]
+
+    def random(self) -> float:
+        return 1.0
+
+
+def formulas(primes: st.SearchStrategy[bool], *larger: st.SearchStrategy[Formula]) -> Any:
+    """Any formula; ``larger``: forms of it that are no operations on others."""
+    names = st.builds(Number, st.sampled_from(("x", "y")), primes)
+    sums = st.lists(names | st.builds(Number, st.integers(2, 9)), min_size=1, max_size=3).map(tuple)
+    relations = st.sampled_from(("=", "!=", "<", "<=", ">", ">="))
+    leaves = [
+        st.builds(Atom, st.sampled_from(BOOLEANS), primes),
+        st.builds(Compare, relations, names.map(lambda name: (name,)), sums),
+        st.builds(Constant, st.booleans()),
+    ]
+    signs = st.sampled_from(("&", "|", "^", "->", "<->"))
+    return st.recursive(
+        st.one_of(*leaves, *larger),
+        lambda part: st.builds(apply, st.just("!"), part) | st.builds(apply, signs, part, part),
+        max_leaves=12,
+    )
+
+
+following = st.builds(apply, st.just("next"), formulas(st.just(False)))
+
+
+@given(formulas(st.booleans(), following), st.integers(0, 10**6))
+def test_a_formula_is_read_in_every_spelling_and_printed_in_one(
+    formula: Formula, seed: int
+) -> None:
+    random, plain = Random(seed), infix(formula, First())
+    printed = read(infix(formula, random))
+    assert read(plain) == printed == read(printed)
+    one, other = truth(plain), truth(printed)
+    for _ in range(8):
+        now, then = ({name: random.randint(0, 1) for name in BOOLEANS} for _ in range(2))
+        for state in (now, then):
+            state.update(x=random.randint(2, 9), y=random.randint(2, 9))
+        assert one(now, then) == other(now, then)
+
+
+@given(st.text(alphabet="abx019 '()!&|^-<>=+~/\\FGUWXnextTRUE@.é#*", min_size=1, max_size=40))
+def test_any_text_gives_a_formula_or_an_error_with_a_position(text: str) -> None:
+    try:
+        printed = read(text)
+    except InputError as error:
+        for each in error.diagnostics:
+            assert each.found and 0 <= each.column < len(json.dumps(text, ensure_ascii=False))
     else:
-        assert parse(to_text(formula)) == formula
-    assert 1 <= column <= len(text) + 1
+        assert read(printed) == printed
 
 
 @pytest.mark.parametrize(("alias", "plain"), from_yaml(beside(__file__, "same.yaml")))
 def test_aliases_mean_the_same(alias: str, plain: str) -> None:
-    assert parse(alias) == parse(plain)
-    assert to_text(parse(alias)) == plain
+    assert read(alias) == read(plain) == plain
 
 
-@pytest.mark.parametrize(("text", "column", "words"), from_yaml(beside(__file__, "errors.yaml")))
-def test_errors_point_at_the_position(text: str, column: int, words: str) -> None:
-    with pytest.raises(FormulaError, match=f"column {column}: .*{words}") as caught:
-        parse(text)
-    assert caught.value.column == column
-    assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
+ERRORS = [
+    *from_yaml(beside(__file__, "errors.yaml")),
+    ["(" * 5000 + "a" + ")" * 5000, None, "nested too deep"],
+    ["!" * 5000 + "a", None, "nested too deep"],
+    ["a" + " -> a" * 5000, None, "nested too deep"],
+    ["(" * 90 + "a" + "".join(" -> a" * 90 + ")" for _ in range(90)), None, "nested too deep"],
+    ["(" * 90 + "a" + "".join(" & a | b)" for _ in range(90)), None, "nested too deep"],
+]
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "(" * 5000 + "a" + ")" * 5000,
-        "!" * 5000 + "a",
-        "a" + " -> a" * 5000,
-        "(" * 90 + "a" + "".join(" -> a" * 90 + ")" for _ in range(90)),
-        "(" * 90 + "a" + "".join(" & a | b)" for _ in range(90)),
-    ],
-    ids=["parentheses", "negations", "implications", "both", "chains"],
-)
-def test_deep_nesting_is_refused_with_a_message(text: str) -> None:
-    with pytest.raises(FormulaError, match="too deeply"):
-        parse(text)
-
-
-def test_long_chains_are_flat() -> None:
-    formula = parse(" | ".join(f"x = {i}" for i in range(5000)))
-    assert evaluate(formula, {"x": 4999})
-    assert not evaluate(formula, {"x": 5000})
-
-
-VALUES = [{"a": a, "b": b} for a in (False, True) for b in (False, True)]
-
-
-@pytest.mark.parametrize(
-    ("text", "truth"),
-    [
-        ("!a | b & !b", lambda a, **_: not a),
-        ("a & b", lambda a, b: a and b),
-        ("a | b", lambda a, b: a or b),
-        ("a ^ b", lambda a, b: a is not b),
-        ("a ^ b ^ !a ^ a", lambda a, b: a is b),
-        ("a -> b", lambda a, b: not a or b),
-        ("a <-> b", lambda a, b: a is b),
-        ("next(a) & b'", lambda a, b: a and b),
-    ],
-)
-def test_operators_have_their_truth_tables(text: str, truth: Callable[..., bool]) -> None:
-    formula = parse(text)
-    assert [evaluate(formula, v, v) for v in VALUES] == [truth(**v) for v in VALUES]
-
-
-def test_named_constants_become_numbers() -> None:
-    places = {"dock": 47}
-    formula = parse("x = dock | next(!(dock < x + 1)) | x = dock'")
-    assert syntax.variables(formula) == {"x", "dock"}
-    resolved = syntax.resolve_constants(formula, lambda name, _: places.get(name.name))
-    assert to_text(resolved) == "x = 47 | next(!(47 < x + 1)) | x = dock'"
-
-
-def test_a_formula_needs_the_values_of_its_variables() -> None:
-    with pytest.raises(ValueError, match="next state"):
-        evaluate(parse("a'"), {"a": True})
-    with pytest.raises(KeyError):
-        evaluate(parse("a"), {})
-
-
-DECLARED = {"flag": None, "x": (2, 9)}
+@pytest.mark.parametrize(("text", "column", "words"), ERRORS, ids=[each[0][:20] for each in ERRORS])
+def test_errors_point_at_the_position(text: str, column: int | None, words: str) -> None:
+    with pytest.raises(InputError) as caught:
+        read(text)
+    (found,) = caught.value.diagnostics
+    assert column in (None, found.column) and re.search(words, f"{found.found} {found.hint}")
 
 
 @pytest.mark.parametrize(
@@ -155,19 +144,46 @@ def test_formulas_are_checked_against_declarations(
     text: str, first: bool, problems: dict[int, str]
 ) -> None:
     """``first``: in an initial condition."""
-    found = check(parse(text), DECLARED, next_allowed=not first)
+    if not problems:
+        assert read(text) == text
+        return
+    with pytest.raises(InputError) as caught:
+        read(text, "init" if first else "safety")
+    found = caught.value.diagnostics
     assert [problem.column for problem in found] == [*problems]
     for problem in found:
         assert re.search(problems[problem.column], f"{problem.found} {problem.hint}")
 
 
+VALUES = [{"a": a, "b": b} for a in (0, 1) for b in (0, 1)]
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("!a | b & !b", lambda a, **_: not a),
+        ("a & b", lambda a, b: a and b),
+        ("a | b", lambda a, b: a or b),
+        ("a ^ b", lambda a, b: a is not b),
+        ("a ^ b ^ !a ^ a", lambda a, b: a is b),
+        ("a -> b", lambda a, b: not a or b),
+        ("a -> b -> a", lambda a, **_: a),
+        ("a <-> b", lambda a, b: a is b),
+        ("next(a) & b'", lambda a, b: a and b),
+    ],
+)
+def test_operators_have_their_truth_tables(text: str, expected: Callable[..., bool]) -> None:
+    assert [holds(text, **v) for v in VALUES] == [bool(expected(**v)) for v in VALUES]
+    assert [truth(text)(v, v) for v in VALUES] == [bool(expected(**v)) for v in VALUES]
+
+
+def test_long_chains_are_flat() -> None:
+    """Generated files have disjunctions of hundreds of literals; nesting is limited."""
+    chain = " | ".join(["x = 1"] * 5000)
+    assert holds(chain, x=1) and not holds(chain, x=0)
+    assert holds("| a " * 500 + "! b", a=0, b=0)
+
+
 @pytest.mark.parametrize(("line", "infix"), from_yaml(beside(__file__, "prefix.yaml")))
 def test_a_prefix_line_is_translated(line: str, infix: str) -> None:
-    found = parse(to_infix(line))
-    assert [evaluate(found, v) for v in VALUES] == [evaluate(parse(infix), v) for v in VALUES]
-
-
-def test_a_long_chain_in_prefix_notation_stays_flat() -> None:
-    """Generated files have disjunctions of hundreds of literals; nesting is limited."""
-    line = "| a " * 500 + "! b"
-    assert to_text(parse(to_infix(line))).count("|") == 500
+    assert [holds(line, **v) for v in VALUES] == [truth(infix)(v, v) for v in VALUES]
