@@ -10,9 +10,6 @@ import pytest
 
 from drawn import loads
 from runtime.played import play
-from safenav.team.apply import initial
-from safenav.team.battery import NEVER
-from safenav.team.team import team_of
 from support.floors import free_in, walled
 from support.missions import Data
 
@@ -102,21 +99,18 @@ def lasting(data: Data) -> list[set[State]]:
 def test_a_robot_alone_continues_iff_its_charge_suffices(
     seed: int, played: Callable[[], None]
 ) -> None:
-    data, plan = loads(drawn, seed)
-    (member,), (robot,) = team_of(plan).members, initial(team_of(plan)).robots
-    energy, capacity = member.energy, plan.robots[0].model.battery.capacity  # type: ignore[union-attr]
-    assert energy is not None
-    good, turn = lasting(data), energy.turn(robot.own.memory)
-    for found, states in zip(energy.needs(member.floor), good, strict=True):
-        poses = {pose for pose, _ in states}
-        assert found.keys() == poses
-        for pose in poses:
-            charges = sorted(charge for at, charge in states if at == pose)
-            assert charges == list(range(int(found[pose]), capacity + 1))
-    suffices = (robot.pose, energy.battery.start) in good[turn]
-    end = play(plan).outcome
-    assert (end["outcome"] == "completed") is suffices, data
-    if not suffices:
-        need = energy.need(member.floor, robot.pose, turn)
-        assert end["refused"] == {"cart.battery": None if need >= NEVER else need}
+    data, _ = loads(drawn, seed)
+    robot, model = data["robots"]["cart"], data["catalogue"]["robots"]["cart"]
+    ((kind, targets),) = robot["objective"].items()
+    turn = int(kind == "patrol" and robot["start"] == targets[1])
+    heading = HEADINGS.index(robot["heading"]) if model["mobility"] == "heading" else 0
+    pose = heading * len("".join(data["map"]["grid"])) + robot["start"]
+    charges = [charge for at, charge in lasting(data)[turn] if at == pose]
+    need = min(charges, default=None)
+    for start in {model["battery"]["start"], need or 1, max(1, (need or 1) - 1)}:
+        model["battery"]["start"] = start
+        end = play(data).outcome
+        suffices = need is not None and start >= need
+        assert (end["outcome"] == "completed") is suffices, data
+        assert suffices or end["refused"] == {"cart.battery": need}
     played()
