@@ -1,8 +1,10 @@
-"""The regions to which a robot can be sent from a pose without losing its own objective."""
+"""The regions to which a robot can be sent from a pose without losing its own objective, and those
+that known obstacles close to it."""
 
 import pytest
 
-from safenav import Heading, Pose, RegionMap, Robot, Task
+from oracle.infix import truth
+from safenav import Heading, Pose, RegionMap, Robot, Task, compile_task
 from safenav.scenario.model import RobotModel
 from safenav.scenario.objective import Cover, Hold, Ltl, Objective, Visit
 from safenav.spec.assignable import AssignableRegions, assignable_regions
@@ -92,3 +94,13 @@ def test_the_memory_of_the_robot_counts() -> None:
     ways = [{to for to in range(13) if found.allows(Pose(9), {"done": k}, to)} for k in (0, 1)]
     assert ways == [{8, 9, 10, 11, 12}, {9, 10, 11, 12}]
     assert not found.allows(Pose(12), {"done": 0}, 8)  # it will be done when it leaves
+
+
+def test_no_robot_enters_an_obstacle_but_it_may_stay_where_one_is() -> None:
+    robot = Robot("r", RobotModel("m", Mobility.FREE, "ground", frozenset()), Pose(9), visit(8, 9))
+    known = tuple(Known(region, "door", "it is closed") for region in (9, 10))
+    spec = compile_task(Task(robot, Pose(9), robot.objective, blocked=known), CORRIDOR)
+    rules = [truth(c.formula) for c in spec.constraints if c.section == "SYS_TRANS"]
+    steps = [(a, b) for a in CORRIDOR.free for b in CORRIDOR.free]
+    allowed = {s for s in steps if all(r(*({"region": at} for at in s)) for r in rules)}
+    assert allowed == {(8, 8), (9, 8), (9, 9), (10, 11), (11, 11), (11, 12), (12, 11), (12, 12)}
