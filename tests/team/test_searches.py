@@ -1,10 +1,13 @@
-"""Searches for joint plans: what ends them, and where robots with batteries may step."""
+"""Searches for joint plans: what ends them, and where robots with batteries may step; and why no
+plan helps."""
 
 import pytest
 
 from safenav import load_scenario_text
 from safenav.plan.charged import ChargedSearch
 from safenav.plan.search import STATIC, Exhausted, Immobile, Search
+from safenav.scenario.objective import number_word
+from safenav.solve.reasons import Helper, Hindrance, Shortfall, shortfall_words
 from safenav.team.apply import initial
 from safenav.team.floor import Floor, floor_now
 from safenav.team.team import team_of
@@ -74,3 +77,19 @@ def test_charged_robots_never_step_into_one_region_nor_exchange_theirs() -> None
                 found.add(after.poses)
                 left.append(after)
     assert len(found) > 9
+
+
+def test_robots_that_have_done_their_part_and_those_out_of_service_are_named() -> None:
+    """What else keeps robots from an obstacle: ``cli/transcripts/reasons.txt``."""
+    out = [Helper(each, Hindrance.OUT_OF_SERVICE) for each in "ab"]
+    beyond = Helper("c", Hindrance.GATES, ("crate@2",))
+    several = Shortfall("door@1", "push", 1, False, (*out, beyond))
+    assert shortfall_words(several, number_word) == (
+        "door@1 needs a robot with 'push'; a and b have it, but they are out of service; c has it, "
+        "but crate@2 is in the way"
+    )
+    begun = Shortfall("door@1", "push", 2, False, out[:1], ("sense",), ("b",))
+    assert shortfall_words(begun, number_word) == (
+        "door@1 needs two robots with 'push' ('sense' is fulfilled, 'push' is open); b has done it; "
+        "a has it, but it is out of service"
+    )
