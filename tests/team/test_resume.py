@@ -41,6 +41,12 @@ def interrupted(name: str, passes: int, folder: Path) -> Path:
     return path
 
 
+def write(lines: list[object], path: Path) -> None:
+    """Write a trace as it was written, with other values."""
+    told = (json.dumps(line, separators=(",", ":"), ensure_ascii=False) for line in lines)
+    path.write_text("".join(f"{line}\n" for line in told))
+
+
 def shipped(name: str) -> Scenario:
     return load_scenario(SCENARIOS / f"{name}.yaml")
 
@@ -70,11 +76,10 @@ def test_runs_that_cannot_be_resumed_are_refused(tmp_path: Path) -> None:
     def more(key: str, value: object) -> Scenario:
         return load_scenario_text(f"{text}{key}: {json.dumps(value)}\n", hello.source)
 
+    change = {"at": 9, "robot": robot.name, "service": "out"}
     for why, scenario in {
         "the scenario is not that of .*: it differs in map and": shipped("corridor_swap"),
-        "it differs in changes": more(
-            "changes", [{"at": 9, "robot": robot.name, "service": "out"}]
-        ),
+        "it differs in changes": more("changes", [change]),
         "it differs in inputs": more("inputs", {"alarm": {"at": 9}}),
         "it differs in resolve_within": replace(hello, resolve_within=9),
         "it differs in tiles": replace(hello, tiles=(2, 2)),
@@ -119,7 +124,7 @@ def test_a_changed_header_is_refused(tmp_path: Path) -> None:
     path = interrupted("corridor_swap", 2, tmp_path)
     header, *lines = map(json.loads, path.read_text().splitlines())
     header["scenario"]["robots"][0]["model"]["timing"] = 2
-    path.write_text("".join(f"{json.dumps(line)}\n" for line in [header, *lines]))
+    write([header, *lines], path)
     done = safenav("resume", path)
     assert done.returncode == 2 and "the header was changed" in done.stderr, done.stderr
 
@@ -131,7 +136,7 @@ def test_a_checkpoint_follows_its_lines(tmp_path: Path) -> None:
     before = [line["lines"] for line in lines if line["type"] == "checkpoint"][-1]
     last = [line for line in lines[:before] if line.get("from") != line.get("to")][-1]
     last["to"] = last["from"]
-    path.write_text("".join(f"{json.dumps(line)}\n" for line in lines))
+    write(lines, path)
     done = safenav("resume", path)
     told = f"a checkpoint has {last['robot']} in"
     assert done.returncode == 2 and told in done.stderr, done.stderr

@@ -1,22 +1,48 @@
 """Map files: from bytes to pixels, and from pixels to regions. What a user sees of the files in
 ``tests/maps``: ``cli/transcripts/map_forms.txt``, ``maps.txt`` and ``broken_maps.txt``."""
 
+import json
 import struct
 import zlib
 from fractions import Fraction
 from math import ceil
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from safenav import InputError, RegionMap
-from safenav.world.images import Blocked, Layout, crossed, read_image, read_movingai, walls
+from safenav import InputError, RegionMap, load_scenario_text
 from support.examples import campaign
 
 MAPS = Path(__file__).parents[1] / "maps"
+Blocked = Any  # of numpy: rows of truths
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of map files, which each example writes anew."""
+    found = tmp_path_factory.mktemp("maps")
+    ros = "image: floor.pgm\nresolution: 1\norigin: [0, 0, 0]\nnegate: 0\n"
+    (found / "floor.yaml").write_text(f"{ros}occupied_thresh: 0.65\nfree_thresh: 0.2\n")
+    return found
+
+
+def loaded(folder: Path, start: int = 0, **keys: object) -> RegionMap:
+    """The map of a scenario with a robot on it."""
+    robot = {"model": "quadcopter", "start": start, "objective": {"hold": start}}
+    data = {"safenav": 1, "map": keys, "robots": {"ann": robot}}
+    return load_scenario_text(json.dumps(data), str(folder / "scenario.yaml")).map
+
+
+def walls(blocked: Blocked, folder: Path, start: int, **keys: object) -> frozenset[int]:
+    rows, cols = blocked.shape
+    pixels = np.where(blocked, 0, 255).astype(np.uint8).tobytes()
+    (folder / "floor.pgm").write_bytes(b"P5 %d %d 255\n" % (cols, rows) + pixels)
+    return loaded(folder, start, **keys).walls
+
 
 images = st.tuples(st.integers(1, 7), st.integers(1, 7)).flatmap(
     lambda shape: st.lists(
@@ -28,16 +54,16 @@ images = st.tuples(st.integers(1, 7), st.integers(1, 7)).flatmap(
 shares = st.sampled_from([0.0, 0.1, 0.25, 0.5, 0.75, 1.0])
 
 
-def exact(blocked: Blocked, layout: Layout, share: float) -> frozenset[int]:
+def exact(
+    blocked: Blocked, rows: int, cols: int, height: Fraction, width: Fraction, share: float
+) -> frozenset[int]:
     """The rule in parts of pixels so small that no border of a region divides one."""
-    (high, down), (wide, aside) = (
-        side.as_integer_ratio() for side in (layout.height, layout.width)
-    )
+    (high, down), (wide, aside) = (side.as_integer_ratio() for side in (height, width))
     free = ~np.repeat(np.repeat(blocked, down, axis=0), aside, axis=1)
     found = set()
-    for region in range(layout.rows * layout.cols):
-        row, col = divmod(region, layout.cols)
-        south = free.shape[0] - (layout.rows - 1 - row) * high
+    for region in range(rows * cols):
+        row, col = divmod(region, cols)
+        south = free.shape[0] - (rows - 1 - row) * high
         inside = free[max(0, south - high) : south, col * wide : (col + 1) * wide]
         part = 1 - Fraction(int(inside.sum()), high * wide)
         if part > 0 and part >= Fraction(str(share)):  # the number as it is written
@@ -45,38 +71,53 @@ def exact(blocked: Blocked, layout: Layout, share: float) -> frozenset[int]:
     return frozenset(found)
 
 
+def judge(blocked: Blocked, folder: Path, walled: frozenset[int], size: int, **keys: Any) -> None:
+    """Check that these regions are walls; a map without a free region is refused."""
+    start = min({*range(size)} - walled, default=0)
+    try:
+        assert walls(blocked, folder, start, **keys) == walled
+    except InputError:
+        assert len(walled) == size
+
+
+@campaign(100)
 @given(images, st.integers(1, 9), st.integers(1, 9), shares)
 def test_a_count_of_rows_and_columns_divides_all_pixels(
-    blocked: Blocked, rows: int, cols: int, share: float
+    folder: Path, blocked: Blocked, rows: int, cols: int, share: float
 ) -> None:
-    layout = Layout.of_count(blocked, rows, cols)
-    assert layout.height * rows == len(blocked)
-    assert walls(blocked, layout, share) == exact(blocked, layout, share)
+    height, width = Fraction(blocked.shape[0], rows), Fraction(blocked.shape[1], cols)
+    walled = exact(blocked, rows, cols, height, width, share)
+    keys = {"image": "floor.pgm", "rows": rows, "cols": cols, "share": share}
+    judge(blocked, folder, walled, rows * cols, **keys)
 
 
+@campaign(100)
 @given(images, st.fractions(Fraction(1, 2), 9, max_denominator=20), shares)
 def test_regions_of_a_size_begin_in_the_south_west(
-    blocked: Blocked, side: Fraction, share: float
+    folder: Path, blocked: Blocked, side: Fraction, share: float
 ) -> None:
-    layout = Layout.of_size(blocked, side)
-    assert (layout.rows, layout.cols) == tuple(ceil(pixels / side) for pixels in blocked.shape)
-    assert walls(blocked, layout, share) == exact(blocked, layout, share)
+    rows, cols = (ceil(pixels / side) for pixels in blocked.shape)
+    walled = exact(blocked, rows, cols, side, side, share)
+    keys = {"ros": "floor.yaml", "resolution": float(side), "share": share}
+    judge(blocked, folder, walled, rows * cols, **keys)
 
 
 @pytest.mark.parametrize("share", [0.0, 0.3])
-def test_large_images_are_divided(share: float) -> None:
-    blocked: Blocked = np.zeros((4001, 3999), dtype=np.bool_)
+def test_large_images_are_divided(folder: Path, share: float) -> None:
+    blocked = np.zeros((4001, 3999), dtype=np.bool_)
     blocked[100:103] = True
-    found = walls(blocked, Layout.of_count(blocked, 100, 100), share)
+    found = walls(blocked, folder, 0, image="floor.pgm", rows=100, cols=100, share=share)
     assert found == (frozenset(range(200, 300)) if share == 0 else frozenset())
 
 
-def test_a_wall_crosses_a_region_from_any_side() -> None:
-    blocked: Blocked = np.zeros((8, 8), dtype=np.bool_)
+def test_a_wall_crosses_a_region_from_any_side(folder: Path) -> None:
+    blocked = np.zeros((8, 8), dtype=np.bool_)
     blocked[:, 1] = blocked[0, 5] = True
-    world = RegionMap(2, 2, frozenset())
-    for image, regions in ((blocked, [0, 2]), (blocked.T, [0, 1])):
-        assert crossed(image, Layout.of_count(image, 2, 2), world) == regions
+    for image, regions in ((blocked, "0 [0, 0] to 2 [1, 0]"), (blocked.T, "0 [0, 0] to 1 [0, 1]")):
+        keys = {"image": "floor.pgm", "rows": 2, "cols": 2, "share": 0.5}
+        assert walls(image, folder, 0, **keys) == frozenset()
+        (note,) = loaded(folder, **keys).notes
+        assert f"2 regions from {regions} are free although the image draws a wall across" in note
 
 
 def chunk(kind: bytes, data: bytes) -> bytes:
@@ -100,13 +141,16 @@ HUGE = chunk(b"IHDR", struct.pack(">IIBBBBB", 9000, 9000, 1, 0, 0, 0, 0)) + chun
     ],
     ids=["too many", "a comment", "too bright", "half a pixel", "two bytes", "a late header"],
 )
-def test_an_image_is_what_its_header_announces(data: bytes, words: str | None) -> None:
+def test_an_image_is_what_its_header_announces(
+    data: bytes, words: str | None, folder: Path
+) -> None:
     """A header that lies would draw another map."""
+    (folder / "floor").write_bytes(data)
     if words is None:
-        assert read_image(data).brightness.tolist() == [[256, 256], [256, 256]]
+        assert loaded(folder, image="floor", rows=2, cols=2).walls == frozenset()
         return
     with pytest.raises(InputError, match=words):
-        read_image(data)
+        loaded(folder, image="floor", rows=2, cols=2)
 
 
 def damaged(data: bytes) -> st.SearchStrategy[bytes]:
@@ -128,29 +172,23 @@ IMAGES = [
 ]
 
 
-@campaign(150)
-@given(st.sampled_from(IMAGES).flatmap(damaged) | st.binary(max_size=60))
-def test_any_bytes_give_an_image_or_an_error(data: bytes) -> None:
-    try:
-        image = read_image(data)
-    except InputError as error:
-        assert error.diagnostics
-        assert all(flaw.found for flaw in error.diagnostics)
-    else:
-        assert int(image.brightness.max()) <= image.white
+DRAWN = (MAPS / "rooms.map").read_bytes()
 
 
-@campaign(100)
+@campaign(250)
 @given(
-    damaged((MAPS / "rooms.map").read_bytes()).map(lambda data: data.decode("latin-1"))
-    | st.text(max_size=60)
+    st.sampled_from(IMAGES).flatmap(damaged).map(lambda data: ("image", data))
+    | st.binary(max_size=60).map(lambda data: ("image", data))
+    | damaged(DRAWN).map(lambda data: ("movingai", data))
+    | st.text(max_size=60).map(lambda text: ("movingai", text.encode()))
 )
-def test_any_text_gives_a_movingai_map_or_an_error(text: str) -> None:
+def test_any_bytes_give_a_map_or_an_error(folder: Path, drawn: tuple[str, bytes]) -> None:
+    form, data = drawn
+    (folder / "any").write_bytes(data)
     try:
-        rows = read_movingai(text)
+        found = loaded(folder, **{form: "any", "rows": 1, "cols": 1, "share": 1})
     except InputError as error:
-        assert error.diagnostics
-        assert all(each.line <= len(text.splitlines()) + 1 for each in error.diagnostics)
+        for each in error.diagnostics:
+            assert each.found and each.line <= data.count(b"\n") + data.count(b"\r") + 2
     else:
-        assert rows
-        assert len({len(row) for row in rows}) == 1
+        assert (found.rows, found.cols, found.walls) == (1, 1, frozenset())
