@@ -7,28 +7,17 @@ import pty
 import re
 import signal
 import subprocess
-import time
 import xml.etree.ElementTree as ET
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
 
 import pytest
 
-from batch.conftest import SAFENAV, SlugsLog, Write, safenav, scenario, started, wait_until
+from batch.conftest import SAFENAV, SlugsLog, Write, safenav, started, wait_until
 from children import gone
 from once import ROOT
-from safenav import SafenavError, UsageError
-from safenav.batch.case import Case, CaseVerdict, Conditions, Result
-from safenav.batch.pool import Pool
-from safenav.batch.search import find_cases
-from safenav.batch.session import Report, ResultsFile, run_batch
-from safenav.batch.worker import Worker, leave, run_case
-from safenav.certify.check import sources_of
-from safenav.report.batch import summary
 
 BATCH = (ROOT / "docs" / "batch.md").read_text(encoding="utf-8")
-QUICK = Case("quick.yaml", "quick.yaml", scenario())
 
 
 def junit(file: str) -> ET.Element:
@@ -91,6 +80,8 @@ def test_an_interrupted_batch_is_resumed_where_it_was(
     state = Path("out/results.jsonl")
     with started(*words, "--junit", "junit.xml") as batch:
         wait_until(batch, lambda: state.exists() and state.read_text().count("\n") >= 3)
+        second = safenav(*words, "--resume")
+        assert second.returncode == 2 and "another batch is writing" in second.stderr
         batch.send_signal(number)
         output, errors = batch.communicate(timeout=300)
     assert batch.returncode == 130
@@ -122,18 +113,6 @@ def test_a_line_that_was_cut_off_costs_one_case(write: Write, slugs: SlugsLog, c
     assert len(results.read_text().splitlines()) == 3
 
 
-def test_two_batches_do_not_share_a_folder(tmp_path: Path) -> None:
-    with (
-        ResultsFile(tmp_path, resume=False),
-        pytest.raises(UsageError, match="another batch is writing"),
-    ):
-        ResultsFile(tmp_path, resume=True)
-    ResultsFile(tmp_path, resume=True).__exit__(None, None, None)
-    (tmp_path / "file").write_text("")
-    with pytest.raises(UsageError, match="cannot write the results"):
-        ResultsFile(tmp_path / "file", resume=False)
-
-
 def test_workers_end_when_the_batch_is_killed(slugs: SlugsLog, write: Write) -> None:
     write("a.yaml", "sleeper")
     with started("a.yaml") as batch:
@@ -149,42 +128,25 @@ def test_a_process_that_is_ended_during_a_synthesis_ends_cleanly(
 ) -> None:
     """Its interpreter waited for a thread, then aborted."""
     write("a.yaml", "sleeper")
-    (case,) = find_cases(["a.yaml"]).cases
-    with ThreadPoolExecutor(1) as threads:
-        running = threads.submit(run_case, "ended", case, Conditions())
-        while not slugs.pids:
-            time.sleep(0.01)
+    with started("a.yaml", "--json") as batch:
+        wait_until(batch, lambda: bool(slugs.pids))
         os.kill(slugs.parent(), signal.SIGTERM)
-        result, _ = running.result()
+        output, _ = batch.communicate(timeout=300)
+    (result,) = json.loads(output)["results"]
     died = ["the process that ran it died: exit status 0"]
-    assert (result.detail, result.reasons) == ("", died)
+    assert (result["detail"], result["reasons"]) == ("", died)
     assert slugs.all_gone()
 
 
-def test_no_case_begins_in_a_batch_that_has_ended(slugs: SlugsLog) -> None:
-    """A thread that had taken the next case started a new process for it, and the end of the batch
-    waited for that."""
-    leave("interrupted")
-    with pytest.raises(SafenavError, match="the batch has ended"):
-        run_case("interrupted", QUICK, Conditions())
-    assert not slugs.pids
-
-
-def test_a_process_that_does_not_react_is_killed(tmp_path: Path) -> None:
-    worker = Worker()
-    assert worker.run(QUICK, Conditions(), tmp_path / "trace.jsonl").passed
-    os.kill(worker.pid, signal.SIGSTOP)
-    worker.end()
-    assert not worker.alive
-
-
 def test_an_environment_in_which_no_worker_starts_is_an_error(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    write: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "yaml.py").write_text("raise RuntimeError('no yaml here')")
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
-    with pytest.raises(SafenavError, match=r"(?s)does not start.*no yaml here"):
-        run_batch([QUICK], Pool(1, Conditions()))
+    write("a.yaml")
+    done = safenav("a.yaml")
+    assert done.returncode == 4
+    assert "does not start" in done.stderr and "no yaml here" in done.stderr
 
 
 def test_a_terminal_shows_the_progress_of_a_batch(write: Write) -> None:
@@ -201,54 +163,6 @@ def test_a_terminal_shows_the_progress_of_a_batch(write: Write) -> None:
     assert b"a.yaml: outcome: expected completed" in seen
     assert b"1/2, 1 failed; running b.yaml (0 s)" in seen
     assert seen.endswith(b"\r\x1b[K")
-
-
-def test_the_table_starts_with_failed_cases_and_then_slow_ones() -> None:
-    """Names and reasons give no orders to the terminal: a file may have any name, and a reason may
-    quote what a process has written."""
-
-    def ended(name: str, seconds: float, verdict: CaseVerdict = CaseVerdict.PASSED) -> Result:
-        reasons = [] if verdict is CaseVerdict.PASSED else ["killed by \x1b[2J"]
-        return Result(name, name, {}, "", verdict, reasons, seconds=seconds)
-
-    results = [ended(f"{number}.yaml", number / 10) for number in range(12)]
-    results += [ended("a/\x1b[2J.yaml", 0, CaseVerdict.CRASHED), ended("slow.yaml", 3)]
-    cases = tuple(Case(result.name, result.file) for result in results)
-    lines = summary(Report(cases, {result.name: result for result in results}, seconds=7.5))
-    text = re.sub("\x1b\\[[0-9]*m", "", "\n".join(lines))
-    shown = [line.split()[0] for line in text.splitlines()[2:6]]
-    assert shown == ["a/?[2J.yaml", "slow.yaml", "11.yaml", "10.yaml"]
-    assert "\n... and 3 more passed\n" in text
-    assert "\na/?[2J.yaml: crashed\n  killed by ?[2J\n" in text
-    assert text.endswith("13 passed, 1 crashed in 7.5 s") and "\x1b" not in text
-
-
-@pytest.mark.parametrize(
-    ("named", "files"),
-    [
-        ("{grid: ['#####', '#...#', '#####']}", []),
-        ("{image: floor.pgm, rows: 1, cols: 1}", ["floor.pgm"]),
-        ("{ros: maps/floor.yaml, resolution: 0.5}", ["floor.yaml", "floor.pgm"]),
-        ("{movingai: arena.map}", ["arena.map"]),
-    ],
-    ids=["drawn", "image", "ros", "movingai"],
-)
-def test_a_bundle_holds_the_scenario_and_each_file_that_it_names(
-    named: str, files: list[str], tmp_path: Path
-) -> None:
-    (tmp_path / "maps").mkdir()
-    (tmp_path / "maps/floor.yaml").write_text("resolution: 0.5\nimage: floor.pgm\n")
-    for name in ("floor.pgm", "maps/floor.pgm", "arena.map", "own.yaml", "unrelated.png"):
-        (tmp_path / name).write_text("first")
-    text = f"map: {named}\ncatalogue: own.yaml\n"
-    held = sources_of(tmp_path / "lab.yaml", text)
-    assert (held.keys(), held["lab.yaml"]) == ({"lab.yaml", "own.yaml", *files}, text.encode())
-    same = sources_of(tmp_path / "floor.yaml", text)  # two files of one name, in two folders
-    assert ("_floor.yaml" in same) == ("floor.yaml" in files)
-
-
-def test_the_documentation_names_every_verdict() -> None:
-    assert [v for v in CaseVerdict if f"| `{v.value}` |" not in BATCH] == []
 
 
 def test_the_documented_library_example_runs(
