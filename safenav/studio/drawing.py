@@ -71,9 +71,18 @@ def drawing_of(text: str, world: RegionMap, catalogue: Catalogue) -> dict[str, A
     orders = list(_obstacles(root, placing, "orders"))
     chargers = [r for item in items_of(below(root, "chargers")) for r in placing.target(item)]
     title = _text(below(root, "name")) or "new scenario"
-    exclusions = tuple(_exclusions(root, placing))
-    marks = (chargers, exclusions)
-    still = _still(title, world, robots, obstacles, orders, *marks, catalogue)
+    still = Run(
+        name=title,
+        map=world,
+        robots=tuple(_tracks(robots, catalogue)),
+        hidden={
+            each.name: each
+            for listed, key in ((obstacles, ""), (orders, "order "))
+            for each in _hidden(listed, key, catalogue)
+        },
+        chargers=tuple(chargers),
+        exclusions=tuple(_exclusions(root, placing)),
+    )
     return {
         "name": title,
         "run": encoded(still, "scenario"),
@@ -155,46 +164,26 @@ def _exclusions(root: Node, placing: _Placing) -> Iterable[Exclusion]:
         yield Exclusion(robots, placing.zone(below(node, "in")))
 
 
-def _still(
-    title: str,
-    world: RegionMap,
-    robots: list[dict[str, Any]],
-    obstacles: list[dict[str, Any]],
-    orders: list[dict[str, Any]],
-    chargers: list[Region],
-    exclusions: tuple[Exclusion, ...],
-    catalogue: Catalogue,
-) -> Run:
-    """Return the scenario as a replay without ticks."""
-    tracks = []
+def _tracks(robots: list[dict[str, Any]], catalogue: Catalogue) -> Iterable[RobotTrack]:
+    """Yield robots that have not moved."""
     style = looks([robot["name"] for robot in robots])
     for robot, look in zip(robots, style, strict=True):
         model = catalogue.robots.get(robot["model"])
         turns = model is not None and model.mobility is Mobility.HEADING
         heading = HEADINGS.get(robot["heading"] or "north") if turns else None
         layer, can = (model.layer, sorted(model.capabilities)) if model else ("ground", [])
-        pose = [robot["start"]], [heading]
-        pursues = Changes.of(_objective(robot))
-        tracks.append(
-            RobotTrack(robot["name"], robot["model"], layer, tuple(can), look, *pose, pursues)
-        )
-    hidden = {}
-    for key, obstacle in [*(("", o) for o in obstacles), *(("order ", o) for o in orders)]:
-        kind = catalogue.obstacles.get(obstacle["type"])
+        pose, pursues = ([robot["start"]], [heading]), Changes.of(_objective(robot))
+        yield RobotTrack(robot["name"], robot["model"], layer, tuple(can), look, *pose, pursues)
+
+
+def _hidden(obstacles: list[dict[str, Any]], key: str, catalogue: Catalogue) -> Iterable[Hidden]:
+    """Yield obstacles that are not found, or orders; ``key`` distinguishes their names."""
+    for each in obstacles:
+        kind = catalogue.obstacles.get(each["type"])
         actions = ("?",) if kind is None else tuple(need.action for need in kind.needs)
-        name = f"{obstacle['type']}@{obstacle['region']} {key}{obstacle['index']}"
+        name = f"{each['type']}@{each['region']} {key}{each['index']}"
         status = Changes.of(ObstacleStatus.HIDDEN)
-        hidden[name] = Hidden(
-            name, obstacle["type"], obstacle["region"], actions, status, ordered=bool(key)
-        )
-    return Run(
-        name=title,
-        map=world,
-        robots=tuple(tracks),
-        hidden=hidden,
-        chargers=tuple(chargers),
-        exclusions=exclusions,
-    )
+        yield Hidden(name, each["type"], each["region"], actions, status, ordered=bool(key))
 
 
 def _objective(robot: dict[str, Any]) -> Objective | None:

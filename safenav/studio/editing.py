@@ -49,11 +49,15 @@ def flow(value: Any) -> str:
     return json.dumps(value, ensure_ascii=False)
 
 
-class YamlText:
-    """A text that is edited, and its ``data``. Raises UsageError for invalid YAML."""
+class ScenarioText:
+    """The text of a scenario that is edited, its ``data`` and its map. Raises UsageError for
+    invalid YAML, or without a map."""
 
-    def __init__(self, text: str) -> None:
+    def __init__(self, text: str, world: RegionMap | None) -> None:
         self._read(text)
+        if world is None:
+            raise UsageError("fix the map in the text first")
+        self.world = world
 
     def _read(self, text: str) -> None:
         try:
@@ -65,6 +69,22 @@ class YamlText:
         self.text = text
         events: Any = yaml.parse(text, Loader=_LOADER)
         self._root = _spot(text, next(e for e in events if isinstance(e, _NODES)), events)
+
+    def region(self, value: Any) -> Region | None:
+        """Return the region that a value names; None if it names none."""
+        if isinstance(value, str):
+            return self.world.names.get(value)
+        place = place_of(value)
+        return self.world.region(*place) if isinstance(place, tuple) else place
+
+    def written(self, region: Region, like: Any = None) -> Any:
+        """Return a region in the notation of ``like``: its name if ``like`` is a text or None and
+        it has one, a number, else [row, column]. Raises UsageError for one off the map."""
+        if not 0 <= region < self.world.size:
+            raise UsageError(f"{region} is not a region of the map")
+        if (isinstance(like, str) or like is None) and region in self.world.named:
+            return self.world.named[region]
+        return region if isinstance(like, int) else [*self.world.position(region)]
 
     def at(self, *path: Step) -> Any:
         """Return the data at a path; None if there is none."""
@@ -213,32 +233,6 @@ def edited(text: str, operation: Operation, world: RegionMap | None) -> str:
     except (KeyError, TypeError, IndexError, AttributeError, ValueError) as error:
         raise UsageError(f"this edit does not fit the text ({type(error).__name__})") from error
     return file.text
-
-
-class ScenarioText(YamlText):
-    """The text of a scenario with its map."""
-
-    def __init__(self, text: str, world: RegionMap | None) -> None:
-        super().__init__(text)
-        if world is None:
-            raise UsageError("fix the map in the text first")
-        self.world = world
-
-    def region(self, value: Any) -> Region | None:
-        """Return the region that a value names; None if it names none."""
-        if isinstance(value, str):
-            return self.world.names.get(value)
-        place = place_of(value)
-        return self.world.region(*place) if isinstance(place, tuple) else place
-
-    def written(self, region: Region, like: Any = None) -> Any:
-        """Return a region in the notation of ``like``: its name if ``like`` is a text or None and
-        it has one, a number, else [row, column]. Raises UsageError for one off the map."""
-        if not 0 <= region < self.world.size:
-            raise UsageError(f"{region} is not a region of the map")
-        if (isinstance(like, str) or like is None) and region in self.world.named:
-            return self.world.named[region]
-        return region if isinstance(like, int) else [*self.world.position(region)]
 
 
 def paint(file: ScenarioText, edit: Operation) -> None:

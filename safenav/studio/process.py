@@ -12,8 +12,6 @@ invalid change), ``~failed`` (the run ended in an error). From a check: the verd
 robot.
 """
 
-from __future__ import annotations
-
 import asyncio
 import json
 import os
@@ -26,11 +24,12 @@ from contextlib import suppress
 from pathlib import Path
 from typing import IO, Any
 
-from msgspec import Struct, convert, to_builtins
+from msgspec import Struct
+from msgspec.json import decode, encode
 from msgspec.structs import replace
 
 from safenav.errors import ResourceLimitError, SafenavError, UsageError
-from safenav.files import json_line, line_output
+from safenav.files import line_output
 from safenav.runtime.run.mission import Mission, default_synthesizer, first_results
 from safenav.scenario.model import Clock, Scenario
 from safenav.scenario.reading.loader import load_draft, load_scenario_text
@@ -56,13 +55,6 @@ class RunOrder(Struct, frozen=True):
         """The files that the scenario may name."""
         return None if self.folder is None else Path(self.folder)
 
-    def line(self) -> str:
-        return json_line(to_builtins(self))
-
-    @classmethod
-    def read(cls, line: str) -> RunOrder:
-        return convert(json.loads(line), cls)
-
 
 async def started(job: str, order: RunOrder) -> Process:
     """Start a process of the studio in its own session, and send its order."""
@@ -75,7 +67,7 @@ async def started(job: str, order: RunOrder) -> Process:
         start_new_session=True,
     )
     assert process.stdin is not None
-    process.stdin.write(order.line().encode())
+    process.stdin.write(encode(order) + b"\n")
     return process
 
 
@@ -142,7 +134,7 @@ def main() -> None:
 
 
 def _serve(orders: IO[str], say: Any) -> None:
-    order = RunOrder.read(orders.readline())
+    order = decode(orders.readline(), type=RunOrder)
     scenario = load_scenario_text(order.text, order.file, reach=order.reach)
     if order.seed is not None:
         scenario = replace(scenario, seed=order.seed)
@@ -181,7 +173,7 @@ def _serve(orders: IO[str], say: Any) -> None:
 
 def _check(orders: IO[str], say: Any) -> None:
     """Check the robots of one text."""
-    order = RunOrder.read(orders.readline())
+    order = decode(orders.readline(), type=RunOrder)
     scenario = load_draft(order.text, order.file, order.reach, reachable=False).scenario
     if scenario is None:
         return
