@@ -11,11 +11,11 @@ from typing import Any
 from msgspec import Struct, field
 
 from safenav.errors import InputError, UsageError
-from safenav.files import another_kind, write_whole
+from safenav.files import check_kind, read_input, write_whole
 from safenav.scenario.beginning import TEMPLATES, template_text
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_draft
-from safenav.scenario.yaml.findings import MAX_BYTES
+from safenav.scenario.yaml.findings import MAX_BYTES, decoded
 from safenav.studio.drawing import drawing_of, palette
 from safenav.studio.editing import edited
 from safenav.studio.process import RealizabilityQueue, RunOrder
@@ -74,16 +74,10 @@ class ScenarioFolder(Struct, frozen=True):
 
 
 def read_text(path: Path) -> str:
-    """Return the text of a scenario file. Raises UsageError if it cannot be read, or is of another
+    """Return the text of a scenario file. Raises InputError if it cannot be read, or is of another
     kind, which saving would overwrite."""
-    try:
-        if path.stat().st_size > MAX_BYTES:
-            raise UsageError(f"{path} is larger than {MAX_BYTES // 1_000_000} MB")
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise UsageError(f"{path} cannot be read as text: {error}") from error
-    if wrong := another_kind(text, "scenario", str(path)):
-        raise UsageError("\n    ".join((f"{path}: {wrong[0]}", wrong[1])))
+    text = decoded(read_input(path, MAX_BYTES, named=True), str(path))
+    check_kind(text, "scenario", str(path))
     return text
 
 
@@ -152,7 +146,7 @@ class Editor(Studio):
     @classmethod
     def of_file(cls, file: Path | None, folder: Path | None) -> Editor:
         """Return an editor of a file, or of a blank scenario. ``folder``: where scenarios are
-        opened and saved; default: that of the file, else the current one. Raises UsageError for an
+        opened and saved; default: that of the file, else the current one. Raises InputError for an
         unreadable file."""
         if file is not None and file.is_dir():
             file, folder = None, folder or file
