@@ -202,6 +202,7 @@ _KINDS: dict[str, tuple[tuple[str, ...], str]] = {
 
 def kind_of(text: str) -> str | None:
     """Return the kind of a file with this text; None if it looks like none of them."""
+    text = text.removeprefix("\N{BYTE ORDER MARK}")
     for kind, (patterns, _) in _KINDS.items():
         if all(re.search(pattern, text) for pattern in patterns):
             return kind
@@ -247,6 +248,22 @@ def check_kind(text: str | bytes, expected: str, file: str) -> None:
     text = text if isinstance(text, str) else text.decode("utf-8", "replace")
     if wrong := another_kind(text, expected, file):
         raise InputError([Diagnostic(file, 0, 0, *wrong)])
+
+
+def decoded(data: bytes, file: str) -> str:
+    """Return the text of a file. Raises InputError if it is not UTF-8."""
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        beginning = data[:100].decode("utf-8", "replace")
+        if kind_of(beginning) == PICTURE:
+            check_kind(beginning, "text", file)
+        before = data[: error.start]
+        line_start = before.rfind(b"\n") + 1
+        column = len(before[line_start:].decode("utf-8", "replace")) + 1
+        found = f"not UTF-8: byte 0x{data[error.start]:02X}"
+        place = before.count(b"\n") + 1, column
+        raise InputError([Diagnostic(file, *place, found, "save it as UTF-8")]) from None
 
 
 def write_out(path: Path, content: str | bytes, *, echo: bool = True, replace: bool = True) -> None:

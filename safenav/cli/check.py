@@ -23,7 +23,7 @@ from safenav.errors import (
     SafenavError,
     UsageError,
 )
-from safenav.files import check_kind, kind_of, read_input
+from safenav.files import check_kind, decoded, kind_of, read_input
 from safenav.report.terminal.layout import echo_folded
 from safenav.trace.words import counted, listed, moment_words, shortened
 
@@ -187,7 +187,6 @@ def of_scenario(file: GivenFile, strict: bool) -> JudgedFile:
     from safenav.scenario.lint import lint
     from safenav.scenario.objective import describe
     from safenav.scenario.reading.loader import load_scenario_text
-    from safenav.scenario.yaml.findings import decoded
 
     name = str(file.path)
     plan = load_scenario_text(decoded(file.bytes(), name), name)

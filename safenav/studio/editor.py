@@ -11,11 +11,11 @@ from typing import Any
 from msgspec import Struct, field
 
 from safenav.errors import InputError, UsageError
-from safenav.files import check_kind, read_input, write_whole
+from safenav.files import check_kind, decoded, read_input, write_whole
 from safenav.scenario.beginning import TEMPLATES, template_text
 from safenav.scenario.reading.catalogue import built_in
 from safenav.scenario.reading.loader import load_draft
-from safenav.scenario.yaml.findings import MAX_BYTES, decoded
+from safenav.scenario.yaml.findings import MAX_BYTES
 from safenav.studio.drawing import drawing_of, palette
 from safenav.studio.editing import edited
 from safenav.studio.process import RealizabilityQueue, RunOrder

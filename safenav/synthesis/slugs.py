@@ -23,7 +23,7 @@ from threading import Thread
 from msgspec import Struct
 
 from safenav.errors import Diagnostic, InputError, ResourceLimitError, SynthesizerError, Verdict
-from safenav.files import check_kind, read_input
+from safenav.files import check_kind, decoded, read_input
 from safenav.spec.specification import Section, Specification, read_specification
 from safenav.synthesis.cache import Cache, CacheEntry, key_of
 from safenav.synthesis.program import (
@@ -419,12 +419,9 @@ def specification_in(data: bytes, file: str, robot: str) -> Specification:
 
     Raises InputError with all errors that safenav's synthesizer finds in its text.
     """
-    try:
-        text = data.decode("utf-8")
-    except UnicodeDecodeError as error:
-        raise InputError([Diagnostic(file, 0, 0, "not valid UTF-8 text")]) from error
+    text = decoded(data, file)
     check_kind(text, "specification", file)
-    done = _translated(data)
+    done = _translated(text.encode())
     if done is not None and done.status == ExitStatus.BAD_INPUT:
         raise InputError(_diagnostics(done.stderr.decode("utf-8", "replace"), file, text))
     return read_specification(text, file, robot)

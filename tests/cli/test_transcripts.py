@@ -26,6 +26,8 @@ def written(folder: Path) -> None:
     shutil.copytree(SCENARIOS, folder / "scenarios")
     (folder / "loop").symlink_to("loop")
     (folder / "binary").write_bytes(b"\xff\xfe\x00")
+    text = "[INPUT]\na\n[OUTPUT]\nb\n[SYS_LIVENESS]\nb\n"
+    (folder / "marked.spec").write_text(text, encoding="utf-8-sig")
     (folder / "binary.jsonl").write_bytes(b"\xff\xfe\x00")
     (folder / "deep").write_text("[" * 100_000)
     lines = damage.GOOD["door"]()

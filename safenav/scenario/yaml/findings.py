@@ -12,7 +12,7 @@ from typing import Self
 from msgspec.structs import replace
 
 from safenav.errors import Diagnostic, InputError, UsageError
-from safenav.files import ADVICE, PICTURE, another_kind, check_kind, kind_of, read_input
+from safenav.files import ADVICE, another_kind, decoded, read_input
 from safenav.scenario.yaml.document import (
     DocumentError,
     Mapping,
@@ -319,22 +319,6 @@ def _tell_outside(file: str, path: Path) -> None:
     from logging import getLogger  # only needed here
 
     getLogger("safenav").warning("note: %s reads a file outside of its folder: %s", file, path)
-
-
-def decoded(data: bytes, file: str) -> str:
-    """Return the text of a file. Raises InputError if it is not UTF-8."""
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        beginning = data[:100].decode("utf-8", "replace")
-        if kind_of(beginning) == PICTURE:
-            check_kind(beginning, "text", file)
-        before = data[: error.start]
-        line_start = before.rfind(b"\n") + 1
-        column = len(before[line_start:].decode("utf-8", "replace")) + 1
-        found = f"not UTF-8: byte 0x{data[error.start]:02X}"
-        place = before.count(b"\n") + 1, column
-        raise InputError([Diagnostic(file, *place, found, "save it as UTF-8")]) from None
 
 
 def parsed(text: str, findings: Findings, expected: str = "scenario") -> Node | None:
