@@ -10,8 +10,8 @@ from safenav.fleet.file import Station
 from safenav.fleet.robots import STALE, DrivenRobot, FleetTask, Phase
 from safenav.fleet.sensing import Sensing
 from safenav.fleet.transport import DriveRecording, GoalEnd, GoalEnded, GoalPoint, Places, Transport
-from safenav.runtime.worlds.protocol import Arrived, Blocked, Elsewhere, Failed, Lost, WorldEvent
-from safenav.scenario.model import Scenario
+from safenav.runtime.worlds import protocol
+from safenav.scenario.model import Obstacle, Scenario
 from safenav.world.map import Frame, Region
 from safenav.world.poses import Mobility, Pose
 
@@ -65,8 +65,8 @@ class Goals:
             robot.name: DrivenRobot(robot, stations[robot.name], robot.start)
             for robot in scenario.robots
         }
-        self.sensing = Sensing(scenario, self.places, self.bodies)
-        self.events: list[WorldEvent] = []
+        self.events: list[protocol.WorldEvent] = []
+        self.sensing = Sensing(scenario, self.places, self.bodies, self._sensed)
         self._goals = 0
 
     @property
@@ -76,6 +76,9 @@ class Goals:
 
     def now(self) -> float:
         return self.transport.now() - self.begun
+
+    def _sensed(self, obstacle: Obstacle, robot: str, there: bool) -> None:
+        self.events.append(protocol.Sensed(self.now(), obstacle, robot, there=there))
 
     def begins_elsewhere(self, body: DrivenRobot) -> str | None:
         """Return the error message for a robot that is not where the run begins, or continues."""
@@ -191,11 +194,11 @@ class Goals:
             return
         seen = self.sensing.at(task.to.region)
         if pose.region != task.start.region:
-            self.end(body, Elsewhere, pose)
+            self.end(body, protocol.Elsewhere, pose)
         elif seen is not None:
-            self.end(body, Blocked, pose, seen)
+            self.end(body, protocol.Blocked, pose, seen)
         else:
-            self.end(body, Failed, pose, task.reason)
+            self.end(body, protocol.Failed, pose, task.reason)
 
     def _look(self, body: DrivenRobot, task: FleetTask) -> None:
         """Handle a reported arrival or return: wait until odometry, which may be later, confirms
@@ -223,13 +226,13 @@ class Goals:
             self.lose(body, task)
         elif pose == task.to and self._near(body, pose.region):
             body.pose = pose
-            self.end(body, Arrived, task.reason)
+            self.end(body, protocol.Arrived, task.reason)
         elif (
             pose.region == task.to.region
             and pose != task.to
             and self._is_well_inside(body, pose.region)
         ):
-            self.end(body, Elsewhere, pose)
+            self.end(body, protocol.Elsewhere, pose)
         else:
             off = self._metres_to(body, task.to.region)
             far = f"it reported its arrival {off:.2f} m from the centre of {task.to.region}"
@@ -255,9 +258,11 @@ class Goals:
         else:
             reason = "by its odometry it is in no free region"
         body.lost = regions
-        self.end(body, Lost, regions, reason)
+        self.end(body, protocol.Lost, regions, reason)
 
-    def end(self, body: DrivenRobot, kind: Callable[..., WorldEvent], *about: object) -> None:
+    def end(
+        self, body: DrivenRobot, kind: Callable[..., protocol.WorldEvent], *about: object
+    ) -> None:
         """End a command by an event of this kind; the robot's pose is the one that the event gives,
         if any."""
         assert body.task is not None

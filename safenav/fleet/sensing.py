@@ -4,10 +4,8 @@ All robots share their sightings. A reading taken before the resolution of an ob
 restore it: only stamps of the same robot are compared.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from math import cos, hypot, inf, isfinite, isnan, pi, sin
-
-from msgspec import Struct
 
 from safenav.fleet.file import ScanUse
 from safenav.fleet.robots import PASSED, STALE, DrivenRobot, View
@@ -31,21 +29,18 @@ detect an obstacle, WIDE to find that it is gone, since the leaves of a door tha
 the middle."""
 
 
-class Sighting(Struct, frozen=True):
-    """A report that an obstacle is present, or no longer present."""
-
-    obstacle: Obstacle
-    there: bool
-
-
 class Sensing:
     """The obstacles known to be present now, by region, and robots in regions to which they were
-    not sent."""
+    not sent. ``tell`` takes each sighting: an obstacle, the robot, and whether it is present."""
 
     def __init__(
-        self, scenario: Scenario, places: Places, bodies: Mapping[str, DrivenRobot]
+        self,
+        scenario: Scenario,
+        places: Places,
+        bodies: Mapping[str, DrivenRobot],
+        tell: Callable[[Obstacle, str, bool], None],
     ) -> None:
-        self._scenario, self._places, self._bodies = scenario, places, bodies
+        self._scenario, self._places, self._bodies, self._tell = scenario, places, bodies, tell
         self._side = min(places.frame.resolution)
         self._strays: dict[str, Obstacle] = {}
         self._seen: dict[Region, Obstacle] = {}
@@ -76,22 +71,21 @@ class Sensing:
         for stamps in self._resolved_at.values():
             stamps[robot] = min(stamps.get(robot, -inf), stamp)
 
-    def report(self, message: Reported, stamp: float, now: float) -> list[Sighting]:
+    def report(self, message: Reported, stamp: float, now: float) -> None:
         """Process a report, ``door@47`` or ``-door@47``; ignore any other text."""
         there = not message.text.startswith("-")
         kind, _, place = message.text.removeprefix("-").strip().partition("@")
         region = self._scenario.map.names.get(place)
         if region is None and place.isdecimal() and len(place) < 10:
             region = int(place)
-        if region is None or kind not in self._scenario.catalogue.obstacles:
-            return []
         source = f"report of {message.robot}"
-        if there:
-            if self._is_past(region, now):
-                return []
+        if region is None or kind not in self._scenario.catalogue.obstacles:
+            return
+        if not there:
+            self._missing(message.robot, region, stamp, now, source)
+        elif not self._is_past(region, now):
             self._hit[region, source] = now
-            return self._saw(message.robot, region, kind, stamp)
-        return self._missing(message.robot, region, stamp, now, source)
+            self._saw(message.robot, region, kind, stamp)
 
     def off(self, body: DrivenRobot) -> float:
         """Return the metres by which a robot is outside the regions that it occupies; 0 without
@@ -146,9 +140,9 @@ class Sensing:
         body.newest = scan.stamp
         body.unread.append((heard, scan))
 
-    def read(self, body: DrivenRobot, now: float) -> Iterator[list[Sighting]]:
+    def read(self, body: DrivenRobot, now: float) -> Iterator[None]:
         """Evaluate the scans whose poses are known from odometry by now: those taken at rest, at
-        the robot's present pose, update its view. Yield the sightings of each."""
+        the robot's present pose, update its view. Yield after each of these."""
         while body.unread and body.place is not None:
             heard, scan = body.unread[0]
             if now - heard <= STALE and scan.stamp > body.place.stamp:
@@ -161,12 +155,11 @@ class Sensing:
             if self._places.region(at.x, at.y) != here:
                 continue
             body.looked, body.viewed = scan.stamp, heard
-            found: list[Sighting] = []
             body.view = {
-                region: self._view(body, use, scan, at, region, heard, found)
+                region: self._view(body, use, scan, at, region, heard)
                 for region in self._scenario.map.neighbours(here)
             }
-            yield found
+            yield
 
     def _view(
         self,
@@ -176,10 +169,9 @@ class Sensing:
         at: Located,
         region: Region,
         heard: float,
-        found: list[Sighting],
     ) -> View:
-        """Return the meaning of a scan taken at ``at`` for an adjacent region, and add the sighting
-        of an obstacle to ``found``. One that another sensor still detects is not gone."""
+        """Return the meaning of a scan taken at ``at`` for an adjacent region, and tell whether it
+        shows an obstacle. One that another sensor still detects is not gone."""
         hit, known = self._nearest(scan, at, region), self._seen.get(region)
         if hit is None:
             return View.SEEN
@@ -189,7 +181,7 @@ class Sensing:
             wide = self._nearest(scan, at, region, WIDE)
             ajar = wide is not None and wide <= far
             if known is not None and known.type.name == use.obstacle and not ajar:
-                found += self._missing(scan.robot, region, scan.stamp, heard, scan.robot)
+                self._missing(scan.robot, region, scan.stamp, heard, scan.robot)
             return View.SEEN
         if known is not None:
             self._hit[region, scan.robot] = heard
@@ -208,17 +200,15 @@ class Sensing:
             return View.DOUBT
         self._hit[region, scan.robot] = heard
         new = self._saw(scan.robot, region, use.obstacle, scan.stamp)
-        found += new
         return View.SEEN if new else View.DOUBT
 
-    def _missing(
-        self, robot: str, region: Region, stamp: float, now: float, source: str
-    ) -> list[Sighting]:
+    def _missing(self, robot: str, region: Region, stamp: float, now: float, source: str) -> None:
         """Record that a sensor no longer sees the obstacle of a region."""
         self._hit.pop((region, source), None)
-        if any(now - at < FRESH_SIGHT for (there, _), at in self._hit.items() if there == region):
-            return []
-        return self._gone(robot, region, stamp)
+        others = (at for (there, _), at in self._hit.items() if there == region)
+        held = region in self.acted_on or any(now - at < FRESH_SIGHT for at in others)
+        if region in self._seen and not held and self._new(robot, region, stamp):
+            self._tell(self._seen.pop(region), robot, False)
 
     def _is_past(self, region: Region, now: float) -> bool:
         """Return whether a sighting may be of an obstacle that has just been resolved."""
@@ -228,20 +218,16 @@ class Sensing:
         """Return whether a reading is newer than the last resolution there."""
         return stamp > self._resolved_at.get(region, {}).get(robot, -inf)
 
-    def _saw(self, robot: str, region: Region, kind: str, stamp: float) -> list[Sighting]:
+    def _saw(self, robot: str, region: Region, kind: str, stamp: float) -> bool:
+        """Record that a sensor sees an obstacle in a region; return whether it was unknown."""
         free = self._scenario.map.is_free(region)
         if region in self._seen or not free or not self._new(robot, region, stamp):
-            return []
+            return False
         listed = [o for o in self._scenario.obstacles if (o.region, o.type.name) == (region, kind)]
         kinds = self._scenario.catalogue.obstacles
         self._seen[region] = listed[0] if listed else Obstacle(kinds[kind], region)
-        return [Sighting(self._seen[region], True)]
-
-    def _gone(self, robot: str, region: Region, stamp: float) -> list[Sighting]:
-        young = self._new(robot, region, stamp)
-        if region not in self._seen or region in self.acted_on or not young:
-            return []
-        return [Sighting(self._seen.pop(region), False)]
+        self._tell(self._seen[region], robot, True)
+        return True
 
     def _nearest(
         self, scan: Scanned, at: Located, region: Region, share: float = NARROW

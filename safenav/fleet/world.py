@@ -16,7 +16,6 @@ from safenav.errors import UsageError, missing_package
 from safenav.fleet import robots, transport
 from safenav.fleet.file import FleetFile, Station, TransportKind
 from safenav.fleet.goals import FRESH, LATE, SET_BACK, SETTLING, Goals, frame_of
-from safenav.fleet.sensing import Sighting
 from safenav.runtime.worlds.protocol import Acted, Blocked, Failed, Lost, Sensed, WorldEvent
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.records import Depart, Record
@@ -259,8 +258,7 @@ class FleetWorld:
                 self._sensing.keep(body, message, heard)
                 self._read(body, heard)
             case transport.Reported() if body.place is not None:
-                found = self._sensing.report(message, body.place.stamp, heard)
-                self._sighted(body, found)
+                self._sensing.report(message, body.place.stamp, heard)
             case transport.GoalEnded():
                 self.goals.goal_ended(body, message)
             case transport.Performed():
@@ -389,14 +387,9 @@ class FleetWorld:
         stamps = {n: -inf if place is None else place.stamp for n, place in places.items()}
         self._sensing.forget(obstacle.region, stamps, self.now())
 
-    def _sighted(self, body: robots.DrivenRobot, found: Sequence[Sighting]) -> None:
-        now, name = self.now(), body.robot.name
-        self.goals.events += [Sensed(now, one.obstacle, name, there=one.there) for one in found]
-
     def _read(self, body: robots.DrivenRobot, now: float) -> None:
         """Evaluate the scans whose poses are known from odometry by now."""
-        for found in self._sensing.read(body, now):
-            self._sighted(body, found)
+        for _ in self._sensing.read(body, now):
             task = body.task
             if task is not None and task.phase is robots.Phase.LOOKING and task.there:
                 if robots.View.DOUBT not in body.view.values():
