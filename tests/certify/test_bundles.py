@@ -198,31 +198,37 @@ Change = Callable[[Any, Random], bool]
 """Changes a document; returns whether there was something to change."""
 
 
-def _redirect(document: Any, source: Random) -> bool:
-    nodes = document["nodes"]
-    node = nodes[source.choice([k for k, v in nodes.items() if v["trans"]] or ["0"])]
-    if not node["trans"] or len(nodes) < 2:
-        return False
-    at = source.randrange(len(node["trans"]))
-    node["trans"][at] = (node["trans"][at] + source.randrange(1, len(nodes))) % len(nodes)
-    return True
+def _node(change: Callable[[dict[str, list[int]], int, Random], object]) -> Change:
+    """Change a node that has transitions, of an automaton of this many nodes."""
+
+    def alter(document: Any, source: Random) -> bool:
+        nodes = (document.get("automaton") or document).get("nodes", {}).values()
+        some = [node for node in nodes if node["trans"]]
+        return bool(some) and change(source.choice(some), len(nodes), source) is not False
+
+    return alter
 
 
-def _drop_edge(document: Any, source: Random) -> bool:
-    node = document["nodes"][source.choice(sorted(document["nodes"]))]
-    return bool(node["trans"]) and node["trans"].pop() is not None
+def _redirect(node: dict[str, list[int]], count: int, source: Random) -> bool:
+    at, further = source.randrange(len(node["trans"])), source.randrange(count)
+    node["trans"][at] = (node["trans"][at] + further) % count
+    return further > 0
 
 
-def _double_edge(document: Any, source: Random) -> bool:
-    node = document["nodes"][source.choice(sorted(document["nodes"]))]
+def _drop_edge(node: dict[str, list[int]], *_: object) -> None:
+    node["trans"].pop()
+
+
+def _double_edge(node: dict[str, list[int]], *_: object) -> None:
     node["trans"] += node["trans"][:1]
-    return bool(node["trans"])
 
 
-def _flip_bit(document: Any, source: Random) -> bool:
-    node = document["nodes"][source.choice(sorted(document["nodes"]))]
+def _flip_bit(node: dict[str, list[int]], _: int, source: Random) -> None:
     node["state"][source.randrange(len(node["state"]))] ^= 1
-    return True
+
+
+def _any_of_these(node: dict[str, list[int]], count: int, source: Random) -> object:
+    return source.choice([_redirect, _drop_edge, _flip_bit])(node, count, source)
 
 
 def _measure(document: Any, source: Random) -> bool:
@@ -244,12 +250,6 @@ def _no_measure(document: Any, source: Random) -> bool:
     return True
 
 
-def _counter_edge(document: Any, source: Random) -> bool:
-    change = source.choice([_redirect, _drop_edge, _flip_bit])
-    automaton = document.get("automaton") or {}
-    return bool(automaton.get("nodes")) and change(automaton, source)
-
-
 def _counter_input(document: Any, source: Random) -> bool:
     if "automaton" not in document:
         return False
@@ -265,13 +265,16 @@ ALWAYS = {"a transition gone", "a transition twice", "no measure"}
 """Never accepted. Otherwise a bundle may be: with another answer of the strategy that is right as
 well, by waiting where it meets its goals, or by another measure that still falls."""
 MUTANTS: dict[str, tuple[str, Change]] = {
-    "a transition": ("strategies/", _redirect),
-    "a transition gone": ("strategies/", _drop_edge),
-    "a transition twice": ("strategies/", _double_edge),
-    "a bit of a state": ("strategies/", _flip_bit),
+    "a transition": ("strategies/", _node(_redirect)),
+    "a transition gone": ("strategies/", _node(_drop_edge)),
+    "a transition twice": (
+        "strategies/",
+        _node(lambda node, *_: node["trans"].append(node["trans"][0])),
+    ),
+    "a bit of a state": ("strategies/", _node(_flip_bit)),
     "a measure": ("proofs/", _measure),
     "no measure": ("proofs/", _no_measure),
-    "an edge of a counterstrategy": ("proofs/", _counter_edge),
+    "an edge of a counterstrategy": ("proofs/", _node(_any_of_these)),
     "an input of a counterstrategy": ("proofs/", _counter_input),
 }
 COUNT = int(os.environ.get("SAFENAV_FUZZ", "0")) // len(MUTANTS) or 3

@@ -8,7 +8,7 @@ Among the tests the campaigns are short; SAFENAV_FUZZ=1000 tries as many others.
 
 import json
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -48,18 +48,6 @@ from safenav.trace.file import as_data
 from safenav.trace.vocabulary import Reason
 from safenav.world.map import Partition
 from support.missions import mission
-
-Data = Mapping[str, Any]
-MODELS = {
-    "rover": {"mobility": "free", "layer": "ground", "capabilities": []},
-    "walker": {"mobility": "heading", "layer": "ground", "capabilities": []},
-    "drone": {"mobility": "free", "layer": "air", "capabilities": []},
-}
-
-
-def scenario_of(grid: Sequence[str], robots: Data, more: Data) -> Scenario:
-    about = {"safenav": 1, "map": {"grid": grid}, "robots": robots, "catalogue": {"robots": MODELS}}
-    return load_scenario_text(json.dumps(about | more), "task.yaml", reachable=False)
 
 
 def task_of(scenario: Scenario, closed: Sequence[int] = (), awaited: int | None = None) -> Task:
@@ -150,8 +138,10 @@ def planted(spec: Specification, what: dict[str, Any]) -> Specification:
 @pytest.mark.parametrize("name", PLANTED["errors"])
 def test_a_planted_error_is_caught(name: str, tmp_path: Path) -> None:
     error = PLANTED["errors"][name]
-    grid = PLANTED["grids"][error.get("grid", "open")].split()
-    scenario = scenario_of(grid, error["robots"], error.get("more", {}))
+    data = {"safenav": 1, "robots": error["robots"], "catalogue": PLANTED["catalogue"]}
+    data["map"] = {"grid": PLANTED["grids"][error.get("grid", "open")].split()}
+    text = json.dumps(data | error.get("more", {}))
+    scenario = load_scenario_text(text, "task.yaml", reachable=False)
     task, what = task_of(scenario, **error.get("about", {})), error["planted"]
     spec = compile_task(task, scenario.map)
     if (right := spec.to_structuredslugs()) not in ACCEPTED:

@@ -19,7 +19,7 @@ from safenav.judge.world import World
 from safenav.scenario.objective import KINDS
 from safenav.world.sight import visible_from
 from support.damage import GOOD, Edit, damage, find, text
-from traces.refused import CASES, NOT_TRACES
+from traces.test_reader import CASES, NOT_TRACES
 
 
 @pytest.mark.parametrize(

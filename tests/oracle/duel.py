@@ -150,7 +150,7 @@ def _parsed(specification: Specification, output: str) -> Automaton | None:
         return None
 
 
-def reachable_play(game: Game) -> list[list[object]]:
+def reachable_play(game: Game) -> list[bytes]:
     """What of a game matters; values outside their range may move as they like."""
     starts = game.env_init & game.sys_init
     moves = game.env[:, :, None] & game.sys
@@ -159,5 +159,6 @@ def reachable_play(game: Game) -> list[list[object]]:
         before, reached = reached, reached.copy()
         reached[game.successors[moves[before].any(0)]] = True
     goals = [moves & goal for goal in (*game.assumptions, *game.guarantees)]
-    matter = (each[reached].tolist() for each in (game.env, moves, *goals))
-    return [starts.tolist(), game.inputs_of(game.env_init).tolist(), reached.tolist(), *matter]
+    matter = (each[reached] for each in (game.env, moves, *goals))
+    every = (starts, game.inputs_of(game.env_init), reached, *matter)
+    return [each.tobytes() for each in every]

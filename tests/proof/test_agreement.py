@@ -123,62 +123,34 @@ def _excuse(own: list[Any], node: int, source: Random) -> None:
     source.choice(own)["a"][node] = source.choice([None, 0, 1, 7])
 
 
-Formulas = dict[str, list[str]]
-"""The lines of each section of a specification that are formulas or variables."""
-
-
-def _text(change: Callable[[Formulas, Random], object]) -> Change:
-    """``change``: raises LookupError if there is no such section or formula."""
+def _text(pattern: str, instead: Callable[[str, Random], str]) -> Change:
+    """Replace one match of a pattern in the text without comments."""
 
     def alter(case: Case, source: Random) -> Case | None:
-        sections: Formulas = {}
-        for line in case.text.split("\n"):
-            if line.startswith("["):
-                own = sections.setdefault(line, [])
-            elif line and not line.startswith("#"):
-                own.append(line)
-        with suppress(LookupError):
-            change(sections, source)
-            text = "\n".join(line for name in sections for line in (name, *sections[name]))
-            return with_measures(case.name, f"{text}\n", case.document)
-        return None
+        text = re.sub("(?m)^#.*\n", "", case.text)
+        if not (found := [*re.finditer(pattern, text)]):
+            return None
+        match = source.choice(found)
+        changed = f"{text[: match.start()]}{instead(match[0], source)}{text[match.end() :]}"
+        return with_measures(case.name, changed, case.document)
 
     return alter
 
 
 def _more(section: str, *formulas: str) -> Change:
-    return _text(lambda each, source: each[f"[{section}]"].insert(0, source.choice(formulas)))
+    return _text(rf"\[{section}\]\n", lambda head, source: f"{head}{source.choice(formulas)}\n")
 
 
 def _fewer(section: str) -> Change:
-    name = f"[{section}]"
-    return _text(lambda each, source: each[name].remove(source.choice(each[name])))
+    def without_one(part: str, source: Random) -> str:
+        head, *lines = part.split("\n")
+        lines.remove(source.choice(lines))
+        return "\n".join([head, *lines])
 
-
-def _replaced(
-    sections: Formulas, source: Random, pattern: str, instead: Callable[[str], str]
-) -> None:
-    """Replace one match of a pattern in the whole text."""
-    found = [
-        (own, k, match)
-        for own in sections.values()
-        for k, line in enumerate(own)
-        for match in re.finditer(pattern, line)
-    ]
-    own, k, match = source.choice(found)
-    own[k] = f"{own[k][: match.start()]}{instead(match[0])}{own[k][match.end() :]}"
+    return _text(rf"\[{section}\](\n[^\n]+)+", without_one)
 
 
 OTHER = {"&": "|", "|": "&", "->": "<->", "<->": "->", "=": "!=", "!=": "="}
-
-
-def _operator(sections: Formulas, source: Random) -> None:
-    _replaced(sections, source, r"(?<= )(&|\||->|<->|=|!=)(?= )", OTHER.__getitem__)
-
-
-def _range(sections: Formulas, source: Random) -> None:
-    step = source.choice([-1, 1])
-    _replaced(sections, source, r"(?<=\.\.\.)\d+", lambda most: str(int(most) + step))
 
 
 KINDS: dict[str, Change] = {
@@ -194,8 +166,10 @@ KINDS: dict[str, Change] = {
     "a goal fewer": _fewer("SYS_LIVENESS"),
     "another beginning": _more("SYS_INIT", "FALSE", "region = 0"),
     "no beginning": _more("ENV_INIT", "FALSE"),
-    "an operator": _text(_operator),
-    "a range": _text(_range),
+    "an operator": _text(r"(?<= )(&|\||->|<->|=|!=)(?= )", lambda one, _: OTHER[one]),
+    "a range": _text(
+        r"(?<=\.\.\.)\d+", lambda most, source: str(int(most) + source.choice([-1, 1]))
+    ),
     # An assumption that an editor shows as a part of a comment.
     "a separator": _more("ENV_TRANS", *(f"# others{c}FALSE" for c in "\r\v\f\x1c\x85\u2028")),
 }
