@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,7 @@ from safenav.fleet.lab.simulation import SimulationTransport
 from safenav.fleet.world import FleetWorld
 from safenav.motion.check.examination import Finding
 from safenav.motion.file import Motion, parsed, text_of
-from safenav.trace.file import Listener, read_bytes
+from safenav.trace.file import read_bytes
 
 
 def watched(physics: Any) -> Any:
@@ -60,13 +60,12 @@ def drive_in(
     plan: Scenario,
     stations: Mapping[str, Station],
     path: Path,
-    listeners: Iterable[Listener] = (),
 ) -> Drive:
     """A drive in a world that records it; ``path``: its trace."""
     try:
         world.open()
         with TraceWriter(path) as writer:
-            mission = Mission(plan, world=world, listeners=[*listeners, writer, world.observe])
+            mission = Mission(plan, world=world, listeners=[writer, world.observe])
             mission.run()
     finally:
         world.close()
@@ -86,10 +85,5 @@ class Drive:
     def motion(self) -> Motion:
         return parsed(text_of(self._made()).encode(), "made.motion.jsonl")
 
-    @property
-    def outcome(self) -> str:
-        assert self.trace.outcome is not None
-        return self.trace.outcome.outcome
-
-    def judged(self, motion: Motion | None = None) -> list[Finding]:
-        return check_motion(motion or self.motion, self.trace)
+    def judged(self) -> list[Finding]:
+        return check_motion(self.motion, self.trace)
