@@ -359,7 +359,8 @@ def finished(inputs: Path, tmp_path_factory: pytest.TempPathFactory) -> Callable
         folder = tmp_path_factory.mktemp("finished") / "inputs"
         shutil.copytree(inputs, folder)
         begun = time.monotonic()
-        done = warm.safenav(*command.split(), cwd=folder, env=ENVIRONMENT)
+        words = [sys.executable, "-m", "safenav", *command.split()]
+        done = ran(words, cwd=folder, env=ENVIRONMENT)
         lines = {*normal(done.stdout + done.stderr)}
         return Finished(time.monotonic() - begun, done.returncode, lines, files(folder))
 
@@ -380,7 +381,7 @@ def test_an_interrupted_command_prints_nothing_false(
     child = started(*words, cwd=folder, start_new_session=True)
     while child.poll() is None and not handles_signals(child.pid):
         time.sleep(0.002)
-    time.sleep(random.uniform(0, 0.3 + whole.seconds))
+    time.sleep(random.uniform(0, max(0.3, whole.seconds)))
     sent = time.monotonic()
     child.send_signal(number)
     try:
