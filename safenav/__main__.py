@@ -27,9 +27,11 @@ def main() -> None:
         if isinstance(end.code, int):
             ended.append(end.code)
         raise
-    except KeyboardInterrupt:
-        from safenav.errors import ExitCode
+    except BaseException as error:
+        from safenav.errors import ExitCode, follows_an_interruption
 
+        if not follows_an_interruption(error):
+            raise
         print("error: interrupted", file=sys.stderr)
         sys.exit(ExitCode.INTERRUPTED)
 

@@ -88,6 +88,14 @@ _REPORTED = 101
 """Maximum number of diagnostics in a message: 100 of a scenario, and one that counts the rest."""
 
 
+def follows_an_interruption(error: BaseException | None) -> bool:
+    """Return whether Ctrl-C led to an error: Python wraps one that strikes in ``__set_name__``, and
+    what ends a half-done step may fail."""
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__ or error.__context__
+    return error is not None
+
+
 class Diagnostic(NamedTuple):
     """One error in an input, with a hint for fixing it.
 

@@ -24,6 +24,7 @@ from safenav.errors import (
     SafenavError,
     UsageError,
     file_words,
+    follows_an_interruption,
     missing_package,
 )
 
@@ -150,7 +151,7 @@ def main() -> None:
 
 def _ending(error: BaseException) -> tuple[str, ExitCode]:
     """Return the message and the exit code of a command that an error has ended."""
-    if _follows_an_interruption(error) or isinstance(error, click.exceptions.Abort):
+    if follows_an_interruption(error) or isinstance(error, click.exceptions.Abort):
         return "interrupted", ExitCode.INTERRUPTED
     match error:
         case SafenavError():
@@ -172,14 +173,6 @@ def _ending(error: BaseException) -> tuple[str, ExitCode]:
         "    this is a defect of safenav; set SAFENAV_DEBUG=1 to see where it happened",
         ExitCode.INTERNAL,
     )
-
-
-def _follows_an_interruption(error: BaseException | None) -> bool:
-    """Return whether Ctrl-C led to an error: Python wraps one that strikes in ``__set_name__``, and
-    what ends a half-done step may fail."""
-    while error is not None and not isinstance(error, KeyboardInterrupt):
-        error = error.__cause__ or error.__context__
-    return error is not None
 
 
 def _open_closed_streams() -> None:

@@ -78,14 +78,17 @@ pathlib.Path.replace = lambda *given: os.kill(os.getpid(), signal.SIGINT) or ren
 """Ctrl-C whenever a file gets its name."""
 PRESSED = """
 import sys
+class Presses:
+    def __set_name__(*_):
+        raise KeyboardInterrupt
 class Finder:
     def find_spec(name, *_):
         if name == "click":
-            raise KeyboardInterrupt
+            {}
 sys.meta_path.insert(0, Finder)
 import runpy; runpy.run_module('safenav', run_name='__main__')
 """
-"""Ctrl-C while the command is imported."""
+"""Ctrl-C while the command is imported; a class that is being made wraps it in an error."""
 AT_EXIT = """
 import atexit, sys, threading
 from safenav import __main__, cli
@@ -198,8 +201,16 @@ def test_no_synthesizer_outlives_a_killed_run(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("program", "end"),
-    [(PRESSED, (130, "", "error: interrupted\n")), (AT_EXIT, (3, "thread\naction", ""))],
-    ids=["Ctrl-C during the imports prints no traceback", "threads and actions at exit are last"],
+    [
+        (PRESSED.format("raise KeyboardInterrupt"), (130, "", "error: interrupted\n")),
+        (PRESSED.format("type('', (), dict(a=Presses()))"), (130, "", "error: interrupted\n")),
+        (AT_EXIT, (3, "thread\naction", "")),
+    ],
+    ids=[
+        "Ctrl-C during the imports prints no traceback",
+        "nor if it strikes while a class is made",
+        "threads and actions at exit are last",
+    ],
 )
 def test_the_start_and_the_exit_are_clean(program: str, end: tuple[int, str, str]) -> None:
     buffered = {key: text for key, text in os.environ.items() if key != "PYTHONUNBUFFERED"}
