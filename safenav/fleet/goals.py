@@ -77,7 +77,7 @@ class Goals:
     def now(self) -> float:
         return self.transport.now() - self.begun
 
-    def _sensed(self, obstacle: Obstacle, robot: str, there: bool) -> None:
+    def _sensed(self, obstacle: Obstacle, robot: str | None, there: bool) -> None:
         self.events.append(protocol.Sensed(self.now(), obstacle, robot, there=there))
 
     def begins_elsewhere(self, body: DrivenRobot) -> str | None:

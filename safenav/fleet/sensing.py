@@ -31,14 +31,15 @@ the middle."""
 
 class Sensing:
     """The obstacles known to be present now, by region, and robots in regions to which they were
-    not sent. ``tell`` takes each sighting: an obstacle, the robot, and whether it is present."""
+    not sent. ``tell`` takes each sighting: an obstacle, the robot that sees it, if one does, and
+    whether it is present."""
 
     def __init__(
         self,
         scenario: Scenario,
         places: Places,
         bodies: Mapping[str, DrivenRobot],
-        tell: Callable[[Obstacle, str, bool], None],
+        tell: Callable[[Obstacle, str | None, bool], None],
     ) -> None:
         self._scenario, self._places, self._bodies, self._tell = scenario, places, bodies, tell
         self._side = min(places.frame.resolution)
@@ -112,13 +113,11 @@ class Sensing:
                 return self._strays.setdefault(body.robot.name, found)
         return None
 
-    def stray_left(self, body: DrivenRobot) -> Obstacle | None:
-        """Return the obstacle that represented this robot in a region that it has left; None if
-        there is none."""
+    def stray_left(self, body: DrivenRobot) -> None:
+        """Tell that the obstacle that represented this robot has gone, once it has left there."""
         at, found = body.place, self._strays.get(body.robot.name)
-        if found is None or at is None or self._places.region(at.x, at.y) == found.region:
-            return None
-        return self._strays.pop(body.robot.name)
+        if found and at and self._places.region(at.x, at.y) != found.region:
+            self._tell(self._strays.pop(body.robot.name), None, False)
 
     def placed(self, robot: str) -> None:
         """Record that an operator has placed a robot in the region where the team expects it."""

@@ -16,7 +16,7 @@ from safenav.errors import UsageError, missing_package
 from safenav.fleet import robots, transport
 from safenav.fleet.file import FleetFile, Station, TransportKind
 from safenav.fleet.goals import FRESH, LATE, SET_BACK, SETTLING, Goals, frame_of
-from safenav.runtime.worlds.protocol import Acted, Blocked, Failed, Lost, Sensed, WorldEvent
+from safenav.runtime.worlds.protocol import Acted, Blocked, Failed, Lost, WorldEvent
 from safenav.scenario.model import Obstacle, Robot, Scenario
 from safenav.trace.records import Depart, Record
 from safenav.trace.vocabulary import ActResult
@@ -285,8 +285,7 @@ class FleetWorld:
             self._send_if_clear(body, task)
         self._read(body, heard)
         self.goals.watch(body)
-        if (left := self._sensing.stray_left(body)) is not None:
-            self.goals.events.append(Sensed(self.now(), left, there=False))
+        self._sensing.stray_left(body)
         self._keep_clear(body)
 
     def _keep_clear(self, body: robots.DrivenRobot) -> None:

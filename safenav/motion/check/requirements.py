@@ -207,8 +207,8 @@ MOST_POINTS = 400
 
 def curves(motion: Motion, trace: Trace) -> list[dict[str, object]]:
     """Return the robustness of each requirement over time, for a page: at most MOST_POINTS points
-    [time, value] on the clock of the trace, each the least of those around it, and the verdict. Of
-    an outer ``always`` it is that of its operand: its own is the least value from the start."""
+    [time, value] on the clock of the trace, each the least of those around it, and the verdict. An
+    outer ``always`` is shown by its operand: its own value is the least one from the start."""
     data: list[dict[str, object]] = []
     formulas = requirements_of(trace)
     if not formulas:
