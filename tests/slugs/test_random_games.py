@@ -117,14 +117,6 @@ def test_oracle_and_slugs_print_the_bytes_of_upstream(slugs_binary: Path, name: 
         assert done.stdout == expected == said
 
 
-def test_a_structured_file_prints_its_inputs_first(slugs_binary: Path, tmp_path: Path) -> None:
-    text = (SPECIFICATIONS / "output_first.slugsin").read_text().replace("! q'", "!(q')")
-    (tmp_path / "game.structuredslugs").write_text(text)
-    printed = run(slugs_binary, tmp_path, *STRATEGY, "game.structuredslugs").stdout
-    assert '"variables": ["k", "q"],' in printed
-    assert '"state": [1, 0]' in printed
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("reader", ["slugsin", "structured"])
 def test_readers_survive_bounded_fuzzing(sanitized: Path, tmp_path: Path, reader: str) -> None:

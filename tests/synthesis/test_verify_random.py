@@ -8,6 +8,7 @@ import json
 import os
 from collections import Counter
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
 from random import Random
@@ -54,11 +55,16 @@ class Sample:
     def parsed(self, automaton: Automaton) -> Strategy:
         return Strategy.parse(to_json(automaton).encode(), self.spec)
 
-    def verify(self, automaton: Automaton) -> Verification:
-        return verify(self.spec, self.parsed(automaton), self.counter)
+    def verify(self, strategy: Strategy) -> Verification:
+        return verify(self.spec, strategy, self.counter)
 
-    def starts(self, automaton: Automaton) -> list[int]:
-        return [*self.parsed(automaton).initial(self.counter)]
+    @cached_property
+    def strategy(self) -> Strategy:
+        return self.parsed(self.automaton)
+
+    @cached_property
+    def starts(self) -> list[int]:
+        return [*self.strategy.initial(self.counter)]
 
     def begins(self) -> set[int]:
         """The states of its initial nodes: all from which the system wins; of a counterstrategy
@@ -70,9 +76,9 @@ class Sample:
         chosen = [game.place[node.state][0] for node in self.automaton.nodes[:1]]
         return {s for s in np.flatnonzero(possible).tolist() if game.place[s][0] in chosen}
 
-    def complaints(self, automaton: Automaton) -> list[str]:
+    def complaints(self, automaton: Automaton, strategy: Strategy) -> list[str]:
         """What the oracle's own checker says about the reachable part: it looks at all nodes."""
-        reachable = without_unreachable(automaton, self.starts(automaton))
+        reachable = without_unreachable(automaton, [*strategy.initial(self.counter)])
         return (check_counterstrategy if self.counter else check_strategy)(
             self.solution.game, reachable
         )
@@ -124,13 +130,12 @@ def test_automata_of_oracle_and_slugs_are_accepted_and_damage_is_refused_for_the
     batch = samples(range(first, min(first + BATCH, GAMES)), synthesizer)
     tally = Counter[tuple[bool, str]]()
     for sample in batch:
-        verification = sample.verify(sample.automaton)
+        verification = sample.verify(sample.strategy)
         assert verification.ok, f"seed {sample.seed}: {verification.failures[0]}"
-        starts = [sample.automaton.nodes[n].state for n in sample.starts(sample.automaton)]
+        starts = [sample.automaton.nodes[n].state for n in sample.starts]
         assert sorted(starts) == sorted(sample.begins()), sample.seed
         if sample.seed % 2:
-            other = verify(sample.spec, sample.parsed(sample.automaton), not sample.counter)
-            assert not other.ok, sample.seed
+            assert not verify(sample.spec, sample.strategy, not sample.counter).ok, sample.seed
         tally[sample.counter, "sound"] += 1
         for damage in DAMAGES if sample.automaton.edges else ():
             tally[sample.counter, damage.__name__] += refusals(sample, damage)
@@ -146,16 +151,17 @@ def refusals(sample: Sample, damage: Damage) -> int:
     """How often damage to a sound automaton is refused."""
     source, sound, count = Random(f"{sample.seed} {damage.__name__}"), sample.automaton, 0
     for _ in range(6 if damage is no_memory else 2):  # few games have memory to confuse
-        automaton = damaged(sound, damage, sample.starts(sound), source)
+        automaton = damaged(sound, damage, sample.starts, source)
         if automaton == sound:
             continue
-        verification = sample.verify(automaton)
+        strategy = sample.parsed(automaton)
+        verification = sample.verify(strategy)
         if verification.ok:
-            assert sample.complaints(automaton) == [], f"seed {sample.seed}"
+            assert sample.complaints(automaton, strategy) == [], f"seed {sample.seed}"
             continue
         count += 1
         for failure in verification.failures:
-            _confirm(sample, sample.parsed(automaton), failure)
+            _confirm(sample, strategy, failure)
     return count
 
 
