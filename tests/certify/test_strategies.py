@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from safenav import InputError, load_scenario_text, read_specification
+from safenav import InputError, read_specification
 from safenav.judge.bundle import strategies as checker
 
 FALLS = "the measure does not decrease from node"
@@ -98,13 +98,6 @@ light
 [SYS_TRANS]
 light' <-> somebody'
 """
-SCENARIO = """safenav: 1
-name: "{}"
-until: {{rounds: 1}}
-robots: {{a: {{model: quadcopter, start: 6, objective: {{hold: 6}}}}}}
-map: {{grid: ["#####", "#...#", "#####"]}}
-# comment{}seed: 3
-"""
 
 
 @pytest.mark.parametrize("separator", ["\r", "\f", "\x85", "\u2028"], ids=ascii)
@@ -113,8 +106,4 @@ def test_a_line_ends_at_a_line_feed_for_every_reader(separator: str) -> None:
     code = rf"U\+{ord(separator):04X}"
     with pytest.raises(InputError, match=f"spec:7:22: not text: .*{code}"):
         read_specification(SPECIFICATION.format(separator), "spec")
-    with pytest.raises(InputError, match=f"6:10: not text: .*{code}"):
-        load_scenario_text(SCENARIO.format("a", separator))
-    with pytest.raises(InputError, match=f"the text holds .*{code}"):
-        load_scenario_text(SCENARIO.format(rf"a\u{ord(separator):04X}b", ""))
     assert read_specification(SPECIFICATION.format("\t").replace("\n", "\r\n"))

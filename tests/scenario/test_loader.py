@@ -74,13 +74,29 @@ def test_exactly_the_announced_errors_are_reported(
     [
         ("", (1, 1), "the file is empty"),
         ("a: \x00", (1, 4), "not text: .*U\\+0000"),
+        # Behind it, what is a comment to one program would be a key to another.
+        *((f"# {c}a: 1", (1, 3), rf"not text: .*U\+{ord(c):04X}") for c in "\r\f\x85\u2028"),
+        (r'name: "a\u2028b"', None, r"the text holds .*U\+2028"),
         ("b: 1\na: \ud800", (2, 4), "no file can hold|U\\+D800"),
         ("[" * 100_000, None, "nested more than 50 deep"),
         ("{a: " * 100_000, None, "nested more than 50 deep"),
         ("- " * 5_000 + "x", None, "nested more than 50 deep"),
         ("a: " + "[" * 60 + "]" * 60, None, "nested more than 50 deep"),
     ],
-    ids=["empty", "control", "half a character", "lists", "mappings", "blocks", "closed"],
+    ids=[
+        "empty",
+        "control",
+        "CR",
+        "FF",
+        "NEL",
+        "LS",
+        "escaped",
+        "half",
+        "lists",
+        "mappings",
+        "blocks",
+        "closed",
+    ],
 )
 def test_text_that_no_file_of_scenarios_shows_is_refused(
     text: str, place: tuple[int, int] | None, words: str
