@@ -225,8 +225,6 @@ class _Parser(FormulaParser[syntax.Formula]):
             operands.append(self.expression(level + 1))
         if node not in (Connective.IMPLIES, Connective.IFF):
             return Operation(node, tuple(operands))
-        if len(operands) > MAX_DEPTH:
-            raise too_deep(operator.column)
         return reduce(lambda one, other: Operation(node, (one, other)), operands)
 
     def operand(self, least: int) -> syntax.Formula:
