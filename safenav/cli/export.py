@@ -32,7 +32,7 @@ Examples:
 With the extras 'motion' and 'mcap':
   safenav export lab.jsonl --motion lab.motion.jsonl --report
   safenav export lab.jsonl --motion flown.jsonl --track --report
-  safenav export lab.jsonl lab.motion.jsonl -o lab.npz --rate 1000
+  safenav export lab.jsonl lab.motion.jsonl -o lab.npz --rate 100
   safenav export lab.jsonl -o lab.mcap --side 0.5
 \b
 Exit codes:
