@@ -64,7 +64,7 @@ def layers() -> list[str]:
     return [line.split()[0] for line in listed[1].splitlines()]
 
 
-def test_imports_go_downwards() -> None:
+def test_imports_go_downwards_between_packages_and_inside_them() -> None:
     order = layers()
     height = {name: order.index(name.split(".")[1]) for name in MODULES if name != "safenav"}
     upwards = [
@@ -74,6 +74,16 @@ def test_imports_go_downwards() -> None:
         if other != "safenav" and height[other] < height[name]
     ]
     assert upwards == []
+    # Inside a package the members, modules or folders, need each other in one direction.
+    for start in {f"{name.rpartition('.')[0]}." for name in MODULES} - {"."}:
+        inside = {
+            name: start + name.removeprefix(start).split(".")[0]
+            for name in MODULES
+            if name.startswith(start) and name not in FACES
+        }
+        edges = ((inside[one], inside.get(two)) for one in inside for two in own(one))
+        needs = networkx.DiGraph((one, two) for one, two in edges if two not in (None, one))
+        assert networkx.is_directed_acyclic_graph(needs), networkx.find_cycle(needs)
 
 
 def test_views_read_no_records() -> None:
@@ -84,19 +94,6 @@ def test_views_read_no_records() -> None:
     branches = re.compile(r"\bclock (is|==)|\bseconds (is|==) ")
     clocks = [n for n in views if branches.search(MODULES[n].read_text(encoding="utf-8"))]
     assert clocks == []
-
-
-def test_the_members_of_a_package_need_each_other_in_one_direction() -> None:
-    """A member is a module or a folder with all that it contains."""
-    for start in {f"{name.rpartition('.')[0]}." for name in MODULES} - {"."}:
-        inside = {
-            name: start + name.removeprefix(start).split(".")[0]
-            for name in MODULES
-            if name.startswith(start) and name not in FACES
-        }
-        edges = ((inside[one], inside.get(two)) for one in inside for two in own(one))
-        needs = networkx.DiGraph((one, two) for one, two in edges if two not in (None, one))
-        assert networkx.is_directed_acyclic_graph(needs), networkx.find_cycle(needs)
 
 
 MODEL = ("safenav.team.", "safenav.solve.", "safenav.plan.", "safenav.runtime.")
