@@ -182,6 +182,31 @@ WAITING = (
 and changes of obstacles and robots. Only steps overlap."""
 
 
+def _parts(trace: Trace) -> Mapping[tuple[str, int], list[Obstacle]]:
+    """Return the obstacles of which a robot does its part before others meet the need, by robot
+    and tick: no line records that, so it is in the robot's last turn there before the need is met.
+    """
+    found: dict[tuple[str, int], list[Obstacle]] = defaultdict(list)
+    needs, at = Needs(trace.obstacles), {n: r.start.region for n, r in trace.robots.items()}
+    last: dict[tuple[str, int], int] = {}
+    for record in trace.records:
+        match record:
+            case records.Move():
+                at[record.robot] = record.from_ if record.toward is not None else record.to
+                last[record.robot, at[record.robot]] = record.tick
+            case records.Met() | records.Resolved():
+                obstacle, number = trace.obstacles[record.obstacle], needs.fulfilled(record)
+                if number is None:
+                    continue
+                regions = obstacle.resolution_regions(trace.header.scenario.map, number)
+                there = [name for name, region in at.items() if region in regions]
+                team = team_of(trace.robots, record, obstacle.needs[number], there)
+                for name in set(record.robots or ()) - {*team}:
+                    if turns := [last[name, r] for r in regions if (name, r) in last]:
+                        found[name, max(turns)].append(obstacle)
+    return found
+
+
 def _walked(trace: Trace, paces: Mapping[str, Pace]) -> _SerialRun:
     run = _SerialRun(trace, paces)
     for record in trace.records:
@@ -212,6 +237,7 @@ class _SerialRun:
         """The end of each robot's last activity."""
         self._left: dict[int, dict[str, float]] = defaultdict(dict)
         """The last step with which each robot left a region."""
+        self._parts = _parts(trace)
         self._since = 0.0
         """The time of the last line that is not a step."""
         self._begun: dict[str, _Step] = {}
@@ -246,6 +272,9 @@ class _SerialRun:
             self._begun[name] = step
         elif move.to != move.from_:
             self._step(move, step)
+        for obstacle in self._parts.get((name, move.tick), ()):
+            self._since = max([self._since, *self._ended.values()])
+            self._do(move, obstacle, (name,), {})
         self._turned(name, move.tick)
 
     def _step(self, move: records.Move, step: _Step) -> None:
@@ -285,17 +314,26 @@ class _SerialRun:
         regions = obstacle.resolution_regions(self._scenario.map, number)
         there = [name for name, at in self._at.items() if at in regions]
         team = team_of(self._robots, record, obstacle.needs[number], there)
-        paces = [(self._paces[name], self._at[name]) for name in team]
+        self._do(record, obstacle, team, {obstacle.name: ActResult.DONE})
+        for name in [n for n, at in self._at.items() if at == obstacle.region]:
+            self._turned(name, record.tick)
+
+    def _do(
+        self,
+        record: Fulfilling | records.Move,
+        obstacle: Obstacle,
+        team: tuple[str, ...],
+        results: dict[str, ActResult],
+    ) -> None:
+        """Let robots act on an obstacle where they are, after all activities until then."""
         begin = self._since
+        paces = [(self._paces[name], self._at[name]) for name in team]
         end = self._since = begin + acted_by(paces, begin, obstacle.region)
         self._commands += 1
         who = (self._commands, record.robot)
         self._tell(begin, records.Act(record.tick, *who, team, (obstacle.name,)))
-        done = {obstacle.name: ActResult.DONE}
-        self._tell(end, records.ActionEnd(record.tick, *who, done))
+        self._tell(end, records.ActionEnd(record.tick, *who, results))
         self._ended.update(dict.fromkeys(team, end))
-        for name in [n for n, at in self._at.items() if at == obstacle.region]:
-            self._turned(name, record.tick)
 
     def _tell(self, time: float, record: records.Record) -> None:
         self.lines.append(replace(record, t=round(time, DECIMALS)))
