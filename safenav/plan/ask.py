@@ -10,11 +10,10 @@ from itertools import chain, combinations, count, islice, product
 from msgspec import Struct
 from msgspec.structs import replace
 
-from safenav.components import explored
 from safenav.plan.charged import ChargedSearch, Charges, Part, charged_plan
 from safenav.plan.order import preview
 from safenav.plan.search import Exhausted, Guide, Search
-from safenav.plan.shorten import shortened
+from safenav.plan.shorten import coupled, shortened
 from safenav.scenario.reachability import room_words, without_room
 from safenav.solve.solve import Solver, settle
 from safenav.team.floor import Floor, Joint, Stages, put
@@ -130,9 +129,9 @@ def ask_charged(
     all."""
     if _crowded(floor) is not None:
         return None
-    for groups in ([] if floor.open(joint.stages) else _groups(floor)), [floor.robots]:
+    for apart in ([] if floor.open(joint.stages) else coupled(floor)), [floor.robots]:
         parts = list[Part]()
-        for few in (replace(floor, robots=group) for group in groups):
+        for few in (replace(floor, robots=group) for group in apart):
             states = _charged(few, joint, frozenset(served), seed, charges)
             if states is None:
                 return None
@@ -140,15 +139,6 @@ def ask_charged(
         if parts and (plan := charged_plan(parts, time)) is not None:
             return Found(plan)
     return None
-
-
-def _groups(floor: Floor) -> Iterator[tuple[int, ...]]:
-    """Yield the robots that may have to wait for each other."""
-    left, members, these = {*floor.robots}, floor.team.members, frozenset(floor.robots)
-    while left:
-        group = explored([min(left)], lambda i: [*(members[i].partners & these)])
-        yield tuple(sorted(group))
-        left -= group.keys()
 
 
 def _charged(

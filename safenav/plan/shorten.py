@@ -1,8 +1,9 @@
 """Shorter plans: each robot's way in turn is replaced by the earliest one among the others'."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
 
+from safenav.components import explored
 from safenav.plan.order import plan_of, preview
 from safenav.team.floor import Floor, Joint
 from safenav.team.state import Plan
@@ -51,15 +52,54 @@ def _shortened(
     best, plan = shown
     for _ in range(REPEATS if len(floor.robots) <= MANY else REPEATS // 2):
         order = sorted(floor.robots, key=lambda i: -_arrival(best, i))
-        before, groups = best, [order]
+        before, together = best, [order]
         # also one by one: together they may disturb each other
         if floor.gates or len(order) <= FEW:
-            groups = [order, *([i] for i in order)]
-        for group in groups:
+            together = [order, *([i] for i in order)]
+        for group in together:
             best, plan = _improved(floor, best, group, served) or (best, plan)
+        best, plan = _without_loops(floor, best, served) or (best, plan)
         if best is before:
             break
     return best, plan
+
+
+def coupled(floor: Floor) -> Iterator[tuple[int, ...]]:
+    """Yield the robots that may have to wait for each other."""
+    left, members, these = {*floor.robots}, floor.team.members, frozenset(floor.robots)
+    while left:
+        group = explored([min(left)], lambda i: [*(members[i].partners & these)])
+        yield tuple(sorted(group))
+        left -= group.keys()
+
+
+def _without_loops(
+    floor: Floor, best: list[Joint], served: frozenset[int]
+) -> tuple[list[Joint], Plan] | None:
+    """Return the plan in which robots that wait for each other stay instead of all that leads them
+    back to where they were; None if that is not better. A search visits no joint state twice, but
+    in its states a robot may walk about while others go back and forth."""
+    found = None
+    for group in coupled(floor):
+        states = [
+            (joint.stages, tuple((joint.poses[i], joint.counts[i]) for i in group))
+            for joint in best
+        ]
+        last = {state: t for t, state in enumerate(states)}
+        ways = [[joint.poses[i] for joint in best] for i in range(len(best[0].poses))]
+        before = [[*way] for way in ways]
+        for i in group:
+            t = 0
+            while t < len(best):
+                until = last[states[t]]
+                ways[i][t:until] = [ways[i][t]] * (until - t)
+                t = until + 1
+        if ways == before:
+            continue
+        better = _better(floor, best, list(zip(*ways, strict=True)), served)
+        if better is not None:
+            found, best = better, better[0]
+    return found
 
 
 def _improved(
@@ -80,7 +120,15 @@ def _improved(
                 for t, (old, new) in enumerate(zip(ways[i], way, strict=False)):
                     masks[t] = masks[t] & ~(1 << old % size) | 1 << new % size
             ways[i] = way
-    found = _shown(floor, best[0], list(zip(*ways, strict=True)))
+    return _better(floor, best, list(zip(*ways, strict=True)), served)
+
+
+def _better(
+    floor: Floor, best: list[Joint], ticks: Sequence[tuple[int, ...]], served: frozenset[int]
+) -> tuple[list[Joint], Plan] | None:
+    """Return the plan with these joint poses; None if it does not complete the mission, or costs
+    as much as ``best``."""
+    found = _shown(floor, best[0], ticks)
     if found is None or not floor.completed(found[0][-1], served) or _cost(found[0]) >= _cost(best):
         return None
     return found

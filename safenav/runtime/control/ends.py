@@ -298,13 +298,15 @@ class Request:
             elif not self._returns(i):
                 why = "could not return from there"
             elif {*names} <= {*before}:
-                why = f"is nearer, but {listed(names)} helps already"
+                why = f"is nearer, but {listed(names)} help{'s'[len(names) > 1 :]} already"
             reasons.setdefault(why, []).append(i)
         reasons.pop("", None)
-        plural = {"has failed": "have failed", "is out of service": "are out of service"}
-        words = (plural.get(why, why) if len(who) > 1 else why for why, who in reasons.items())
-        pairs = zip(map(self._names, reasons.values()), words, strict=True)
-        return "; ".join(map(" ".join, pairs)) or None
+        parts, plural = [], {"has": "have", "is": "are"}
+        for why, who in reasons.items():
+            verb, what = why.split(" ", 1)
+            several = plural.get(verb, verb) if len(who) > 1 else verb
+            parts.append(f"{self._names(who)} {several} {what}")
+        return "; ".join(parts) or None
 
     def _skilled(self) -> list[int]:
         """Return the robots that have the next need's actions, also those out of service."""
