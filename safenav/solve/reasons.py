@@ -119,7 +119,7 @@ def cause_of(found: Collection[Shortfall]) -> OperatorCause:
 def shortfall_words(found: Shortfall, word: Word, it: str | None = None) -> str:
     """Return ``crate@gate needs two robots with 'lift' at the same time; this team has one: ben``.
     ``it``: the obstacle's name in the text."""
-    met = f" ('{found.met[-1]}' is fulfilled, '{found.action}' is open)" if found.met else ""
+    met = f" (after '{found.met[-1]}')" if found.met else ""
     actions = "' and '".join((found.action, *found.beside))
     takes = need_words(actions, found.robots, together=found.together)
     parts = [f"{it or obstacle_words(found.obstacle, word)} needs {takes}{met}"]

@@ -103,7 +103,12 @@ class Solver:
         return found
 
     def _steps(
-        self, now: Sets, origins: Sets | None, wanted: frozenset[int], present: Present
+        self,
+        now: Sets,
+        origins: Sets | None,
+        wanted: frozenset[int],
+        present: Present,
+        before: tuple[Step, ...] = (),
     ) -> tuple[Step, ...] | None:
         key = now, wanted
         if self._known.get(key) is False or (origins is None and key in self._known):
@@ -112,8 +117,9 @@ class Solver:
         if self._nodes > MOST_NODES:
             raise BudgetError
         found: tuple[Step, ...] | None = () if now.done(wanted) else None
-        for step in options(now, origins, present) if found is None else ():
-            rest = self._steps(now.after(step), origins and origins.after(step), wanted, present)
+        for step in options(now, origins, present, before) if found is None else ():
+            then = origins and origins.after(step)
+            rest = self._steps(now.after(step), then, wanted, present, (*before, step))
             found = None if rest is None else (step, *rest)
             if found is not None or step.lossless:
                 break  # it lost nothing: no other step helps
@@ -122,13 +128,18 @@ class Solver:
 
 
 def options(
-    now: Sets, origins: Sets | None, present: Present, *, every: bool = False
+    now: Sets,
+    origins: Sets | None,
+    present: Present,
+    before: tuple[Step, ...] = (),
+    *,
+    every: bool = False,
 ) -> list[Step]:
-    """Return the steps that may come next, the best first (docs/coordination.md, Who helps); of the
-    lossless ones one for each obstacle, unless ``every``."""
+    """Return the steps that may come next, the best first (docs/coordination.md, Helpers); of the
+    lossless ones one for each obstacle, unless ``every``. ``before``: those that precede them."""
     found: list[tuple[Rank, Step]] = []
     for g in now.floor.open(now.stages):
-        ranked = list(_options(g, now, origins, present, every=every))
+        ranked = list(_options(g, now, origins, present, before, every=every))
         found += ranked
         if origins is None and not every and any(step.lossless for _, step in ranked):
             return [next(step for _, step in ranked if step.lossless)]
@@ -136,7 +147,13 @@ def options(
 
 
 def _options(
-    g: int, now: Sets, origins: Sets | None, present: Present, *, every: bool
+    g: int,
+    now: Sets,
+    origins: Sets | None,
+    present: Present,
+    before: tuple[Step, ...],
+    *,
+    every: bool,
 ) -> Iterator[tuple[Rank, Step]]:
     floor, stages = now.floor, now.stages
     need, then = floor.need(g, stages), replace(now, stages=floor.advanced(g, stages))
@@ -147,6 +164,7 @@ def _options(
             places[i], ticks[i] = there, 0 if origins is None else _ticks(g, i, there, now, origins)
     helping = present.get(g, ())
     elsewhere = {i for o in floor.open(stages) if o != g for i in present.get(o, ())}
+    elsewhere |= {i for step in before if step.g != g for i in step.group}
     back = {i: not now.sets[i] & ~then.reach(i, places[i]) for i in places}
     able = sorted(
         places, key=lambda i: (not back[i], i in elsewhere, i not in helping, ticks[i], i)

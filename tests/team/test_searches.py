@@ -90,6 +90,6 @@ def test_robots_that_have_done_their_part_and_those_out_of_service_are_named() -
     )
     begun = Shortfall("door@1", "push", 2, False, out[:1], ("sense",), ("b",))
     assert shortfall_words(begun, number_word) == (
-        "door@1 needs two robots with 'push' ('sense' is fulfilled, 'push' is open); b has done "
+        "door@1 needs two robots with 'push' (after 'sense'); b has done "
         "it; a has it, but it is out of service"
     )
